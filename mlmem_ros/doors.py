@@ -55,12 +55,7 @@ LIBRARIES = {
             f'{_CORE}.RCLError',  # errors of its own services are answered
             f'{_CORE}.Service.service_take_request',  # requests after a broken one
             'rclpy.service:Service.handle',
-            f'{_CORE}.Client.take_response',  # a waiting thread takes its answer itself
-            'rclpy.client:Client.handle',
-            'rclpy.client:Client.get_pending_request',
-            'rclpy.client:Client.remove_pending_request',  # answers that nobody awaits
             'rclpy.service:Service.send_response',  # responses are sent by coroutines
-            'rclpy.task:Future._set_executor',  # answers resume who waits, in any thread
             'rclpy.node:Node._parameter_overrides',  # which parameters were given
             'rclpy.lifecycle.node:LifecycleNodeMixin._state_machine',  # it leaves at once
         ),

@@ -8,13 +8,12 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.errors import BankFailed, RequestError, RequestFailed, RequestRefused
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.client.connection import Connection
+from mlmem_ros.ros.client.line import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps
 from mlmem_ros.words import BLANK
 
@@ -64,7 +63,7 @@ class MemoryBank:
         self.elements = tuple(elements)
         self._names = tuple(element.name for element in elements)
         names = f'{self._names[0]} ... {self._names[-1]}'
-        self._connection = Connection(elements[0].node, ReentrantCallbackGroup(), names, 0.0)
+        self._connection = Connection(elements[0].node, names, 0.0)
         self._change: Reply[Word] | None = None
 
     @classmethod
@@ -196,7 +195,7 @@ def _together(
 ) -> Steps[tuple[dict[int, Any], dict[int, RequestError]]]:
     """Return answers and errors of the elements, by index, when all have ended."""
     try:
-        yield list(replies.values())
+        yield [each.settled for each in replies.values()]
     finally:  # cancel the parts, too
         for reply in replies.values():
             reply.cancel()

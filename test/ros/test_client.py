@@ -367,6 +367,33 @@ def test_a_callback_awaits_in_an_executor_that_asyncio_spins(node, context, kind
     assert read.result().attempts == 1
 
 
+def test_cancelled_tasks_leave_nothing_behind(node, client):
+    """Neither an exception in the loop nor a callback, whenever the cancellation comes."""
+    complaints = []
+
+    async def cancel_many(memory):
+        asyncio.get_running_loop().set_exception_handler(lambda _, said: complaints.append(said))
+        replies = [memory.parameters('design.N') for _ in range(40)]
+        tasks = [asyncio.ensure_future(awaited(reply)) for reply in replies]
+        for task in tasks:
+            await asyncio.sleep(0.0005)
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.sleep(0.05)
+        assert all(reply.done() or reply.cancelled() for reply in replies)
+        return sum(task.cancelled() for task in tasks)
+
+    async def awaited(reply):
+        return await reply
+
+    cancelled = 0
+    for memory in (client, MemoryClient(node, '/mlmem')):
+        memory.ready().wait()
+        cancelled += asyncio.run(cancel_many(memory))
+    assert cancelled > 0
+    assert complaints == []
+
+
 def test_an_awaited_reply_that_was_cancelled_says_so(node):
     reply = MemoryClient(node, '/nobody').read()
     reply.cancel()
@@ -459,6 +486,25 @@ def test_reads_of_one_client_wait_for_one_another(client, node):
     with pytest.raises(RequestRefused, match='busy: 20 requests are already waiting'):
         reads.pop().wait()
     assert [read.wait().attempts for read in reads] == 20 * [1]
+
+
+@pytest.mark.parametrize('actions', [True, False])
+@pytest.mark.parametrize('late', [True, False])
+def test_a_read_waits_for_one_that_was_given_up(client, memory, late, actions):
+    """The element goes on with it; the next one used to be refused as busy."""
+    memory = MemoryClient(client.node, memory.element, actions=actions)
+    memory.read().wait()
+    for given_up in (0, 1):
+        memory.pause().wait()
+        reads = [memory.read(timeout=0.3 if late and n == given_up else SOON) for n in range(3)]
+        second = reads.pop(given_up)
+        if late:
+            with pytest.raises(NoAnswer, match='did not answer read within'):
+                second.wait()
+        else:
+            second.cancel()
+        memory.pause(False).wait()
+        assert [read.wait().attempts for read in reads] == [1, 1]
 
 
 def test_an_aborted_write_fails(client, robot):

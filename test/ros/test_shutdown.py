@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -107,6 +108,28 @@ def test_who_waits_for_a_killed_node_is_told_soon(start):
         with pytest.raises(NoAnswer, match='went away during read: how it ended is not known'):
             reading.wait()
         assert time.monotonic() - begun < 10.0
+
+
+@pytest.mark.parametrize('seconds', [6.0, pytest.param(30.0, marks=pytest.mark.slow)])
+def test_a_node_that_stood_still_answers_its_clients_again(start, context, seconds):
+    """Half of them used to be forgotten for good: of those who ask meanwhile, and of others."""
+    node = start(QUICK, apart=True)
+    robot = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
+    with ExitStack() as stack:
+        clients = [stack.enter_context(standalone()) for _ in range(4)]
+        clients.append(MemoryClient(robot, '/mlmem'))
+        for memory in clients:
+            memory.ready(SOON).wait()
+            memory.read().wait()
+        node.signal(signal.SIGSTOP)
+        begun = time.monotonic()
+        for reading in [memory.read(timeout=60.0) for memory in clients[::2]]:
+            with pytest.raises(NoAnswer, match='went away during read'):
+                reading.wait()
+        assert time.monotonic() - begun < 6.0  # 4, and a busy machine
+        time.sleep(begun + seconds - time.monotonic())
+        node.signal(signal.SIGCONT)
+        assert [memory.request('read').wait().details['level'] for memory in clients] == [-1] * 5
 
 
 def test_a_node_that_is_shut_down_says_so(start):

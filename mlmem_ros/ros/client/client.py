@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
@@ -32,10 +32,8 @@ from ...contract.errors import RequestRefused
 from ...contract.fields import fitted, parameter
 from ...contract.goals import action_types
 from ...contract.requests import message_of
-from ..qos import EVERY_ONE
-from .connection import Call, Connection
-from .goal import Action, Goal
-from .reply import Reply, Steps
+from .line import Call, Connection
+from .reply import Action, Goal, Reply, Steps
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -75,14 +73,11 @@ class MemoryClient:
         doors.look('rclpy')
         self.node = node
         self.name = node.resolve_service_name(name)
-        self._name = name
         self.group = MutuallyExclusiveCallbackGroup()
-        self._group = ReentrantCallbackGroup()  # of what brings answers
-        self._connection = Connection(node, self._group, self.name, patience)
-        self._clients: dict[str, Any] = {}
+        self._connection = Connection(node, self.name, patience)
         self._reads: list[Goal[Decoded]] = []  # not answered yet
         self._actions = {
-            request: Action(self._connection, request, kind, self._client)
+            request: Action(self._connection, request, kind)
             for request, kind in (action_types() if actions else {}).items()
         }
 
@@ -90,9 +85,8 @@ class MemoryClient:
         """Wait until the node is available, at most `timeout` seconds, whatever the client's
         patience.
         """
-        connection = Connection(self.node, self._group, self.name, timeout)
         steps = self._call('request', SetParametersAtomically, None, lambda _: None)
-        return Reply(connection, 'ready', steps, timeout + 1.0)
+        return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
 
     def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
         """Write a level from 0 to p - 1, verified by an echo.
@@ -112,7 +106,7 @@ class MemoryClient:
             timeout: Longest wait for the answer in seconds.
             end: The end to probe this time: left, right or both; empty for the node's `read.end`.
         """
-        earlier = [each for each in self._reads if not (each.done() or each.cancelled())]
+        earlier = [each for each in self._reads if not each.freed.done()]
         read = self._goal('read', Decoded, timeout, after=earlier, end=end)
         self._reads = [*earlier, read]
         return read
@@ -258,7 +252,7 @@ class MemoryClient:
         service: Steps[Any] = self._requested(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
             service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
-        there = Call(self._client('request', SetParametersAtomically))
+        there = Call('request', SetParametersAtomically)
         action = self._actions.get(name)
         goal = action and action.request(arguments)
         return Goal(
@@ -278,15 +272,7 @@ class MemoryClient:
     def _call(
         self, service: str, kind: type[Any], request: Any, understood: Callable[[Any], T]
     ) -> Steps[T]:
-        return understood((yield Call(self._client(service, kind), request)))
-
-    def _client(self, service: str, kind: type[Any]) -> Any:
-        """Return the rclpy client of a service, created on first use since each slows the node."""
-        if service not in self._clients:
-            self._clients[service] = self.node.create_client(
-                kind, f'{self._name}/{service}', qos_profile=EVERY_ONE, callback_group=self._group
-            )
-        return self._clients[service]
+        return understood((yield Call(service, kind, request)))
 
 
 def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:

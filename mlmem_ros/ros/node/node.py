@@ -9,11 +9,13 @@ from typing import Any
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from std_msgs.msg import Empty
 
 from ...contract.services import SERVICES
 from ...device import DriverError, Event
 from ...device.pacing import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
+from ..qos import ALIVE, heard_within
 from .actions import Actions
 from .callback_guard import CallbackGuard
 from .compiling import telling_compilation
@@ -29,6 +31,9 @@ from .unlisted import UnlistedParameters
 
 REQUESTED = {'send_goal', *(service.name for service in SERVICES)}
 """Services whose clients want something of the element, unlike those of its parameters."""
+
+HEARD = 1.0
+"""Seconds within which clients hear that the node lives; the middleware sees to it."""
 
 TEND = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
@@ -88,6 +93,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         except BaseException:
             self.destroy_node()
             raise
+        self.create_publisher(Empty, f'~/{ALIVE}', heard_within(HEARD))
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
         Services(self, self.host, lambda path: session_plan(self, self._given.values(), path))
