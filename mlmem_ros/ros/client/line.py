@@ -117,7 +117,7 @@ class Connection:
 
     def gone(self) -> str:
         """Return why nothing can come any more; empty while it can."""
-        if not self.node.context.ok():
+        if not self.node.context.ok() or self.line.over:
             return 'ROS was shut down'
         return 'the node was destroyed' if is_destroyed(self.node) else ''
 
@@ -186,12 +186,10 @@ class Link:
         return self._lost
 
     def close(self) -> None:
-        """Leave the line."""
+        """Leave the line. The entities stay until it ends: the executor may hold an event of one
+        that another thread destroys, and crash.
+        """
         self._line.leave(self)
-        for client in self._clients.values():
-            self.node.destroy_client(client)
-        for subscription in self._heard.values():
-            self.node.destroy_subscription(subscription)
 
     def _on_liveliness(self, event: Any) -> None:
         self._alive, self._since = event.alive_count, time.monotonic()
@@ -218,6 +216,7 @@ class Line:
         self._executor = events_executor(context)
         self._nodes: WeakKeyDictionary[Node, Node] = WeakKeyDictionary()
         self._links: set[Link] = set()
+        self._left: set[Link] = set()
         self._pending: set[Pending] = set()
         self.over = False
         self._lock = threading.RLock()
@@ -263,8 +262,8 @@ class Line:
     def leave(self, link: Link) -> None:
         """Forget a link."""
         with self._lock:
-            self._links.discard(link)
-            if self._own and not self._links:
+            self._left.add(link)
+            if self._own and self._left == self._links:
                 self.close(join=False)
 
     def watch(self, reply: Pending) -> None:
@@ -289,6 +288,8 @@ class Line:
         """End the thread, and with it what pends."""
         self.over = True
         self.stir()
+        if self._newest is not self:
+            self._newest.close(join)
         if join and not self.here:
             self._thread.join(IDLE)
 

@@ -19,6 +19,7 @@ from rclpy.task import Future
 from ...contract.errors import NoAnswer
 from ..events import events_executor
 from .client import MemoryClient
+from .line import Line
 
 POLL = 0.02
 """Seconds between two checks of a condition."""
@@ -64,6 +65,7 @@ def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryCl
         over.set_result(None)
         thread.join()  # an executor must not be shut down while it spins
         executor.shutdown()
+        Line.of(context).close()
         node.destroy_node()
         rclpy.try_shutdown(context=context)
 
