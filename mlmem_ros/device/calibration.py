@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from ..physics import Design
-from .echo import Shape
+from ..physics.potential import Array
+from .echo import Crossings, Shape, first_heard
 from .end import End
 from .errors import SettingsError
 from .quick_moves import QuickMoves
-from .settings import Settings
+from .settings import ProbeSettings, Settings
 from .trims import AS_SET, Trim, Trims, schedule_of
 
 DETECTOR = 'carrier 1'
@@ -110,6 +111,48 @@ class DelayTable:
         steps = [abs(late - early) for early, late in pairwise(about)]
         spacing = max(least, median(steps) if steps else 0.0)
         return 1.0 - 2.0 * abs(offset) / spacing
+
+    def crossings(self, level: int) -> Crossings:
+        """Return when the echo of a level crosses the thresholds."""
+        low, high, _ = self.shapes[level] if self.shapes else (None, None, 0.0)
+        return low, self.delays[level], high
+
+    def apart(self, level: int, heard: Crossings, probe: ProbeSettings) -> tuple[float, int]:
+        """Return how much nearer an echo is to a level than to any other, and the worst other.
+
+        It is 1 at the level's own times, 0 half-way to the other's and -1 at these; -1, too, of
+        two levels that sound the same. How far two echoes are apart is the sum over the crossings
+        that all have, and one before listening begins is as any other such. That is a metric:
+        an echo within half of the distance of two levels of one is below 0 for the other, whatever
+        they are. With a single level there is nothing to tell apart: 1, and itself.
+        """
+        if len(self.delays) == 1:
+            return 1.0, level
+        known, times = self._heard_alike(heard, probe)
+        far = np.abs(known - times).sum(axis=1)
+        between = np.abs(known - known[level]).sum(axis=1)
+        nearer = np.full(len(known), -1.0)
+        np.divide(far - far[level], between, out=nearer, where=between > 0.0)
+        nearer[level] = np.inf
+        worst = int(nearer.argmin())
+        return float(nearer[worst]), worst
+
+    def closest(self, probe: ProbeSettings) -> tuple[float, int]:
+        """Return the least time between the crossings of a level and of the next one, on average
+        over the crossings, and which level; infinity if there is only one.
+        """
+        known, _ = self._heard_alike((0.0, 0.0, 0.0), probe)
+        between = np.abs(np.diff(known, axis=0)).mean(axis=1)
+        level = int(between.argmin()) if len(between) else 0
+        return float(between.min(initial=np.inf)), level
+
+    def _heard_alike(self, heard: Crossings, probe: ProbeSettings) -> tuple[Array, Array]:
+        """Return the crossings that all levels and an echo have: of the levels, and its own."""
+        known = np.array([self.crossings(n) for n in range(len(self.delays))], dtype=float)
+        times = np.array(heard, dtype=float)
+        used = np.isfinite(known).all(axis=0) & np.isfinite(times)
+        earliest = first_heard(probe)
+        return np.maximum(known[:, used], earliest), np.maximum(times[used], earliest)
 
     def distance(self, delay: float, distances: Sequence[float]) -> float:
         """Return the distance of a reflector in cells, by interpolation between the levels.

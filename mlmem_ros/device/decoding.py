@@ -1,6 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Decoding: from the echoes at the ends to a reading; both ends must hear the same wall."""
+"""Decoding: from the echoes at the ends to a reading; both ends must hear the same wall.
+
+No error of one end alone turns one level into another, whatever it hears and which of them names
+the level: either end by itself must tell the level from all others. So where one is wrong, the
+other hears its own level and no other, and they disagree. `exchanged` proves it for a calibration.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +22,7 @@ from .calibration import Calibration
 from .echo import TAIL, Echo, Shape, hidden
 from .end import End
 from .reading import Reading
-from .settings import ProbeSettings, ReadSettings
+from .settings import ProbeSettings, ReadSettings, Settings
 
 REST_TOLERANCE = 0.25
 """Largest offset of a rest displacement from a ground state, as a fraction of their distance."""
@@ -27,6 +32,10 @@ LOUDEST = 1.25
 within 3 %; a light cell behind a wall answers with it, and both ends hear the level before."""
 
 NO_SHAPE: Shape = (None, None, math.inf)
+
+TOLD = 0.1
+"""Least by which an echo must be nearer to its level than to any other, 0 being half-way: it is
+then off by less than 0.45 of their distance, and one taken for the other by at least 0.55."""
 
 MOST_RAISED = 1.4
 """Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
@@ -212,8 +221,7 @@ def _confirmed(
     A single wall is heard from both ends, each time from its own side. Whatever else answers (a
     stuck or damaged cell, a second wall, a pulse that still bounces) does so before the wall, and
     on one side: then the other end does not hear the wall where this one does. What makes both
-    ends hear late or early, like weak sensors, moves the two places apart. Where the other end
-    cannot tell the level from the next, as near it, this one must be twice as clear.
+    ends hear late or early, like weak sensors, moves the two places apart.
     """
     said = replace(
         said,
@@ -226,25 +234,17 @@ def _confirmed(
     if reason := _unclear(calibration, other, phases):
         return _refused(said, f'{describe_level(said.level)} is not confirmed: {reason}')
     assert other.delay is not None
-    margin, *beside = (
-        agreement(design, calibration, other.probe, other.end, level, other.delay, other.shape)
-        for level in (said.level, said.level - 1, said.level + 1)
-        if 0 <= level < design.levels
+    margin, like = agreement(
+        design, calibration, other.probe, other.end, said.level, other.delay, other.shape
     )
-    least = _least(settings, other)
-    if (
-        margin >= least
-        and max(beside, default=0.0) >= least
-        and said.level_margin < 0.5 * (1.0 + least)
-    ):
+    if margin >= _least(settings, other):
+        if like is None:
+            return replace(said, level_margin=min(said.level_margin, margin), walls=1)
         return _refused(
             said,
-            f'{describe_level(said.level)} is not confirmed: the {other.end} end cannot tell it '
-            f'from the next, and the {said.end} end hears it with a margin of '
-            f'{said.level_margin:.2f} only',
+            f'{describe_level(said.level)} is not confirmed: the {other.end} end does not tell it '
+            f'from {describe_level(like)}',
         )
-    if margin >= least:
-        return replace(said, level_margin=min(said.level_margin, margin), walls=1)
     level, _ = calibration.table(other.end).nearest(other.delay, BLANK)
     here, there = (
         (end, design.defect(n)) for end, n in ((said.end, said.level), (other.end, level))
@@ -289,24 +289,56 @@ def agreement(
     level: int,
     delay: float,
     shape: Shape,
-) -> float:
-    """Return the level margin with which an end hears a wall at a level that the other one names.
+) -> tuple[float, int | None]:
+    """Return the level margin with which an end hears a wall at a level that the other one names,
+    and another level that its echo may as well be of, or None.
 
     Each crossing, of the threshold and of `echo.SHARES` of it, is compared with its own of that
     level; most must agree, so the margin is their median. An echo that begins before listening
     does comes from near this end: it agrees with a level whose own echo does so, and with no
-    other.
+    other. Two levels near this end may both agree; then all crossings say which is nearer.
     """
     table = calibration.table(end)
+    low, high, _ = shape
+    heard = low, delay, high
+    nearer, other = table.apart(level, heard, probe)
+    like = other if nearer < TOLD else None
     if hidden(probe, delay):
-        return 1.0 if hidden(probe, table.delays[level]) else 0.0
+        return (1.0 if hidden(probe, table.delays[level]) else 0.0), like
     fastest = 2.0 * design.J / fastest_speed(end.k_s(design))
     pairs = [(delay, table.delays[level])]
-    expected = table.shapes[level] if table.shapes else NO_SHAPE
-    for heard, known in zip(shape[:2], expected[:2], strict=True):
-        if heard and known and not (hidden(probe, heard) or hidden(probe, known)):
-            pairs.append((heard, known))
-    return median_low([table.margin(level, heard - known, fastest) for heard, known in pairs])
+    for time, known in zip(heard[::2], table.crossings(level)[::2], strict=True):
+        if time and known and not (hidden(probe, time) or hidden(probe, known)):
+            pairs.append((time, known))
+    return median_low([table.margin(level, time - known, fastest) for time, known in pairs]), like
+
+
+def exchanged(
+    design: Design, settings: Settings, calibration: Calibration
+) -> list[tuple[End, int, int]]:
+    """Return what an error of one end alone does to levels: the erring end, what may be said, and
+    the level of the wall; `UNDECODABLE` is said of a level that no echo proves.
+
+    Whatever the erring end hears, the other one hears the wall as calibrated. So it is enough that
+    this end by itself accepts its level and no other, whether it names levels or confirms them.
+    The list is empty if that is so at every `read.end`.
+    """
+    found, levels, least = [], range(design.levels), settings.read.min_margin
+    for honest in calibration.ends:
+        table, probe = calibration.table(honest), honest.probe(settings)
+        for true in levels:
+            low, delay, high = table.crossings(true)
+            said = set()
+            for level in levels:
+                margin, like = agreement(
+                    design, calibration, probe, honest, level, delay, (low, high, math.inf)
+                )
+                if margin >= least and like is None:
+                    said.add(level)
+            named, _ = table.nearest(delay, BLANK)
+            said |= {named} if true in said else {named, UNDECODABLE}
+            found += [(honest.opposite, level, true) for level in sorted(said - {true})]
+    return found
 
 
 def _refused(reading: Reading, reason: str, walls: int | None = None) -> Reading:

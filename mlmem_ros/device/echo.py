@@ -39,9 +39,14 @@ def blanking(probe: ProbeSettings) -> float:
     return pulse_duration(probe) + 0.5 * window(probe)
 
 
+def first_heard(probe: ProbeSettings) -> float:
+    """Return the time up to which a crossing says no more than that it came before."""
+    return blanking(probe) + SOON
+
+
 def hidden(probe: ProbeSettings, delay: float) -> bool:
     """Whether an echo begins before listening does: then its delay says no more than that."""
-    return delay <= blanking(probe) + SOON
+    return delay <= first_heard(probe)
 
 
 def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
@@ -62,6 +67,9 @@ SLOWEST = 0.15
 SHARES = (0.8, 1.25)
 """Shares of the threshold at which an echo is timed as well. One from afar rises in bumps, and may
 just reach the threshold at one time and just miss it at another; not three thresholds at once."""
+
+Crossings = tuple[float | None, float, float | None]
+"""Times at which an echo crosses a share of the threshold, the threshold, and the other share."""
 
 Shape = tuple[float | None, float | None, float]
 """Times at which an echo crosses `SHARES` of the threshold, None where it does not; and how loud

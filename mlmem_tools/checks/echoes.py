@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from mlmem_ros.device.calibration import DelayTable
 from mlmem_ros.device.decoding import primary
+from mlmem_ros.device.echo import Echo
 from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ReadSettings
+from mlmem_ros.device.settings import ProbeSettings, ReadSettings
 from mlmem_ros.device.simulation import steps_per_tick
 from mlmem_ros.physics import INTEGRATORS, StateError
 from mlmem_ros.physics.equilibrium import blank, resting_wall
@@ -26,6 +28,10 @@ MOSTLY = 0.9
 
 PATIENT = 1.5
 """Patience over the time that a pulse needs to fade: strains are louder than pulses."""
+
+DISTINCT = 1.0
+"""Time units between the echoes of two levels at one end, on average over their crossings, that a
+quiet read needs: sound elements are off by 0.6."""
 
 AUDIBLE = 1.25
 """Echo over threshold that allows for what the forecast neglects (some 10 %)."""
@@ -42,7 +48,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             walls[level] = resting_wall(subject.made, level)
         except StateError:
             continue  # `pin_depth` and `echo_...` report it
-    loudest = 0.0
+    loudest, apart = 0.0, {}
     for end in End:
         probe = end.probe(settings)
         echoes = {
@@ -52,6 +58,8 @@ def check(subject: Subject) -> Iterator[Finding]:
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         loudest = max(loudest, max(margins.values(), default=0.0))
         yield _heard(end, margins, delays, names=end is primary(settings.read))
+        apart[end] = _least_apart(probe, echoes)
+    yield _told_apart(apart)
     yield _reverberation(subject.made.eta, settings.read, loudest)
     empty = forecast_echo(
         subject.made, blank(subject.made), settings.probe_right, End.RIGHT, dt, integrator
@@ -65,6 +73,38 @@ def check(subject: Subject) -> Iterator[Finding]:
         'the far end of a blank element is hardly heard from the right, so an erase cannot be '
         'verified: choose a smaller v_th or another carrier for probe_right',
         'an echo reveals the distance between the boundary excitation and the wall (p. 5)',
+    )
+
+
+def _least_apart(probe: ProbeSettings, echoes: Mapping[int, Echo]) -> tuple[float, int]:
+    """Return the least time between the echoes of two neighbours, and the lower one; infinity if
+    none are heard.
+    """
+    least = math.inf, 0
+    for level, echo in echoes.items():
+        above = echoes.get(level + 1)
+        if above and echo.delay is not None and above.delay is not None:
+            pair = DelayTable((echo.delay, above.delay), shapes=(echo.shape, above.shape))
+            least = min(least, (pair.closest(probe)[0], level))
+    return least
+
+
+def _told_apart(apart: Mapping[End, tuple[float, int]]) -> Finding:
+    """Judge whether either end by itself tells a level from the next."""
+    values = {f'at the {end}': time for end, (time, _) in apart.items()}
+    end = min(apart, key=lambda end: apart[end])
+    verdict = worst(judged(time, 1e-9, DISTINCT) for time in values.values())
+    return graded(
+        'apart',
+        values,
+        'time',
+        verdict,
+        'either end tells a level from the next by itself, so no error of one end alone turns one '
+        'into another',
+        f'the {end} end hardly tells level {apart[end][1]} from the next, so reads refuse both: '
+        'leave more cells before the first level there, or choose a shorter pulse',
+        'the time interval between excitation and echo reveals the position of the front (p. 5, '
+        'Fig. 4b)',
     )
 
 

@@ -134,6 +134,17 @@ def test_a_gradient_to_the_left():
     assert {'gradient', 'peierls_nabarro'} <= failed(part((material, drift), gamma=1e-4))
 
 
+def test_a_pulse_that_hides_the_first_two_levels_leaves_them_unproven():
+    """With sigma 8 in place of 6 it still rings at the left when both their echoes arrive."""
+    design, settings = preset('bits_2')
+    assert check(design, settings)['apart'].verdict is Verdict.PASS
+    long = dataclasses.replace(settings, probe=dataclasses.replace(settings.probe, sigma=8.0))
+    found = check(design, long)['apart']
+    assert found.verdict is Verdict.FAIL
+    assert found.values['at the left'] == 0.0
+    assert 'the left end hardly tells level 0 from the next' in found.text
+
+
 def test_the_printed_carrier_is_in_neither_band():
     report = check(CASE_II, Settings(probe=ProbeSettings(omega_c=2.4)))
     assert failed(report) == {'carrier_left', 'range_left', 'echo_left'}

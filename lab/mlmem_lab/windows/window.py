@@ -5,6 +5,9 @@
 A move is run on a bare chain: no probe, and the wall at rest before. Integrator and step are the
 device's, and so is the strain: ramps of a step in two halves if the settings say so, and every
 motion begun with a tick. Ten damping times later the wall must be within a cell of its place.
+
+Fixed directions say how far away a failure is; between them there may be one. So points are also
+drawn at random, which bound the share of all changes up to `NARROW` that may fail.
 """
 
 from __future__ import annotations
@@ -33,6 +36,9 @@ from ..studies.bench import nearness
 
 RADII = (0.05, 0.1, 0.15, 0.2)
 """Relative changes, of peak and of times; of both, the root of the sum of their squares."""
+
+NARROW = 0.1
+"""A move is not used from a level where anything so near fails."""
 
 PEAKS = ('peak', 'compression', 'tension')
 TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
@@ -173,6 +179,57 @@ def measured(
         if ended != move.target:
             failures.append(Failure(radius, direction, ended))
     return Window(kind(move), move.start, move.target, len(directions), tuple(failures))
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What was found for one move at random points up to `NARROW`.
+
+    Attributes:
+        kind: As of `Window`.
+        start: Level at which it begins.
+        points: How many were drawn: one half with peak and all times together off, the other with
+            the peak and each time by itself.
+        failures: The changes under which it ended elsewhere, nearest first.
+    """
+
+    kind: str
+    start: int
+    points: int
+    failures: tuple[Off, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for a result file."""
+        failures = [{part: round(by, 4) for part, by in off.items()} for off in self.failures]
+        return {'kind': self.kind, 'from': self.start, 'points': self.points, 'failures': failures}
+
+
+def drawn(name: str, move: Move, points: int, seed: int) -> Drawn:
+    """Return how a move of a preset ends at random points of the disc and the ball."""
+    design, settings = preset(name)
+    chain = Simulation.of(design, settings.time).chain
+    random = np.random.Generator(np.random.PCG64([seed, move.start]))
+    parts = TIMES if _ease(settings, move) else tuple(part for part in TIMES if part != 'ease')
+    failed = []
+    for number in range(points):
+        by = _within(random, 2 if number % 2 else 1 + len(parts))
+        times = by[1:] if len(by) > 2 else np.repeat(by[1], len(parts))
+        off = dict.fromkeys(PEAKS, float(by[0])) | dict(zip(parts, times.tolist(), strict=True))
+        if end(chain, settings, move, off) != move.target:
+            failed.append((float(np.linalg.norm(by)), off))
+    nearest = sorted(failed, key=lambda each: each[0])
+    told = tuple(
+        {'radius': radius, 'peak': off['peak'], **{part: off[part] for part in parts}}
+        for radius, off in nearest
+    )
+    return Drawn(kind(move), move.start, points, told)
+
+
+def _within(random: np.random.Generator, quantities: int) -> Array:
+    """Return a point of the ball of radius `NARROW`, any as likely as any other."""
+    way = random.normal(size=quantities)
+    radius = NARROW * random.random() ** (1.0 / quantities)
+    return np.asarray(radius * way / np.linalg.norm(way))
 
 
 def end(chain: Chain, settings: Settings, move: Move, off: Off) -> int:

@@ -127,7 +127,8 @@ def _margin(element: Memory, level: int, reading: Reading) -> tuple[float, str]:
         else:
             probe = element.transducer.probes[end]
             shape = reading.shapes[end]
-            agreed = agreement(element.design, calibration, probe, end, level, delay, shape)
+            # The wall still swings: the other end says which of two that sound alike here.
+            agreed, _ = agreement(element.design, calibration, probe, end, level, delay, shape)
             right = agreed >= CONFIRMED
         if not right:
             said = f'{describe_level(nearest)}, at {delay:.2f}'

@@ -1,0 +1,149 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Count what becomes of reads when one end is wrong, over presets, levels and `read.end`.
+
+.venv/bin/python lab/tools/one_end_reads.py --draws 20 --output lab/results/one_end.json
+
+Every level is probed once with its wall at rest. The echo of one end is then spoiled: late or
+early, on another clock, louder or weaker, silent, or behind a burst; the other one's is as it was.
+Reads with eight times the damping are probed anew.
+"""
+
+import argparse
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mlmem_lab.results import APART, save, with_reads
+from mlmem_ros.device import Faults, MemoryElement, Read, SetFaults, new_element, preset
+from mlmem_ros.device.decoding import decode
+from mlmem_ros.device.echo import Echo, blanking, threshold
+from mlmem_ros.device.end import End
+from mlmem_ros.device.events import EchoReceived
+from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.device.reading import UNDECODABLE
+from mlmem_ros.physics import Specimen
+from mlmem_ros.physics.equilibrium import resting_wall
+
+NAMES = ('left', 'right', 'both')
+"""Settings of `read.end`."""
+
+PHASES = (1, 0)
+"""Of the ends of an element that stores a level."""
+
+Spoil = Callable[[np.random.Generator, Echo], Echo]
+
+
+def again(echo: Echo, v_c: np.ndarray) -> Echo:
+    """Return an echo whose v_c is another one."""
+    ratio = np.where(echo.t > blanking(echo.probe), v_c / threshold(echo.probe, echo.t), 0.0)
+    over = ratio > 1.0
+    delay = float(echo.t[over.argmax()]) if over.any() else None
+    return replace(echo, v_c=v_c, v_m=v_c, delay=delay, threshold_margin=float(ratio.max()))
+
+
+def late(random: np.random.Generator, echo: Echo) -> Echo:
+    """Return it up to 60 time units late or early."""
+    by = random.uniform(-60.0, 60.0)
+    return again(echo, np.interp(echo.t - by, echo.t, echo.v_c, right=0.0))
+
+
+def clock(random: np.random.Generator, echo: Echo) -> Echo:
+    """Return it on a clock that is up to 20 % fast or slow."""
+    rate = random.uniform(0.8, 1.2)
+    return again(echo, np.interp(echo.t * rate, echo.t, echo.v_c, right=0.0))
+
+
+def gain(random: np.random.Generator, echo: Echo) -> Echo:
+    """Return it up to 20 times weaker or louder."""
+    return again(echo, echo.v_c * 20.0 ** random.uniform(-1.0, 1.0))
+
+
+def burst(random: np.random.Generator, echo: Echo) -> Echo:
+    """Return it with something as loud as an echo before or after."""
+    at, loud = random.uniform(60.0, echo.t[-1]), random.uniform(1.5, 15.0)
+    bump = loud * np.exp(-((echo.t - at) ** 2) / 200.0) * threshold(echo.probe, echo.t)
+    return again(echo, np.maximum(echo.v_c, bump))
+
+
+def silence(random: np.random.Generator, echo: Echo) -> Echo:
+    """Return nothing."""
+    return again(echo, np.zeros_like(echo.v_c))
+
+
+SPOILED: dict[str, Spoil] = {
+    'late or early': late, 'clock': clock, 'gain': gain, 'burst': burst, 'silence': silence,
+}  # fmt: skip
+
+
+def probed(element: MemoryElement, level: int, faults: Faults) -> dict[End, Echo]:
+    """Return the echoes of a wall at rest at a level."""
+    element.apply(SetFaults(Faults()))
+    element.chain.place(resting_wall(Specimen(element.design), level))
+    element.transducer.settle()
+    element.apply(SetFaults(faults))
+    element.apply(Read())
+    found: dict[End, Echo] = {}
+    while True:
+        for event in element.advance(1000):
+            if isinstance(event, EchoReceived):
+                found[event.echo.end] = event.echo
+        if not element.procedure:
+            return found
+
+
+def counted(name: str, draws: int, seed: int) -> dict[str, Counter[str]]:
+    """Return how the reads of a preset ended, by what was wrong and `read.end`."""
+    design, settings = preset(name)
+    element, found = new_element(preset(name)), {}
+    random = np.random.Generator(np.random.PCG64(seed))
+    step = max(1, design.levels // 32)
+    for level in range(0, design.levels, step):
+        sound = probed(element, level, Faults())
+        weak = probed(element, level, Faults(damping_factor=8.0))
+        for names in NAMES:
+            read = replace(settings.read, end=names)
+
+            tried = [('sound', sound), ('damping x 8', weak)]
+            tried += [
+                (what, {**sound, end: spoil(random, sound[end])})
+                for what, spoil in SPOILED.items()
+                for end in End
+                for _ in range(draws)
+            ]
+            for what, echoes in tried:
+                said = decode(design, read, element.calibration, echoes, PHASES).level
+                kind = 'undecodable' if said == UNDECODABLE else 'wrong'
+                counts = found.setdefault(f'{what}, {names}', Counter())
+                counts.update(['reads', 'right' if said == level else kind])
+    return found
+
+
+def main() -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--draws', type=int, default=20, help='of every error, level and end')
+    parser.add_argument('--seed', type=int, default=1, help='of all chance')
+    parser.add_argument('--output', type=Path, help='result file to write')
+    arguments = parser.parse_args()
+    presets = [name for name in PRESETS if name not in APART]
+    told: dict[str, Counter[str]] = {'all': Counter(reads=0, right=0, undecodable=0, wrong=0)}
+    for name in presets:
+        for what, counts in counted(name, arguments.draws, arguments.seed).items():
+            told.setdefault(what, Counter(reads=0, right=0, undecodable=0, wrong=0)).update(counts)
+            told['all'].update(counts)
+        print(name, dict(told['all']), flush=True)
+    for what, counts in told.items():
+        print(what, dict(counts))
+    if arguments.output is not None:
+        sound = sum((told[f'sound, {names}'] for names in NAMES), Counter())
+        result = {'all': dict(told['all']), 'sound': {'undecodable': 0, **sound}, 'errors': told}
+        made = f'lab/tools/one_end_reads.py --draws {arguments.draws}'
+        save(arguments.output, result, made, arguments.seed, with_reads(presets))
+
+
+if __name__ == '__main__':
+    main()
