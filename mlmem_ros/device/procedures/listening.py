@@ -36,6 +36,10 @@ LIFE = 500.0
 FAINT = 0.3
 """Negligible hum, as a fraction of the threshold at the last echo, which it raises by 4 %."""
 
+SWING = 10.0
+"""Time for which a wall swings once the substrate stands still, times eta: a swing of half a cell,
+which makes an echo 1.5 times as loud, is then below 4e-3 cells."""
+
 FALLING = 0.7
 """Largest ratio of hum to the previous one that decaying waves explain."""
 
@@ -233,15 +237,30 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
     return reading
 
 
+def _swinging(element: Instrument, reading: Reading) -> float:
+    """Return how long a wall that answers may still swing; 0 if nothing damps it.
+
+    It swings below the pass band of either phase, so that no end sees it.
+    """
+    if element.design.eta == 0.0 or reading.left_delay is reading.right_delay is None:
+        return 0.0
+    return SWING / element.design.eta - (element.ticks - element.stirred) * element.tick
+
+
 def read(element: Memory, end: str = '') -> Procedure[Result]:
     """Probe both ends, decode the echoes, and answer with the delay at one of them.
 
-    The end is 'left', 'right' or 'both'; empty means the one in the settings.
+    The end is 'left', 'right' or 'both'; empty means the one in the settings. A wall that still
+    swings after a strain is heard too loud, too early or too late: before anything is said against
+    the element, it is heard once more when it stands still.
 
     Raises:
         ProcedureFailed: The echoes cannot be decoded, or the element does not come to rest.
     """
     reading = yield from look(element, end)
+    if reading.level == UNDECODABLE and (swinging := _swinging(element, reading)) > 0.0:
+        yield from wait(element, swinging)
+        reading = yield from look(element, end)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     return Result(reading)
