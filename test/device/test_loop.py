@@ -31,6 +31,7 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.mailbox import MOST
+from mlmem_ros.device.pacing import SteadyPacer
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.physics import StateError
 
@@ -357,6 +358,27 @@ def test_an_acceleration_wakes_a_device_at_rest(start):
         other.advance()
     assert snapshot.take(element) == snapshot.take(other)
     assert loop.statistics.overruns == 0
+
+
+class Sleeper(SteadyPacer):
+    """A clock on which who is not woken sleeps on."""
+
+    def wait(self, changed, seconds):
+        changed.wait(10.0 * PATIENCE)
+
+
+def test_an_acceleration_that_arrives_at_rest_wakes_the_loop(start):
+    """Nothing else would, on a clock that wakes nobody by itself."""
+    element = asleep()
+    loop = start(
+        element, pacer=Sleeper(), speed=1.0, batch=20,
+        has_subscribers=lambda: False, watched=lambda: 0,
+    )  # fmt: skip
+    until(lambda: loop._box.asleep)
+    time.sleep(0.01)
+    before = element.ticks
+    loop.submit(Disturb(1e-6))
+    until(lambda: element.ticks > before or not loop._box.asleep)
 
 
 def test_a_device_at_rest_runs_a_thousand_ticks_at_once_without_a_pace(start):

@@ -2,9 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """A device at rest: its material computes nothing, its clock goes on, and it reads as before."""
 
-import pytest
+import random
 
-from mlmem_ros.device import EchoReceived, Read, SetFaults, Write, new_element, preset, snapshot
+import pytest
+from sampled import sampled
+
+from mlmem_ros.device import (
+    Abort,
+    Disturb,
+    EchoReceived,
+    MemoryElement,
+    Read,
+    SetFaults,
+    SetStrain,
+    Write,
+    new_element,
+    preset,
+    snapshot,
+)
 from mlmem_ros.device.faults import Faults
 
 from . import rig
@@ -74,3 +89,38 @@ def test_rest_moves_no_delay():
     delays = [[echo.delay for it, echo in heard if it == restless] for restless in (False, True)]
     assert len(delays[0]) == 4
     assert delays[0] == delays[1]
+
+
+class Restless(MemoryElement):
+    """The slow twin: it passes every tick as if something moved."""
+
+    at_rest = False
+
+
+@pytest.mark.parametrize('seed', sampled(range(100), lambda seed: seed < 6))
+def test_any_rest_is_as_if_it_had_been_computed(seed):
+    """Over seeded lives, by the whole snapshot: pulses, strains and shakes that rests follow."""
+    chance, quick, slow = random.Random(seed), rig.device(1), rig.device(1)
+    slow.__class__ = Restless
+    rested = 0
+    for _ in range(4):
+        command = chance.choice((
+            Read(), Read('right'), SetStrain(chance.choice((0.0, 1e-4))), Abort(),
+            Disturb(chance.choice((0.0, 1e-7))), SetFaults(Faults(sensor_noise=1e-7)),
+            SetFaults(Faults()),
+        ))  # fmt: skip
+        for element in (quick, slow):
+            element.apply(Abort())
+            rig.ticks(element, 1)
+            while element.procedure:
+                element.advance()
+            element.apply(command)
+        for n in (chance.randint(1, 40), chance.randint(100, 900), chance.randint(1, 9)):
+            told = [str(rig.ticks(element, n)) for element in (quick, slow)]
+            assert told[0] == told[1]
+            while quick.procedure:
+                assert str(quick.advance()) == str(slow.advance())
+            rested += quick.at_rest
+            assert snapshot.take(quick) == snapshot.take(slow)
+            assert quick.substrate_speed == slow.substrate_speed
+    assert rested

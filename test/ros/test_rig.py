@@ -8,6 +8,8 @@ test_contract.py has the whole contract over a rig in another process, as slow t
 import contextlib
 import socket
 import threading
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 from lifecycle_msgs.msg import State, Transition
@@ -16,11 +18,12 @@ from robot import Robot, values
 
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.device import Settings
+from mlmem_ros.device import DriverError, DriverHangs, Settings
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import node as node_module
+from mlmem_ros.ros.node.retries import Retries
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import replay
@@ -198,3 +201,46 @@ def test_a_start_with_an_unknown_driver_fails(refused):
     assert 'device.driver must be sim, rig or package.module:Class' in refused(
         {'device.driver': 'bench'}
     )
+
+
+class Waiting:
+    """A node that waits for its element: every start ends as given."""
+
+    unconfigured = True
+
+    def __init__(self, *ends):
+        self.ends, self.starts = list(ends), 0
+
+    def start(self):
+        self.starts += 1
+        if end := self.ends.pop(0):
+            raise end
+
+
+def waiting(*ends):
+    """Return such a node, the host's log, and its retries without pauses."""
+    node, host = Waiting(*ends), SimpleNamespace(log=MagicMock(), stopped='')
+    return node, host, Retries(node, host, lambda: 1e-9)
+
+
+def test_a_lost_element_is_tried_again_and_a_driver_that_hangs_is_not():
+    """Its thread is never coming back: each attempt would leave another one."""
+    node, _, retries = waiting(DriverError('off'), None)
+    assert retries.begin(DriverError('lost'))
+    while retries.waiting:
+        retries.on_timer()
+    assert node.starts == 2
+    node, _, retries = waiting()
+    assert not retries.begin(DriverHangs('hangs'))
+    retries.on_timer()
+    assert node.starts == 0
+
+
+def test_a_driver_that_hangs_when_it_is_tried_again_is_given_up():
+    node, host, retries = waiting(DriverError('off'), DriverHangs('opening takes too long'))
+    assert retries.begin(DriverError('lost'))
+    for _ in range(4):
+        retries.on_timer()
+    assert node.starts == 2
+    assert not retries.waiting
+    host.log.error.assert_called_once()

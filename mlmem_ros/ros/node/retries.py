@@ -40,9 +40,8 @@ class Retries:
 
     def begin(self, why: BaseException | None) -> bool:
         """Wait for the element after an error, if that may help; return whether it will."""
-        lost = isinstance(why, DriverError) and not isinstance(why, DriverHangs)
         interval = self._interval()
-        if not lost or not interval:
+        if not _lost(why) or not interval:
             return False
         self.waiting, self._attempts, self._since = True, 0, time.monotonic()
         self._host.log.warning(f'waiting for the element, every {interval:g} s: {why}')
@@ -62,9 +61,10 @@ class Retries:
         self._attempts += 1
         try:
             self._node.start()
-        except DriverError as error:
-            self._tell(error, interval)
-        except REFUSALS as error:  # the element is there, and something else is wrong
+        except REFUSALS as error:
+            if _lost(error):
+                self._tell(error, interval)
+                return
             self.waiting = False
             self._host.log.error(f'the element is back, but cannot be started: {error}')
         else:
@@ -79,3 +79,8 @@ class Retries:
         self._next = time.monotonic() + interval
         waited = f'{self._waited:.0f} s ({self._attempts} attempts)'
         self._host.stopped = f'waiting for the element since {waited}: {why}'
+
+
+def _lost(why: BaseException | None) -> bool:
+    """Whether the element is away and may come back; a driver that hangs never does."""
+    return isinstance(why, DriverError) and not isinstance(why, DriverHangs)
