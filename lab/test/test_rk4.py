@@ -116,13 +116,14 @@ def test_a_device_writes_and_reads_it():
 def test_the_command_tells_the_truth(tmp_path):
     """A rig in another process, as a fit will meet it."""
     truth = tmp_path / 'truth.json'
-    options = ['rig', '--scatter', '1e-4', '--seed', '7', '--truth', str(truth), '--at-once']
-    options += ['--integrator', 'rk4', '--friction', '1e-7']
+    options = ['rig', '--scatter', '1e-4', '--scatter-k-r', '2e-4', '--seed', '7', '--at-once']
+    options += ['--truth', str(truth), '--integrator', 'rk4', '--friction', '1e-7']
     with child('mlmem_tools.cli.main', options, stdout=subprocess.PIPE, text=True) as process:
         address = process.stdout.readline().strip()
         told = json.loads(truth.read_text())
-        expected = scattered(CASE_II, Scatter(alpha=1e-4), 7)
+        expected = scattered(CASE_II, Scatter(alpha=1e-4, k_r=2e-4), 7)
         assert told['alpha'] == pytest.approx(expected.alpha, rel=1e-15)
+        assert told['k_r'] == pytest.approx(expected.k_r, rel=1e-15)
         assert (told['seed'], told['friction']) == (7, 1e-7)
         settings = Settings()
         driver = drivers.opened('rig', f'{address}?patience=10', CASE_II, settings)
