@@ -8,7 +8,7 @@ Checks, ROS parameters and the tables of the documentation are made from them.
 from __future__ import annotations
 
 import dataclasses
-import math
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +26,7 @@ class Description:
         low: Smallest legal value, or None.
         high: Largest legal value, or None.
         choices: The legal words of a text field; empty if every word is legal.
+        null: What a file's null stands for: JSON has no infinity.
     """
 
     text: str
@@ -33,6 +34,7 @@ class Description:
     low: float | None = None
     high: float | None = None
     choices: tuple[str, ...] = ()
+    null: Any = None
 
 
 def described(default: Any, text: str, **more: Any) -> Any:
@@ -63,38 +65,44 @@ def problems(instance: Any, **most: float) -> list[str]:
         if field.name in most:
             description = dataclasses.replace(description, high=most[field.name])
         kind = field.type if isinstance(field.type, str) else field.type.__name__
-        if not _matches(value, kind, description):
-            wanted = _wanted(kind, description)
-            found.append(f'{field.name} must be {wanted}; got {clipped(value)}')
+        if not fits(value, kind, description):
+            what = wanted(kind, description)
+            found.append(f'{field.name} must be {what}; got {clipped(value)}')
     return found
 
 
-def _matches(value: Any, kind: str, description: Description) -> bool:
+def fits(value: Any, kind: str, description: Description) -> bool:
+    """Return whether a value is of a type, given by name, and in range."""
     if kind == 'bool':
         return isinstance(value, bool)
     if kind == 'str':
         return isinstance(value, str) and (not description.choices or value in description.choices)
     if isinstance(value, bool) or not isinstance(value, int if kind == 'int' else (int, float)):
         return False
-    if isinstance(value, float) and not math.isfinite(value):
+    if kind == 'float' and not abs(value) <= sys.float_info.max:  # 10**400 neither
         return False
     above = description.low is None or value >= description.low
     below = description.high is None or value <= description.high
     return above and below
 
 
-def _wanted(kind: str, description: Description) -> str:
+def wanted(kind: str, description: Description) -> str:
+    """Return in words what `fits` accepts."""
     if kind == 'bool':
         return 'true or false'
     if kind == 'str':
         words = ', '.join(filter(None, description.choices))
         return f'one of {words}' if words else 'a text'
     noun = 'a whole number' if kind == 'int' else 'a finite number'
-    low, high = description.low, description.high
-    if low is not None and high is not None:
-        return f'{noun} from {low:g} to {high:g}'
-    if low is not None:
-        return f'{noun} of at least {low:g}'
-    if high is not None:
-        return f'{noun} of at most {high:g}'
-    return noun
+    low, high = map(_bound, (description.low, description.high))
+    if low and low == high:
+        return low
+    if low and high:
+        return f'{noun} from {low} to {high}'
+    if low:
+        return f'{noun} of at least {low}'
+    return f'{noun} of at most {high}' if high else noun
+
+
+def _bound(value: float | None) -> str:
+    return '' if value is None else str(value) if isinstance(value, int) else f'{value:g}'

@@ -9,6 +9,7 @@ disk. Python itself repeats a call that a signal interrupts.
 from __future__ import annotations
 
 import os
+import stat
 from contextlib import suppress
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
@@ -168,21 +169,26 @@ def write_atomically(path: Path, text: str) -> None:
     sync_directory(path.parent)
 
 
-def read_text(path: Path) -> str:
-    """Return the content of a file.
+def read_text(path: Path, most: int = MOST) -> str:
+    """Return the content of a regular file.
 
     Raises:
         FileNotFoundError: There is none.
         OSError: It cannot be read.
-        ValueError: It is not UTF-8, or larger than `MOST`; or the path has a NUL character.
+        ValueError: It is not UTF-8, larger than `most`, or a device, a pipe or the like, which
+            may never end; or the path has a NUL character.
     """
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    # Without waiting for the writer of a pipe.
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     content = bytearray()
     try:
+        mode = os.fstat(descriptor).st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # reading a folder says what it is
+            raise ValueError('it is not a regular file')
         while piece := os.read(descriptor, _AT_ONCE):
             content += piece
-            if len(content) > MOST:
-                raise ValueError(f'it is larger than {MOST} bytes')
+            if len(content) > most:
+                raise ValueError(f'it is larger than {most} bytes')
         return content.decode()
     finally:
         os.close(descriptor)

@@ -6,21 +6,26 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .device.errors import SettingsError
+from .described import described
 from .device.settings import Settings
 from .device.trims import AS_SET, Trim, Trims, schedule_of
 from .durable import write_atomically
-from .physics import Design, DesignError, Specimen
+from .outside import DecodeError, decode, from_yaml, read
+from .physics import Design, Specimen
 from .physics.potential import Array
 
 FORMAT = 1
 """Version of this format."""
+
+
+MOST = 100.0
+"""Greatest factor between the amplification of a cell and the design's."""
 
 
 class ElementFileError(ValueError):
@@ -90,43 +95,51 @@ class Element:
             **({'plan': self.plan.as_dict()} if self.plan else {}),
         }
 
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Element:
-        """Return the element that `as_dict` described.
 
-        Raises:
-            ElementFileError: The data are not an element.
-        """
-        try:
-            if data['format'] != FORMAT:
-                raise ValueError(f'format must be {FORMAT}; got {data["format"]!r}')
-            design = Design(**data['design'])
-            alpha, deviations = (
-                np.array(data[name], dtype=np.float64) for name in ('alpha', 'alpha_std')
-            )
-            if alpha.shape != (design.N,) or deviations.shape != alpha.shape:
-                raise ValueError(f'alpha and alpha_std must be {design.N} numbers each')
-            made = Specimen(
-                design, alpha / design.alpha, k_r_factor=data.get('k_r', 1.0),
-                mass=data.get('mass', 1.0), offset=data.get('offset', 0.0),
-            )  # fmt: skip
-            time_unit = float(data.get('time_unit', 1.0))
-            if not 0.5 <= time_unit <= 2.0:
-                raise ValueError(f'time_unit must be from 0.5 to 2; got {time_unit}')
-            transducers = {
-                str(name): (float(left), float(right))
-                for name, (left, right) in data.get('transducers', {}).items()
-            }
-            return cls(
-                made, deviations, time_unit, transducers,
-                float(data.get('chi2', 0.0)), int(data.get('data', 0)),
-                tuple(map(str, data.get('untold', ()))),
-                Trims.from_dict(data['plan']) if 'plan' in data else None,
-            )  # fmt: skip
-        except (
-            LookupError, TypeError, ValueError, AttributeError, DesignError, SettingsError,
-        ) as error:  # fmt: skip
-            raise ElementFileError(f'this is not an element: {error!r}') from error
+@dataclass(frozen=True, eq=False)
+class _File:
+    """The keys of a file."""
+
+    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
+    design: Design = described(MISSING, 'the intended element')
+    alpha: Array = described(MISSING, 'amplification of every cell', low=0.0)
+    alpha_std: Array = described(MISSING, 'its standard deviation', low=0.0, high=1e9)
+    k_r: float | Array = described(1.0, 'springs between the cells', low=1e-3, high=1e3)
+    mass: float | Array = described(1.0, 'masses', low=1e-3, high=1e3)
+    offset: float | Array = 0.0
+    time_unit: float = described(1.0, "the instrument's time unit", low=0.5, high=2.0)
+    transducers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    chi2: float = described(0.0, 'misfit per datum', low=0.0)
+    data: int = described(0, 'number of data', low=0, high=2**62)
+    untold: tuple[str, ...] = ()
+    plan: Trims | None = None
+
+    def __post_init__(self) -> None:
+        factor, n = self.alpha / self.design.alpha, self.design.N
+        if self.alpha.shape != (n,) or self.alpha_std.shape != (n,):
+            raise ValueError(f'alpha and alpha_std must be {n} numbers each')
+        if not ((factor >= 1.0 / MOST) & (factor <= MOST)).all():
+            raise ValueError(f"alpha must be from 1/{MOST:g} to {MOST:g} times the design's")
+
+
+def element_of(data: Any) -> Element:
+    """Return the element that `as_dict` described.
+
+    Raises:
+        ElementFileError: The data are not an element.
+    """
+    try:
+        given: _File = decode(_File, data)
+        made = Specimen(
+            given.design, given.alpha / given.design.alpha, k_r_factor=given.k_r, mass=given.mass,
+            offset=given.offset,
+        )  # fmt: skip
+    except ValueError as error:
+        raise ElementFileError(f'this is not an element as `mlmem fit` writes: {error}') from error
+    return Element(
+        made, given.alpha_std, given.time_unit, given.transducers, given.chi2, given.data,
+        given.untold, given.plan,
+    )  # fmt: skip
 
 
 def save(path: Path, element: Element) -> None:
@@ -147,17 +160,9 @@ def load(path: Path) -> Element:
     Raises:
         ElementFileError: It cannot be read, or is none.
     """
-    import yaml
-
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, ValueError) as error:
-        raise ElementFileError(f'{path}: {" ".join(str(error).split())}') from error
-    if not isinstance(content, Mapping):
-        raise ElementFileError(f'{path}: it must be the file of an element, as `mlmem fit` writes')
-    try:
-        return Element.from_dict(content)
-    except ElementFileError as error:
+        return element_of(from_yaml(read(path)))
+    except (DecodeError, ElementFileError) as error:
         raise ElementFileError(f'{path}: {error}') from error
 
 

@@ -16,9 +16,11 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
+from .clipped import clipped, printable
 from .described import descriptions
 from .device import PRESETS, Preset, Settings, SettingsError, preset
 from .device.presets import DEFAULT
+from .outside import DecodeError, from_yaml, read
 from .physics import Design, DesignError
 
 OF_THE_NODE = (
@@ -59,11 +61,11 @@ def preset_of(source: str) -> str:
 
 def _text(source: str) -> str:
     try:
-        return Path(source).read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
+        return read(source)
+    except DecodeError as error:
         raise ParameterFileError(
             'FILE|PRESET must be a readable parameter file, or one of '
-            f'{", ".join(PRESETS)}; got {source!r}: {error}'
+            f'{", ".join(PRESETS)}; got {error}'
         ) from error
 
 
@@ -118,7 +120,7 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         if key not in kinds:
             near = difflib.get_close_matches(key, kinds, n=1)
             hint = f'; did you mean {near[0]}?' if near else ''
-            raise ParameterFileError(f'{name}: there is no parameter {key}{hint}')
+            raise ParameterFileError(f'{name}: there is no parameter {printable(key, 80)}{hint}')
         group, _, field_name = key.partition('.')
         groups[group][field_name] = _typed(value, kinds[key], key, name)
     try:
@@ -165,11 +167,9 @@ def _differences(given: Any, default: Any) -> dict[str, Any]:
 def _parameters(text: str, name: str) -> dict[str, Any]:
     """Return what is below `ros__parameters`, of `/**` and one node merged."""
     try:
-        content = yaml.load(text, yaml.BaseLoader)  # every scalar stays text
-    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise ParameterFileError(
-            f'{name}: it must be YAML; {" ".join(str(error).split())}'
-        ) from error
+        content = from_yaml(text, texts=True)
+    except DecodeError as error:
+        raise ParameterFileError(f'{name}: {error}') from error
     sections = content if isinstance(content, Mapping) else {}
     found = {
         node: section['ros__parameters']
@@ -198,7 +198,9 @@ def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator
         elif isinstance(value, str):
             yield f'{above}{key}', value
         else:
-            raise ParameterFileError(f'{name}: {above}{key} must be one value; got {value!r}')
+            raise ParameterFileError(
+                f'{name}: {above}{key} must be one value; got {clipped(value)}'
+            )
 
 
 def _typed(text: str, kind: str, key: str, name: str) -> Any:
@@ -208,7 +210,7 @@ def _typed(text: str, kind: str, key: str, name: str) -> Any:
     if kind == 'bool' and text.lower() in ('true', 'false'):
         return text.lower() == 'true'
     whole = re.fullmatch(r'[-+]?\d+', text) is not None
-    if kind == 'int' and whole:
+    if kind == 'int' and whole and len(text) < 100:
         return int(text)
     if kind == 'float' and not whole:
         try:
@@ -220,4 +222,6 @@ def _typed(text: str, kind: str, key: str, name: str) -> Any:
         'int': 'an integer',
         'float': 'a double (a number with a decimal point)',
     }
-    raise ParameterFileError(f'{name}: parameter {key} must be {wanted[kind]}; got {text!r}')
+    raise ParameterFileError(
+        f'{name}: parameter {key} must be {wanted[kind]}; got {clipped(text)}'
+    )

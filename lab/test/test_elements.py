@@ -63,7 +63,7 @@ def test_a_check_is_of_its_cells(element):
 
 
 def test_a_bench_has_the_element_with_its_delays_and_pulses(element):
-    bench = Bench.from_dict(Bench(*CHOSEN, element).as_dict())
+    bench = Bench.of(Bench(*CHOSEN, element).as_dict())
     device = bench.device()
     assert (device.chain.specimen.alpha == element.specimen.alpha).all()
     assert device.calibration.right != Bench(*CHOSEN).calibration.right

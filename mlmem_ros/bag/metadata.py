@@ -13,12 +13,12 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 try:  # ten times as fast
-    from yaml import CBaseLoader as BaseLoader
     from yaml import CSafeDumper as SafeDumper
 except ImportError:  # PyYAML was built without libyaml
-    from yaml import BaseLoader, SafeDumper
+    from yaml import SafeDumper
 
 from ..clipped import clipped
+from ..outside import from_yaml
 from .contents import TopicInfo
 from .errors import BagError, storage_errors
 
@@ -32,7 +32,6 @@ _ROOT = 'rosbag2_bagfile_information'
 _NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message
 _NO_WIDTH = 2**31 - 1
 _LONGEST_TEXT = 2**18  # characters: metadata of 400 topics
-_DEEPEST = 50  # levels (rosbag2 has six): libyaml's composer can overflow the stack
 
 
 @dataclass
@@ -113,9 +112,10 @@ def parse_metadata(text: str) -> BagMetadata:
         BagError: The text is not rosbag2 metadata.
     """
     try:
-        _check_bounds(text)
+        if len(text) > _LONGEST_TEXT:
+            raise ValueError(f'{len(text)} characters')
         # Every scalar stays a string: rosbag2 leaves the custom data ``seed: 42`` unquoted.
-        document: Any = yaml.load(text, BaseLoader)
+        document: Any = from_yaml(text, texts=True)
         node = document.get(_ROOT, document)
         custom_data = node.get('custom_data')
         return BagMetadata(
@@ -130,22 +130,8 @@ def parse_metadata(text: str) -> BagMetadata:
             else {},
             compressed=_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
         )
-    except (
-        *(yaml.YAMLError, AttributeError, KeyError, TypeError),
-        *(ValueError, OverflowError, RecursionError),
-    ) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise BagError(f'The text must be rosbag2 metadata; got {clipped(text)}.') from error
-
-
-def _check_bounds(text: str) -> None:
-    if len(text) > _LONGEST_TEXT:
-        raise ValueError(f'{len(text)} characters')
-    depth = 0
-    for event in yaml.parse(text, BaseLoader):
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > _DEEPEST:
-            raise ValueError('it is nested too deeply')
 
 
 def read_metadata(directory: Path) -> BagMetadata | None:

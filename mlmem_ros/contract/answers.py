@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+from ..outside import DecodeError, decode, from_json
 from ..words import BLANK
 from . import received
 from .errors import RequestFailed, RequestRefused
@@ -149,24 +149,22 @@ def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
         RequestFailed: It failed, or its answer is malformed.
     """
     try:
-        said = json.loads(message)
-    except ValueError:
-        said = None
-    if not isinstance(said, dict):
-        raise RequestFailed({'error': f'the answer is not a JSON object: {message!r}'})
-    return understood(kind, success, said)
+        return understood(kind, success, decode(dict[str, Any], from_json(message), 'the answer'))
+    except DecodeError as error:
+        raise RequestFailed({'error': str(error)}) from None
 
 
 def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -> SomeAnswer:
     """Return a node's answer, given as values by name; raises as `parse` does."""
     if not success:
         raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
-    values = {name: said[name] for name in _names(kind) if name in said}
+    known = (each.name for each in dataclasses.fields(kind))
+    values = {name: said[name] for name in known if name in said}
     try:
-        return kind(MappingProxyType(said), **{name: _frozen(values[name]) for name in values})
-    except TypeError:
-        missing = ', '.join(name for name in _names(kind) if name not in said)
-        raise RequestFailed({**said, 'error': f'the answer lacks {missing}: {said}'}) from None
+        answer: SomeAnswer = decode(kind, {**values, 'details': said}, 'the answer')
+    except DecodeError as error:
+        raise RequestFailed({**said, 'error': str(error)}) from None
+    return answer
 
 
 def parse_self_test(response: Any) -> SelfTested:
@@ -185,13 +183,3 @@ def parse_self_test(response: Any) -> SelfTested:
         checks=MappingProxyType({name: status.message for name, status in found.items()}),
         failed=tuple(name for name, status in found.items() if status.level != b'\0'),
     )
-
-
-def _names(kind: type[Answer]) -> list[str]:
-    return [each.name for each in dataclasses.fields(kind) if each.name != 'details']
-
-
-def _frozen(value: Any) -> Any:
-    if isinstance(value, dict):
-        return MappingProxyType({name: _frozen(item) for name, item in value.items()})
-    return tuple(value) if isinstance(value, list) else value

@@ -7,7 +7,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -168,30 +168,6 @@ class DelayTable:
         shapes = {'shapes': [list(each) for each in self.shapes]} if self.shapes else {}
         return {'delays': list(self.delays), 'blank': self.blank, **shapes}
 
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> DelayTable:
-        """Return the table that `as_dict` gave.
-
-        Raises:
-            SettingsError: The data are not such a table.
-        """
-        try:
-            delays = tuple(float(delay) for delay in data['delays'])
-            blank = None if data['blank'] is None else float(data['blank'])
-            shapes = tuple(
-                (_time(low), _time(high), float(loud))
-                for low, high, loud in data.get('shapes', ())
-            )
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise SettingsError(
-                f'a delay table needs delays and blank, and may have shapes; {error!r}'
-            ) from error
-        return cls(delays, blank, shapes)
-
-
-def _time(value: Any) -> float | None:
-    return None if value is None else float(value)
-
 
 @dataclass(frozen=True)
 class Calibration:
@@ -268,23 +244,6 @@ class Calibration:
         left = self.left and self.left.as_dict()
         learnt = {'trims': self.trims.as_dict()} if self.trims else {}
         return {'left': left, 'right': self.right.as_dict(), **learnt}
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Calibration:
-        """Return the calibration that `as_dict` gave.
-
-        Raises:
-            SettingsError: The data are not a calibration.
-        """
-        try:
-            left, right = data['left'], data['right']
-        except (KeyError, TypeError) as error:
-            raise SettingsError(f'a calibration needs left and right; {error!r}') from error
-        return cls(
-            None if left is None else DelayTable.from_dict(left),
-            DelayTable.from_dict(right),
-            Trims.from_dict(data['trims']) if 'trims' in data else None,
-        )
 
 
 def calibration_key(design: Design, settings: Settings) -> str:

@@ -5,46 +5,31 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import MISSING, dataclass
+from functools import partial
 
-from ..clipped import clipped
+from ..described import described
 from .events import Outcome
+
+_count = partial(described, low=0, high=2**62)
 
 
 @dataclass
 class MemoryStatistics:
-    """Counts over the life of an element, saved with its content.
+    """Counts over the life of an element, saved with its content."""
 
-    Attributes:
-        level_writes: Successful writes by level.
-        level_ticks: Total ticks they took, by level.
-        writes: Writes that were not aborted.
-        first_try: Of these, those that succeeded at the first attempt.
-        retries: Attempts beyond the first.
-        failures: Writes that did not reach their level.
-        erases: Erases that were not aborted.
-        reads: Reads that were not aborted.
-        undecodable: Of these, those that decoded nothing.
-        aborted: Procedures ended by an abort.
-        cycles: Strain cycles of all procedures, including launches: they wear an element.
-        resets: How often it was replaced by a fresh one.
-    """
-
-    level_writes: list[int]
-    level_ticks: list[int]
-    writes: int = 0
-    first_try: int = 0
-    retries: int = 0
-    failures: int = 0
-    erases: int = 0
-    reads: int = 0
-    undecodable: int = 0
-    aborted: int = 0
-    cycles: int = 0
-    resets: int = 0
+    level_writes: list[int] = described(MISSING, 'successful writes by level', low=0)
+    level_ticks: list[int] = described(MISSING, 'total ticks they took, by level', low=0)
+    writes: int = _count(0, 'writes that were not aborted')
+    first_try: int = _count(0, 'of these, those that succeeded at the first attempt')
+    retries: int = _count(0, 'attempts beyond the first')
+    failures: int = _count(0, 'writes that did not reach their level')
+    erases: int = _count(0, 'erases that were not aborted')
+    reads: int = _count(0, 'reads that were not aborted')
+    undecodable: int = _count(0, 'of these, those that decoded nothing')
+    aborted: int = _count(0, 'procedures ended by an abort')
+    cycles: int = _count(0, 'strain cycles of all procedures, launches too: they wear an element')
+    resets: int = _count(0, 'how often it was replaced by a fresh one')
 
     @classmethod
     def of(cls, levels: int) -> MemoryStatistics:
@@ -87,24 +72,3 @@ class MemoryStatistics:
             if count:
                 values[f'mean_ticks_{level}'] = self.level_ticks[level] / count
         return values
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any], levels: int) -> MemoryStatistics:
-        """Return the statistics that `dataclasses.asdict` gave.
-
-        Raises:
-            TypeError: A count is unknown or missing.
-            ValueError: A count is not a whole number from 0, or the number of levels differs.
-        """
-        copied: dict[str, Any] = {
-            name: value[:] if isinstance(value, list) else value for name, value in data.items()
-        }
-        found = cls(**copied)
-        single = dict(vars(found))
-        by_level = [single.pop(name) for name in ('level_writes', 'level_ticks')]
-        if any(not isinstance(each, list) or len(each) != levels for each in by_level):
-            raise ValueError(f'the statistics must be for {levels} levels')
-        for count in (*single.values(), *itertools.chain(*by_level)):
-            if isinstance(count, bool) or not isinstance(count, int) or count < 0:
-                raise ValueError(f'a count must be a whole number from 0; got {clipped(count)}')
-        return found

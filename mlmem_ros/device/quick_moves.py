@@ -39,6 +39,15 @@ class QuickMoves:
     peaks: Mapping[str, Mapping[int, float]]
     schedule: str
 
+    def __post_init__(self) -> None:
+        given = [each for one in self.peaks.values() for each in one.items()]
+        sound = all(0 <= level < MOST_LEVELS and 0.0 <= peak <= 2.0 for level, peak in given)
+        if not sound or not set(self.peaks) <= set(QUICK):
+            raise SettingsError(
+                f'peaks must be of {", ".join(QUICK)}, from levels from 0, with factors from 0 '
+                f'to 2; got {clipped(self.peaks)}'
+            )
+
     def adapt(self, settings: Settings, start: int | None = None) -> Settings:
         """Return settings that bar what is not used, with the peaks for a move from the level
         `start`.
@@ -60,30 +69,6 @@ class QuickMoves:
         """Return the values for a file."""
         peaks = {name: [list(each) for each in one.items()] for name, one in self.peaks.items()}
         return {'peaks': peaks, 'schedule': self.schedule}
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> QuickMoves:
-        """Return the moves that `as_dict` gave.
-
-        Raises:
-            SettingsError: The data are not quick moves.
-        """
-        try:
-            peaks = {
-                name: {int(level): float(peak) for level, peak in data['peaks'][name]}
-                for name in data['peaks']
-            }
-            schedule = str(data['schedule'])
-        except (KeyError, TypeError, ValueError, OverflowError) as error:
-            raise SettingsError(f'quick moves need peaks and a schedule; {error!r}') from error
-        given = [each for one in peaks.values() for each in one.items()]
-        sound = all(0 <= level < MOST_LEVELS and 0.0 <= peak <= 2.0 for level, peak in given)
-        if not sound or not set(peaks) <= set(QUICK):
-            raise SettingsError(
-                f'peaks must be of {", ".join(QUICK)}, from levels from 0, with factors from 0 '
-                f'to 2; got {clipped(peaks)}'
-            )
-        return cls(peaks, schedule)
 
 
 def quick_schedule(settings: Settings) -> str:

@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 
+from ..described import described
 from ..words import BLANK as BLANK
 from ..words import UNDECODABLE as UNDECODABLE
 from ..words import describe_level as describe_level
@@ -43,7 +45,9 @@ class Reading:
     delay: float | None
     level_margin: float
     threshold_margin: float
-    distance: float
+    distance: float = described(
+        MISSING, 'from the end to the wall in cells; infinite without an echo', null=math.inf
+    )
     reason: str = ''
     walls: int | None = None
     right_delay: float | None = None
@@ -60,15 +64,10 @@ class Reading:
 
 @dataclass(frozen=True)
 class Unknown:
-    """The content is no longer known; also the event that says so.
+    """The content is no longer known; also the event that says so."""
 
-    Attributes:
-        reason: What may have moved the wall.
-        since: The tick in which it took effect.
-    """
-
-    reason: str
-    since: int
+    reason: str = described(MISSING, 'what may have moved the wall')
+    since: int = described(MISSING, 'the tick in which it took effect', low=0, high=2**62)
 
     def __str__(self) -> str:
         return f'unknown since tick {self.since}: {self.reason}'

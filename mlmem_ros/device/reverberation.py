@@ -11,10 +11,11 @@ for everything that has reached an end at least once since it was excited.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import MISSING, dataclass, replace
 
 import numpy as np
 
+from ..described import described
 from ..physics import Design
 from ..physics.portable import exponential
 from ..physics.potential import Array
@@ -27,17 +28,19 @@ LONG_AGO = 2**53
 
 @dataclass(frozen=True)
 class Returns:
-    """What is known of the waves that an end may still see.
+    """What is known of the waves that an end may still see."""
 
-    Attributes:
-        bound: Greatest mean |v| of the carrier in a tick that may still arrive, in cells.
-        since: Samples since the end was last driven.
-        seen: Samples in which that motion itself is seen.
-    """
+    bound: float = described(
+        MISSING,
+        'greatest mean |v| of the carrier in a tick that may still arrive, in cells',
+        low=0.0,
+    )
+    since: int = described(MISSING, 'samples since the end was last driven', low=0)
+    seen: int = described(MISSING, 'samples in which that motion itself is seen', low=0)
 
-    bound: float = 0.0
-    since: int = LONG_AGO
-    seen: int = 0
+
+NOTHING = Returns(0.0, LONG_AGO, 0)
+"""Of an end that was never driven."""
 
 
 class Reverberation:
@@ -51,7 +54,7 @@ class Reverberation:
 
     def __init__(self, design: Design, probe: ProbeSettings, dt: float) -> None:
         """Follow an end that is at rest, for the echoes of a probe, sampled at intervals dt."""
-        self.returns = Returns()
+        self.returns = NOTHING
         self._weights = weights(probe, dt)
         self._loss = 0.5 * design.eta * dt
         self._kept: dict[int, float] = {}

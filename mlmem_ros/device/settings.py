@@ -9,7 +9,6 @@ The defaults are for the paper's Case II element.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -355,17 +354,3 @@ class Settings:
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """Return all settings by group and name."""
         return dataclasses.asdict(self)
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Mapping[str, Any]]) -> Settings:
-        """Return the settings that `as_dict` gave.
-
-        Raises:
-            SettingsError: A group or a setting is not known, or out of range.
-        """
-        default = cls()
-        try:
-            groups = {name: type(getattr(default, name))(**data[name]) for name in data}
-        except (AttributeError, TypeError) as error:
-            raise SettingsError(f'these are not settings of a device: {error}') from error
-        return cls(**groups)

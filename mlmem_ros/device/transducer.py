@@ -17,7 +17,7 @@ from .echo import FAINTEST, EchoDetector
 from .end import End
 from .errors import SettingsError
 from .pulse import BoundaryMotion, Move, Pulse
-from .reverberation import Returns, Reverberation
+from .reverberation import NOTHING, Reverberation
 from .settings import ProbeSettings, Settings
 from .tape import Tape
 
@@ -116,7 +116,7 @@ class Transducer:
         self._recorded = self._flat = None
         for end, reverberation in self.reverberation.items():
             self.recent[end.row] = self._driver.end(end.site(self._design))
-            reverberation.returns = Returns()
+            reverberation.returns = NOTHING
 
     @property
     def flat(self) -> bool:

@@ -13,13 +13,11 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ..clipped import clipped
 from ..described import described
-from .errors import SettingsError
 from .quick_moves import QuickMoves
 from .settings import Checked, Settings, WriteSettings
 
@@ -112,23 +110,6 @@ class Trims:
         steps = [list(dataclasses.astuple(step)) for step in self.steps]
         quick = {'quick': self.quick.as_dict()} if self.quick else {}
         return {'steps': steps, 'schedule': self.schedule, **quick}
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Trims:
-        """Return the trims that `as_dict` gave.
-
-        Raises:
-            SettingsError: The data are not trims.
-        """
-        try:
-            steps = tuple(Trim(peak, times, speed) for peak, times, speed in data['steps'])
-            schedule = data['schedule']
-            quick = QuickMoves.from_dict(data['quick']) if 'quick' in data else None
-        except (KeyError, TypeError, ValueError) as error:
-            raise SettingsError(f'trims need steps and a schedule; {error!r}') from error
-        if not isinstance(schedule, str):
-            raise SettingsError(f'the schedule of trims must be a hash; got {clipped(schedule)}')
-        return cls(steps, schedule, quick)
 
 
 def schedule_of(settings: Settings) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..device import Calibration, SettingsError
+from ..outside import DecodeError, decode
 from . import state_file
 
 KEPT = 32
@@ -31,9 +32,9 @@ def load(path: Path, key: str, levels: int) -> Calibration | None:
     if values is None:
         return None
     try:
-        calibration = Calibration.from_dict(values)
+        calibration: Calibration = decode(Calibration, values)
         calibration.check(levels)
-    except SettingsError as error:
+    except (DecodeError, SettingsError) as error:
         raise state_file.damaged(path, str(error), _WHAT[-1]) from error
     return calibration
 

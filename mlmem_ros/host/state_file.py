@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import durable
+from ..outside import from_json
 from ..physics import StateError
 
 FORMAT = 1
@@ -47,13 +48,13 @@ def write(path: Path, key: str, values: Mapping[str, Any], what: str) -> None:
 def read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
     """Return what `write` stored; `remedy` says what moving a damaged file away achieves."""
     try:
-        content = json.loads(durable.read_text(path))
+        content = from_json(durable.read_text(path))
     except FileNotFoundError:
         return None
     except OSError as error:
         why = durable.reason(error)
         raise StateError(f'{what} cannot be read from {path}: {why}') from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise damaged(path, str(error), remedy) from error
     found = content.get(key) if isinstance(content, dict) else None
     if not isinstance(found, dict) or content.get('format') != FORMAT:

@@ -24,6 +24,7 @@ from ..device import (
 )
 from ..device.calibration import calibration_key
 from ..device.mailbox import Asked
+from ..outside import decode
 from ..physics import Design, StateError
 from ..procedures import PROCEDURES
 from . import calibration_file, state_file
@@ -193,7 +194,7 @@ class Store:
 
     def _save(self, taken: dict[str, Any]) -> None:
         state_file.save(self.path, taken)
-        learnt = taken['calibration_key'], Calibration.from_dict(taken['calibration'])
+        learnt = taken['calibration_key'], decode(Calibration, taken['calibration'])
         if learnt != self._calibrated:
             calibration_file.save(self._calibrations, *learnt)
             self._calibrated = learnt

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
@@ -49,11 +48,11 @@ class Specimen:
     """
 
     design: Design
-    alpha_factor: Array | float = 1.0
-    k_r_factor: Array | float = 1.0
-    s_factor: Array | float = 1.0
-    mass: Array | float = 1.0
-    offset: Array | float = 0.0
+    alpha_factor: float | Array = 1.0
+    k_r_factor: float | Array = 1.0
+    s_factor: float | Array = 1.0
+    mass: float | Array = 1.0
+    offset: float | Array = 0.0
     eta_factor: float = 1.0
     damped_by_substrate: bool = False
     stuck: tuple[int, ...] = ()
@@ -93,21 +92,6 @@ class Specimen:
             found[name] = float(values[0]) if same else values.tolist()
         stuck = {'stuck': list(self.stuck)} if self.stuck else {}
         return found | stuck | ({'damped_by_substrate': True} if self.damped_by_substrate else {})
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Specimen:
-        """Return the specimen that `as_dict` described, to the bit.
-
-        Raises:
-            DesignError, LookupError, TypeError, ValueError: The data are not a specimen.
-        """
-        return cls(
-            Design(**data['design']),
-            **{name: data[name] for name in ARRAYS if name in data or name != 'k_r_factor'},
-            eta_factor=float(data['eta_factor']),
-            damped_by_substrate=bool(data.get('damped_by_substrate', False)),
-            stuck=tuple(map(int, data.get('stuck', ()))),
-        )
 
     @classmethod
     def of(cls, made: Design | Specimen) -> Specimen:

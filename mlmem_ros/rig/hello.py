@@ -7,13 +7,13 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import MISSING, dataclass
+from functools import partial
 
 from ..clipped import clipped
+from ..described import described
 from ..device import DriverError, Settings, SettingsError
+from ..outside import DecodeError, decode, from_json
 from .frames import VERSION
 
 NEEDED = ('strain', 'left', 'right')
@@ -21,76 +21,38 @@ NEEDED = ('strain', 'left', 'right')
 
 FORMATS = ('<f4', '<f8')
 
-
-def _number(value: Any) -> bool:
-    return type(value) in (int, float) and abs(value) <= sys.float_info.max
-
-
-def _positive(value: Any) -> bool:
-    return _number(value) and value > 0.0
-
-
-def _count(value: Any) -> bool:
-    return type(value) is int and value >= 1
-
-
-def _list_of(fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
-    return lambda value: isinstance(value, list) and bool(value) and all(map(fits, value))
-
-
-def _shares(value: Any) -> bool:
-    rising = _list_of(_positive)(value) and value == sorted(set(value))
-    return rising and bool(value[-1] == 1.0)
-
-
-WANTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    'protocol': (str(VERSION), lambda value: value == VERSION),
-    'name': ('a text', lambda value: isinstance(value, str)),
-    'dt': ('a number above 0, the time units from sample to sample', _positive),
-    'samples': ('a whole number above 0, the samples of a tick: time.tick / dt', _count),
-    'seconds': (
-        'a number above 0, the seconds of a sample by its clock: scale.time dt',
-        _positive,
-    ),
-    'length': (
-        'a number above 0, the m of a unit of displacement: scale.length if that is a cell',
-        _positive,
-    ),
-    'buffer': ('a whole number above 0, the samples of set-points it can hold', _count),
-    'force': ('a number above 0, the N of a unit of force', _positive),
-    'zero': (
-        'a list of two numbers, the readings of the left and the right end at displacement 0',
-        lambda value: _list_of(_number)(value) and len(value) == 2,
-    ),
-    'nodes': (
-        'a list of rising numbers above 0, the last one 1: when in a sample it takes set-points',
-        _shares,
-    ),
-    'numbers': (' or '.join(FORMATS), lambda value: value in FORMATS),
-    'can': (
-        f'a list of texts with {", ".join(NEEDED)}',
-        _list_of(lambda value: isinstance(value, str)),
-    ),
-}
-"""What each key of a hello must be: in words, and as a check."""
+_number = partial(described, MISSING, low=1e-15, high=1e15)
+_count = partial(described, MISSING, low=1, high=2**31 - 1)
 
 
 @dataclass(frozen=True)
 class Hello:
-    """Properties of a rig, named and described in `WANTED`."""
+    """Properties of a rig."""
 
-    protocol: int
-    name: str
-    dt: float
-    samples: int
-    seconds: float
-    length: float
-    buffer: int
-    force: float = 1.0
-    zero: tuple[float, float] = (0.0, 0.0)
-    nodes: tuple[float, ...] = (1.0,)
-    numbers: str = '<f8'
-    can: tuple[str, ...] = NEEDED
+    protocol: int = described(MISSING, 'version of the protocol', low=VERSION, high=VERSION)
+    name: str = described(MISSING, 'its name')
+    dt: float = _number('time units from sample to sample')
+    samples: int = _count('samples of a tick: time.tick / dt')
+    seconds: float = _number('seconds of a sample by its clock: scale.time dt')
+    length: float = _number('m of a unit of displacement: scale.length if that is a cell')
+    buffer: int = _count('samples of set-points it can hold')
+    force: float = described(1.0, 'N of a unit of force', low=1e-15, high=1e15)
+    zero: tuple[float, float] = described(
+        (0.0, 0.0), 'readings of the left and the right end at displacement 0'
+    )
+    nodes: tuple[float, ...] = described(
+        (1.0,),
+        'when in a sample it takes set-points: a list of rising numbers above 0, the last one 1',
+    )
+    numbers: str = described('<f8', 'type of set-points and samples', choices=FORMATS)
+    can: tuple[str, ...] = described(NEEDED, f'a list of texts with {", ".join(NEEDED)}')
+
+    def __post_init__(self) -> None:
+        nodes = self.nodes
+        if not nodes or list(nodes) != sorted(set(nodes)) or nodes[0] <= 0.0 or nodes[-1] != 1.0:
+            raise ValueError(
+                f'nodes must be rising numbers above 0, the last one 1; got {clipped(nodes)}'
+            )
 
     def payload(self) -> bytes:
         """Return the payload of its frame."""
@@ -104,36 +66,16 @@ class Hello:
             DriverError: It is not the hello of a rig of this version; the message names the key.
         """
         try:
-            said = json.loads(payload)
-        except (ValueError, RecursionError) as error:
-            raise DriverError(
-                f'the hello of the rig must be a JSON object; got {clipped(payload)}: {error}'
-            ) from None
-        if not isinstance(said, dict):
-            raise DriverError(f'the hello of the rig must be a JSON object; got {clipped(said)}')
-        if said.get('protocol', VERSION) != VERSION:
-            raise DriverError(
-                f'the rig uses protocol version {clipped(said["protocol"])}, this driver {VERSION}'
-            )
-        fields = {field.name: field for field in dataclasses.fields(cls)}
-        for name, field in fields.items():
-            what, fits = WANTED[name]
-            if name not in said:
-                if field.default is dataclasses.MISSING:
-                    raise DriverError(f'the hello of the rig lacks {name}: it must be {what}')
-            elif not fits(said[name]):
-                raise DriverError(
-                    f'{name} in the hello of the rig must be {what}; got {clipped(said[name])}'
+            said = from_json(payload)
+            if isinstance(said, dict) and said.get('protocol', VERSION) != VERSION:
+                raise DecodeError(
+                    f'the rig uses protocol version {clipped(said["protocol"])}, this driver '
+                    f'{VERSION}'
                 )
-        if unknown := sorted(said.keys() - fields.keys()):
-            raise DriverError(
-                f'{clipped(unknown[0])} in the hello of the rig is not one of {", ".join(fields)}'
-            )
-        values: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in said.items()
-        }
-        return cls(**values)
+            hello: Hello = decode(cls, said)
+        except DecodeError as error:
+            raise DriverError(f'the hello of the rig: {error}') from error
+        return hello
 
     def check(self, settings: Settings) -> None:
         """Raise `SettingsError` if settings do not fit this rig."""

@@ -8,23 +8,20 @@ the right type and within bounds; anything else is refused with the name of the 
 
 from __future__ import annotations
 
-import dataclasses
-import json
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any, NoReturn
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import MISSING, dataclass, field
+from typing import Any
 
 from ..bag.errors import BagError
 from ..clipped import clipped, printable
-from ..device import Calibration, Command, Faults, Refused, SetFaults, Settings, SettingsError
+from ..described import Description, described
+from ..device import Calibration, Command, Refused, Settings
 from ..device.commands import KINDS
 from ..device.simulation import steps_per_tick
+from ..outside import ANY, DecodeError, decode, from_json
 from ..physics import Design, Specimen
+from ..physics.potential import Array
 from .messages import FORMAT
 from .streams import PERIODIC
 
@@ -35,29 +32,59 @@ MOST_HASH_EVERY = 10**6
 """Upper bound of `record.hash_every`, the ticks between two hashes; its default is 500."""
 
 
+_TICK = Description('ticks done', low=0, high=MOST_TICKS)
+
+
 @dataclass(frozen=True)
 class Header:
-    """The start of a session.
+    """The start of a session, by the keys in its file."""
 
-    Attributes:
-        design: The element.
-        settings: The instrument's settings.
-        initial: The state of the device, which `snapshot.restore` checks.
-        versions: Versions of all that the results may depend on, by name.
-        hash_every: Ticks between two hashes.
-        publish_every: Ticks between two messages of a periodic stream, by topic; 0: never.
-        made: The simulated element.
-        forecast: The calibration that a twin forecast, or None.
-    """
+    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
+    design: Design = described(MISSING, 'the element')
+    settings: Settings = described(MISSING, "the instrument's settings")
+    initial: Mapping[str, Any] = described(MISSING, 'its state, which `snapshot.restore` checks')
+    versions: Mapping[str, str] = described(MISSING, 'all that the results may depend on, by name')
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    specimen: Specimen | None = described(None, 'the simulated element; null: as designed')
+    forecast: Calibration | None = described(None, 'the calibration that a twin forecast')
+    node: str = ''
+    seed: int = 0
+    packages: Any = None
+    """Of version 1.0, for information."""
 
-    design: Design
-    settings: Settings
-    initial: Mapping[str, Any]
-    versions: Mapping[str, str]
-    hash_every: int
-    publish_every: Mapping[str, int]
-    made: Specimen
-    forecast: Calibration | None = None
+    def __post_init__(self) -> None:
+        if self.made.design.cells != self.design.cells:
+            raise ValueError('specimen must have the cells and defects of the design')
+        try:
+            steps_per_tick(self.made, self.settings.time)  # which refuses too long a tick
+        except ValueError as error:
+            raise ValueError(f'settings: {error}') from error
+        if self.forecast:
+            self.forecast.check(self.design.levels)
+        _ = self.hash_every, self.publish_every
+
+    @property
+    def made(self) -> Specimen:
+        """The simulated element."""
+        return self.specimen or Specimen(self.design)
+
+    @property
+    def hash_every(self) -> int:
+        """Ticks between two hashes."""
+        return self._ticks('record.hash_every', 500, 1, MOST_HASH_EVERY)
+
+    @property
+    def publish_every(self) -> Mapping[str, int]:
+        """Ticks between two messages of a periodic stream, by topic; 0: never."""
+        return {
+            topic.name: self._ticks(topic.interval, 0, 0, 10**6)
+            for topic in PERIODIC
+            if topic.interval in self.parameters
+        }
+
+    def _ticks(self, name: str, default: int, low: int, high: int) -> int:
+        given = Description('', low=low, high=high)
+        return int(decode(int, self.parameters.get(name, default), name, given))
 
     @property
     def simulated(self) -> bool:
@@ -68,7 +95,7 @@ class Header:
     def calibration(self) -> Calibration:
         """The calibration with which it began; raises BagError without one."""
         with naming('the calibration in the session header'):
-            calibration = Calibration.from_dict(self.initial['calibration'])
+            calibration: Calibration = decode(Calibration, self.initial['calibration'])
             calibration.check(self.design.levels)
         return calibration
 
@@ -77,9 +104,15 @@ class Header:
 class StateHash:
     """The hash of the material's state after a tick, and its displacements of shape (N,)."""
 
-    tick: int
-    hash: str
-    v: NDArray[np.float64]
+    tick: int = described(MISSING, 'ticks done', low=0, high=MOST_TICKS)
+    hash: str = described(MISSING, '32 hexadecimal digits')
+    v: Array = described(MISSING, 'a list of hexadecimal numbers')
+
+    def __post_init__(self) -> None:
+        if len(self.hash) != 32:
+            raise ValueError(f'hash must be 32 hexadecimal digits; got {clipped(self.hash)}')
+        if self.v.ndim != 1:
+            raise ValueError('v must be a list')
 
 
 @contextmanager
@@ -102,57 +135,19 @@ def naming(where: str) -> Iterator[None]:
 
 
 def read_header(text: str) -> Header:
-    """Parse the header from JSON; raises `BagError` or what `naming` converts."""
-    values = _object(text)
-    if values.get('format') != FORMAT:
-        _refuse('format', str(FORMAT), values.get('format'))
-    with naming('design'):
-        design = Design(**_mapping(values, 'design'))
-    with naming('settings'):
-        settings = Settings.from_dict(_mapping(values, 'settings'))
-    with naming('specimen'):
-        given = values.get('specimen')
-        made = Specimen(design) if given is None else Specimen.from_dict(given)
-        if made.design.cells != design.cells:
-            raise BagError('it must have the cells and defects of the design')
-    with naming('settings'):
-        steps_per_tick(made, settings.time)  # which refuses too long a tick
-    forecast = None
-    if 'forecast' in values:
-        with naming('forecast'):
-            forecast = Calibration.from_dict(_mapping(values, 'forecast'))
-            forecast.check(design.levels)
-    versions = _mapping(values, 'versions')
-    for name, version in versions.items():
-        if not isinstance(version, str):
-            _refuse(f'versions.{printable(name, 40)}', 'a text', version)
-    parameters = _mapping(values, 'parameters') if 'parameters' in values else {}
-    hash_every = 500
-    if 'record.hash_every' in parameters:
-        hash_every = _whole(parameters, 'record.hash_every', 1, MOST_HASH_EVERY)
-    intervals = {
-        topic.name: _whole(parameters, topic.interval, 0, 10**6)
-        for topic in PERIODIC
-        if topic.interval in parameters
-    }
-    return Header(
-        design, settings, _mapping(values, 'initial'), versions, hash_every, intervals, made,
-        forecast,
-    )  # fmt: skip
+    """Parse the header from JSON; raises `BagError`."""
+    header: Header = _read(Header, text)
+    return header
 
 
 def read_command(text: str) -> tuple[int, Command]:
-    """Parse a tick and its command from JSON; raises as `read_header` does."""
-    values = _object(text)
-    tick = _whole(values, 'tick', 0, MOST_TICKS)
-    del values['tick']
-    kind = KINDS.get(str(values.get('kind')))
-    for field in dataclasses.fields(kind) if kind else ():
-        if field.name in values:
-            wanted, fits = _KINDS[str(field.type)]
-            if not fits(values[field.name]):
-                _refuse(field.name, wanted, values[field.name])
-    return tick, command_of(values)
+    """Parse a tick and its command from JSON; raises `BagError`."""
+    values = _read(dict[str, Any], text)
+    tick = _read(int, values.pop('tick', None), 'tick', _TICK)
+    try:
+        return tick, command_of(values)
+    except Refused as error:
+        raise BagError(str(error)) from error
 
 
 def command_of(data: Mapping[str, Any]) -> Command:
@@ -166,83 +161,20 @@ def command_of(data: Mapping[str, Any]) -> Command:
     if not isinstance(kind, str) or kind not in KINDS:
         raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(kind)}')
     try:
-        if kind == SetFaults.__name__:
-            values = {name: Faults(**given) for name, given in values.items()}
-        command: Command = KINDS[kind](**values)
-    except (TypeError, SettingsError) as error:
+        command: Command = decode(KINDS[kind], values)
+    except DecodeError as error:
         raise Refused(f'{kind} has wrong values: {error}') from error
     return command
 
 
 def read_state_hash(text: str) -> StateHash:
-    """Parse a state hash from JSON; raises as `read_header` does."""
-    values = _object(text)
-    tick = _whole(values, 'tick', 0, MOST_TICKS)
-    digest, numbers = values.get('hash'), values.get('v')
-    if not isinstance(digest, str) or len(digest) != 32:
-        _refuse('hash', '32 hexadecimal digits', digest)
-    if not isinstance(numbers, list) or not all(isinstance(each, str) for each in numbers):
-        _refuse('v', 'a list of hexadecimal numbers', numbers)
-    with naming('v'):
-        v = np.array([float.fromhex(number) for number in numbers])
-    if not np.isfinite(v).all():
-        _refuse('v', 'finite', numbers)
-    return StateHash(tick, digest, v)
+    """Parse a state hash from JSON; raises `BagError`."""
+    found: StateHash = _read(StateHash, text)
+    return found
 
 
-def _object(text: str) -> dict[str, Any]:
+def _read(kind: Any, data: Any, name: str = '', given: Description = ANY) -> Any:
     try:
-        values = json.loads(text, parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
-        raise BagError(f'it must be a JSON object; {printable(str(error), 100)}') from error
-    if not isinstance(values, dict):
-        raise BagError(f'it must be a JSON object; got {clipped(text)}')
-    return values
-
-
-def _no_constant(name: str) -> NoReturn:
-    raise ValueError(f'{name} is not JSON')
-
-
-def _mapping(values: Mapping[str, Any], name: str) -> dict[str, Any]:
-    value = values.get(name)
-    if not isinstance(value, dict):
-        _refuse(name, 'an object', value)
-    return value
-
-
-def _whole(values: Mapping[str, Any], name: str, low: int, high: int) -> int:
-    value: Any = values.get(name)
-    if not _is_whole(value) or not low <= value <= high:
-        _refuse(name, f'a whole number from {low} to {high}', value)
-    return int(value)
-
-
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _is_finite(value: Any) -> bool:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number of hundreds of digits
-        return False
-
-
-def _refuse(name: str, wanted: str, value: Any) -> NoReturn:
-    raise BagError(f'{name} must be {wanted}; got {clipped(value)}')
-
-
-_KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    'int': ('a whole number', _is_whole),
-    'float': ('a finite number', _is_finite),
-    'str': ('a text', lambda value: isinstance(value, str)),
-    'Faults': ('an object', lambda value: isinstance(value, dict)),
-    'tuple[float, ...]': (
-        'a list of finite numbers',
-        lambda value: isinstance(value, list) and all(map(_is_finite, value)),
-    ),
-}
-"""What a field of a command must be, by its annotation: in words, and its check."""
+        return decode(kind, from_json(data) if isinstance(data, str) else data, name, given)
+    except DecodeError as error:
+        raise BagError(str(error)) from error

@@ -232,6 +232,7 @@ def test_a_text_cannot_be_a_list_of_aliases(key):
     """Sixty lines of YAML that would be 2^60 words when written out."""
     value = '{k: *b59}' if key == 'custom_data' else '*b59'
     text = re.sub(f'(?m)^  {key}:.*', '', EMPTY_TEXT) + f'\n{ALIASES}  {key}: '
-    assert parse_metadata(f'{text}none\n').files == ('bag_0.mcap',)
+    few = text.partition('  b9:')[0] + f'  {key}: none\n'
+    assert parse_metadata(few).files == ('bag_0.mcap',)  # PyYAML writes what is shared so
     with pytest.raises(BagError, match='must be rosbag2 metadata'):
         parse_metadata(f'{text}{value}\n')

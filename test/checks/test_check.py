@@ -14,6 +14,7 @@ from scipy.integrate import quad
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
+from mlmem_ros.outside import decode
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
@@ -192,8 +193,8 @@ def test_deep_defects_let_nothing_go():
 
 
 def test_weak_peaks_move_nothing():
-    settings = Settings.from_dict(
-        {**Settings().as_dict(), 'write': {'compression': -0.019, 'tension': 0.048}}
+    settings = decode(
+        Settings, {**Settings().as_dict(), 'write': {'compression': -0.019, 'tension': 0.048}}
     )
     report = check(CASE_II, settings)
     assert failed(report) == {'write_peaks', 'write_steps'}
@@ -212,7 +213,7 @@ def test_a_fast_schedule_is_left_to_a_simulation():
 
 
 def test_a_short_ramp_of_an_erase_is_a_warning():
-    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 300.0}})
+    settings = decode(Settings, {**Settings().as_dict(), 'erase': {'ramp': 300.0}})
     ramps = part((schedule,), CASE_II, settings)['erase_ramps']
     assert ramps.verdict is Verdict.WARN
     assert 'leave kink and wall ringing' in ramps.text
@@ -220,7 +221,7 @@ def test_a_short_ramp_of_an_erase_is_a_warning():
 
 def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
     """A smooth ramp of t moves the end by N e with the acceleration 6 N e / t^2 at its ends."""
-    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 500.0}})
+    settings = decode(Settings, {**Settings().as_dict(), 'erase': {'ramp': 500.0}})
     report = part((schedule,), CASE_II, settings)
     shake = report['erase_shake']
     assert shake.values['far end'] == pytest.approx(6 * 225 * 0.042 / 500**2, rel=0.01)
@@ -230,7 +231,7 @@ def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
 
 def test_steps_that_fail_near_the_operating_point_are_a_warning():
     """A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not."""
-    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'tension': 0.04}})
+    settings = decode(Settings, {**Settings().as_dict(), 'write': {'tension': 0.04}})
     found = part((steps,), CASE_II, settings)['write_steps']
     assert found.verdict is Verdict.WARN
     assert '0.85 and 0.85, 1.15 and 0.85 times their values' in found.text
@@ -264,7 +265,7 @@ def test_a_trap_too_near_the_end_loses_the_launched_wall():
 
 @pytest.mark.parametrize('strain', [0.015, 0.035, 0.05])
 def test_a_launch_on_the_first_cells_is_that_of_the_element(strain):
-    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'start_strain': strain}})
+    settings = decode(Settings, {**Settings().as_dict(), 'write': {'start_strain': strain}})
     assert launched(Subject(CASE_II, settings), 'write') == pytest.approx(25.0, abs=0.3)
 
 

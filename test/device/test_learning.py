@@ -13,7 +13,6 @@ from mlmem_ros.device import (
     Faults,
     SetFaults,
     Settings,
-    SettingsError,
     Write,
     new_element,
     preset,
@@ -31,6 +30,7 @@ from mlmem_ros.device.trims import (
     trimmed,
 )
 from mlmem_ros.host import calibration_file
+from mlmem_ros.outside import decode
 from mlmem_ros.physics import StateError, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 
@@ -135,15 +135,15 @@ def test_slow_cycles_are_tried_faster_and_fast_ones_stronger():
 @pytest.mark.parametrize(
     ('trims', 'message'),
     [
-        (7, 'trims need steps and a schedule'),
-        ({'steps': []}, 'trims need steps and a schedule'),
-        ({'steps': [[1.0]], 'schedule': ''}, 'trims need steps and a schedule'),
-        ({'steps': [[1.0, 'x', 1.0]], 'schedule': ''}, 'times must be'),
+        (7, 'trims must be an object; got 7'),
+        ({'steps': []}, 'trims lacks schedule'),
+        ({'steps': [[1.0]], 'schedule': ''}, r'steps\[0\] must be an object'),
+        ({'steps': [[1.0, 'x', 1.0]], 'schedule': ''}, r'trims.steps\[0\].times must be'),
         ({'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''}, 'peak must be'),
         ({'steps': [[1.0, 0.0, 1.0]], 'schedule': ''}, 'times must be'),
         (
             {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
-            'schedule of trims must be a hash; got 7',
+            'trims.schedule must be a text; got 7',
         ),
         (
             {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''},
@@ -154,11 +154,11 @@ def test_slow_cycles_are_tried_faster_and_fast_ones_stronger():
 )
 def test_a_file_without_valid_trims_is_refused(trained, tmp_path, trims, message):
     values = {**trained.calibration.as_dict(), 'trims': trims}
-    with pytest.raises(SettingsError, match=message):
-        Calibration.from_dict(values).check(BITS_2.design.levels)
+    with pytest.raises(ValueError, match=message):
+        decode(Calibration, values).check(BITS_2.design.levels)
     path = tmp_path / 'file'
     path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
-    with pytest.raises(StateError, match=message):
+    with pytest.raises(StateError, match=f'{message}|NaN is not JSON'):
         calibration_file.load(path, 'key', BITS_2.design.levels)
     taken = {**snapshot.take(trained), 'calibration': values}
     with pytest.raises(StateError, match='not a snapshot of a device'):
@@ -167,4 +167,4 @@ def test_a_file_without_valid_trims_is_refused(trained, tmp_path, trims, message
 
 def test_trims_are_values():
     trims = Trims((AS_SET, Trim(1.3, 1.6)), schedule_of(Settings()))
-    assert Trims.from_dict(json.loads(json.dumps(trims.as_dict()))) == trims
+    assert decode(Trims, json.loads(json.dumps(trims.as_dict()))) == trims

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from mlmem_ros.device import Calibrate, Settings, SettingsError, Write, new_element, preset
+from mlmem_ros.device import Calibrate, Settings, Write, new_element, preset
 from mlmem_ros.device.calibration import Calibration
 from mlmem_ros.device.moves import How, Move, cycle_of, route
 from mlmem_ros.device.quick_moves import QuickMoves, quick_schedule
 from mlmem_ros.device.trims import AS_SET, Trims, schedule_of
+from mlmem_ros.outside import DecodeError, decode
 
 DESIGN, SETTINGS = preset('case_2')
 DOWN = Move(How.STROKE, 5, 4, 0.0)
@@ -86,7 +87,7 @@ def test_a_calibration_keeps_what_was_planned():
 
 def test_they_survive_a_file():
     calibration = element_of('case_2', {'down_odd': {5: 0.9}, 'throw': {3: 0.0}}).calibration
-    assert Calibration.from_dict(calibration.as_dict()) == calibration
+    assert decode(Calibration, calibration.as_dict()) == calibration
 
 
 @pytest.mark.parametrize(
@@ -95,8 +96,8 @@ def test_they_survive_a_file():
      {'throw': [[float('inf'), 1.0]]}, {'throw': [[1, float('nan')]]}, 'throw', None],
 )  # fmt: skip
 def test_what_are_no_quick_moves_is_refused(wrong):
-    with pytest.raises(SettingsError):
-        QuickMoves.from_dict({'peaks': wrong, 'schedule': ''})
+    with pytest.raises(DecodeError):
+        decode(QuickMoves, {'peaks': wrong, 'schedule': ''})
 
 
 def test_settings_without_strokes_have_a_schedule():

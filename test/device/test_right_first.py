@@ -20,6 +20,7 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.end import End
+from mlmem_ros.outside import decode
 from mlmem_ros.parameter_file import load
 
 from .rig import run
@@ -78,7 +79,7 @@ def test_its_state_is_kept():
     element, other = device(), device()
     run(element, Write(1))
     state = snapshot.take(element)
-    assert Calibration.from_dict(state['calibration']) == element.calibration
+    assert decode(Calibration, state['calibration']) == element.calibration
     snapshot.restore(other, state)
     assert snapshot.digest(other) == snapshot.digest(element)
     assert run(other, Read()).reading.level == 1

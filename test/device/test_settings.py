@@ -11,6 +11,7 @@ import pytest
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import Settings, SettingsError
 from mlmem_ros.device.settings import ActuatorSettings, EraseSettings, ReadSettings, WriteSettings
+from mlmem_ros.outside import DecodeError, decode
 
 EVERY = [
     (group.name, field.name)
@@ -97,5 +98,5 @@ def test_an_end_is_left_or_right_or_both():
     'data', [{'probes': {}}, {'probe': {'omega': 2.0}}, {'probe': {'A': 'loud'}}, {'probe': None}]
 )
 def test_data_that_are_not_settings_are_refused(data):
-    with pytest.raises(SettingsError):
-        Settings.from_dict(data)
+    with pytest.raises(DecodeError):
+        decode(Settings, data)

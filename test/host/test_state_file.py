@@ -40,10 +40,10 @@ def test_without_a_file_nothing_is_restored(tmp_path):
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
-        ('', 'is damaged: Expecting value'),
+        ('', 'is damaged: it must be JSON; Expecting value'),
         ('\xff', "is damaged: 'utf-8' codec can't decode"),
-        ('[' * 100_000, 'is damaged: maximum recursion depth'),
-        ('{"format": 1, "snap', 'is damaged: Unterminated string'),
+        ('[' * 100_000, 'is damaged: it must be JSON; it is nested too deeply'),
+        ('{"format": 1, "snap', 'is damaged: it must be JSON; Unterminated string'),
         ('[]', 'is damaged: it must have format 1 and a snapshot; move it away to start blank'),
         ('{"format": 2, "snapshot": {}}', 'is damaged: it must have format 1'),
         ('{"format": 1}', 'is damaged: it must have format 1 and a snapshot'),

@@ -10,6 +10,7 @@ was written since the last sync is lost, kept, or kept in part, depending on the
 import errno
 import fcntl
 import os
+import stat
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -135,7 +136,9 @@ class Disk:
     def fstat(self, descriptor):
         open_file = self._open_file(descriptor)
         self._call('fstat', open_file.path)
-        return SimpleNamespace(st_nlink=open_file.node.names, st_size=len(open_file.node.shown))
+        node = open_file.node
+        kind = stat.S_IFDIR if isinstance(node, Directory) else stat.S_IFREG
+        return SimpleNamespace(st_nlink=node.names, st_size=len(node.shown), st_mode=kind)
 
     def flock(self, descriptor, _):
         ours = self._open_file(descriptor)

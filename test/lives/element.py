@@ -24,6 +24,7 @@ from mlmem_ros.host.settings import (
     RecordSettings,
     StateSettings,
 )
+from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
 
 PUBLISH = PublishSettings(4, 4, 4, 8, 40, 8)
@@ -81,7 +82,7 @@ def _quick():
     given['probe_right'] |= {'gain_decay': design.eta / 2}
     given['time'] |= {'tick': 50.0}
     given['scale'] |= {'time': 2e-3}
-    return Kind(design, Settings.from_dict(given))
+    return Kind(design, decode(Settings, given))
 
 
 def _shipped(name):

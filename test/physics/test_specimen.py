@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from mlmem_ros.outside import decode
 from mlmem_ros.physics import (
     CASE_II,
     NOH_BATHE,
@@ -173,9 +174,9 @@ def test_stiffer_springs_need_a_shorter_step():
 def test_a_specimen_of_older_sessions_has_springs_as_designed():
     data = Specimen(SMALL, offset=0.01).as_dict()
     del data['k_r_factor']
-    assert (Specimen.from_dict(data).k_r == 1.0).all()
+    assert (decode(Specimen, data).k_r == 1.0).all()
     made = scattered(SMALL, SCATTER, seed=2)
-    assert (Specimen.from_dict(made.as_dict()).k_r == made.k_r).all()
+    assert (decode(Specimen, made.as_dict()).k_r == made.k_r).all()
 
 
 def test_a_slow_shake_bends_every_cell_by_the_acceleration_over_its_stiffness():
@@ -379,7 +380,7 @@ def test_values_out_of_range_are_refused(wrong, message):
 def test_only_a_rigid_substrate_can_damp_the_cells():
     made = Specimen(SMALL, damped_by_substrate=True)
     assert not made.ideal
-    assert Specimen.from_dict(made.as_dict()).damped_by_substrate
+    assert decode(Specimen, made.as_dict()).damped_by_substrate
     with pytest.raises(DesignError, match='only a rigid substrate can damp the cells'):
         dataclasses.replace(made, design=dataclasses.replace(SMALL, substrate='elastic'))
 

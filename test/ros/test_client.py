@@ -520,7 +520,9 @@ def test_an_aborted_write_fails(client, robot):
 def test_an_answer_that_cannot_be_understood(context, stand_in, message):
     stand_in.answer = message
     reading = MemoryClient(stand_in.node, '/stand_in').read()
-    refused = pytest.raises(RequestFailed, match=r'not a JSON object|lacks attempts, ticks')
+    refused = pytest.raises(
+        RequestFailed, match=r'must be JSON|must be an object|lacks attempts, ticks'
+    )
     with spinning(stand_in.node), refused:
         reading.wait()
 

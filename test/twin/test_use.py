@@ -25,7 +25,8 @@ from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.device.simulation import Simulation
-from mlmem_ros.physics import PEFRL, Chain, Design, DesignError, Scatter, Specimen, scattered
+from mlmem_ros.outside import DecodeError, decode
+from mlmem_ros.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
 from mlmem_ros.physics.equilibrium import blank
 from mlmem_ros.session import messages
 from mlmem_ros.session.records import read_header
@@ -51,7 +52,7 @@ def element():
 
 
 def test_a_specimen_comes_back_to_the_bit():
-    again = Specimen.from_dict(MADE.as_dict())
+    again = decode(Specimen, MADE.as_dict())
     assert again.design == MADE.design
     for name in ('alpha', 's', 'masses', 'offsets'):
         assert (getattr(again, name) == getattr(MADE, name)).all(), name
@@ -62,8 +63,8 @@ def test_a_specimen_comes_back_to_the_bit():
 
 @pytest.mark.parametrize('wrong', [{'mass': 0.0}, {'alpha_factor': [1.0, 2.0]}, {'design': {}}])
 def test_what_is_no_specimen_is_refused(wrong):
-    with pytest.raises((DesignError, TypeError)):
-        Specimen.from_dict(MADE.as_dict() | wrong)
+    with pytest.raises(DecodeError):
+        decode(Specimen, MADE.as_dict() | wrong)
 
 
 def test_a_simulated_element_rests_in_its_own_ground_states(element):

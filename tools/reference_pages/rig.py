@@ -4,7 +4,9 @@
 
 import dataclasses
 import json
+from typing import Any
 
+from mlmem_ros.described import wanted
 from mlmem_ros.rig import driver, frames, hello
 
 from .table import table
@@ -63,6 +65,13 @@ a driver repeats its last frame and requests the next. A rig keeps the frames of
 samples to send them again; on TCP it need not, and may ignore AGAIN."""
 
 
+def _meaning(field: dataclasses.Field[Any]) -> str:
+    """Return the text of a declared field, and what a single value must be."""
+    given = field.metadata['description']
+    kind = str(field.type)
+    return given.text + (f' ({wanted(kind, given)})' if kind in ('int', 'float', 'str') else '')
+
+
 def rig_page() -> str:
     """Return the protocol."""
     payload = [['', 'payload']]
@@ -75,7 +84,7 @@ def rig_page() -> str:
         [
             f'`{field.name}`',
             '' if field.default is dataclasses.MISSING else f'`{json.dumps(field.default)}`',
-            hello.WANTED[field.name][0],
+            _meaning(field),
         ]
         for field in dataclasses.fields(hello.Hello)
     ]

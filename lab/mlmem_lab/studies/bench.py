@@ -15,7 +15,8 @@ from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.settings import WriteSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.trims import learnt
-from mlmem_ros.element_file import Element
+from mlmem_ros.element_file import Element, element_of
+from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design, Specimen, level_of
 
 
@@ -39,10 +40,11 @@ class Bench:
         return found | ({} if self.element is None else {'element': self.element.as_dict()})
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Bench:
+    def of(cls, data: Mapping[str, Any]) -> Bench:
         """Return what `as_dict` described."""
         element = _element(json.dumps(data['element'])) if 'element' in data else None
-        return cls(Design(**data['design']), Settings.from_dict(data['settings']), element)
+        design = decode(Design, data['design'])
+        return cls(design, decode(Settings, data['settings']), element)
 
     @cached_property
     def made(self) -> Specimen:
@@ -88,7 +90,7 @@ def nearness(made: Specimen) -> float:
 
 @lru_cache(maxsize=4)
 def _element(text: str) -> Element:
-    return Element.from_dict(json.loads(text))
+    return element_of(json.loads(text))
 
 
 @lru_cache(maxsize=64)

@@ -23,6 +23,7 @@ import numpy as np
 
 from mlmem_ros.device import Calibration, Erase, Read, Settings, Write
 from mlmem_ros.element_file import Element
+from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
 from mlmem_ros.physics.equilibrium import resting_wall
 
@@ -105,8 +106,8 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         level_margin, threshold_margin: The least of the readings, None without one.
         time: Duration in time units.
     """
-    bench = Bench.from_dict(common)
-    element = bench.device(Calibration.from_dict(common['calibration']))
+    bench = Bench.of(common)
+    element = bench.device(decode(Calibration, common['calibration']))
     if values['kind'] == 'upward':
         climb = write_upward(element, level=bench.level)
         last, outcomes = climb.writes[-1], [each.outcome for each in climb.writes]

@@ -27,7 +27,7 @@ def rerun(shared: Values, values: Values, seed: int) -> Climb:
     Raises:
         SettingsError: These settings give no device.
     """
-    bench = Bench.from_dict(shared)
+    bench = Bench.of(shared)
     settings, temperature = with_values(bench.settings, values)
     bench = replace(bench, settings=settings)
     element = bench.device()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mlmem_ros.chance import Stream, generator
 from mlmem_ros.device import UNDECODABLE, Settings
+from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design, DesignError, scattered
 from mlmem_ros.physics.potential import Array
 
@@ -63,7 +64,7 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement
 
     `shared` is that of `Tolerance`, the seed that of the point.
     """
-    design, settings = Design(**shared['design']), Settings.from_dict(shared['settings'])
+    design, settings = decode(Design, shared['design']), decode(Settings, shared['settings'])
     kind, tried = values['kind'], values['tried']
     by, right = chance(kind, values['scatter']), np.array(wanted(design, tried))
     count, each = size(shared, kind, tried)
