@@ -7,7 +7,7 @@ from typing import Any
 from ..procedures import Abort, Calibrate, Erase, Locate, Read, Reset, SelfTest, Survey, Write
 from ..words import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration, DelayTable
-from .commands import Command, Disturb, FollowTrajectory, SetFaults, SetStrain
+from .commands import Command, Disturb, FollowTrajectory, SetFaults, SetMethod, SetStrain
 from .driver import Driver
 from .element import MemoryElement
 from .end import End
@@ -26,7 +26,7 @@ __all__ = [
     'DelayTable', 'Disturb', 'Driver', 'DriverError', 'DriverHangs', 'EchoReceived', 'End',
     'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Locate', 'Loop', 'MemoryElement', 'Outcome',
     'Preset', 'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'SelfTest', 'SetFaults',
-    'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey', 'Unknown', 'Write',
+    'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey', 'Unknown', 'Write',
     'describe_level', 'factory_calibration', 'new_element', 'preset',
 ]  # fmt: skip
 

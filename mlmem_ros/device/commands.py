@@ -59,7 +59,14 @@ class SetFaults:
     faults: Faults
 
 
-Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Procedures
+@dataclass(frozen=True)
+class SetMethod:
+    """Write by another method from now on: one of `write.method`."""
+
+    method: str
+
+
+Command = SetStrain | FollowTrajectory | Disturb | SetFaults | SetMethod | Procedures
 
 KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)}
 """The commands by name."""

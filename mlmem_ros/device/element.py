@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..clipped import clipped
@@ -16,12 +16,13 @@ from . import commands, procedures
 from .base import NO_SHAKES, Shakes
 from .commands import Command
 from .end import End
-from .errors import ProcedureFailed, Refused
+from .errors import ProcedureFailed, Refused, SettingsError
 from .events import Event, Outcome
 from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
 from .progress import Feedback, Progress
+from .settings import Settings
 
 NAMES = {row.command: name for name, row in PROCEDURES.items()}
 """Names of procedures by their commands."""
@@ -104,11 +105,18 @@ class MemoryElement(Memory):
                 if not faults.same_material(before):
                     self.forget('faults were set')
                 return None
+            case commands.SetMethod(method):
+                self.settings = with_method(self.settings, method)
+                return None
         if self._running:
             raise Refused(f'busy: {self.procedure} is running; abort it or wait')
         if name is not None:
             return self._begin(name, command, wanted)
         match command:
+            case commands.SetStrain() | commands.FollowTrajectory() if (
+                not self.settings.actuator.present
+            ):
+                raise Refused('a strain needs an actuator, and there is none (actuator.present)')
             case commands.SetStrain(strain):
                 self.actuator.slew_to(strain)
             case commands.FollowTrajectory():
@@ -136,8 +144,12 @@ class MemoryElement(Memory):
 
     def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
         steps = procedures.STEPS[name]
-        self.progress = Progress(name, self.ticks)
-        procedures.estimates.expect(self, steps.expected(self, **wanted))
+        before, self.progress = self.progress, Progress(name, self.ticks)
+        try:
+            procedures.estimates.expect(self, steps.expected(self, **wanted))
+        except ProcedureFailed as error:  # there is no way, as without an actuator
+            self.progress = before
+            raise Refused(str(error)) from error
         self._running = Run(command, steps.begin(self, **wanted), self.ticks)
         return self._running
 
@@ -255,6 +267,18 @@ class MemoryElement(Memory):
         )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome
+
+
+def with_method(settings: Settings, method: str) -> Settings:
+    """Return settings that write by another method.
+
+    Raises:
+        Refused: There is no such method.
+    """
+    try:
+        return replace(settings, write=replace(settings.write, method=method))
+    except SettingsError as error:
+        raise Refused(f'write.{error}') from error
 
 
 @dataclass(eq=False)

@@ -3,7 +3,8 @@
 """The moves of the wall between levels, their durations, and the fastest path.
 
 Levels and the blank element are nodes of a graph; moves are its edges: a launch, a step up, a
-stroke up or down, a throw, an erase. A write takes the shortest path (docs/going_back.md).
+stroke up or down, a throw, an erase, all by strain (docs/going_back.md), and without strain a kick
+and a push (docs/strainless.md). A write takes the shortest path.
 """
 
 from __future__ import annotations
@@ -16,9 +17,16 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from ..physics import Design
+from .errors import ProcedureFailed
 from .motion import Cycle
-from .reading import BLANK
+from .reading import BLANK, describe_level
 from .settings import CycleSettings, Settings, StrokeSettings, peak
+
+PEAK_SPEED = 1.5
+"""Highest speed of a kick, relative to its mean."""
+
+RELUCTANCE = 1e9
+"""Time that a strained move seems to take where strain is avoided."""
 
 RINGING = 12.0
 """Damping times until an element that was strained fast is quiet enough to be read."""
@@ -32,6 +40,18 @@ class How(Enum):
     STROKE = 'stroke'
     THROW = 'throw'
     ERASE = 'erase'
+    KICK = 'kick'
+    PUSH = 'push'
+
+    @property
+    def strains(self) -> bool:
+        """Whether it needs the actuator."""
+        return self not in (How.KICK, How.PUSH)
+
+    @property
+    def hasty(self) -> bool:
+        """Whether the element rings afterwards and cannot be read yet."""
+        return self in (How.STROKE, How.THROW, How.KICK, How.PUSH)
 
 
 @dataclass(frozen=True)
@@ -95,9 +115,11 @@ def gentle(settings: Settings) -> Settings:
 
 
 def paper_way(settings: Settings) -> Settings:
-    """Return settings without strokes and throws."""
+    """Return settings with neither kicks and pushes nor strokes and throws."""
     none = StrokeSettings()
     erase = replace(settings.erase, method='kink')
+    write = replace(settings.write, method='strain')
+    settings = replace(settings, write=write)
     return replace(settings, erase=erase, down_even=none, down_odd=none, up_even=none, up_odd=none)
 
 
@@ -113,8 +135,45 @@ def throws(settings: Settings) -> bool:
     return settings.erase.method == 'pulse' and settings.throw.peak != 0.0
 
 
+def kick_speed(design: Design, settings: Settings, level: int) -> float:
+    """Return the mean speed of the kick from blank to a level; 0 if there is none."""
+    speeds, limits = settings.kick.by_level, settings.transducer
+    speed = speeds[level] if level < len(speeds) else 0.0
+    able = abs(design.D_s2 - design.D_s1) <= limits.max_stroke
+    return speed if able and PEAK_SPEED * speed <= limits.max_speed else 0.0
+
+
+def pushes(settings: Settings) -> bool:
+    """Return whether an erase and a write down begin with a push."""
+    push, limits = settings.push, settings.transducer
+    able = limits.max_amplitude >= push.A and push.speed <= limits.max_speed
+    return settings.write.method != 'strain' and push.A > 0.0 and able
+
+
 def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]:
     """Yield the moves that begin at a level, or at the blank element."""
+    if settings.write.method != 'strain':
+        yield from _strainless(design, settings, start)
+    if settings.actuator.present:
+        yield from _strained(design, settings, start)
+
+
+def _strainless(design: Design, settings: Settings, start: int) -> Iterator[Move]:
+    if start != BLANK:
+        if pushes(settings):
+            push = settings.push
+            yield Move(
+                How.PUSH, start, BLANK, 12.0 * push.sigma + 0.5 * push.patience + push.settle
+            )
+        return
+    kick = settings.kick
+    for level in range(design.levels):
+        if speed := kick_speed(design, settings, level):
+            moving = abs(design.D_s2 - design.D_s1) / speed
+            yield Move(How.KICK, BLANK, level, moving + kick.hold + kick.settle)
+
+
+def _strained(design: Design, settings: Settings, start: int) -> Iterator[Move]:
     rate = settings.actuator.max_rate
     if start == BLANK:
         write = settings.write
@@ -156,11 +215,17 @@ def ringing(design: Design) -> float:
 
 
 def route(design: Design, settings: Settings, start: int, target: int) -> list[Move]:
-    """Return the fastest moves from one level, or `BLANK`, to another (Dijkstra)."""
+    """Return the fastest moves from one level, or `BLANK`, to another (Dijkstra); with
+    `write.method` kick, those with the least strain.
+
+    Raises:
+        ProcedureFailed: Without an actuator there is no way.
+    """
     order = itertools.count()
     ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
     seen = set()
-    while True:  # every place is reachable by an erase, a launch and steps
+    aside = RELUCTANCE if settings.write.method == 'kick' else 0.0
+    while ways:
         time, _, place, way = heapq.heappop(ways)
         if place == target:
             return way
@@ -170,4 +235,9 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
         for move in moves_from(design, settings, place):
             if move.how in (How.ERASE, How.THROW) and place != start:
                 continue  # an erase is that fast only if the wall was read, a throw sure from rest
-            heapq.heappush(ways, (time + move.time, next(order), move.target, [*way, move]))
+            cost = time + move.time + aside * move.how.strains
+            heapq.heappush(ways, (cost, next(order), move.target, [*way, move]))
+    raise ProcedureFailed(
+        f'{describe_level(target)} is reached only by strain: it needs an actuator, or, with '
+        'write.method kick or auto, a kick to it and a push within the limits of the transducers'
+    )

@@ -45,6 +45,9 @@ class Preset(NamedTuple):
 DEFAULT = 'case_2'
 """The default preset."""
 
+LOUDER = 4.0
+"""Amplitude of a read where walls are kicked, relative to that where they are strained."""
+
 Peaks = tuple[float, float]
 """Peak strains: of compression, of tension."""
 
@@ -173,6 +176,22 @@ def _erase(ramp: float, hold: float, settle: float, peaks: Peaks) -> EraseSettin
     )  # fmt: skip
 
 
+def _kicked(strained: Preset, **others: Any) -> Preset:
+    """Return an element that is written without strain.
+
+    Kicks and pushes leave waves that fade as slowly as they were loud: a louder read hears through
+    them sooner.
+    """
+    settings = strained.settings
+    left, right = (
+        replace(probe, A=LOUDER * probe.A, v_th=LOUDER * probe.v_th)
+        for probe in (settings.probe, settings.probe_right)
+    )
+    write = replace(settings.write, method='kick')
+    settings = replace(settings, write=write, probe=left, probe_right=right, **others)
+    return strained._replace(settings=settings)
+
+
 PRESETS = {
     'case_1': _case_1(),
     'case_2': _CASE_2,
@@ -240,6 +259,7 @@ PRESETS = {
     ),
     'fast': _fast(),
 }  # fmt: skip
+PRESETS |= {f'kick_{bits}': _kicked(PRESETS[f'bits_{bits}']) for bits in (2, 3, 4)}
 """By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is
 `case_2` with a faster schedule. docs/reference/presets.md has all schedules."""
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prescribed motions of a boundary cell: the probe pulse, and the move that launches a wall."""
+"""Prescribed motions of a boundary cell: pulses that probe or push; moves and kicks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..physics.portable import cosine, exponential, sine
 from ..physics.potential import Array
-from .settings import ProbeSettings
+from .settings import ProbeSettings, PushSettings
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Pulse:
     """
 
     rest: float
-    probe: ProbeSettings
+    probe: ProbeSettings | PushSettings
 
     @property
     def t_0(self) -> float:
@@ -64,5 +64,37 @@ class Move:
         return np.stack((self.start + velocity * t, np.full_like(t, velocity)))
 
 
-BoundaryMotion = Pulse | Move
+@dataclass(frozen=True)
+class Kick:
+    """A smooth move from one ground state to the other, which launches a wall; its mean speed
+    selects the level at which that stops.
+
+    Attributes:
+        start: Displacement at the beginning.
+        target: Displacement at the end.
+        speed: Mean speed; the highest is `PEAK_SPEED` times that.
+        hold: Time for which the cell is held at its target.
+    """
+
+    start: float
+    target: float
+    speed: float
+    hold: float
+
+    @property
+    def duration(self) -> float:
+        """Time for which the cell is held, in time units."""
+        return abs(self.target - self.start) / self.speed + self.hold
+
+    def at(self, t: Array) -> Array:
+        """Return displacement and velocity at times t."""
+        way = self.target - self.start
+        rate = self.speed / abs(way) if way else 0.0
+        x = np.minimum(t * rate, 1.0)
+        return np.stack(
+            (self.start + way * x * x * (3.0 - 2.0 * x), 6.0 * way * rate * x * (1.0 - x))
+        )
+
+
+BoundaryMotion = Pulse | Move | Kick
 """The motions that a boundary cell can be made to follow; then it is released."""

@@ -36,6 +36,9 @@ _margin = partial(described, low=0.0, high=0.99)
 class ActuatorSettings(Checked):
     """The actuator that strains the substrate."""
 
+    present: bool = described(
+        True, 'whether there is one: without, an element is written by kicks and pushes alone'
+    )
     max_strain: float = described(
         0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
     )
@@ -52,6 +55,21 @@ class ActuatorSettings(Checked):
     def by_hand(self) -> float:
         """Highest rate of a strain that is set by hand, in 1/time."""
         return min(self.hand_rate, self.max_rate) or self.max_rate
+
+
+@dataclass(frozen=True)
+class TransducerSettings(Checked):
+    """What the transducers can do. A kick or a push that needs more is not made."""
+
+    max_speed: float = described(
+        1.5, 'highest speed of an end', unit='cells/time', low=1e-3, high=10.0
+    )
+    max_stroke: float = described(
+        2.5, 'longest way of an end, as of a kick', unit='cells', low=0.0, high=10.0
+    )
+    max_amplitude: float = described(
+        1.0, 'largest amplitude of a pulse', unit='cells', low=0.0, high=5.0
+    )
 
 
 @dataclass(frozen=True)
@@ -76,6 +94,12 @@ class CycleSettings(Checked):
 class WriteSettings(CycleSettings):
     """Launch, step and verify."""
 
+    method: str = described(
+        'strain',
+        'strain: by strain cycles, as in the paper; kick: by kicks and pushes, with strain only '
+        'where no kick reaches; auto: by whichever is fastest',
+        choices=('strain', 'kick', 'auto'),
+    )
     compression: float = described(
         -0.034, 'peak strain at levels where compression frees the wall', low=-0.5, high=-1e-6
     )
@@ -203,6 +227,61 @@ class ThrowSettings(JerkSettings):
     )
 
 
+@dataclass(frozen=True)
+class KickSettings(Checked):
+    """The motion of the left end that sends a wall from blank to the level its speed selects."""
+
+    speeds: str = described(
+        '',
+        'mean speed in cells per time unit for every level from 0 on, separated by spaces; 0: no '
+        'kick to this level',
+    )
+    hold: float = _time(20.0, 'hold at the active ground state')
+    settle: float = _time(800.0, 'rest in which the wall comes to its level')
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            sound = all(0.0 <= speed <= 10.0 for speed in self.by_level)
+        except ValueError:
+            sound = False
+        if not sound:
+            raise SettingsError(
+                'speeds must be numbers from 0 to 10, separated by spaces; got '
+                f'{clipped(self.speeds)}'
+            )
+
+    @cached_property
+    def by_level(self) -> tuple[float, ...]:
+        """Mean speeds by level; 0 where there is no kick."""
+        return tuple(float(word) for word in self.speeds.split())
+
+
+@dataclass(frozen=True)
+class PushSettings(Checked):
+    """The loud pulse that pushes the wall out at the left end, from any level."""
+
+    end: str = described('right', 'end that is driven', choices=('left', 'right'))
+    omega_c: float = described(0.8, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
+    A: float = described(0.0, 'amplitude; 0: no push', unit='cells', low=0.0, high=5.0)
+    sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
+    patience: float = _time(1200.0, 'longest wait for the wall to leave')
+    settle: float = _time(200.0, 'rest before a kick, once the wall has left')
+    pulses: int = described(3, 'most pulses until the wall has left', low=1, high=100)
+    after: float = described(
+        1.0,
+        'factor on the speed of a kick that follows: waves of the pulse, still under way, brake '
+        'the wall',
+        low=0.5,
+        high=2.0,
+    )
+
+    @property
+    def speed(self) -> float:
+        """About the highest speed of the end."""
+        return self.A * self.omega_c
+
+
 def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
     """Return the peak strain that frees a wall or a kink by compression, or by tension."""
     return cycles.compression if compress else cycles.tension
@@ -324,6 +403,9 @@ class Settings:
     up_even: StrokeSettings = StrokeSettings()
     up_odd: StrokeSettings = StrokeSettings()
     throw: ThrowSettings = ThrowSettings()
+    kick: KickSettings = KickSettings()
+    push: PushSettings = PushSettings()
+    transducer: TransducerSettings = TransducerSettings()
     probe: ProbeSettings = ProbeSettings()
     probe_right: ProbeSettings = ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
     read: ReadSettings = ReadSettings()

@@ -1,16 +1,23 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The shipped strokes and throws, for 9 and for 25 cells per level.
+"""The shipped strokes, throws, kicks and pushes, for 9 and for 25 cells per level.
 
-Found by `mlmem_lab.designer.stroke_search`; docs/reference/results.md gives the ranges in which
-they work.
+Strokes and throws were found by `mlmem_lab.designer.stroke_search`, kicks and pushes by
+`mlmem kicks`; docs/reference/results.md gives the ranges in which they work.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from .settings import ActuatorSettings, EraseSettings, StrokeSettings, ThrowSettings
+from .settings import (
+    ActuatorSettings,
+    EraseSettings,
+    KickSettings,
+    PushSettings,
+    StrokeSettings,
+    ThrowSettings,
+)
 
 
 def hand_rate(N: int) -> float:
@@ -56,7 +63,11 @@ def by_9(levels: int, N: int) -> dict[str, Any]:
     this law gives no stroke from even levels.
     """
     site, even_from = 9.0 * levels, max(8, 2 * round(4.0 * (N / 207.0) ** 0.7))
-    found = {}
+    speeds = ' '.join(f'{speed:g}' for speed in SPEEDS_9[:levels])
+    found: dict[str, Any] = {
+        'kick': KickSettings(speeds),
+        'push': PushSettings(A=0.6, omega_c=0.75, sigma=5.0, settle=800.0 if N < 150 else 1200.0),
+    }
     if levels > 3:
         ease, peak = round(80.0 * max(1.0, N / 410.0)), -round(0.0082 * (288.0 / site) ** 0.77, 4)
         found['down_odd'] = stroke(200.0, 40.0, float(ease), -0.84, 660.0, peak, 0.77, lowest=3)
@@ -68,6 +79,12 @@ def by_9(levels: int, N: int) -> dict[str, Any]:
     return found
 
 
+SPEEDS_9 = (
+    0.0035, 0.0064, 0.0112, 0.0167, 0.023, 0.0297, 0.0378, 0.0462,
+    0.0542, 0.0636, 0.0748, 0.086, 0.0988, 0.118, 0.1416, 0.163,
+)  # fmt: skip
+"""Speeds of kicks to the levels of all elements with nine cells a level and damping 1/250."""
+
 BY_25: dict[str, Any] = {
     'erase': EraseSettings(method='pulse'),
     'down_even': stroke(1300.0, 20.0, 293.0, -0.023, 1340.0, 0.045, 0.119),
@@ -75,5 +92,7 @@ BY_25: dict[str, Any] = {
     'up_even': stroke(500.0, 20.0, 360.0, 0.37, 440.0, -0.0354, 0.148),
     'up_odd': stroke(420.0, 20.0, 84.0, -0.665, 1100.0, 0.0277, 0.32, levels=2),
     'throw': throw(0.135, 300.0, 66.0, -0.02, 600.0, not_from='1 7'),
+    'kick': KickSettings('0.006 0.0145 0.0316 0.053 0.0793 0.1207 0.18 0.258'),
+    'push': PushSettings(A=0.55, omega_c=0.8, sigma=5.0, settle=800.0, after=1.1),
 }
-"""Strokes and a throw for the paper's 25 cells per level."""
+"""Strokes, a throw, kicks and a push for the paper's 25 cells per level."""

@@ -16,9 +16,9 @@ from .driver import Driver
 from .echo import FAINTEST, EchoDetector
 from .end import End
 from .errors import SettingsError
-from .pulse import BoundaryMotion, Move, Pulse
+from .pulse import BoundaryMotion, Kick, Move, Pulse
 from .reverberation import NOTHING, Reverberation
-from .settings import ProbeSettings, Settings
+from .settings import ProbeSettings, PushSettings, Settings
 from .tape import Tape
 
 REST_PERIODS = 8.0
@@ -207,6 +207,15 @@ class Transducer:
         """Move a boundary cell at constant speed to a displacement, then release it."""
         start = self._driver.end(end.site(self._design))
         self._hold(end, Move(start, target, speed))
+
+    def kick(self, target: float, speed: float, hold: float) -> None:
+        """Move the left end smoothly to a ground state, hold it there, then release it."""
+        start = self._driver.end(End.LEFT.site(self._design))
+        self._hold(End.LEFT, Kick(start, target, speed, hold))
+
+    def push(self, end: End, pulse: PushSettings) -> None:
+        """Fire a loud pulse about the rest of an end."""
+        self._hold(end, Pulse(self.rest(end), pulse))
 
     def _hold(self, end: End, motion: BoundaryMotion) -> None:
         self.held = Held(motion, end.site(self._design), 0)

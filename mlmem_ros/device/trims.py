@@ -60,10 +60,16 @@ LAUNCHES = tuple(map(
 """For a launch before such cycles: after too slow a start the wall turns back."""
 
 
+KICKS = tuple(Trim(speed=speed) for speed in (1.0, 1.04, 0.96, 1.08, 0.92, 1.12, 0.88, 1.17, 0.83))
+"""For kicks: the speed selects the level, and disorder shifts where its window is."""
+
+
 def menu(settings: Settings, level: int) -> tuple[Trim, ...]:
     """Return the pulses to try for a step up to a level, best first: each rescues most of the
     steps left by those before.
     """
+    if kicked(settings, level):
+        return KICKS
     if not settings.write.ease:
         return (AS_SET, *QUICKER)
     return (AS_SET, *(STRONGER if level else LAUNCHES))
@@ -112,11 +118,19 @@ class Trims:
         return {'steps': steps, 'schedule': self.schedule, **quick}
 
 
+def kicked(settings: Settings, level: int) -> bool:
+    """Return whether a calibration takes the wall to a level by a kick."""
+    speeds = settings.kick.by_level
+    return settings.write.method == 'kick' and level < len(speeds) and speeds[level] > 0.0
+
+
 def schedule_of(settings: Settings) -> str:
     """Return a hash of all settings that shape the pulses of a write."""
     write, actuator = settings.write, settings.actuator
     values = [getattr(write, name) for name in (*TIMES, *STRAINS, 'ease_to', 'launch_speed')]
     values += [write.last_release, actuator.max_strain, actuator.max_rate]
+    if write.method == 'kick':
+        values += [settings.kick.speeds, settings.kick.hold]
     text = json.dumps(values)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 

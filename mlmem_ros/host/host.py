@@ -15,6 +15,7 @@ from ..device import (
     MemoryElement,
     Outcome,
     SetFaults,
+    SetMethod,
     describe_level,
 )
 from ..device.mailbox import Asked
@@ -169,6 +170,8 @@ class Host(Requests):
         )
         if given.faults != element.faults:
             loop.submit(SetFaults(given.faults))
+        if (method := given.settings.write.method) != element.settings.write.method:
+            loop.submit(SetMethod(method))
         self.loop = loop
         loop.start()
 

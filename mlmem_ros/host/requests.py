@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ..device import Command, Faults, Loop, MemoryElement, Outcome, Refused, SetFaults
+from ..device import Command, Faults, Loop, MemoryElement, Outcome, Refused, SetFaults, SetMethod
 from ..device.mailbox import Asked
 from ..device.progress import Feedback
 from ..device.request import Request
@@ -97,6 +97,11 @@ class Requests:
         """Hand in faults if time runs; otherwise they take effect at the next activation."""
         if self.loop is not None:
             self.submit(SetFaults(faults))
+
+    def set_method(self, method: str) -> None:
+        """Write by another method if time runs; otherwise from the next activation on."""
+        if self.loop is not None:
+            self.submit(SetMethod(method))
 
     def set_speed(self, speed: float) -> None:
         """Run at another multiple of real time; 0: as fast as possible."""

@@ -16,11 +16,19 @@ from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.clipped import clipped
 from mlmem_ros.contract import received, topics
 from mlmem_ros.contract.commands import OF_REQUEST
-from mlmem_ros.device import Command, Disturb, FollowTrajectory, Read, SetFaults, SetStrain, Write
+from mlmem_ros.device import (
+    Command,
+    Disturb,
+    FollowTrajectory,
+    Read,
+    SetFaults,
+    SetMethod,
+    SetStrain,
+    Write,
+)
 from mlmem_ros.session.messages import COMMAND, HEADER
 from mlmem_ros.session.records import Header, naming, read_command, read_header
 from mlmem_ros.session.timeline import timed
-
 from .about import About
 from .frames import counts, packed, thinned
 
@@ -34,6 +42,7 @@ NAMES: dict[type[Any], str] = {
     **{kind: name for name, kind in OF_REQUEST.items()},
     SetStrain: 'strain',
     SetFaults: 'faults',
+    SetMethod: 'write.method',
 }
 
 
@@ -209,5 +218,7 @@ def _words(command: Command) -> str:
             return f'{name} from {end}'
         case SetFaults(faults=faults):
             return f'{name} {", ".join(faults.active()) or "healed"}'
+        case SetMethod(method=method):
+            return f'{name} {method}'
         case _:
             return name

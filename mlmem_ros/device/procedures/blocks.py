@@ -15,6 +15,7 @@ from ..events import Check
 from ..instrument import LONGEST_RUN, Instrument
 from ..memory import Memory
 from ..motion import Cycle
+from ..moves import PEAK_SPEED, kick_speed
 from ..progress import LAUNCHING, SETTLING, STRAINING
 from ..reading import Reading
 from ..settings import EraseSettings, WriteSettings
@@ -123,6 +124,42 @@ def launch(
     while element.transducer.driving:
         yield element.next_look(element.transducer.remaining)
     yield from play(element, Cycle(tuple(rest)))
+
+
+def kick(element: Memory, level: int, force: float = 1.0) -> Procedure[None]:
+    """Send a wall from the left end of a blank element to a level.
+
+    `force` is a factor on the speed of the kick, within the transducer's limit.
+    """
+    settings = element.settings.kick
+    speed = force * kick_speed(element.design, element.settings, level)
+    element.begin_cycle()
+    element.progress.phase = LAUNCHING
+    speed = min(speed, element.settings.transducer.max_speed / PEAK_SPEED)
+    element.transducer.kick(element.design.D_s2, speed, settings.hold)
+    while element.transducer.driving:
+        yield element.next_look(element.transducer.remaining)
+    yield from wait(element, settings.settle)
+
+
+def push(element: Memory) -> Procedure[bool]:
+    """Fire a loud pulse that pushes a wall out at the left end; return whether it has left.
+
+    The left end shows that: it is inactive when the wall has gone.
+    """
+    settings = element.settings.push
+    element.begin_cycle()
+    element.progress.phase = LAUNCHING
+    element.transducer.push(End(settings.end), settings)
+    while element.transducer.driving:
+        yield element.next_look(element.transducer.remaining)
+    until = element.ticks + math.ceil(settings.patience / element.tick)
+    while (element.phase(End.LEFT), element.phase(End.RIGHT)) != (0, 0):
+        if element.ticks >= until:
+            return False
+        yield 1
+    yield from wait(element, settings.settle)
+    return True
 
 
 def bring_back(element: Memory, end: End) -> Procedure[None]:

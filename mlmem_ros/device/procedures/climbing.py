@@ -13,7 +13,7 @@ from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
-from ..trims import Trim, learnt, menu
+from ..trims import Trim, kicked, learnt, menu
 from .blocks import Procedure
 from .erasing import erase
 from .going_to_level import go_to_level
@@ -57,7 +57,8 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
             yield from erase(element)
             place = BLANK
         trims = [lesson.trim for lesson in lessons]
-        yield from go_to_level(element, place, place + 1, plainly=True, trims=trims)
+        plainly = not kicked(settings, place + 1)
+        yield from go_to_level(element, place, place + 1, plainly=plainly, trims=trims)
         heard[place + 1] = yield from look(element)
         margin, why = _margin(element, place + 1, heard[place + 1])
         if lessons[place + 1].passed(margin):

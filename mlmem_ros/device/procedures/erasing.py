@@ -8,15 +8,19 @@ from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..motion import Cycle
-from ..moves import throw_cycle, throws
+from ..moves import pushes, throw_cycle, throws
 from ..reading import BLANK, describe_level
 from ..settings import peak
-from .blocks import Procedure, Result, bring_back, catch_up, launch, play, return_to_zero
+from .blocks import Procedure, Result, bring_back, catch_up, launch, play, push, return_to_zero
 from .listening import look
 
 LOOK_SPACING = 8
 """An erase listens after every cycle at first, then at intervals that grow by an eighth: listening
 takes as long as one cycle or several."""
+
+
+UNPUSHED = 'and what else would drive it out needs an actuator'
+"""Ends the error where pushes have failed."""
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
@@ -26,11 +30,42 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
         ProcedureFailed: The element is not blank after all throws and then two cycles per level.
     """
     yield from return_to_zero(element)
+    if not plainly and pushes(element.settings):
+        pushed = yield from _push(element)
+        if pushed is not None:
+            return pushed
+    if not element.settings.actuator.present:
+        raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
     if not plainly and throws(element.settings):
         thrown = yield from _throw(element)
         if thrown is not None:
             return thrown
     return (yield from _drive_kink(element))
+
+
+def push_out(element: Memory) -> Procedure[None]:
+    """Push the wall out, so that a kick can follow; what pushes do not move is driven out.
+
+    Raises:
+        ProcedureFailed: The wall stays, and there is no actuator.
+    """
+    for _ in range(element.settings.push.pulses):
+        if (yield from push(element)):
+            return
+    if not element.settings.actuator.present:
+        raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
+    yield from erase(element, plainly=True)
+
+
+def _push(element: Memory) -> Procedure[Result | None]:
+    """Push the wall out; return None if an element that is pushed again and again is not blank."""
+    for pulse in range(element.settings.push.pulses):
+        element.progress.tried('erase', pulse + 1)
+        if (yield from push(element)):
+            reading = yield from look(element)
+            if reading.level == BLANK:
+                return Result(reading, pulse + 1)
+    return None
 
 
 def _throw(element: Memory) -> Procedure[Result | None]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ..echo import TAIL
 from ..memory import Memory
-from ..moves import How, ringing, route
+from ..moves import ringing, route
 from ..reading import BLANK, UNDECODABLE
 from .listening import expected_wait
 
@@ -22,9 +22,6 @@ fainter than the noise of a good transducer."""
 
 SHOTS = 13
 """Shots of a survey."""
-
-HASTY = (How.STROKE, How.THROW)
-"""Moves after which the element rings and cannot be read yet."""
 
 
 def expect(element: Memory, duration: float) -> None:
@@ -45,7 +42,7 @@ def driving(element: Memory, present: int, target: int) -> float:
     moves = route(element.design, settings, start, target)
     if present == UNDECODABLE and target != BLANK:
         return driving(element, start, BLANK) + driving(element, BLANK, target)
-    rings = ringing(element.design) if moves and moves[-1].how in HASTY else 0.0
+    rings = ringing(element.design) if moves and moves[-1].how.hasty else 0.0
     return sum(move.time for move in moves) + element.settings.write.final_settle + rings
 
 

@@ -10,8 +10,8 @@ from ..memory import Memory
 from ..moves import How, cycle_of, gentle, half_period, paper_way, route
 from ..reading import BLANK, UNDECODABLE
 from ..trims import Trim, trimmed
-from .blocks import Procedure, launch, play
-from .erasing import erase
+from .blocks import Procedure, kick, launch, play
+from .erasing import erase, push_out
 from .listening import settle
 
 
@@ -21,6 +21,7 @@ def go_to_level(
     level: int,
     force: float = 1.0,
     *,
+    nudge: float = 1.0,
     plainly: bool = False,
     trims: Sequence[Trim] | None = None,
 ) -> Procedure[None]:
@@ -31,6 +32,7 @@ def go_to_level(
         present: The level that was read, `BLANK` or `UNDECODABLE`.
         level: The target level.
         force: Factor on the peak strains of steps up, within the actuator's limit.
+        nudge: Factor on the speed of a kick, within the transducer's limit.
         plainly: Use only steps up and a kink, as in the paper.
         trims: Trims by the level to which a move goes; by default those learnt.
     """
@@ -42,6 +44,13 @@ def go_to_level(
         present = BLANK
     moves = route(design, settings, present, level)
     for move in moves:
+        if move.how is How.PUSH:
+            yield from push_out(element)
+            nudge *= settings.push.after
+            continue
+        if move.how is How.KICK:
+            yield from kick(element, move.target, trims[move.target].speed * nudge)
+            continue
         if move.how is How.ERASE:
             yield from erase(element, plainly=plainly)
             continue

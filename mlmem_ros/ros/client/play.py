@@ -23,6 +23,7 @@ from ...device import (
     FollowTrajectory,
     Read,
     SetFaults,
+    SetMethod,
     SetStrain,
     describe_level,
 )
@@ -37,11 +38,14 @@ from .standalone import POLL, standalone, wait_until
 
 Progress = Callable[[int, int], None]
 
-ANY_TIME = (Abort, Disturb, SetFaults)
+ANY_TIME = (Abort, Disturb, SetFaults, SetMethod)
 """Commands that do not wait for a procedure to end."""
 
-NO_END = (SetStrain, FollowTrajectory, Disturb, SetFaults)
+NO_END = (SetStrain, FollowTrajectory, Disturb, SetFaults, SetMethod)
 """Commands that do not start a procedure."""
+
+METHOD = 'write.method'
+"""The parameter that says how a level is written."""
 
 PATIENCE = 120.0
 """Longest wait in seconds for a procedure to end, on a machine slower than the recording one."""
@@ -214,6 +218,8 @@ def _sender(client: MemoryClient, units: Units) -> Callable[[Command], None]:
         if isinstance(command, SetFaults):
             faults = asdict(command.faults)
             reply = client.set_parameters({f'faults.{name}': faults[name] for name in faults})
+        elif isinstance(command, SetMethod):
+            reply = client.set_parameters({METHOD: command.method})
         else:
             name = name_of(command)
             reply = client.request(

@@ -53,14 +53,14 @@ OF_THE_NODE = {
 
 OF_A_PRESET = (
     'design', 'actuator', 'write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd',
-    'throw', 'probe', 'probe_right', 'read', 'time',
+    'throw', 'kick', 'push', 'transducer', 'probe', 'probe_right', 'read', 'time',
 )  # fmt: skip
 """Groups that a preset sets; the others are the robot's."""
 
 
 LISTED = {
     *LIVE, *OF_THE_NODE, 'device', 'actuator', 'disturbance', 'scale', 'publish', 'record',
-    'state', 'files', 'faults', 'write.attempts', 'erase.method', 'read.end',
+    'state', 'files', 'faults', 'write.attempts', 'write.method', 'erase.method', 'read.end',
 }  # fmt: skip
 """Groups and names that every node lists: what a robot builder changes. All others come with the
 preset or a file; a node that was given one lists that, too."""

@@ -46,6 +46,9 @@ FAULTS = 'faults.'
 LIVE_GROUPS = ('record', 'faults')
 """Groups that may be set at any time: one applies to the next session, one to the device."""
 
+METHOD = 'write.method'
+"""How a level is written: may be set at any time, too."""
+
 PACE = 'record.hash_every'
 """Of these groups, but the running loop counts on it."""
 
@@ -221,7 +224,7 @@ class ParameterSet:
         """
         if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
             raise SettingsError(f'there is no parameter {clipped(name)}')
-        live = name in LIVE or name.split('.')[0] in LIVE_GROUPS
+        live = name in (*LIVE, METHOD) or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
             if self._host.loop is not None:
                 raise SettingsError(f'{name} may be set only while the node is not active')
@@ -261,6 +264,8 @@ class ParameterSet:
             for parameter in changed:
                 if parameter.name == 'time.speed':
                     self._host.set_speed(parameter.value)
+                elif parameter.name == METHOD:
+                    self._host.set_method(parameter.value)
 
     def _meant(self, changed: list[Parameter]) -> list[Parameter]:
         """Return the parameters to set, including all those of a preset among them.

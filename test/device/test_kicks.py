@@ -1,0 +1,177 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Written without strain: a kick's speed selects the level, a loud pulse pushes the wall out."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    BLANK,
+    Erase,
+    MemoryElement,
+    ProcedureFailed,
+    Read,
+    Refused,
+    SetMethod,
+    SetStrain,
+    SettingsError,
+    Write,
+    factory_calibration,
+    preset,
+)
+from mlmem_ros.device.moves import How, route
+from mlmem_ros.device.procedures.blocks import kick, push, run, wait
+from mlmem_ros.device.pulse import Kick
+from mlmem_ros.device.settings import KickSettings
+from mlmem_ros.physics import level_of
+from mlmem_ros.physics.equilibrium import resting_wall
+
+KICKED = ('kick_2', 'kick_3', 'kick_4')
+
+CELL = 1.5
+"""A resting wall is at most this far from its level, in cells."""
+
+
+@cache
+def calibration(name):
+    return factory_calibration(*preset(name))
+
+
+def element(name, **changes):
+    """Return a blank element, with changed settings by group."""
+    design, settings = preset(name)
+    groups = {
+        group: replace(settings.groups()[group], **values) for group, values in changes.items()
+    }
+    return MemoryElement(design, replace(settings, **groups), calibration(name))
+
+
+def level(element):
+    return level_of(element.design, element.chain.configuration, CELL)
+
+
+def with_wall(element, at):
+    element.chain.place(resting_wall(element.chain.specimen, at))
+    element.transducer.settle()
+    return element
+
+
+def test_a_kick_is_a_smooth_ramp_then_held():
+    motion = Kick(-1.0, 1.0, speed=0.1, hold=20.0)
+    t = np.linspace(0.0, motion.duration, 4001)
+    x, v = motion.at(t)
+    assert motion.duration == pytest.approx(40.0)
+    assert (x[0], x[-1]) == pytest.approx((-1.0, 1.0))
+    assert v.max() == pytest.approx(0.15, rel=1e-6)  # 1.5 times the mean
+    assert not v[t > 20.0].any()
+    assert np.allclose(np.gradient(x, t)[1:-1], v[1:-1], atol=1e-4)  # second order in the step
+
+
+@pytest.mark.parametrize('name', KICKED)
+def test_the_speed_of_a_kick_selects_the_level(name):
+    for target in range(preset(name).design.levels):
+        kicked = element(name)
+        run(kicked, kick(kicked, target))
+        run(kicked, wait(kicked, 1500.0))  # three lifetimes 2 / eta: the wall rests within a cell
+        assert level(kicked) == target
+        assert kicked.chain.V_N == 0.0
+
+
+@pytest.mark.parametrize('name', KICKED)
+def test_a_push_sends_the_wall_out_from_every_level(name):
+    for start in range(preset(name).design.levels):
+        pushed = with_wall(element(name), start)
+        assert run(pushed, push(pushed))
+        run(pushed, wait(pushed, 500.0))
+        assert level(pushed) == BLANK
+        assert pushed.chain.V_N == 0.0
+
+
+@pytest.mark.parametrize('name', KICKED)
+def test_writes_and_erases_are_verified_and_need_no_strain(name):
+    kicked = element(name)
+    top = kicked.design.levels - 1
+    for target in (top, 1, top - 1, 0):
+        outcome = kicked.perform(Write(target))
+        assert outcome.success, outcome.error
+        assert level(kicked) == target == outcome.reading.level
+    assert kicked.perform(Erase()).success
+    assert level(kicked) == BLANK
+    assert kicked.actuator.strain == kicked.chain.V_N == 0.0
+
+
+def test_the_method_decides_how_a_level_is_reached():
+    design, kicks = preset('kick_3')
+    for method, ways in {
+        'kick': {(BLANK, 5): [How.KICK], (5, 3): [How.PUSH, How.KICK], (4, BLANK): [How.PUSH]},
+        'strain': {(BLANK, 0): [How.LAUNCH], (BLANK, 1): [How.LAUNCH, How.STEP]},
+    }.items():
+        settings = replace(kicks, write=replace(kicks.write, method=method))
+        for (start, target), way in ways.items():
+            assert [move.how for move in route(design, settings, start, target)] == way
+    auto = replace(kicks, write=replace(kicks.write, method='auto'))
+    best = sum(move.time for move in route(design, auto, BLANK, 7))
+    for method in ('kick', 'strain'):
+        settings = replace(kicks, write=replace(kicks.write, method=method))
+        assert best <= sum(move.time for move in route(design, settings, BLANK, 7))
+
+
+def test_where_no_kick_reaches_strain_takes_over():
+    design, settings = preset('kick_3')
+    short = replace(settings, kick=KickSettings('0.006 0.0145 0 0.053'))
+    first, *others = route(design, short, BLANK, 2)
+    assert first.how is How.KICK
+    assert all(move.how.strains for move in others)
+    without = replace(short, actuator=replace(short.actuator, present=False))
+    assert not any(move.how.strains for move in route(design, without, BLANK, 3))
+    with pytest.raises(ProcedureFailed, match='level 2 is reached only by strain'):
+        route(design, without, BLANK, 2)
+
+
+def test_kicks_and_pushes_keep_to_the_limits_of_the_transducer():
+    design, settings = preset('kick_3')
+    slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.25))
+    way = route(design, slow, BLANK, 6)  # 0.18 on average, 0.27 at most
+    assert [move.how for move in way] != [How.KICK]
+    faint = replace(settings, transducer=replace(settings.transducer, max_amplitude=0.3))
+    assert How.PUSH not in [move.how for move in route(design, faint, 5, BLANK)]
+
+
+def test_without_an_actuator_everything_but_strain_works():
+    alone = element('kick_3', actuator={'present': False})
+    with pytest.raises(Refused, match='a strain needs an actuator'):
+        alone.apply(SetStrain(0.01))
+    for command in (Write(5), Read(), Write(2), Erase()):
+        assert alone.perform(command).success
+    paper = element('case_2', actuator={'present': False})
+    with pytest.raises(Refused, match='level 5 is reached only by strain'):
+        paper.perform(Write(5))
+
+
+def test_the_method_can_be_changed_while_time_runs():
+    by_strain = element('case_2')
+    by_strain.apply(SetMethod('kick'))
+    assert by_strain.perform(Write(3)).success
+    assert by_strain.chain.V_N == 0.0
+    with pytest.raises(Refused, match='method must be one of strain, kick, auto'):
+        by_strain.apply(SetMethod('luck'))
+
+
+def test_a_kick_that_went_astray_is_corrected_by_what_was_heard():
+    speeds = [*preset('kick_3').settings.kick.by_level]
+    speeds[4] = 0.0645  # just below the window of level 4: the wall stops at level 3
+    astray = element('kick_3', kick={'speeds': ' '.join(map(str, speeds))})
+    outcome = astray.perform(Write(4))
+    assert outcome.success
+    assert outcome.attempts == 2
+    assert level(astray) == 4
+    assert astray.chain.V_N == 0.0
+
+
+@pytest.mark.parametrize('speeds', ['fast', '0.1 -1', '11', '0.1, 0.2', 'nan'])
+def test_speeds_that_are_none_are_refused(speeds):
+    with pytest.raises(SettingsError, match='speeds must be numbers from 0 to 10'):
+        KickSettings(speeds)
