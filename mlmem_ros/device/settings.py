@@ -242,12 +242,12 @@ class KickSettings(Checked):
     def __post_init__(self) -> None:
         super().__post_init__()
         try:
-            sound = all(0.0 <= speed <= 10.0 for speed in self.by_level)
+            sound = all(not speed or 1e-4 <= speed <= 10.0 for speed in self.by_level)
         except ValueError:
             sound = False
         if not sound:
             raise SettingsError(
-                'speeds must be numbers from 0 to 10, separated by spaces; got '
+                'speeds must be 0 or from 1e-4 to 10, separated by spaces; got '
                 f'{clipped(self.speeds)}'
             )
 

@@ -171,7 +171,7 @@ def test_a_kick_that_went_astray_is_corrected_by_what_was_heard():
     assert astray.chain.V_N == 0.0
 
 
-@pytest.mark.parametrize('speeds', ['fast', '0.1 -1', '11', '0.1, 0.2', 'nan'])
+@pytest.mark.parametrize('speeds', ['fast', '0.1 -1', '11', '0.1, 0.2', 'nan', '1e-9'])
 def test_speeds_that_are_none_are_refused(speeds):
-    with pytest.raises(SettingsError, match='speeds must be numbers from 0 to 10'):
+    with pytest.raises(SettingsError, match='speeds must be 0 or from 1e-4 to 10'):
         KickSettings(speeds)

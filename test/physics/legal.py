@@ -44,6 +44,8 @@ def value(random, field, description):
         return random.choice(description.choices)
     if field.name == 'not_from':
         return ' '.join(str(level) for level in range(9) if random.random() < 0.3)
+    if field.name == 'speeds':
+        return ' '.join(f'{number(random, 1e-4, 10.0):g}' for _ in range(random.randint(0, 9)))
     whole = field.type in ('int', int)
     return number(random, description.low, description.high, whole=whole)
 
