@@ -76,10 +76,10 @@ class Memory(Instrument):
         """Report a shot of a survey."""
         self._events.append(shot)
 
-    def begin_cycle(self) -> None:
-        """Count a strain cycle that is about to move the wall."""
+    def begin_cycle(self, how: str = 'strained') -> None:
+        """Count a cycle of strain, a kick or a push that is about to move the wall."""
         self.statistics.cycles += 1
-        self.forget('strained by a procedure')
+        self.forget(f'{how} by a procedure')
 
     @property
     def audible(self) -> tuple[End, ...]:

@@ -133,7 +133,7 @@ def kick(element: Memory, level: int, force: float = 1.0) -> Procedure[None]:
     """
     settings = element.settings.kick
     speed = force * kick_speed(element.design, element.settings, level)
-    element.begin_cycle()
+    element.begin_cycle('kicked')
     element.progress.phase = LAUNCHING
     speed = min(speed, element.settings.transducer.max_speed / PEAK_SPEED)
     element.transducer.kick(element.design.D_s2, speed, settings.hold)
@@ -148,7 +148,7 @@ def push(element: Memory) -> Procedure[bool]:
     The left end shows that: it is inactive when the wall has gone.
     """
     settings = element.settings.push
-    element.begin_cycle()
+    element.begin_cycle('pushed')
     element.progress.phase = LAUNCHING
     element.transducer.push(End(settings.end), settings)
     while element.transducer.driving:
