@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from mlmem_ros.device.echo import listening_time
 from mlmem_ros.device.end import End
+from mlmem_ros.device.errors import ProcedureFailed
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import route
 from mlmem_ros.device.reading import BLANK
@@ -150,23 +151,26 @@ def _settling(subject: Subject) -> Finding:
 
 
 def _durations(subject: Subject) -> Finding:
-    """Report how long a step, a read, the longest write upward and the longest erase take."""
+    """Report how long a step, a read, the longest write upward and the longest erase take; fail
+    where without an actuator a level is out of reach.
+    """
     design, settings = subject.design, subject.settings
     unit, top = settings.scale.time, design.levels - 1
     read = listening_time(design, settings.probe, End.LEFT)
     look = listening_time(design, settings.probe_right, End.RIGHT)
 
-    up, out = (
-        sum(move.time for move in route(design, settings, start, target))
-        for start, target in ((0, top), (top, BLANK))
-    )
-    step = cycle_time(subject, settings.write)
-    values = {
-        'step': step,
-        'read': read,
-        'write 0 to top': up + read,
-        'erase from top': out + look,
-    }
+    values = {'step': cycle_time(subject, settings.write), 'read': read}
+    try:
+        for level in range(design.levels):  # is every one within reach?
+            route(design, settings, BLANK, level)
+        for name, start, target, heard in (
+            ('write 0 to top', 0, top, read),
+            ('erase from top', top, BLANK, look),
+        ):
+            way = route(design, settings, start, target)
+            values[name] = sum(move.time for move in way) + heard
+    except ProcedureFailed as error:
+        return Finding('durations', values, 'time', Verdict.FAIL, str(error), '')
     seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
     return Finding(
         'durations', values, 'time', Verdict.PASS, f'in robot time: {seconds}',
