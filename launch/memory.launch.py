@@ -113,14 +113,14 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 def warn_of_strangers(context: LaunchContext) -> None:
     """Warn of arguments on the command line that only look like ours, such as misspelt ones.
 
-    Others may be those of a launch file that includes this one.
+    Others, such as `device:=`, may be those of a launch file that includes this one.
     """
     logger = get_logger('memory.launch')
     known = [each.name for each in generate_launch_description().get_launch_arguments()]
     groups = {name.split('.')[0] for name in known if '.' in name}
     for name in (text.partition(':=')[0] for text in context.argv if ':=' in text):
         alike = difflib.get_close_matches(name, known, 1, cutoff=0.8)
-        if name not in known and (alike or name.split('.')[0] in groups):
+        if name not in known and (alike or ('.' in name and name.split('.')[0] in groups)):
             hint = f'; did you mean {alike[0]}?' if alike else ''
             logger.warning(f'there is no argument {name}: it is ignored{hint}')
 

@@ -206,11 +206,14 @@ class Claim:
         claimants are told the owner.
 
         Raises:
-            Claimed: Another claim is on it.
+            Claimed: Another claim is on it, or may be, for it has another name (a hard link).
             OSError: The lock cannot be made.
         """
-        lock = path.with_name(f'.{path.name}.lock')
-        self._descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        self._lock = path.with_name(f'.{path.name}.lock')
+        with suppress(FileNotFoundError):
+            if _identity(path).st_nlink > 1:
+                raise Claimed(f'{path} is a hard link: a lock under another name would not hold')
+        self._descriptor = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:
             flock(self._descriptor, LOCK_EX | LOCK_NB)
             os.write(self._descriptor, f'{owner}\n'.encode())
@@ -222,10 +225,33 @@ class Claim:
             self.release()
             raise
 
+    def check(self) -> None:
+        """Make sure that the lock is still where another claimant would look for it.
+
+        Raises:
+            Claimed: It was moved or removed, perhaps with its folder: the file may have another
+                owner by now.
+            OSError: That cannot be found out.
+        """
+        ours = os.fstat(self._descriptor)
+        with suppress(FileNotFoundError, NotADirectoryError):
+            found = _identity(self._lock)
+            if (found.st_dev, found.st_ino) == (ours.st_dev, ours.st_ino):
+                return
+        raise Claimed(f'its lock {self._lock} was moved or removed, so it may have another owner')
+
     def release(self) -> None:
         """Release the file."""
         with suppress(OSError):
             os.close(self._descriptor)
+
+
+def _identity(path: Path) -> os.stat_result:
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    try:
+        return os.fstat(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def exists(path: Path) -> bool:

@@ -46,6 +46,8 @@ def fitted(name: str, kind: str, value: Any) -> Any:
     wanted, words = NAMES[kind]
     if not _is(wanted, value):
         raise _unfit(name, words, value)
+    if wanted is str and '\0' in value:  # messages end a text there
+        raise _unfit(name, 'a text without NUL', value)
     try:
         return float(value) if wanted is Real else value
     except OverflowError:

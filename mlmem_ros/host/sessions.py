@@ -7,6 +7,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -59,6 +60,7 @@ class Sessions:
         self._log = log
         self._now = now
         self._worker = Worker('mlmem-sessions', log)
+        self._lost = False  # whether a recording has failed, stopped since or not
 
     @property
     def transcript(self) -> Transcript | None:
@@ -122,7 +124,7 @@ class Sessions:
         try:
             self._worker.done(CLOSING, lambda: self._close(element))
         except Refused:  # nothing is being recorded
-            return True
+            return not self._lost
         except BagError:  # logged when it occurred
             return False
         except Overdue as error:
@@ -134,7 +136,10 @@ class Sessions:
 
     def _start(self, plan: SessionPlan, element: MemoryElement | None, loop: Loop | None) -> Path:
         if self.current is not None:
-            raise Refused(f'busy: recording into {self.current.status.path}')
+            if self.current.status.error is None:
+                raise Refused(f'busy: recording into {self.current.status.path}')
+            with suppress(BagError):  # logged when it occurred
+                self._stop(None, loop)
         last = self.last
 
         def look() -> list[Message]:
@@ -194,6 +199,9 @@ class Sessions:
         self.state = State.STOPPING
         try:
             recording.close()
+        except BagError:
+            self._lost = True
+            raise
         finally:
             self.state = State.IDLE
         return recording.status.path

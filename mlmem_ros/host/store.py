@@ -193,6 +193,13 @@ class Store:
                 self.keep(element)
 
     def _save(self, taken: dict[str, Any]) -> None:
+        if self._claim is not None:
+            try:
+                self._claim.check()
+            except OSError as error:
+                raise StateError(
+                    f'the state cannot be saved in {self.path}: {durable.reason(error)}'
+                ) from error
         state_file.save(self.path, taken)
         learnt = taken['calibration_key'], decode(Calibration, taken['calibration'])
         if learnt != self._calibrated:

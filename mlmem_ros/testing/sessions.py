@@ -39,7 +39,8 @@ class ReplayedSession:
     def assert_levels(self, expected: Sequence[int], incomplete: bool = False) -> None:
         """Fail unless writes and reads ended with these levels, as in the recording."""
         wanted = list(expected)
-        assert self.levels == wanted, f'levels are {self.levels}; expected {wanted}'
+        lost = '; '.join(['', *self.report.lost])
+        assert self.levels == wanted, f'levels are {self.levels}; expected {wanted}{lost}'
         self.assert_agrees(incomplete)
 
     def assert_agrees(self, incomplete: bool = False) -> None:
@@ -53,7 +54,8 @@ class ReplayedSession:
             f'{report.verdict}: levels {report.levels}, recorded {report.recorded_levels}; '
             f'procedures {report.endings}, recorded {report.recorded_endings}'
         )
-        assert report.passed, f'{report.verdict}; first difference: {report.difference}'
+        first = f'; first difference: {report.difference}' if report.difference else ''
+        assert report.passed, '; '.join([report.verdict + first, *report.lost])
         assert report.whole or incomplete, f'{report.verdict}: {"; ".join(report.lost)}'
 
 

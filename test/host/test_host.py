@@ -11,6 +11,7 @@ import re
 import shutil
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -392,3 +393,28 @@ def test_the_content_is_saved_at_intervals(serve, file, monkeypatch):
     while not file.exists():
         host.on_timer()
     assert state_file.load(file)['ticks'] > 0
+
+
+def test_a_recording_that_failed_makes_room_and_is_not_forgotten(serve, tmp_path):
+    """The next session begins, and the node still ends as one that has lost data."""
+    service = serve()
+    host = service.activate()
+    sessions = host.sessions
+
+    def begin(name):
+        settings = RecordSettings(path=str(tmp_path / name))
+        return sessions.start(service.plan(settings), host.loop).result(20.0)
+
+    begin('first')
+    with pytest.raises(Refused, match='busy: recording'):
+        begin('other')
+    recording, error = sessions.current, BagError('No space left on device')
+    well = recording._recorder
+    failed = dataclasses.replace(well.status, error=error)
+    recording._recorder = SimpleNamespace(
+        status=failed, close=lambda: failed, put=lambda *_: None, is_on=False
+    )
+    assert begin('second') == tmp_path / 'second'
+    well.close()
+    sessions.stop(host.loop).result(20.0)
+    assert not sessions.close(None)

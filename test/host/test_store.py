@@ -96,6 +96,37 @@ def test_a_state_that_cannot_be_saved_is_reported(tmp_path, kept):
         store.keep(new_element(CASE_II)).result(20.0)
 
 
+def test_a_save_that_no_longer_owns_its_file_fails(tmp_path, kept):
+    """Its folder was moved: another node would take the path, and both would acknowledge."""
+    folder, element = tmp_path / 'folder', new_element(CASE_II)
+    store = kept(folder / 'element.json')
+    store.new_element(CASE_II, Settings())
+    store.keep(element).result(20.0)
+    folder.rename(tmp_path / 'moved')
+    with pytest.raises(StateError, match='was moved or removed, so it may have another owner'):
+        store.keep(element).result(20.0)
+    assert not folder.exists()
+    _store(folder / 'element.json').new_element(CASE_II, Settings())  # by a second node
+    with pytest.raises(StateError, match='may have another owner'):
+        store.keep(element).result(20.0)
+
+
+def test_a_save_whose_lock_was_removed_fails(file, kept):
+    store = kept(file)
+    element = store.new_element(CASE_II, Settings())
+    file.with_name('.element.json.lock').unlink()
+    with pytest.raises(StateError, match='may have another owner'):
+        store.keep(element).result(20.0)
+
+
+def test_a_hard_link_is_no_second_file(file, kept, tmp_path):
+    store = kept(file)
+    store.keep(store.new_element(CASE_II, Settings())).result(20.0)
+    (tmp_path / 'link.json').hardlink_to(file)
+    with pytest.raises(StateError, match='is a hard link'):
+        _store(tmp_path / 'link.json').new_element(CASE_II, Settings())
+
+
 # --- calibrations -----------------------------------------------------------------------------
 
 

@@ -138,7 +138,9 @@ class Disk:
         self._call('fstat', open_file.path)
         node = open_file.node
         kind = stat.S_IFDIR if isinstance(node, Directory) else stat.S_IFREG
-        return SimpleNamespace(st_nlink=node.names, st_size=len(node.shown), st_mode=kind)
+        return SimpleNamespace(
+            st_nlink=node.names, st_size=len(node.shown), st_mode=kind, st_ino=id(node), st_dev=0
+        )
 
     def flock(self, descriptor, _):
         ours = self._open_file(descriptor)

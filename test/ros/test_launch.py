@@ -207,7 +207,13 @@ def test_launch_refuses_an_argument_of_another_type(ros2, argument, words):
 
 
 def test_launch_warns_of_an_argument_that_does_not_exist(ros2, tmp_path):
-    given = ('write.atempts:=3', 'design.nothing:=1', 'name:=warned', 'robot:=theirs')
+    given = (
+        'write.atempts:=3',
+        'design.nothing:=1',
+        'name:=warned',
+        'robot:=theirs',
+        'device:=theirs',
+    )
     command = ('launch', 'mlmem_ros', 'memory.launch.py', *given)
     with running(tmp_path, *command, whole_group=False) as output, Robot('/warned') as robot:
         robot.next('wall')

@@ -70,6 +70,16 @@ def test_a_parameter_given_beside_a_preset_overrides_it(declared):
     assert given.values().settings.as_dict() == expected
 
 
+def test_a_double_may_come_as_the_text_that_ros2_param_load_makes_of_it(declared):
+    """`ros2 param dump` writes 5.0e-05, and `load` reads that as the text 5e-05."""
+    node, given = declared()
+    assert set_all(node, {'actuator.max_rate': '5e-05'}).successful
+    assert given.values().settings.actuator.max_rate == 5e-5
+    for wrong in ('fast', 'nan', '1e300'):
+        assert not set_all(node, {'actuator.max_rate': wrong}).successful
+    assert given.values().settings.actuator.max_rate == 5e-5
+
+
 @pytest.mark.parametrize('name', PRESETS)
 def test_setting_a_preset_changes_all_its_settings(declared, name):
     node, given = declared()

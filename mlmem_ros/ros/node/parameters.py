@@ -7,6 +7,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import sys
+from contextlib import suppress
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -304,11 +305,17 @@ class ParameterSet:
             self._node.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
 
     def _double(self, parameter: Parameter) -> Parameter:
-        """Return a parameter with an integer converted to a double if a double is declared."""
+        """Return a parameter converted to a double if a double is declared, and one is meant.
+
+        An integer is meant; so is the text 5e-05, as `ros2 param load` reads what `dump` wrote.
+        """
         known = self._node.has_parameter(parameter.name)
         meant = known and isinstance(self._node.get_parameter(parameter.name).value, float)
         if meant and parameter.type_ == Parameter.Type.INTEGER:
             return Parameter(parameter.name, value=float(parameter.value))
+        if meant and parameter.type_ == Parameter.Type.STRING:
+            with suppress(ValueError):
+                return Parameter(parameter.name, value=float(parameter.value))
         return parameter
 
 
