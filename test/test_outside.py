@@ -85,9 +85,18 @@ def examples():
     for name in ('Done', 'Decoded', 'Calibrated', 'SelfTested', 'Paused', 'Recorded', 'Stepped'):
         kind = getattr(answers, name)
         found[kind] = {each.name: told[each.name] for each in dataclasses.fields(kind)}
-    values = {'level': 1, 'strain': 0.1, 'acceleration': 0.1, 'faults': {'seed': 3}}
+    values = {
+        'level': 1,
+        'strain': 0.1,
+        'acceleration': 0.1,
+        'faults': {'seed': 3},
+        'method': 'strain',
+    }
     for kind in KINDS.values():
-        found[kind] = {f.name: values.get(f.name, f.default) for f in dataclasses.fields(kind)}
+        found[kind] = {
+            f.name: 1 if (given := values.get(f.name, f.default)) is dataclasses.MISSING else given
+            for f in dataclasses.fields(kind)
+        }
     found[FollowTrajectory] = {'times': [0.0, 1.0], 'strains': [0.0, 0.1], 'rates': []}
     for kind in described_classes():
         if kind not in found and all(f.default is not dataclasses.MISSING for f in fields(kind)):

@@ -18,6 +18,7 @@
 
 #define DT 0.25       /* time units from sample to sample */
 #define TICK 80u      /* samples of a tick */
+#define STEPS 2u      /* set-points, and steps of the element, in a sample: its `nodes` */
 #define BUFFER 4096u  /* samples of set-points that it holds; the driver sends half at once */
 #define KEPT 64u      /* ticks of samples that it keeps, to send them again: more than BUFFER */
 #define QUIET 1.0     /* s of its ticks without a byte after which the driver has gone */
@@ -25,6 +26,9 @@
 /* --- the element: Case II of the paper over a rigid substrate, by velocity Verlet ------------- */
 
 #define N 225
+
+/* What the sensors read at displacement 0, left and right. */
+static const double zero[2] = {3.0, -2.0};
 
 static double v[N], velocity[N], force[N], height[N], shape[N];
 
@@ -41,21 +45,22 @@ static void element_begin(void)
         shape[j] /= shape[N - 1];
 }
 
-/* Pass a sample. The substrate's end is at V_N; the end at `site` (1, N; 0: none) is held. */
+/* Pass a step. The substrate's end is at V_N; the end at `site` (1, N; 0: none) is held. */
 static void element_pass(double V_N, uint32_t site, double place, double speed)
 {
+    const double dt = DT / STEPS;
     for (int j = 0; j < N; j++) {
-        velocity[j] += 0.5 * DT * (force[j] - velocity[j] / 250.0);
-        v[j] += DT * velocity[j];
+        velocity[j] += 0.5 * dt * (force[j] - velocity[j] / 250.0);
+        v[j] += dt * velocity[j];
     }
     if (site)
-        v[site - 1] = place;
+        v[site - 1] = place - zero[site > 1];
     for (int j = 0; j < N; j++) {
         double y = v[j] - V_N * shape[j] + 7.4489;
         double theta = y * (0.2582 + 0.0172 * y * y), slope = 0.2582 + 3.0 * 0.0172 * y * y;
         force[j] = -height[j] * sin(theta) * slope;
         force[j] += (j ? v[j - 1] - v[j] : 0.0) + (j < N - 1 ? v[j + 1] - v[j] : 0.0);
-        velocity[j] = (velocity[j] + 0.5 * DT * force[j]) / (1.0 + 0.5 * DT / 250.0);
+        velocity[j] = (velocity[j] + 0.5 * dt * force[j]) / (1.0 + 0.5 * dt / 250.0);
     }
     if (site)
         velocity[site - 1] = speed;
@@ -69,7 +74,7 @@ static double board_seconds(void);
 /* --- frames ------------------------------------------------------------------------------------ */
 
 enum { HELLO = 1, PLAY, SAMPLES, AGAIN, FAULT };
-enum { HEAD = 17, PLAY_HEAD = 20, SAMPLES_HEAD = 24, MOST = PLAY_HEAD + 12 * BUFFER / 2 };
+enum { HEAD = 17, PLAY_HEAD = 20, SAMPLES_HEAD = 24, MOST = PLAY_HEAD + 12 * STEPS * BUFFER / 2 };
 
 static uint8_t in[HEAD + MOST + 4], out[HEAD + 1024];
 static size_t have; /* bytes in `in` */
@@ -137,7 +142,7 @@ struct tick {
     float ends[2 * TICK];
 };
 
-static struct set_point queue[BUFFER], last; /* samples `played` ... `stored` are in the queue */
+static struct set_point queue[STEPS * BUFFER], last; /* samples `played` ... `stored` are in the queue */
 static struct tick kept[KEPT];               /* of the last ticks played */
 static uint64_t expected, stored, played;    /* number of the next frame; numbers of samples */
 static double ahead, waited, unit;           /* s; s; s per time unit */
@@ -149,9 +154,9 @@ static void send_hello(void)
     int length = snprintf(
         (char *)out + HEAD, sizeof out - HEAD,
         "{\"protocol\": 1, \"name\": \"C99\", \"dt\": %.9g, \"seconds\": %.9g, \"samples\": %u, "
-        "\"length\": 0.01, \"zero\": [0.0, 0.0], \"nodes\": [1.0], \"numbers\": \"<f4\", "
+        "\"length\": 0.01, \"zero\": [%.9g, %.9g], \"nodes\": [0.5, 1.0], \"numbers\": \"<f4\", "
         "\"buffer\": %u, \"can\": [\"strain\", \"left\", \"right\"]}",
-        DT, DT * unit, TICK, BUFFER);
+        DT, DT * unit, TICK, zero[0], zero[1], BUFFER);
     send_frame(HELLO, 0, (size_t)length);
 }
 
@@ -180,8 +185,8 @@ static void send_fault(const char *why)
 static void let_go(void)
 {
     double V_N = last.V_N;
-    for (int k = 0; V_N != 0.0 && k < 10400; k++)
-        element_pass(k < 2400 ? V_N * (1.0 - k / 2400.0) : 0.0, 0, 0.0, 0.0);
+    for (int k = 0; V_N != 0.0 && k < 20800; k++)
+        element_pass(k < 4800 ? V_N * (1.0 - k / 4800.0) : 0.0, 0, 0.0, 0.0);
     last = (struct set_point){0};
 }
 
@@ -198,14 +203,15 @@ static void store(const uint8_t *payload, size_t length)
 {
     uint64_t first = get(payload, 8);
     uint32_t samples = (uint32_t)get(payload + 8, 4), held = (uint32_t)get(payload + 16, 4);
-    const uint8_t *V_N = payload + PLAY_HEAD, *place = V_N + 4 * samples, *speed = place + 4 * held;
-    if (first != stored || samples > BUFFER - (stored - played) || held > samples
-        || length != PLAY_HEAD + 4 * (samples + 2 * held)) {
+    uint32_t points = STEPS * samples;
+    const uint8_t *V_N = payload + PLAY_HEAD, *place = V_N + 4 * points, *speed = place + 4 * held;
+    if (first != stored || samples > BUFFER - (stored - played) || held > points
+        || length != PLAY_HEAD + 4 * (points + 2 * held)) {
         send_fault("these are not the set-points that are due");
         return;
     }
-    for (uint32_t k = 0; k < samples; k++) {
-        struct set_point *next = &queue[stored++ % BUFFER];
+    for (uint32_t k = 0; k < points; k++) {
+        struct set_point *next = &queue[(STEPS * stored + k) % (STEPS * BUFFER)];
         *next = (struct set_point){get_float(V_N + 4 * k), 0.0f, 0.0f, 0};
         if (k < held) {
             next->site = (uint32_t)get(payload + 12, 4);
@@ -213,6 +219,7 @@ static void store(const uint8_t *payload, size_t length)
             next->speed = get_float(speed + 4 * k);
         }
     }
+    stored += samples;
 }
 
 /* Act on a frame. What came before is dropped; what is missing is asked for. */
@@ -269,13 +276,13 @@ static void tick(void)
     double seconds = DT * unit, left = (double)(stored - played);
     waited = left > 0.0 ? waited + TICK * seconds : 0.0;
     playing = left > 0.0 && !faulty && (playing || left * seconds >= ahead || waited >= ahead);
-    for (uint32_t k = 0; k < TICK; k++) {
+    for (uint32_t k = 0; k < STEPS * TICK; k++) {
         if (playing)
-            last = queue[(played + k) % BUFFER];
+            last = queue[(STEPS * played + k) % (STEPS * BUFFER)];
         element_pass(last.V_N, last.site, last.place, last.speed);
-        if (playing) {
-            its->ends[k] = (float)v[0];
-            its->ends[TICK + k] = (float)v[N - 1];
+        if (playing && k % STEPS == STEPS - 1) {
+            its->ends[k / STEPS] = (float)(v[0] + zero[0]);
+            its->ends[TICK + k / STEPS] = (float)(v[N - 1] + zero[1]);
         }
     }
     if (playing) {

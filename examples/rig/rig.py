@@ -20,7 +20,8 @@ import numpy as np
 
 HELLO, PLAY, SAMPLES, AGAIN, FAULT = range(1, 6)
 HEADER = struct.Struct('<2sBQIH')  # 'mR', kind, number, length of the payload, check
-DT, TICK, BUFFER = 0.25, 80, 1 << 16  # time units of a sample; samples of a tick, and held at most
+DT, STEP, TICK, BUFFER = 0.25, 0.125, 80, 1 << 16  # times; samples of a tick, and held at most
+NODES, ZERO = [0.5, 1.0], np.array([3.0, -2.0])  # two steps a sample; readings at displacement 0
 
 
 class Element:
@@ -34,20 +35,20 @@ class Element:
         self.v, self.velocity, self.force = np.full(225, -0.99790), np.zeros(225), np.zeros(225)
 
     def play(self, V_N, held):
-        """Pass a sample at V_N with (site, place, velocity) held; return where both ends are."""
-        self.velocity += DT / 2 * (self.force - self.velocity / 250)
-        self.v += DT * self.velocity
+        """Pass a step at V_N with (site, place, velocity) held; return where both ends are."""
+        self.velocity += STEP / 2 * (self.force - self.velocity / 250)
+        self.v += STEP * self.velocity
         if held:
-            self.v[held[0] - 1] = held[1]
+            self.v[held[0] - 1] = held[1] - ZERO[int(held[0] > 1)]
         y = self.v - V_N * self.shape + 7.4489
         square = 0.0172 * y * y
         self.force = -self.height * np.sin(y * (0.2582 + square)) * (0.2582 + 3 * square)
         self.force[:-1] += (stretch := self.v[1:] - self.v[:-1])
         self.force[1:] -= stretch
-        self.velocity = (self.velocity + DT / 2 * self.force) / (1 + DT / 500)
+        self.velocity = (self.velocity + STEP / 2 * self.force) / (1 + STEP / 500)
         if held:
             self.velocity[held[0] - 1] = held[2]
-        return self.v[0], self.v[-1]
+        return self.v[0] + ZERO[0], self.v[-1] + ZERO[1]
 
 
 class Rig:
@@ -57,7 +58,7 @@ class Rig:
         self.element, self.put, self.inbox = element, put, b''
         self.hello = {
             'protocol': 1, 'name': 'plain', 'dt': DT, 'seconds': DT * seconds, 'samples': TICK,
-            'length': 0.01, 'zero': [0.0, 0.0], 'nodes': [1.0], 'numbers': '<f8',
+            'length': 0.01, 'zero': ZERO.tolist(), 'nodes': NODES, 'numbers': '<f8',
             'buffer': BUFFER, 'can': ['strain', 'left', 'right'],
         }  # fmt: skip
         self.tick_seconds, self.last = TICK * DT * seconds, (0.0, None)
@@ -71,7 +72,7 @@ class Rig:
     def let_go(self):
         """Release the ends, bring the strain slowly to zero, and wait until nothing moves."""
         V_N, self.last = self.last[0], (0.0, None)
-        for share in np.append(np.linspace(1, 0, 2400), np.zeros(8000)) if V_N else ():
+        for share in np.append(np.linspace(1, 0, 4800), np.zeros(16000)) if V_N else ():
             self.element.play(V_N * share, None)  # 600 time units, and 2000 more
 
     def send(self, kind, payload):
@@ -105,24 +106,23 @@ class Rig:
         elif kind != AGAIN and number == self.expected:
             self.expected += 1
             first, samples, site, held = struct.unpack_from('<QIII', payload)
-            if kind != PLAY or first != self.first or len(self.queue) + samples > BUFFER:
+            if kind != PLAY or first != self.first or len(self.queue) / 2 + samples > BUFFER:
                 return self.send(FAULT, b'these are not the set-points that are due')
-            V_N, place, velocity = np.split(np.frombuffer(payload[20:]), [samples, samples + held])
-            driven = [(site, *each) for each in zip(place, velocity, strict=True)]
-            self.queue.extend(zip(V_N, driven + [None] * (samples - held), strict=True))
+            V_N, *motion = np.split(np.frombuffer(payload[20:]), np.cumsum([2 * samples, held]))
+            driven = [(site, *each) for each in zip(*motion, strict=True)]
+            self.queue.extend(zip(V_N, driven + [None] * (2 * samples - held), strict=True))
             self.first += samples
 
     def tick(self):
         """Pass a tick: play set-points and send samples, or hold the last ones."""
         self.waited = self.waited + self.tick_seconds if self.queue else 0.0
-        stored = max(self.waited, len(self.queue) / TICK * self.tick_seconds)
+        stored = max(self.waited, len(self.queue) / (2 * TICK) * self.tick_seconds)
         self.playing = len(self.queue) > 0 and (self.playing or stored >= self.ahead)
-        course = [self.queue.popleft() if self.playing else self.last for _ in range(TICK)]
-        ends = np.array([self.element.play(*each) for each in course]).T
+        course = [self.queue.popleft() if self.playing else self.last for _ in range(2 * TICK)]
+        ends = np.array([self.element.play(*each) for each in course])[1::2].T.tobytes()
         self.last = course[-1]
         if self.playing:
-            head = struct.pack('<QIId', self.played, TICK, self.missed, np.nan)
-            self.send(SAMPLES, head + ends.tobytes())
+            self.send(SAMPLES, struct.pack('<QIId', self.played, TICK, self.missed, np.nan) + ends)
         self.played += TICK * self.playing
         self.missed = 0 if self.playing else self.missed + TICK
 

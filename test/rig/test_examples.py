@@ -7,6 +7,7 @@ import contextlib
 import ctypes
 import os
 import random
+import runpy
 import select
 import shutil
 import signal
@@ -312,3 +313,54 @@ def test_the_rig_in_c_does_not_count_what_it_was_stopped(program):
             process.send_signal(signal.SIGCONT)
             time.sleep(0.1)
         goes_on(element)
+
+
+def every_level(line):
+    """Assert that a rig without a clock writes and reads every level, one after the other."""
+    settings = Settings(scale=ScaleSettings(time=UNIT))
+    rig = Rig(CASE_II, settings, f'serial:///dev/none?{LEAD}', line)
+    element = MemoryElement(CASE_II, settings, calibration(), rig)
+    for level in range(CASE_II.levels):
+        written = element.perform(Write(level))
+        assert written.success, f'level {level}: {written.error}'
+        assert written.attempts == 1
+        read = element.perform(Read('both')).reading
+        assert read.level == level
+        assert read.level_margin > 0.6, f'level {level}'  # a write asks for 0.5
+    return element
+
+
+class Unclocked:
+    """The line to the rig in Python, whose time passes while the driver waits."""
+
+    def __init__(self):
+        made = runpy.run_path(str(EXAMPLES / 'rig.py'))
+        self.outward = b''
+        self.rig = made['Rig'](made['Element'](), self._send, UNIT)
+
+    def _send(self, frame):
+        self.outward += frame
+
+    def send(self, data):
+        self.rig.take(data)
+
+    def receive(self, seconds):
+        del seconds
+        self.rig.tick()
+        sent, self.outward = self.outward, b''
+        return sent
+
+    def close(self):
+        pass
+
+
+@pytest.mark.slow
+def test_every_level_is_written_in_c(compiled, source):
+    kept, _, _ = source.partition('/* --- the board: a serial port')
+    kept = kept.replace('static double board_seconds(void);', '')
+    every_level(Board(compiled('levels.so', kept + BOARD, '-shared', '-fPIC'), damage=1e-12))
+
+
+@pytest.mark.slow
+def test_every_level_is_written_in_python():
+    every_level(Unclocked())

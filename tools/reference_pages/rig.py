@@ -33,8 +33,8 @@ RULES = """\
 - V is the displacement of the substrate's right end, 0 without strain. `position` and `velocity`
   are those of the held end for the first h set-points of a PLAY; then it is let go. The other end
   is always free.
-- Displacements are in units of the rig's `length`; its `zero` is added to those of the ends, not
-  to V. Velocities are per time unit.
+- Displacements are in units of the rig's `length`; its `zero` is added to those of the ends, in
+  SAMPLES and in the `position` of a PLAY, not to V. Velocities are per time unit.
 - m is the number of `nodes`: a rig takes m set-points of V, position and velocity in a sample.
 - Samples count from 0 in every conversation, and so do set-points: sample k is taken at the end of
   set-point k.
