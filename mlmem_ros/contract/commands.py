@@ -16,7 +16,7 @@ from ..device.units import Units
 from ..procedures import PROCEDURES
 from ..words import JOINT
 from . import topics
-from .requests import NAME, REQUESTS, STRING
+from .requests import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 
 
 @dataclass(frozen=True)
@@ -127,6 +127,8 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
     if name not in REQUESTS:
         raise Refused(f'{NAME} must be one of {", ".join(REQUESTS)}; got {clipped(name)}')
     kind, types = OF_REQUEST[name], REQUESTS[name]
+    if name in PROCEDURES:
+        given.pop(DEADLINE, None)
     for argument, value in given.items():
         if argument not in types:
             raise Refused(
@@ -144,6 +146,22 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
         **{argument: types[argument].of(value) for argument, value in given.items()}
     )
     return wanted
+
+
+def wait_of(parameters: Sequence[Any]) -> float:
+    """Return the seconds for which a request waits for its turn; 0 if it does not say so.
+
+    Raises:
+        Refused: They are no number above 0.
+    """
+    for parameter in parameters:
+        if parameter.name == DEADLINE:
+            value = parameter.value
+            wait = float(DOUBLE.of(value)) if value.type == DOUBLE.number else math.nan
+            if not wait > 0.0:
+                raise Refused(f'{DEADLINE} must be a number of seconds above 0')
+            return wait
+    return 0.0
 
 
 def name_of(command: Command) -> str:

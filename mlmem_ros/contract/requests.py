@@ -6,11 +6,16 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..clipped import clipped
 from ..procedures import PROCEDURES
 from .fields import parameter
 
 NAME = 'request'
 """The parameter that names the request; all others are its arguments."""
+
+
+DEADLINE = 'deadline'
+"""The parameter with the seconds within which a procedure must begin, if others run."""
 
 
 class Type(NamedTuple):
@@ -30,7 +35,7 @@ class Type(NamedTuple):
 
 
 BOOL, INTEGER, STRING = Type('bool', 1), Type('integer', 2), Type('string', 4)
-DOUBLE_ARRAY = Type('double_array', 8)
+DOUBLE, DOUBLE_ARRAY = Type('double', 3), Type('double_array', 8)
 
 _TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
 
@@ -50,11 +55,16 @@ def message_of(name: str, **arguments: Any) -> Any:
     arguments take the command's defaults.
 
     Raises:
-        ValueError: An argument is not of its type.
+        ValueError: There is no such request, or an argument is not of its type.
     """
     from rcl_interfaces.srv import SetParametersAtomically
 
-    types = {NAME: STRING, **REQUESTS[name]}
+    if name not in REQUESTS:
+        raise ValueError(f'request must be one of {", ".join(REQUESTS)}; got {clipped(name)}')
+    types = {NAME: STRING, DEADLINE: DOUBLE, **REQUESTS[name]}
+    if strange := [key for key in arguments if key not in types]:
+        known = ', '.join(REQUESTS[name]) or 'no arguments'
+        raise ValueError(f'{name} takes {known}; got {clipped(strange[0])}')
     given = {NAME: name, **arguments}
     return SetParametersAtomically.Request(
         parameters=[parameter(key, types[key].number, value) for key, value in given.items()]

@@ -136,6 +136,14 @@ class MemoryElement(Memory):
         if known and self.unknown is not None and not self._running:
             self._events.append(self.unknown)
 
+    def check(self, command: Command) -> None:
+        """Check the arguments of a procedure.
+
+        Raises:
+            Refused: One is out of range.
+        """
+        self._checked(command)
+
     def _checked(self, command: Command) -> dict[str, Any]:
         """Return the arguments of a procedure."""
         if wrong := problems(command, level=self.design.levels - 1):

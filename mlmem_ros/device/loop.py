@@ -22,7 +22,7 @@ from .loop_statistics import LoopStatistics
 from .mailbox import Asked, Ending, Mailbox
 from .open_requests import OpenRequests, Settle, Stamped
 from .pacing import Pacer, SteadyPacer
-from .request import Cancel, Request
+from .request import Cancel, Client, Request
 from .timetable import LONGEST_SLEEP, Timetable
 
 T = TypeVar('T')
@@ -60,6 +60,7 @@ class Loop:
         batch: int = 1,
         has_subscribers: Callable[[], bool] = lambda: True,
         watched: Callable[[], int] = lambda: 1,
+        queue: int = 0,
         settle: Settle = lambda request: request.settle(request.outcome),
         failed: Callable[[], None] = lambda: None,
     ) -> None:
@@ -76,6 +77,7 @@ class Loop:
                 `batch`; if not, they are deferred like the others, and longer.
             watched: Returns a number beyond whose multiples no run of ticks extends, because
                 somebody waits for these; 0 if nobody waits for any.
+            queue: Most procedures of different clients that wait for their turn.
             settle: Answers a request whose procedure has ended, at once or later. No command has
                 taken effect since.
             failed: Called in the loop's thread after a failure has stopped it.
@@ -87,7 +89,7 @@ class Loop:
         self._pacer = pacer or SteadyPacer()
         self._failed = failed
         self._box = Mailbox(speed)
-        self._asked = OpenRequests(element, self.statistics, settle)
+        self._asked = OpenRequests(element, self.statistics, settle, self._box.put_back, queue)
         self._check_shake = element.base.check
         self._paused = False  # as last seen by the loop's thread
         self._times = Timetable(
@@ -137,14 +139,22 @@ class Loop:
             Its answer is the outcome of the abort once the strain is zero; None if the procedure
             has ended.
         """
-        return self._box.submit(Cancel(request))
+        return self._box.submit(Request(Cancel(request)))
 
     def call(self, function: Callable[[], T]) -> Future[T]:
         """Call a function between two ticks, in the loop's thread, paused or not."""
         return self._box.call(function)
 
-    def submit(self, command: Command) -> Asked:
-        """Hand in a command for the next tick.
+    def review(self) -> None:
+        """Refuse requests that have waited for too long, or whose clients have gone."""
+        if self._asked.waiting:
+            self._box.call(self._asked.review)
+
+    def submit(
+        self, command: Command, client: Client | None = None, wait: float = math.inf
+    ) -> Asked:
+        """Hand in a command for the next tick; a procedure of a `client` may wait for its turn for
+        so many seconds.
 
         Returns:
             Its answer is the outcome of a procedure when it ends, and None for a set-point once
@@ -156,7 +166,8 @@ class Loop:
             except Refused as refusal:
                 return Request(command).refuse(refusal)
             return self._box.shake(self._pacer.now(), command)
-        return self._box.submit(command)
+        deadline = threads.monotonic() + wait
+        return self._box.submit(Request(command, client=client, deadline=deadline))
 
     @property
     def paused(self) -> bool:

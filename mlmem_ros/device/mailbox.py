@@ -12,10 +12,10 @@ from enum import Enum
 from typing import Any, TypeVar
 
 from .. import threads
-from .commands import Command, Disturb
+from .commands import Disturb
 from .errors import Refused
 from .events import Outcome
-from .request import Cancel, Request
+from .request import Request
 
 T = TypeVar('T')
 
@@ -63,10 +63,10 @@ class Mailbox:
 
     # --- from any thread -----------------------------------------------------------------
 
-    def submit(self, command: Command | Cancel) -> Asked:
+    def submit(self, request: Asked) -> Asked:
         """Leave a command for the next tick."""
         with self.changed:
-            return self._posted(self.commands, Request(command), _full(self.commands))
+            return self._posted(self.commands, request, _full(self.commands))
 
     def shake(self, when: float, command: Disturb) -> Asked:
         """Leave an acceleration of the base for the tick that a time falls into: it is accepted.
@@ -140,6 +140,14 @@ class Mailbox:
         return request
 
     # --- in the loop's thread ------------------------------------------------------------
+
+    def put_back(self, request: Asked) -> None:
+        """Leave a command that was taken out, before all others."""
+        with self.changed:
+            if self._closed is not None:
+                request.refuse(self._closed)
+            else:
+                self.commands.appendleft(request)
 
     @property
     def held(self) -> bool:

@@ -13,6 +13,9 @@ SETTLING = 'settling'
 LISTENING = 'listening'
 """Phases of any procedure."""
 
+WAITING = 'waiting'
+"""Phase of a request whose procedure has not begun, because another one runs."""
+
 
 class Feedback(NamedTuple):
     """Feedback from a running procedure.
@@ -22,12 +25,14 @@ class Feedback(NamedTuple):
         share: Elapsed share of the expected duration, 0 to 1.
         strain: Strain that the encoder of the linkage reads.
         attempts: Attempts so far, including the present one.
+        place: Place among those that wait, from 1; 0 once it runs.
     """
 
     phase: str
     share: float
     strain: float
     attempts: int
+    place: int = 0
 
 
 class Progress:

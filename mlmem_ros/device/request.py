@@ -6,7 +6,8 @@ from __future__ import annotations
 
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from math import inf
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from .. import threads
 
@@ -15,6 +16,18 @@ if TYPE_CHECKING:
     from .events import Outcome
 
 T = TypeVar('T')
+
+
+class Client(Protocol):
+    """Who asks."""
+
+    @property
+    def key(self) -> object:
+        """What is equal for requests of one client."""
+
+    @property
+    def gone(self) -> bool:
+        """Whether it is known to be there no more."""
 
 
 @dataclass(eq=False)
@@ -27,11 +40,17 @@ class Request(Generic[T]):
     Attributes:
         asked: A command, a `Cancel`, or a function to call between two ticks.
         answer: Its outcome, for whoever waits: the exception `Refused` if it is not accepted.
+        client: Who asks, and would wait for a turn; None: nobody would.
+        deadline: When its turn must have come, on the steady clock.
+        place: Its place among those that wait, from 1; 0 if it does not wait.
         run: The procedure that it has begun, or None.
     """
 
     asked: Any
     answer: Future[T] = field(default_factory=lambda: threads.Future())
+    client: Client | None = None
+    deadline: float = inf
+    place: int = 0
     run: Run | None = None
 
     @property
@@ -41,7 +60,7 @@ class Request(Generic[T]):
 
     def taken_up(self) -> bool:
         """Return whether somebody still waits, who can no longer withdraw it then."""
-        return self.answer.set_running_or_notify_cancel()
+        return self.answer.running() or self.answer.set_running_or_notify_cancel()
 
     def settle(self, outcome: T) -> None:
         """Answer it."""

@@ -165,6 +165,7 @@ class Host(Requests):
             batch=given.publish.common_ticks,
             has_subscribers=lambda: self.transcript is not None or has_subscribers(),
             watched=lambda: math.gcd(watched(), 0 if self.transcript is None else hash_every),
+            queue=given.queue.most,
             settle=settle,
             failed=self._failed,
         )
@@ -172,7 +173,7 @@ class Host(Requests):
             loop.submit(SetFaults(given.faults))
         if (method := given.settings.write.method) != element.settings.write.method:
             loop.submit(SetMethod(method))
-        self.loop = loop
+        self.loop, self.patience = loop, given.queue.wait
         loop.start()
 
     def deactivate(self) -> None:
@@ -233,6 +234,8 @@ class Host(Requests):
     def on_timer(self) -> None:
         """Save at intervals, and answer overdue requests; call it once a second."""
         self.sessions.on_timer()
+        if self.loop is not None:
+            self.loop.review()
         if self._store is not None:
             self._store.on_timer(self.loop)
 

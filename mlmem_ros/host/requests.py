@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 
 from ..device import Command, Faults, Loop, MemoryElement, Outcome, Refused, SetFaults, SetMethod
 from ..device.mailbox import Asked
-from ..device.progress import Feedback
-from ..device.request import Request
+from ..device.progress import WAITING, Feedback
+from ..device.request import Client, Request
 from ..device.units import Units
 from .sessions import Sessions
 from .settings import SessionPlan
@@ -34,6 +34,7 @@ class Requests:
         sessions: Its recording.
         stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
         refused: Requests refused so far.
+        patience: Seconds for which a request waits for its turn unless it says otherwise.
     """
 
     def __init__(self, sessions: Sessions) -> None:
@@ -42,6 +43,7 @@ class Requests:
         self.sessions = sessions
         self.stopped = ''
         self.refused = 0
+        self.patience = 60.0
         self._closed = False
 
     def open_loop(self) -> Loop:
@@ -55,13 +57,14 @@ class Requests:
             raise Refused(SHUT_DOWN if self._closed else why)
         return loop
 
-    def submit(self, command: Command) -> Asked:
-        """Hand in a command for the next tick; see `Loop.submit`.
+    def submit(self, command: Command, client: Client | None = None, wait: float = 0.0) -> Asked:
+        """Hand in a command for the next tick; see `Loop.submit`. Without a time to wait, it is
+        that of the settings.
 
         With a state file, the outcome comes after the changed content is safe on the disk; if it
         cannot be saved, the outcome is a failure.
         """
-        return self._asked(lambda loop: loop.submit(command))
+        return self._asked(lambda loop: loop.submit(command, client, wait or self.patience))
 
     def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
         """Hand in a command given in SI values, converted to the device's units."""
@@ -72,11 +75,13 @@ class Requests:
         return self._asked(lambda loop: loop.cancel(request))
 
     def feedback(self, request: Asked) -> Feedback | None:
-        """Return the progress of a request's procedure, if it is running.
+        """Return the progress of a request's procedure, if it is running or waits for its turn.
 
         Call it in the loop's thread.
         """
         element = self.element
+        if element is not None and (place := request.place):
+            return Feedback(WAITING, 0.0, element.linkage.encoder, 0, place)
         return element.feedback() if element is not None and element.runs(request.run) else None
 
     def step(self) -> Future[int]:

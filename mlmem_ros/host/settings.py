@@ -156,6 +156,22 @@ class StateSettings(Checked):
 
 
 @dataclass(frozen=True)
+class QueueSettings(Checked):
+    """How requests of different clients wait for their turn."""
+
+    most: int = described(
+        8, 'most procedures that wait while one runs; 0: refuse them as busy', low=0, high=8
+    )
+    wait: float = described(
+        60.0,
+        'longest wait of a request that brings no deadline of its own',
+        unit='s',
+        low=0.1,
+        high=3600.0,
+    )
+
+
+@dataclass(frozen=True)
 class Parameters:
     """The complete configuration of a host.
 
@@ -169,6 +185,7 @@ class Parameters:
         faults: The device's injected faults.
         files: Where the node may write.
         device: What drives the element.
+        queue: How requests wait.
     """
 
     design: Design
@@ -180,3 +197,4 @@ class Parameters:
     faults: Faults
     files: FileSettings
     device: DeviceSettings = DeviceSettings()
+    queue: QueueSettings = QueueSettings()

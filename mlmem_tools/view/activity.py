@@ -45,7 +45,9 @@ class Activity:
         self._doing = {}
 
     def progress(self, name: str, feedback: Any) -> None:
-        """Take the feedback of an action."""
+        """Take the feedback of an action; what waits for its turn is not running."""
+        if not feedback.attempts:
+            return
         if not self._doing and time.monotonic() - self._ended > LATE:
             self._begin(name)
         if self._doing.get('name') == name:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
+import numpy as np
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -15,6 +16,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
 from ... import doors
+from ...clipped import clipped
 from ...contract.answers import (
     ANSWERS,
     Answer,
@@ -31,9 +33,10 @@ from ...contract.answers import (
 from ...contract.errors import RequestRefused
 from ...contract.fields import fitted, parameter
 from ...contract.goals import action_types
-from ...contract.requests import message_of
+from ...contract.requests import DEADLINE, message_of
+from ...procedures import PROCEDURES
 from .line import Call, Connection
-from .reply import Action, Goal, Reply, Steps
+from .reply import Action, Goal, Reply, Steps, seconds
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -205,7 +208,7 @@ class MemoryClient:
             A reply; it is refused, with the reason, if the node rejects one of them.
 
         Raises:
-            ValueError: A whole number has more than 64 bits.
+            ValueError: A value is none that a parameter takes.
         """
 
         def understood(response: Any) -> None:
@@ -214,10 +217,8 @@ class MemoryClient:
                     refused = f'parameter {name} was refused: {result.reason}'
                     raise RequestRefused({'error': refused})
 
-        given = [
-            parameter(name, Parameter.Type.from_parameter_value(value).value, value)
-            for name, value in values.items()
-        ]
+        values = {name: _plain(value) for name, value in values.items()}
+        given = [parameter(name, _type_of(name, value), value) for name, value in values.items()]
         request = SetParameters.Request(parameters=given)
         steps = self._call('set_parameters', SetParameters, request, understood)
         return Reply(self._connection, 'set_parameters', steps, timeout)
@@ -235,9 +236,10 @@ class MemoryClient:
     def _request(
         self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
     ) -> Reply[SomeAnswer]:
-        return Reply(
-            self._connection, what or name, self._requested(name, kind, arguments), timeout
-        )
+        if name in PROCEDURES:  # which the node need not begin when nobody waits any more
+            arguments.setdefault(DEADLINE, seconds('timeout', timeout))
+        steps = self._requested(name, kind, arguments)
+        return Reply(self._connection, what or name, steps, timeout)
 
     def _goal(
         self,
@@ -249,6 +251,7 @@ class MemoryClient:
         **arguments: Any,
     ) -> Goal[SomeAnswer]:
         """Request a procedure, after others, by its action if the node serves it."""
+        arguments[DEADLINE] = seconds('timeout', timeout)
         service: Steps[Any] = self._requested(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
             service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
@@ -273,6 +276,24 @@ class MemoryClient:
         self, service: str, kind: type[Any], request: Any, understood: Callable[[Any], T]
     ) -> Steps[T]:
         return understood((yield Call(service, kind, request)))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of NumPy as Python's own."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
+def _type_of(name: str, value: Any) -> int:
+    """Return the number of the type of a parameter with this value.
+
+    Raises:
+        ValueError: No parameter takes it.
+    """
+    try:
+        return int(Parameter.Type.from_parameter_value(value).value)
+    except TypeError:
+        wanted = 'true or false, a number, a text, or a list of one of these'
+        raise ValueError(f'{name} must be {wanted}; got {clipped(value)}') from None
 
 
 def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:

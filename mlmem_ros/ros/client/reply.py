@@ -25,6 +25,7 @@ from unique_identifier_msgs.msg import UUID
 from ...clipped import clipped
 from ...contract import results
 from ...contract.errors import NoAnswer, RequestRefused
+from ...contract.goals import fields
 from .line import Call, Connection, Link
 
 T = TypeVar('T')
@@ -87,7 +88,7 @@ class Reply(Future, Generic[T]):
         another patience than the connection's if given.
         """
         super().__init__(executor=connection.node.executor)
-        self._timeout = _seconds('timeout', timeout)
+        self._timeout = seconds('timeout', timeout)
         self._patience = min(connection.patience if patience is None else patience, timeout)
         self._connection, self._peer = connection, connection.peer
         self._what = what
@@ -289,9 +290,10 @@ class Action:
         return self._connection.link().serves(f'{self.name}/_action/send_goal')
 
     def request(self, arguments: Mapping[str, Any]) -> Any:
-        """Return the request that sends a new goal."""
-        number = UUID(uuid=list(uuid4().bytes))
-        return self._impl.SendGoalService.Request(goal_id=number, goal=self._goal(**arguments))
+        """Return the request that sends a new goal, of what this build of its type knows."""
+        number, known = UUID(uuid=list(uuid4().bytes)), fields(self._goal)
+        given = {name: value for name, value in arguments.items() if name in known}
+        return self._impl.SendGoalService.Request(goal_id=number, goal=self._goal(**given))
 
     def send(self, request: Any) -> Call:
         """Return the call that sends a goal."""
@@ -459,7 +461,7 @@ def _until(future: Future, told: Future, connection: Connection) -> Generator[An
         told.remove_done_callback(wake)
 
 
-def _seconds(name: str, value: Any) -> float:
+def seconds(name: str, value: Any) -> float:
     """Return a time above 0.
 
     Raises:

@@ -28,7 +28,7 @@ from ...device.mailbox import Asked
 from ...device.progress import Feedback
 from ...host import Host
 from ..qos import EVERY_ONE, RELIABLE
-from .callback_guard import settled
+from .callback_guard import REQUESTER, settled
 
 FEEDBACK_EVERY = 0.05
 """Seconds between two feedback messages of a goal."""
@@ -134,7 +134,8 @@ class Action:
             response.accepted = number not in self._goals
             if not response.accepted:
                 return response
-            asked = self._host.submit(OF_REQUEST[self._name](**wanted))
+            wait = max(0.0, getattr(request.goal, 'deadline', 0.0))
+            asked = self._host.submit(OF_REQUEST[self._name](**wanted), REQUESTER.get(), wait)
             goal = Goal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
             self._goals[number] = goal
             self._open[goal] = self
@@ -197,7 +198,7 @@ class Action:
         if let_go is None or status == GoalStatus.STATUS_SUCCEEDED:
             self._settle(goal, result, status)
             return
-        if result.error_code == FAILED:
+        if result.error_code in (FAILED, REFUSED):
             result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
         # the next goal must find the element at rest
         let_go.answer.add_done_callback(lambda _: self._settle(goal, result, status))
@@ -249,7 +250,9 @@ class Action:
         """Publish the feedback of a goal."""
         message = self._kind.Impl.FeedbackMessage()
         message.goal_id = goal.info.goal_id
-        message.feedback = self._kind.Feedback(**feedback._asdict())
+        known = goals.fields(self._kind.Feedback)  # of an older build, maybe
+        said = {name: value for name, value in feedback._asdict().items() if name in known}
+        message.feedback = self._kind.Feedback(**said)
         self._feedback.publish(message)
 
     def _publish_status(self) -> None:

@@ -9,9 +9,12 @@ the future, and send the response from there.
 
 from __future__ import annotations
 
+import ctypes
 import inspect
 from collections.abc import Callable, Coroutine, Generator
 from concurrent.futures import Future
+from contextvars import ContextVar
+from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
 
 from action_msgs.msg import GoalStatus
@@ -26,6 +29,9 @@ from ...contract import outcomes
 from ...host import REFUSALS, ThrottledLog
 
 T = TypeVar('T')
+
+REQUESTER: ContextVar[Requester | None] = ContextVar('requester', default=None)
+"""Who has sent the request that is being answered."""
 
 EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 """Errors of bad requests to rclpy's own services: a transition that is not available now, a
@@ -45,6 +51,69 @@ class _Settled(NamedTuple):
         if not self.future.done():
             yield self.future
         return self.future.result()
+
+
+class Requester:
+    """Who sends a request: the node of the service's client, as far as the graph tells.
+
+    rclpy does not show the id in a request's header, so it is read from the structure behind the
+    Python object: `rmw_service_info_t`, or its request id alone. What else is in there is compared
+    with what rclpy shows of it; where that differs, the requester is not known.
+    """
+
+    def __init__(self, node: Node, service: str, header: Any) -> None:
+        self._node = node
+        self._service = service
+        self._id = _writer_id(header)
+        self._seen = False
+
+    @cached_property
+    def key(self) -> object:
+        """Full name and participant of the node that asks; unique if it is not known."""
+        for end in self._ends():
+            if bytes(end.endpoint_gid)[:16] == self._id:
+                self._seen = True
+                return end.node_namespace, end.node_name, self._id[:12]
+        return self._id or id(self)
+
+    @property
+    def gone(self) -> bool:
+        """Whether it was on the graph and is no more."""
+        return self._seen and all(bytes(e.endpoint_gid)[:16] != self._id for e in self._ends())
+
+    def _ends(self) -> list[Any]:
+        """Return the ends of the service's clients, under the names that DDS gives to them."""
+        name = self._node.resolve_service_name(self._service)
+        reply, request = f'rr{name}Reply', f'rq{name}Request'
+        return [
+            *self._node.get_subscriptions_info_by_topic(reply, no_mangle=True),
+            *self._node.get_publishers_info_by_topic(request, no_mangle=True),
+        ]
+
+
+class _RequestId(ctypes.Structure):
+    """`rmw_request_id_t`."""
+
+    _fields_ = (('writer', ctypes.c_uint8 * 16), ('number', ctypes.c_int64))
+
+
+class _ServiceInfo(ctypes.Structure):
+    """`rmw_service_info_t`."""
+
+    _fields_ = (('sent', ctypes.c_int64), ('received', ctypes.c_int64), ('id', _RequestId))
+
+
+def _writer_id(header: Any) -> bytes:
+    """Return the id of a request's sender; empty if it is not known."""
+    if not isinstance(header, rclpy_implementation.rmw_service_info_t):
+        return b''
+    behind = ctypes.c_void_p.from_address(id(header) + object.__basicsize__).value
+    if type(header).__basicsize__ <= object.__basicsize__ or not behind:
+        return b''
+    found = _ServiceInfo.from_address(behind)
+    seen = found.sent, found.received, found.id.number
+    shown = header.source_timestamp, header.received_timestamp, header.request_id.sequence_number
+    return bytes(found.id.writer) if seen == shown else b''
 
 
 class _Answer(NamedTuple):
@@ -126,7 +195,9 @@ class CallbackGuard:
                 self.answered += 1
 
             self.waiting.add(id(answer))
+            token = REQUESTER.set(Requester(self._node, name, header))
             answer.run(answered)
+            REQUESTER.reset(token)
 
         return send_answer
 

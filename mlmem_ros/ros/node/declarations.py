@@ -13,7 +13,13 @@ from ...device.faults import Faults
 from ...device.presets import DEFAULT
 from ...host.design_check import CHOICES
 from ...host.files import FileSettings
-from ...host.settings import DeviceSettings, PublishSettings, RecordSettings, StateSettings
+from ...host.settings import (
+    DeviceSettings,
+    PublishSettings,
+    QueueSettings,
+    RecordSettings,
+    StateSettings,
+)
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
@@ -82,6 +88,7 @@ def groups(chosen: Preset | None = None) -> dict[str, Any]:
         'record': RecordSettings(),
         'state': StateSettings(),
         'files': FileSettings(),
+        'queue': QueueSettings(),
         'faults': Faults(),
     }
 

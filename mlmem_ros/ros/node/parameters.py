@@ -107,7 +107,7 @@ class ParameterSet:
             SettingsError: They do not make a memory, or contradict each other.
         """
         given = {prefix: self._group(prefix) for prefix in self._defaults}
-        own = ('device', 'design', 'publish', 'record', 'state', 'files', 'faults')
+        own = ('device', 'design', 'publish', 'record', 'state', 'files', 'queue', 'faults')
         parts = {name: given.pop(name) for name in own}
         check = self._node.get_parameter('design.check').value
         return Parameters(check=check, settings=Settings(**given), **parts)

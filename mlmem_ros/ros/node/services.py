@@ -15,12 +15,12 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from ...contract import messages, outcomes
-from ...contract.commands import Record, name_of, requested
+from ...contract.commands import Record, name_of, requested, wait_of
 from ...device import Command, Refused, SelfTest, Write
 from ...host import REFUSALS, Host, SessionPlan
 from ...procedures import PROCEDURES, Procedure
 from ..qos import EVERY_ONE
-from .callback_guard import settled
+from .callback_guard import REQUESTER, settled
 
 Answered = Awaitable[tuple[bool, str]]
 """Whether a request succeeded, and the JSON object that answers it."""
@@ -68,19 +68,19 @@ class Services:
     ) -> SetParametersAtomically.Response:
         result = response.result
         try:
-            asked = requested(request.parameters)
+            asked, wait = requested(request.parameters), wait_of(request.parameters)
         except Refused as refusal:
             self._host.refused += 1
             _, result.reason = self._refused('request', refusal)
             return response
-        doing = self._recorded(asked) if isinstance(asked, Record) else self._done(asked)
+        doing = self._recorded(asked) if isinstance(asked, Record) else self._done(asked, wait)
         result.successful, result.reason = await doing
         return response
 
-    async def _done(self, command: Command) -> tuple[bool, str]:
+    async def _done(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
-            outcome = await settled(self._host.submit(command).answer)
+            outcome = await settled(self._host.submit(command, REQUESTER.get(), wait).answer)
         except REFUSALS as failure:
             return self._refused(name_of(command), failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
@@ -109,7 +109,7 @@ class Services:
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
         try:
-            outcome = await settled(self._host.submit(SelfTest()).answer)
+            outcome = await settled(self._host.submit(SelfTest(), REQUESTER.get()).answer)
         except REFUSALS as failure:
             self._refused('self_test', failure)
             response.status = [messages.refused_test(name, str(failure))]

@@ -1,0 +1,231 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Requests of different clients wait for their turn, over real DDS."""
+
+import subprocess
+import sys
+import time
+from contextlib import ExitStack
+
+import pytest
+import rclpy
+from robot import PATIENCE, Robot
+from std_srvs.srv import Trigger
+
+from mlmem_ros import RequestFailed, RequestRefused, standalone
+from mlmem_ros.contract.goals import action_types
+from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.events import events_executor
+
+SOON = 30.0
+
+
+@pytest.fixture(scope='module')
+def client(memory):
+    with standalone(memory.element) as client:
+        client.ready(60).wait()
+        yield client
+
+
+@pytest.fixture(scope='module')
+def others(memory):
+    """Ten more clients, each with a node of its own."""
+    with ExitStack() as stack:
+        clients = [stack.enter_context(standalone(memory.element)) for _ in range(10)]
+        for each in clients:
+            each.ready(60).wait()
+        yield clients
+
+
+@pytest.fixture(autouse=True)
+def time_goes_on(memory):
+    yield
+    memory.memory.pause(False).wait()
+
+
+def refused(memory, reply, why):
+    """A request is refused in the next tick."""
+    memory.memory.step().wait()
+    with pytest.raises(RequestRefused, match=why):
+        reply.wait()
+
+
+def under_way(memory, others, *levels):
+    """Pause time and have clients write levels, the first of which begins; return the replies."""
+    memory.memory.pause().wait()
+    replies = []
+    for client, level in zip(others, levels, strict=False):
+        replies.append(client.request('write', SOON, level=level))
+        memory.memory.step().wait()  # it has arrived, and runs or waits
+    return replies
+
+
+def test_three_nodes_that_read_at_start_get_their_answers(memory, context):
+    """Plain nodes of rclpy, of one program, with nothing of ours."""
+    nodes = [
+        rclpy.create_node(f'starts_{n}', context=context, use_global_arguments=False)
+        for n in range(3)
+    ]
+    executor = events_executor(context)
+    clients = [node.create_client(Trigger, f'{memory.element}/read') for node in nodes]
+    for node, client in zip(nodes, clients, strict=True):
+        executor.add_node(node)
+        assert client.wait_for_service(SOON)
+    answers = [client.call_async(Trigger.Request()) for client in clients]
+    for answer in answers:
+        executor.spin_until_future_complete(answer, SOON)
+    assert [answer.result().success for answer in answers] == [True] * 3, answers
+    for node in nodes:
+        node.destroy_node()
+
+
+def test_writes_are_done_in_order_of_arrival(memory, others):
+    order = []
+    replies = under_way(memory, others, 1, 2, 3)
+    for reply in replies:
+        reply.settled.add_done_callback(lambda _, reply=reply: order.append(reply))
+    memory.memory.pause(False).wait()
+    assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
+    assert order == replies
+
+
+def test_a_clients_own_second_request_is_refused_as_before(memory, others):
+    (first,) = under_way(memory, others, 4)
+    refused(memory, others[0].request('write', SOON, level=5), 'busy: write is running')
+    memory.memory.pause(False).wait()
+    assert first.wait().details['level'] == 4
+
+
+def test_a_client_is_a_node(memory, robot):
+    """Its second request is refused over another service, too."""
+    memory.memory.pause().wait()
+    write = robot.ask('write', level=1)
+    memory.memory.step().wait()
+    read = robot.send('read')
+    robot.wait(lambda: memory.memory.step().wait() and read.done(), 'the refusal')
+    assert 'busy: write is running' in robot.answer(read)['error']
+    memory.memory.pause(False).wait()
+    assert robot.answer(write)['level'] == 1
+
+
+def test_only_so_many_wait(memory, others):
+    replies = under_way(memory, others, *range(7), 0, 1)
+    refused(memory, others[9].request('read', SOON), 'write is running, and 8 requests wait')
+    refused(memory, others[9].request('write', SOON, level=8), 'level must be')  # said at once
+    memory.memory.pause(False).wait()
+    assert [reply.wait().details['level'] for reply in replies] == [*range(7), 0, 1]
+
+
+def test_a_request_waits_no_longer_than_its_deadline(memory, others):
+    first, second, third = under_way(memory, others, 1, 2, 3)
+    late = others[4].request('read', 60.0, deadline=0.5)
+    memory.memory.step().wait()
+    with pytest.raises(RequestRefused, match='while it waited for its turn: nothing has changed'):
+        late.wait()  # although time stands
+    memory.memory.pause(False).wait()
+    assert [reply.wait().details['level'] for reply in (first, second, third)] == [1, 2, 3]
+
+
+def test_abort_strain_faults_and_queries_pass(memory, client, others):
+    first, second = under_way(memory, others, 5, 6)
+    refused(memory, client.follow([1.0], [0.0]), 'busy: write is running')
+    client.set_parameters({'faults.seed': 3}).wait()
+    client.set_parameters({'faults.seed': 0}).wait()
+    assert client.parameters('design.N').wait() == {'design.N': 225}
+    aborting = client.abort()
+    memory.memory.pause(False).wait()
+    assert aborting.wait().attempts == 1
+    with pytest.raises(RequestFailed, match='aborted'):
+        first.wait()
+    assert second.wait().details['level'] == 6
+
+
+GONE = """
+import sys
+from mlmem_ros import standalone
+with standalone() as memory:
+    memory.ready(60).wait()
+    print('ready', flush=True)
+    sys.stdin.readline()
+    writing = memory.request('write', 60.0, level=7)
+    print('asked', flush=True)
+    sys.stdin.readline()
+"""
+
+
+@pytest.mark.parametrize('crash', [True, False])
+def test_a_client_that_has_gone_loses_its_place(memory, others, crash):
+    with subprocess.Popen(
+        [sys.executable, '-c', GONE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as passer_by:
+        assert passer_by.stdout.readline() == 'ready\n'
+        (first,) = under_way(memory, others, 2)
+        passer_by.stdin.write('\n')
+        passer_by.stdin.flush()
+        assert passer_by.stdout.readline() == 'asked\n'
+        time.sleep(0.2)
+        memory.memory.step().wait()
+        last = others[1].request('read', 60.0)
+        memory.memory.step().wait()
+        if crash:
+            passer_by.kill()
+        else:
+            passer_by.communicate('\n')
+    waiting = memory.node.host.loop._asked.waiting
+    wait_until(lambda: len(waiting) == 1, 'the end of its place', SOON)
+    memory.memory.pause(False).wait()
+    assert first.wait().details['level'] == last.wait().details['level'] == 2
+
+
+@pytest.mark.skipif(not action_types(), reason='mlmem_interfaces is not built')
+def test_feedback_says_the_place(memory, client, others):
+    import asyncio
+
+    async def watch(goal):
+        return [feedback async for feedback in goal], (await goal).level
+
+    async def both():
+        (first,) = under_way(memory, others, 1)
+        goals = others[1].write(2), others[2].write(3)
+        watching = [asyncio.create_task(watch(goal)) for goal in goals]
+        for _ in range(40):
+            await asyncio.sleep(0.02)
+            await memory.memory.step()
+        await memory.memory.pause(False)
+        await first
+        return await asyncio.gather(*watching)
+
+    for wanted, (told, level) in zip((2, 3), asyncio.run(both()), strict=True):
+        assert level == wanted
+        waited = [each for each in told if each.phase == 'waiting']
+        places = [getattr(each, 'place', wanted - 1) for each in waited]  # of an older build
+        assert places[0] == wanted - 1
+        assert places == sorted(places, reverse=True)
+        assert told[-1].phase != 'waiting'
+
+
+@pytest.mark.skipif(not action_types(), reason='mlmem_interfaces is not built')
+def test_a_goal_that_waits_can_be_canceled(memory, others):
+    (first,) = under_way(memory, others, 3)
+    write = others[1].write(6)
+    memory.memory.step().wait()
+    assert write.cancel_goal()
+    memory.memory.step().wait()
+    with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
+        write.wait()
+    memory.memory.pause(False).wait()
+    assert first.wait().details['level'] == 3
+
+
+def test_without_a_queue_they_are_refused(start):
+    node = start({'scale.time': 1e-5, 'queue.most': 0}, name='alone')
+    with standalone(node.element) as other, Robot(node.element, 'asks') as robot:
+        other.ready(PATIENCE).wait()
+        other.pause().wait()
+        write = other.request('write', level=1)
+        other.step().wait()
+        refused = robot.send('read')
+        other.step().wait()
+        assert 'busy: write is running' in robot.answer(refused)['error']
+        other.pause(False).wait()
+        write.wait()
