@@ -382,11 +382,12 @@ def test_cancelled_tasks_leave_nothing_behind(node, client):
 
     async def cancel_many(memory):
         asyncio.get_running_loop().set_exception_handler(lambda _, said: complaints.append(said))
-        replies = [memory.parameters('design.N') for _ in range(40)]
-        tasks = [asyncio.ensure_future(awaited(reply)) for reply in replies]
-        for task in tasks:
-            await asyncio.sleep(0.0005)
-            task.cancel()
+        replies, tasks = [], []
+        for n in range(40):
+            replies.append(memory.parameters('design.N'))
+            tasks.append(asyncio.ensure_future(awaited(replies[-1])))
+            await asyncio.sleep(n * 1e-4)  # an answer takes a millisecond or two
+            tasks[-1].cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         await asyncio.sleep(0.05)
         assert all(reply.done() or reply.cancelled() for reply in replies)
