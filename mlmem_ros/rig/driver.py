@@ -34,6 +34,9 @@ LEAD = 0.05
 PATIENCE = 1.0
 """Seconds of silence after which the driver gives up, unless the address has `patience`."""
 
+FARTHEST = 0.5
+"""Cells from a ground state at which an end may begin: a wrong zero, or unit, is farther off."""
+
 BEAT = 0.25
 """Seconds without a call after which the driver says that it is still there."""
 
@@ -74,7 +77,7 @@ class Rig(Driver):
         self._beats = 0  # since the last call
         try:
             self.lag = math.ceil(lead / settings.tick_seconds)
-            self._begin(settings)
+            self._begin(design, settings)
         except BaseException:
             self.close()
             raise
@@ -86,7 +89,7 @@ class Rig(Driver):
                 daemon=True,
             ).start()
 
-    def _begin(self, settings: Settings) -> None:
+    def _begin(self, design: Design, settings: Settings) -> None:
         ahead = self.lag * settings.time.tick * settings.scale.time
         greeting = {'protocol': VERSION, 'ahead': ahead}
         self._poke = 0.1 * self._patience
@@ -114,6 +117,13 @@ class Rig(Driver):
         self._play(rest, None)
         self._listen(self.lag * said.samples)
         self._last = self._line[:, -1]
+        at_rest = self._line.mean(axis=1)
+        for name, found in zip(('left', 'right'), at_rest, strict=True):
+            if min(abs(found - design.D_s1), abs(found - design.D_s2)) > FARTHEST:
+                raise SettingsError(
+                    f'zero in the hello of the rig must make its ends rest at {design.D_s1:.3f} '
+                    f'or {design.D_s2:.3f} cells; the {name} one rests at {found:.3f}'
+                )
 
     def advance(
         self,

@@ -21,7 +21,15 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.device import DriverError, MemoryElement, Read, Settings, Write, drivers
+from mlmem_ros.device import (
+    DriverError,
+    MemoryElement,
+    Read,
+    Settings,
+    SettingsError,
+    Write,
+    drivers,
+)
 from mlmem_ros.device.settings import ReadSettings, ScaleSettings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig import Rig
@@ -359,6 +367,16 @@ def test_every_level_is_written_in_c(compiled, source):
     kept, _, _ = source.partition('/* --- the board: a serial port')
     kept = kept.replace('static double board_seconds(void);', '')
     every_level(Board(compiled('levels.so', kept + BOARD, '-shared', '-fPIC'), damage=1e-12))
+
+
+@pytest.mark.parametrize('zero', [[0.0, 0.0], [3.0, 2.0]])
+def test_a_wrong_zero_is_noticed_in_the_first_samples(zero):
+    line = Unclocked()
+    line.rig.hello['zero'] = zero
+    with pytest.raises(
+        SettingsError, match='zero in the hello of the rig must make its ends rest'
+    ):
+        Rig(CASE_II, Settings(scale=ScaleSettings(time=UNIT)), f'serial:///dev/no?{LEAD}', line)
 
 
 @pytest.mark.slow
