@@ -180,7 +180,7 @@ def _advance(
                 x[0], x[n + 1] = x[1], x[n]
                 for j in range(n):
                     slope, sine = on_site(law, j, x[j + 1] - (end * under[j] + origin[j]))
-                    sine += harmonic * (3.0 * sine - 4.0 * sine**3 / law[0][j] ** 2)
+                    sine += harmonic * (3.0 * sine - 4.0 * sine**3)
                     slip = u[j] - speed * under[j]
                     damped = slip if relative else u[j]
                     springs = k_r[j + 1] * (x[j + 2] - x[j + 1]) - k_r[j] * (x[j + 1] - x[j])

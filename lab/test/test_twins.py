@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 
 from mlmem_lab.results import fingerprint
+from mlmem_lab.rk4 import Rk4Element
 from mlmem_lab.twins import command, learning, surveyed, watched
 from mlmem_lab.twins.command import Part, twins
+from mlmem_lab.twins.sensed import HiddenElement
 from mlmem_ros.device import preset
+from mlmem_ros.physics import HeldCell, Specimen
+from mlmem_tools.rig.sensors import Sensors
 
 
 def mlmem_twins(*arguments):
@@ -81,6 +85,33 @@ def test_a_surveyed_element_is_found(seed):
     assert found['inside'] > 0.6  # errors are common to all cells of an element
 
 
+def test_a_fit_that_lies_is_counted():
+    """Whose error is beyond three times what it states; refusals are kept with their reason."""
+    row = {
+        'seed': 1, 'shots': 9, 'time': 1.0, 'seconds': 2.0, 'chi2': 1.0, 'in band': 1.1,
+        'added': [], 'inside': 0.9, 'error': 1e-3, 'stated': 9e-4,
+    }  # fmt: skip
+    lying = row | {'error': 3e-3, 'added': ['latency', 'springs'], 'inside own': 0.5}
+    found = surveyed.summary([row, lying, {'seed': 3, 'refused': 'why'}])
+    assert [found[name] for name in ('elements', 'fitted', 'lies')] == [3, 2, 1]
+    assert found['added'] == {'nothing': 1, 'latency, springs': 1}
+    assert found['refused'] == ['why']
+    assert found['inside own'] == 50.0
+
+
+@pytest.mark.parametrize('late', [(0, 0), (3, 1)])
+def test_a_hidden_element_is_heard_as_late_as_its_line_is(late):
+    """A cell that swings at 1 per time unit, through the samples of the end that is held."""
+    element = Rk4Element(Specimen(preset('bits_1').design), 0.0625)
+    driver = HiddenElement(element, Sensors(), late)
+    times = 0.0625 * np.arange(1, 4 * 400 + 1)
+    motion = np.stack((np.sin(times) ** 3, 3.0 * np.sin(times) ** 2 * np.cos(times))) * 0.01
+    motion[0] += element.end(1)
+    heard = driver.advance(np.zeros(len(times)), HeldCell(1, motion))[0]
+    expected = np.interp(0.25 * np.arange(1, 401) - 0.0625 * late[0], times, motion[0])
+    assert heard == pytest.approx(expected, abs=1e-12)
+
+
 @pytest.fixture
 def quick(monkeypatch):
     """Rows that take no time."""
@@ -109,6 +140,7 @@ def test_the_command_keeps_what_the_file_has_of_others(tmp_path, capsys, quick):
     [
         (['twins'], 'a part must be one of fits, healthy, changes, learning; got twins'),
         (['--presets', 'bits_7'], 'got bits_7'),
+        (['--kinds', 'beta'], 'a kind must be one of alpha, springs 0.1 %'),
         (['--elements', '0'], '--elements and --workers must be at least 1'),
         (['--scatter', '0'], '--scatter must be above 0'),
     ],

@@ -26,8 +26,8 @@ from ..results import load_kept, save
 from ..studies.campaign.terminal import mapped
 from .learning import WAYS, compared
 from .learning import summary as summary_of_learning
+from .surveyed import KINDS, surveyed
 from .surveyed import summary as summary_of_fits
-from .surveyed import surveyed
 from .watched import CHANGES, changed, healthy, summary_of_changed, summary_of_healthy
 
 Row = Mapping[str, Any]
@@ -54,8 +54,9 @@ class Part(NamedTuple):
 PARTS = {
     'fits': Part(
         surveyed, summary_of_fits,
-        ('elements', 'fitted', 'inside', 'error', 'most error', 'most chi2', 'seconds'),
-        ('bits_1', 'bits_4', 'case_2'),
+        ('kind', 'elements', 'fitted', 'lies', 'inside', 'error', 'most error', 'most chi2',
+         'seconds'),
+        ('bits_1', 'bits_4', 'case_2'), tuple({'kind': kind} for kind in KINDS),
     ),
     'healthy': Part(
         healthy, summary_of_healthy, ('elements', 'reads', 'alarms', 'chi2', 'most chi2'),
@@ -79,6 +80,8 @@ PARTS = {
            ' own'),
     option('--scatter', type=float, nargs='+', default=(0.01,), metavar='X',
            help='scatter of alpha, relative'),
+    option('--kinds', nargs='+', metavar='KIND', help='of fits, all by default: '
+           + ', '.join(KINDS).replace('%', '%%')),
     option('--elements', type=int, default=10, help='elements of each kind'),
     option('--seed', type=int, default=0, help='of the first element'),
     option('--workers', type=int, default=2, help='processes'),
@@ -94,6 +97,8 @@ def twins(arguments: argparse.Namespace) -> int:
         return complain(
             'twins', f'a preset must be one of {", ".join(PRESETS)}; got {unknown[0]}', 2
         )
+    if unknown := sorted(set(arguments.kinds or ()) - set(KINDS)):
+        return complain('twins', f'a kind must be one of {", ".join(KINDS)}; got {unknown[0]}', 2)
     if min(arguments.elements, arguments.workers) < 1 or arguments.seed < 0:
         return complain('twins', '--elements and --workers must be at least 1, --seed 0', 2)
     if not all(0.0 < scatter < 0.5 for scatter in arguments.scatter):
@@ -106,6 +111,7 @@ def twins(arguments: argparse.Namespace) -> int:
         for preset in arguments.presets or PARTS[part].presets
         for scatter in arguments.scatter
         for other in PARTS[part].of
+        if other.get('kind') in (None, *(arguments.kinds or KINDS))
     ]
     tasks = [(part, kind, seed) for part, kind in kinds for seed in seeds]
     rows: list[Row] = []
@@ -147,7 +153,7 @@ def _keep(path: Path, part: str, entry: dict[str, Any]) -> None:
     Raises:
         OSError, ValueError: The file cannot be read or written.
     """
-    same = ('preset', 'scatter', 'change')
+    same = ('preset', 'scatter', 'change', 'kind')
     kept = load_kept(path)
     parts = {name: list(kept.get(name, ())) for name in PARTS}
     others = [e for e in parts[part] if any(e.get(key) != entry.get(key) for key in same)]

@@ -12,6 +12,8 @@ from mlmem_ros.device import Driver
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import HeldCell
 from mlmem_ros.physics.potential import Array
+from mlmem_ros.rig.transport import Tcp
+from mlmem_tools.rig.emulated import EmulatedRig
 from mlmem_tools.rig.sensors import Sensors
 
 from ..rk4 import Rk4Element
@@ -66,7 +68,7 @@ class HiddenElement(Driver):
         sensors: Sensors,
         late: tuple[int, int] = (0, 0),
         drift: float = 0.0,
-        period: float = 4e4,
+        period: float = 2e5,
     ) -> None:
         """Put a line before an element.
 
@@ -75,7 +77,8 @@ class HiddenElement(Driver):
             sensors: They may be noisy, and off by a gain.
             late: By how many of the element's samples either sensor is late.
             drift: Greatest change of a gain, relative.
-            period: Of these changes, in time units; one end is a quarter of it later.
+            period: Of these changes, in time units, four times that of a survey; one end is a
+                quarter of it later.
         """
         self.element, self._sensors, self._late = element, sensors, late
         self._gains, self._drift, self._period = sensors.gain, drift, period
@@ -113,3 +116,25 @@ class HiddenElement(Driver):
     def end(self, site: int) -> float:
         """Return the displacement of an end as its sensor gives it."""
         return self._sensors.gain[int(site > 1)] * self.element.end(site)
+
+
+class AtOnce(Tcp):
+    """A line to an emulated rig in the same thread, whose answers are immediate."""
+
+    def __init__(self, rig: EmulatedRig) -> None:
+        self._rig, self._come = rig, bytearray()
+        rig.begin(self._come.extend)
+
+    def send(self, data: bytes) -> None:
+        """Let the rig play what it is sent."""
+        self._rig.take(data)
+        self._rig.pass_time(0.0)
+
+    def receive(self, seconds: float) -> bytes:
+        """Return what the rig has sent."""
+        come = bytes(self._come)
+        self._come.clear()
+        return come
+
+    def close(self) -> None:
+        """Do nothing: nobody else waits for the rig."""

@@ -3,13 +3,14 @@
 """Fits of hidden elements: whether their intervals hold the truth, how far off, how long.
 
 A hidden element is integrated by Runge and Kutta's method at a fine step, everything its cells
-share is off, its transducers are noisy and have gains of their own, and all that a fit gets is the
-shots of a survey.
+share is off, its transducers are noisy and have gains of their own, and it is at the other end of
+a line. All that a fit gets is the shots of a survey.
 """
 
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,13 +21,15 @@ from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Scatter, scattered
+from mlmem_ros.rig import Rig
+from mlmem_tools.rig.emulated import EmulatedRig
 from mlmem_tools.rig.sensors import Sensors
 
 from ..fit.fit import Misfitting, fit
 from ..fit.missing import ADDED, has
 from ..rk4 import Rk4Element
 from .element import performed
-from .sensed import HiddenElement
+from .sensed import AtOnce, HiddenElement
 
 NOISE = 1e-5
 """Of the transducers, in cells."""
@@ -39,6 +42,9 @@ GAIN = 0.01
 
 SAMPLING = 0.25
 """Time units between two samples of a transducer."""
+
+LIE = 3.0
+"""Error over what a fit states from which it lies."""
 
 BESIDE = 1.959964
 """Standard deviations to either side of a 95 % interval."""
@@ -53,10 +59,11 @@ KINDS: dict[str, dict[str, float]] = {
     'springs 0.3 %': {'k_r': 0.003},
     'masses 0.3 %': {'mass': 0.003},
     'latency up to a sample': {'latency': 1.0},
+    'gains drift by 0.1 %': {'drift': 0.001},
     'gains drift by 0.5 %': {'drift': 0.005},
     'damping 20 %': {'damping': 0.2},
-    'friction 1e-5': {'friction': 1e-5},
-    'third harmonic 1 %': {'harmonic': 0.01},
+    'friction 3e-6': {'friction': 3e-6},
+    'third harmonic 0.3 %': {'harmonic': 0.003},
 }
 """What a hidden element has besides, with its amount (s.d. where it scatters)."""
 
@@ -98,15 +105,26 @@ def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[
     made = truth.specimen
     strength = made.alpha * made.design.d / chosen.design.d
     alpha, deviation = (each[fitted.unknowns.alpha] for each in (fitted.x, fitted.deviations))
-    return found | {
-        'seconds': time.process_time() - begun,
-        'chi2': fitted.chi2,
-        'in band': fitted.in_band,
-        'added': [term for term in ADDED if has(fitted.misfit, term)],
-        'inside': float(np.mean(np.abs(alpha - strength) < BESIDE * deviation)),
-        'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
-        'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
-    }
+    own = {'mass': ('mass', made.masses), 'k_r': ('k_r', made.k_r)}
+    inside = {}
+    for name, (cells, values) in own.items():
+        where = getattr(fitted.unknowns, cells)
+        if KINDS[kind].get(name) and where.stop > where.start:
+            off = np.abs(fitted.x[where] - values) < BESIDE * fitted.deviations[where]
+            inside = {'inside own': float(np.mean(off))}
+    return (
+        found
+        | inside
+        | {
+            'seconds': time.process_time() - begun,
+            'chi2': fitted.chi2,
+            'in band': fitted.in_band,
+            'added': [term for term in ADDED if has(fitted.misfit, term)],
+            'inside': float(np.mean(np.abs(alpha - strength) < BESIDE * deviation)),
+            'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
+            'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
+        }
+    )
 
 
 def shots_of(
@@ -126,7 +144,9 @@ def shots_of(
     driver = HiddenElement(
         element, sensors, (int(late[0]), int(late[1])), amount.get('drift', 0.0)
     )
-    device = MemoryElement(design, settings, factory_calibration(design, settings), driver)
+    rig = EmulatedRig(design, settings, driver, at_once=True)
+    there = Rig(design, settings, 'tcp://here:1', AtOnce(rig))
+    device = MemoryElement(design, settings, factory_calibration(design, settings), there)
     _, events = performed(device, Survey())
     shots = [event for event in events if isinstance(event, Shot)]
     return shots, device.ticks * device.tick
@@ -135,15 +155,26 @@ def shots_of(
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what many fits have in common."""
     fits = [row for row in rows if 'chi2' in row]
-    if not fits:
-        return {'elements': len(rows), 'fitted': 0, 'refused': [row['refused'] for row in rows]}
-    every = {name: np.array([row[name] for row in fits]) for name in fits[0]}
-    return {
+    told = {
         'elements': len(rows), 'fitted': len(fits),
         'refused': [row['refused'] for row in rows if 'refused' in row],
+    }  # fmt: skip
+    if not fits:
+        return told
+    every = {
+        name: np.array([row[name] for row in fits if name in row])
+        for name in dict.fromkeys(name for row in fits for name in row if name != 'added')
+    }
+    if 'inside own' in every:
+        told['inside own'] = 100.0 * np.mean(every['inside own'])
+    return told | {
+        'lies': int(np.sum(every['error'] > LIE * every['stated'])),
+        'most off': np.max(every['error'] / every['stated']),
+        'added': dict(Counter(', '.join(row['added']) or 'nothing' for row in fits)),
         'inside': 100.0 * np.mean(every['inside']), 'least inside': 100.0 * every['inside'].min(),
         'error': 100.0 * np.median(every['error']), 'most error': 100.0 * every['error'].max(),
         'least chi2': every['chi2'].min(), 'most chi2': every['chi2'].max(),
+        'most in band': every['in band'].max(),
         'seconds': np.median(every['seconds']), 'most seconds': every['seconds'].max(),
         'shots': [every['shots'].min(), every['shots'].max()], 'time': np.median(every['time']),
     }  # fmt: skip

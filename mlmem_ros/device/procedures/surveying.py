@@ -37,7 +37,7 @@ STRAIN = 0.009
 INAUDIBLE = 3e-7
 """Mean size of waves in cells that no fit hears: a third of what it takes for noise at least."""
 
-WHITE = 1.1
+WHITE = 1.2
 """Mean departure from rest, over that of white noise, up to which there are no waves in it."""
 
 
