@@ -16,6 +16,7 @@ from functools import partial
 from itertools import groupby, product
 from operator import itemgetter
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -35,6 +36,7 @@ HAVE_ROS = importlib.util.find_spec('rclpy') is not None
 NEED_ROS = {'ros', 'view', 'docs', 'test_reference.py'}
 
 if HAVE_ROS:
+    from mlmem_ros.ros import node_process
     from mlmem_ros.ros.node_process import child
     from mlmem_ros.testing import isolate, memory_node
 
@@ -92,6 +94,24 @@ def quick_disk():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, 'fsync', lambda descriptor: None)
         yield
+
+
+@pytest.fixture(scope='session', autouse=True)
+def preloaded_processes():
+    """Fork nodes and commands, see `preloaded`; coverage needs processes of their own."""
+    with pytest.MonkeyPatch.context() as patch:
+        if HAVE_ROS and 'coverage' not in sys.modules:
+            from preloaded import Process
+
+            ours = SimpleNamespace(**vars(subprocess) | {'Popen': Process})
+            patch.setattr(node_process, 'subprocess', ours)
+        yield
+
+
+@pytest.fixture
+def real_processes(monkeypatch):
+    """Start nodes and commands as users do."""
+    monkeypatch.setattr(node_process, 'subprocess', subprocess)
 
 
 @pytest.fixture(scope='session', autouse=True)

@@ -25,7 +25,7 @@ with child(*eval(sys.argv[1]), stderr=2) as process:
 """
 
 
-def test_a_process_outlives_the_thread_that_asked_for_it():
+def test_a_process_outlives_the_thread_that_asked_for_it(real_processes):
     """The kernel kills it with the thread that started it."""
     with contextlib.ExitStack() as stack:
         started = []

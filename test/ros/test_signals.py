@@ -80,7 +80,7 @@ def test_during_the_start(start):
     assert 'Traceback' not in node.output
 
 
-def test_a_signal_while_python_still_loads(start):
+def test_a_signal_while_python_still_loads(start, real_processes):
     """In the first second or two, before there is a node: it ends without a traceback."""
     begun = []
     for delay in (0.25, 0.6):

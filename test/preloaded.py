@@ -1,0 +1,111 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Processes forked from one that has loaded all: a start takes a third of the processor time.
+
+Each worker has one such server, which has a single thread and never joins a ROS graph. It forks
+twice, so that the new process becomes a child of the worker, their subreaper: status, signals,
+group and death with its parent are as `subprocess` makes them. Tests of how a process starts and
+loads ask for `real_processes`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import os
+import pickle
+import runpy
+import signal
+import socket
+import subprocess
+import sys
+import threading
+
+PR_SET_CHILD_SUBREAPER = 36
+_LOCK = threading.Lock()
+_server = None
+
+
+class Process(subprocess.Popen):
+    """A `python -m MODULE ARGUMENT ...` that ends with its parent, forked from the server."""
+
+    def _execute_child(self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, *rest):
+        pipes = rest[3:9]
+        read, _, _, output, _, errors = pipes
+        assert args[:2] == [sys.executable, '-m'], 'only modules are run'
+        streams = [own if n == -1 else n for own, n in enumerate((read, output, errors))]
+        self.pid = _fork((args[2:], cwd, dict(os.environ if env is None else env)), streams)
+        self._child_created = True
+        self._close_pipe_fds(*pipes)
+
+
+def _fork(order, streams):
+    """Return the process id of a child of this process that carries out the order."""
+    global _server
+    with _LOCK:
+        if _server is None:
+            _server = _start()
+        socket.send_fds(_server, [pickle.dumps(order)], streams)
+        return int(_server.recv(16))
+
+
+def _start():
+    """Start the server; return the socket that it listens to, at whose end it ends."""
+    ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    subprocess.Popen([sys.executable, __file__, str(its.fileno())], pass_fds=[its.fileno()])
+    its.close()
+    return ours
+
+
+def serve(orders):
+    """Fork for every order; return in the new process, with the module to run."""
+    worker = os.getppid()
+    while True:
+        order, streams, *_ = socket.recv_fds(orders, 1 << 20, 3)
+        if not order:
+            os._exit(0)
+        if (between := os.fork()) == 0:
+            if (pid := os.fork()) != 0:
+                orders.send(b'%d' % pid)
+                os._exit(0)
+            break
+        os.waitpid(between, 0)
+        for stream in streams:
+            os.close(stream)
+    while os.getppid() != worker:  # until the process between has ended
+        os.sched_yield()
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    orders.close()
+    for own, given in enumerate(streams):
+        os.dup2(given, own)
+        os.close(given)
+    (module, *arguments), folder, environment = pickle.loads(order)
+    os.environ.clear()
+    os.environ.update(environment)
+    os.chdir(folder or '.')
+    sys.path[0] = os.getcwd()
+    sys.argv[1:] = arguments
+    return module
+
+
+def load():
+    """Import what processes need, and load the loops' machine code."""
+    import mlmem_ros.rig
+    import mlmem_ros.ros.fast_dds
+    import mlmem_ros.ros.node.run  # noqa: F401
+    import mlmem_tools.cli.request
+    import mlmem_tools.cli.view  # noqa: F401
+    from mlmem_ros.physics import CASE_II, Chain
+
+    Chain(CASE_II).rest(1)
+    assert threading.active_count() == 1
+    gc.freeze()
+
+
+if __name__ == '__main__':
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    load()
+    module = serve(socket.socket(fileno=int(sys.argv[1])))
+    runpy.run_module(module, run_name='__main__', alter_sys=True)
