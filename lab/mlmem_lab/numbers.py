@@ -15,11 +15,12 @@ number keeps its decimals:
 has a row for each entry and a column for each key (of a list of rows, all keys by default);
 `TABLES` has those that need more. With
 --check nothing is written: it fails if a page's number is not that of its file, or if a file is
-older than the code that it measured.
+older than the code that it measured, or was made with code that was not committed.
 """
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -144,7 +145,10 @@ def _cell(value: Any) -> str:
 
 def main(arguments: list[str]) -> int:
     """Place the numbers, or check them; return 0, or 1 if something is wrong."""
-    check, wrong = '--check' in arguments, False
+    parser = argparse.ArgumentParser('python3 -m mlmem_lab.numbers', description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument('--check', action='store_true', help='write nothing, and compare')
+    check, wrong = parser.parse_args(arguments).check, False
     for page in pages():
         text = page.read_text(encoding='utf-8')
         try:
@@ -166,6 +170,12 @@ def main(arguments: list[str]) -> int:
             print(
                 f'{file.relative_to(ROOT)} is older than the code: {", ".join(old_ones)} does '
                 f'otherwise now; make it again by "{result["command"]}"'
+            )
+            wrong = True
+        if changed := result.get('uncommitted'):
+            print(
+                f'{file.relative_to(ROOT)} was made with code that was not committed '
+                f'({", ".join(changed)}); make it again by "{result["command"]}"'
             )
             wrong = True
     return int(wrong)

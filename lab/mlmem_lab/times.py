@@ -1,9 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How long procedures take, and what reads do to the wall: python3 -m mlmem_lab.times PRESET ...
+"""How long procedures take, and what reads do to the wall.
 
-Makes lab/results/times.json: for every preset random writes in a row, erases from random levels,
-reads, a self-test, and how far a thousand reads move the wall. Times are in time units.
+python3 -m mlmem_lab.times [PRESET ...] makes lab/results/times.json: for every preset random
+writes in a row, erases from random levels, reads, a self-test, and how far a thousand reads move
+the wall. Times are in time units.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from mlmem_ros.device import Erase, MemoryElement, Read, SelfTest, Write, new_el
 from mlmem_ros.device.moves import paper_way
 from mlmem_ros.physics import level_of, walls
 
-from .results import FOLDER, save
+from .results import run
 
 SEED = 1
 WRITES = 100
@@ -28,8 +29,9 @@ RESTS = 20
 """Runs of 50 ticks: 80 damping times."""
 
 
-def measured(name: str, random: np.random.Generator) -> dict[str, Any]:
+def measured(name: str) -> dict[str, Any]:
     """Return the times of a preset, and the read disturb."""
+    random = np.random.default_rng(SEED)
     design, settings = preset(name)
     element = new_element(design, settings)
     result = {
@@ -100,17 +102,5 @@ def _spread(times: Iterable[float]) -> dict[str, float]:
     }
 
 
-def main(names: list[str]) -> int:
-    """Measure presets by name, and save what was found."""
-    random = np.random.default_rng(SEED)
-    presets = {}
-    for name in names:
-        presets[name] = measured(name, random)
-        print(name, presets[name], flush=True)
-    made = f'python3 -m mlmem_lab.times {" ".join(names)}'
-    save(FOLDER / 'times.json', {'presets': presets}, made, SEED, of=names)
-    return 0
-
-
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run('times', __doc__, measured, SEED))

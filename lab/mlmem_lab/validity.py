@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the model of the memory ends: what it leaves out, tried on the presets.
 
-python3 -m mlmem_lab.validity PRESET... makes lab/results/validity.json, and keeps what it has of
-other presets. The element is `Rk4Element`, changed in one way each; the device does not know.
+python3 -m mlmem_lab.validity [PRESET ...] makes lab/results/validity.json. The element is
+`Rk4Element`, changed in one way each; the device does not know.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from mlmem_ros.device import MemoryElement, Write, factory_calibration
 from mlmem_ros.device.presets import preset
 from mlmem_ros.physics import Design, Specimen, level_of
 
-from .results import FOLDER, load_kept, save
+from .results import run
 from .rk4 import Rk4Element
 
 WAYS: Mapping[str, tuple[float, ...]] = {
@@ -94,25 +95,30 @@ def _body(design: Design, dt: float, way: str, amount: float) -> Rk4Element:
     return Rk4Element(specimen, dt, friction=friction)
 
 
-def main(names: list[str]) -> int:
-    """Try presets by name, and save what they did."""
-    path = FOLDER / 'validity.json'
-    for name in names:
-        trials = []
-        for way, amounts in WAYS.items():
-            for amount in amounts:
-                trials.append(tried(name, way, amount))
-                print(trials[-1], flush=True)
-                if not trials[-1].passed:
-                    break
-        kept = load_kept(path)
-        others = [each for each in kept.get('trials', ()) if each['preset'] != name]
-        result = {'trials': [*others, *(asdict(each) for each in trials)]}
-        presets = dict.fromkeys(each['preset'] for each in result['trials'])
-        command = f'python3 -m mlmem_lab.validity {" ".join(presets)}'
-        save(path, result, command, of=[name], kept=kept)
-    return 0
+def trials(name: str) -> list[Trial]:
+    """Return how a preset fares in every way, up to the first amount at which something fails."""
+    found = []
+    for way, amounts in WAYS.items():
+        for amount in amounts:
+            found.append(tried(name, way, amount))
+            print(found[-1], flush=True)
+            if not found[-1].passed:
+                break
+    return found
+
+
+def joined(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[str, Any]:
+    """Return the trials of all presets, and how many of these bear which friction."""
+    others = [each for each in kept.get('trials', ()) if each['preset'] != name]
+    rows = [*others, *(asdict(each) for each in found)]
+    rubbed = [each for each in rows if each['way'] == 'friction']
+    bear = [each['amount'] for each in rubbed if each['read'] == each['writes']]
+    return {
+        'trials': rows,
+        'presets': len({each['preset'] for each in rows}),
+        'presets that bear friction': {f'{x:g}': bear.count(x) for x in WAYS['friction']},
+    }
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run('validity', __doc__, trials, joined=joined))

@@ -8,6 +8,7 @@ import re
 import pytest
 
 from mlmem_lab import numbers, results
+from mlmem_lab.designer import proposal
 from mlmem_lab.numbers import placed
 from mlmem_ros.device import decoding
 
@@ -123,3 +124,68 @@ def test_a_change_of_the_rules_of_reading_leaves_moves_and_ticks_as_they_are(
     after = results.fingerprint('case_2')
     results.fingerprint.cache_clear()
     assert after == unchanged[0]
+
+
+@pytest.mark.parametrize(('constant', 'factor'), [('GAMMA', 3.0), ('PLACE', 1.05)])
+def test_a_change_of_the_designer_makes_counts_of_designs_old(constant, factor, monkeypatch):
+    before = results.fingerprint(results.DESIGNS)
+    monkeypatch.setattr(proposal, constant, factor * getattr(proposal, constant))
+    results.fingerprint.cache_clear()
+    after = results.fingerprint(results.DESIGNS)
+    results.fingerprint.cache_clear()
+    assert after != before
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    """A module that finds the length of a name, run from the command line on committed code."""
+    monkeypatch.setattr(results, 'FOLDER', tmp_path)
+    monkeypatch.setattr(results, 'uncommitted', list)
+    monkeypatch.setattr(results, 'fingerprint', len)
+
+    def run(*arguments):
+        return results.run('lengths', 'Measure names.', len, seed=3, arguments=arguments)
+
+    return run
+
+
+def test_a_subset_updates_its_entries_and_the_command_names_all(study, tmp_path):
+    assert study('case_2', 'bits_1') == study('bits_1') == 0
+    found = results.load(tmp_path / 'lengths.json')
+    assert found['presets'] == {'case_2': 6, 'bits_1': 6}
+    assert found['fingerprints'] == {'case_2': 6, 'bits_1': 6}
+    assert found['command'] == 'python3 -m mlmem_lab.lengths case_2 bits_1'
+    assert found['seed'] == 3
+
+
+def test_without_arguments_a_module_makes_again_what_its_file_has(study, tmp_path, capsys):
+    study('case_2', 'bits_1')
+    before = (tmp_path / 'lengths.json').read_text()
+    capsys.readouterr()
+    assert study() == 0
+    assert capsys.readouterr().out == 'case_2 6\nbits_1 6\n'
+    assert (tmp_path / 'lengths.json').read_text() == before
+
+
+@pytest.mark.parametrize('module', ['times', 'forecasts', 'validity'])
+def test_every_module_has_help_and_refuses_strangers(module, capsys):
+    for arguments, status in ((['--help'], 0), (['bits_99'], 2)):
+        with pytest.raises(SystemExit) as end:
+            results.run(module, 'What it measures.', len, arguments=arguments)
+        assert end.value.code == status
+    said = capsys.readouterr()
+    assert 'What it measures.' in said.out
+    assert 'bits_99' in said.err
+
+
+def test_a_result_of_code_that_is_not_committed_is_refused(study, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(results, 'uncommitted', lambda: ['mlmem_ros/x.py'])
+    assert study('case_2') == 2
+    assert 'commit first' in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+    results.save(tmp_path / 'r.json', {}, 'mlmem make')
+    monkeypatch.setattr(numbers, 'FOLDER', tmp_path)
+    monkeypatch.setattr(numbers, 'ROOT', tmp_path)
+    monkeypatch.setattr(numbers, 'pages', list)
+    assert numbers.main(['--check']) == 1
+    assert 'not committed (mlmem_ros/x.py)' in capsys.readouterr().out

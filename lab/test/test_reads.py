@@ -10,7 +10,7 @@ import pytest
 from mlmem_lab.reads import command, count
 from mlmem_lab.reads.count import IN_A_ROW, Counts, bad_cells, names, rows, total, true_level
 from mlmem_lab.reads.elements import DESIGNED, known
-from mlmem_lab.results import APART, fingerprint, with_reads
+from mlmem_lab.results import APART, DESIGNS, fingerprint, with_reads
 from mlmem_ros.device import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_tools.cli.main import main
@@ -99,10 +99,10 @@ def test_the_command_keeps_what_the_file_has_of_other_elements(tmp_path, capsys,
     both = json.loads(path.read_text())
     assert list(both['elements']) == ['bits_1', 'levels_2', 'all']
     assert both['elements']['all']['reads'] == (3 + 4) * IN_A_ROW
-    assert both['fingerprints'] == {'bits_1': 'old'}
+    assert both['fingerprints'] == {'bits_1': 'old', DESIGNS: fingerprint(DESIGNS)}
     assert both['command'].count('mlmem reads') == 2
     assert mlmem_reads('bits_1', '--rows', 1, '--output', path) == 0
-    now = {name: fingerprint(name) for name in with_reads(['bits_1'])}
+    now = {name: fingerprint(name) for name in [DESIGNS, *with_reads(['bits_1'])]}
     assert json.loads(path.read_text())['fingerprints'] == now
     assert 'undecodable' in capsys.readouterr().out
 

@@ -5,6 +5,7 @@
 .venv/bin/python lab/tools/elastic_energy.py
 """
 
+import argparse
 from dataclasses import replace
 
 from mlmem_lab.paper.meter import fit_meter
@@ -16,6 +17,7 @@ from mlmem_ros.physics import level_of
 
 def main() -> None:
     """Write level 0, then 7, and save what the steps took."""
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     design, settings = preset('fast')
     design = replace(design, substrate='elastic')
     element = new_element(design, paper_way(settings))

@@ -159,10 +159,21 @@ def _keep(path: Path, part: str, entry: dict[str, Any]) -> None:
     others = [e for e in parts[part] if any(e.get(key) != entry.get(key) for key in same)]
     parts[part] = [*others, entry]
     presets = dict.fromkeys(e['preset'] for entries in parts.values() for e in entries)
-    save(path, parts, 'mlmem twins', of=[entry['preset']], kept={
+    save(path, parts, made(parts), of=[entry['preset']], kept={
         'fingerprints': {name: each for name, each in kept.get('fingerprints', {}).items()
                          if name in presets}
     })  # fmt: skip
+
+
+def made(parts: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
+    """Return the commands that make all entries of a result file again."""
+    commands = {
+        f'mlmem twins {part} --presets {e["preset"]} --scatter {e["scatter"]:g} '
+        f'--elements {e["elements"]} --seed {e["seed"]}': None
+        for part, entries in parts.items()
+        for e in entries
+    }
+    return ' && '.join(commands)
 
 
 def _cell(value: Any) -> str:
