@@ -43,6 +43,9 @@ TABLE = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
 TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'windows': tables.windows,
     'windows barred': tables.barred,
+    'kicks': tables.kicks,
+    'kicks rooms': tables.rooms,
+    'kicks astray': tables.astray,
     'validity': tables.validity,
     'times writes': tables.writes,
     'tolerance steps': tables.steps,

@@ -50,8 +50,9 @@ DESIGNS = 'designs'
 READ = ', read'
 """Behind the name of a preset: its fingerprint is of what the rules of reading make of echoes."""
 
-APART = ('bits_3', 'bits_8')
-"""Presets that are measured only if named: the first is `case_2`, the other takes hours."""
+APART = ('bits_3', 'bits_8', 'kick_2', 'kick_3', 'kick_4')
+"""Presets that are measured only if named: the first is `case_2`, the second takes hours, and the
+others are measured by `mlmem kicks`."""
 
 MOST_LEVELS = 64
 """An element of more has no fingerprint: its factory calibration takes too long."""

@@ -50,6 +50,39 @@ def _narrow(move: Mapping[str, Any]) -> bool:
     return move['distance'] is not None and move['distance'] <= NARROW
 
 
+def kicks(result: Mapping[str, Any]) -> Rows:
+    """Return what was counted of writes without strain, by preset."""
+    rows: Rows = [[
+        'preset', 'levels', 'writes', 'wrong', 'failed', 'tried again', 'with strain',
+        'median', 'nine in ten', 'erase',
+    ]]  # fmt: skip
+    for name, preset in result['presets'].items():
+        told = preset['written']
+        keys = ('writes', 'wrong', 'failed', 'again', 'strained', 'median', 'ninth', 'erase')
+        rows.append([f'`{name}`', str(len(preset['levels'])), *(f'{told[key]:g}' for key in keys)])
+    return rows
+
+
+def rooms(result: Mapping[str, Any]) -> Rows:
+    """Return the windows of kicks, level by level."""
+    rows: Rows = [['preset', 'level: speed (room)']]
+    for name, preset in result['presets'].items():
+        each = (f'{at["level"]}: {at["speed"]:g} ({at["room"]:.2f})' for at in preset['levels'])
+        rows.append([f'`{name}`', ', '.join(each)])
+    return rows
+
+
+def astray(result: Mapping[str, Any]) -> Rows:
+    """Return how many kicks end elsewhere where alpha scatters."""
+    presets = result['presets']
+    disorders = [row['alpha'] for row in next(iter(presets.values()))['astray']]
+    rows: Rows = [['preset', *(f'{alpha:g}' for alpha in disorders)]]
+    for name, preset in presets.items():
+        cells = (f'{row["astray"]} of {row["kicks"]}' for row in preset['astray'])
+        rows.append([f'`{name}`', *cells])
+    return rows
+
+
 def barred(result: Mapping[str, Any]) -> Rows:
     """Return the moves that are not used from some levels."""
     rows: Rows = [['not used', 'from levels', 'least failure']]

@@ -19,7 +19,9 @@ from ..physics import CASE_I, CASE_II, Design, DesignError
 from .settings import (
     ActuatorSettings,
     EraseSettings,
+    KickSettings,
     ProbeSettings,
+    PushSettings,
     ReadSettings,
     Settings,
     TimeSettings,
@@ -45,7 +47,7 @@ class Preset(NamedTuple):
 DEFAULT = 'case_2'
 """The default preset."""
 
-LOUDER = 4.0
+LOUDER = 5.0
 """Amplitude of a read where walls are kicked, relative to that where they are strained."""
 
 Peaks = tuple[float, float]
@@ -259,7 +261,18 @@ PRESETS = {
     ),
     'fast': _fast(),
 }  # fmt: skip
-PRESETS |= {f'kick_{bits}': _kicked(PRESETS[f'bits_{bits}']) for bits in (2, 3, 4)}
+PRESETS |= {
+    'kick_2': _kicked(_damped(
+        N=99, right=(0.692, 16.0, 1.1e-3), patience=2700.0, tick=20.0,
+        write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),
+        erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
+        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4),
+        kick=KickSettings('0.005 0.0166 0.0347 0.0571', settle=400.0),
+        push=PushSettings(A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0),
+    )),
+    'kick_3': _kicked(_CASE_2),
+    'kick_4': _kicked(PRESETS['bits_4']),
+}  # fmt: skip
 """By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is
 `case_2` with a faster schedule. docs/reference/presets.md has all schedules."""
 

@@ -18,8 +18,8 @@ PICTURE = 'session_figure'
 """Draws a session to a file: `draw(session, path)`."""
 
 NAMES = (
-    'bench', 'figures', 'fit', 'margins', 'measured', 'plan', 'reads', 'standard_problems',
-    'tolerance', 'twins', 'windows',
+    'bench', 'figures', 'fit', 'kicks', 'margins', 'measured', 'plan', 'reads',
+    'standard_problems', 'tolerance', 'twins', 'windows',
 )  # fmt: skip
 """Its commands, so that we can say what to install."""
 

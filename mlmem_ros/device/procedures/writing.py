@@ -40,7 +40,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         reading = yield from look(element)
     learnt = element.calibration.trims is not None
     present, seen, nudge = reading.level, [], 1.0
-    strained = element.settings.actuator.present
+    strained = element.settings.write.method != 'kick' and element.settings.actuator.present
     for attempt in range(1, attempts + 1):
         element.progress.tried('write', attempt)
         estimates.expect(element, estimates.writing(element, present, level))
