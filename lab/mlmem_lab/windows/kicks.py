@@ -66,9 +66,7 @@ ERASES = 10
     option('--seed', type=int, default=0, help='of all random numbers'),
     option('--workers', type=int, default=1, help='processes'),
     option('--output', type=Path, help='result file'),
-    option(
-        '--figure', type=Path, metavar='STEM', help='draw a result file, STEM.png and STEM.svg'
-    ),
+    option('--figure', type=Path, metavar='PNG', help='draw the result file here'),
     JSON,
     text=__doc__,
 )
@@ -236,7 +234,7 @@ def count(name: str, procedures: int, seed: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def draw(presets: Mapping[str, Any], stem: Path) -> None:
+def draw(presets: Mapping[str, Any], picture: Path) -> None:
     """Draw the maps: the level over the speed of a kick, and over the amplitude of a push."""
     with style.styled():
         figure = style.new_figure(3.4)
@@ -258,4 +256,4 @@ def draw(presets: Mapping[str, Any], stem: Path) -> None:
         left.legend()
         style.label(left, 'a', 'kicked from blank')
         style.label(right, 'b', 'pushed from the last level')
-        style.save_figure(figure, stem)
+        figure.savefig(picture, metadata={'Software': None})

@@ -138,7 +138,9 @@ def described(name: str) -> dict[str, Any]:
     """Return the settings of a preset on which its windows depend."""
     _, settings = preset(name)
     groups = {'write': settings.write} | {group: _unbarred(settings, group) for group in QUICK}
-    return {group: asdict(each) for group, each in groups.items()}
+    shown = {group: asdict(each) for group, each in groups.items()}
+    del shown['write']['method']  # which moves are made does not change them
+    return shown
 
 
 def kind(move: Move) -> str:
