@@ -10,14 +10,17 @@ import pytest
 
 from mlmem_ros.device import (
     BLANK,
+    Calibrate,
     Erase,
     MemoryElement,
     ProcedureFailed,
     Read,
     Refused,
+    SelfTest,
     SetMethod,
     SetStrain,
     SettingsError,
+    Survey,
     Write,
     factory_calibration,
     preset,
@@ -146,6 +149,13 @@ def test_without_an_actuator_everything_but_strain_works():
         alone.apply(SetStrain(0.01))
     for command in (Write(5), Read(), Write(2), Erase()):
         assert alone.perform(command).success
+    for command in (Calibrate(), SelfTest()):
+        small = element('kick_2', actuator={'present': False})
+        outcome = small.perform(command)
+        assert outcome.success, outcome.error
+        assert 'actuator' not in [check.name for check in outcome.checks]
+        assert small.actuator.motion.duration == 0.0  # it never strained
+    assert 'there is no actuator' in small.perform(Survey()).error
     paper = element('case_2', actuator={'present': False})
     with pytest.raises(Refused, match='level 5 is reached only by strain'):
         paper.perform(Write(5))

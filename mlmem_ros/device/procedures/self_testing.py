@@ -51,7 +51,7 @@ def self_test(element: Memory) -> Procedure[Result]:
     checks = []
     for end in element.calibration.ends:
         checks.append((yield from _tried(f'transducer {end}', _hear(element, end))))
-    if _passed(checks):
+    if _passed(checks) and element.settings.actuator.present:
         checks.append((yield from _tried('actuator', _strain(element))))
     if _passed(checks):
         checks.append((yield from _tried('erase', _erase(element))))
