@@ -6,8 +6,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from itertools import groupby
 from typing import Any
+
+from .windows.window import DIRECTIONS, kind, moves
 
 Rows = list[Sequence[str]]
 
@@ -21,20 +24,17 @@ MOVES = {
 }
 """Kinds of moves as the pages call them."""
 
-NARROW = 0.1
-"""A move is not used from a level where something this near fails."""
-
 
 def windows(result: Mapping[str, Any]) -> Rows:
     """Return the nearest failure of every kind of move that is used, by preset."""
     rows: Rows = [['preset', *MOVES.values()]]
     for name, preset in result['presets'].items():
-        used = [move for move in preset['moves'] if not _narrow(move)]
+        used = [move for move in preset['moves'] if _used(name, move)]
         if not used:
             continue
         cells = []
-        for kind in MOVES:
-            some = [move for move in used if move['kind'] == kind]
+        for each in MOVES:
+            some = [move for move in used if move['kind'] == each]
             failed = [move for move in some if move['distance'] is not None]
             near = min(failed, key=lambda move: move['distance'], default=None)
             cells.append(_nearest(near) if near else 'none' if some else '')
@@ -43,11 +43,18 @@ def windows(result: Mapping[str, Any]) -> Rows:
 
 
 def _nearest(move: Mapping[str, Any]) -> str:
-    return f'{move["distance"]:g}: {move["from"]}, {move["failures"][0][1]}'
+    direction = move['failures'][0][1]
+    told = direction if direction in DIRECTIONS else 'a random point'
+    return f'{move["distance"]:.2g}: {move["from"]}, {told}'
 
 
-def _narrow(move: Mapping[str, Any]) -> bool:
-    return move['distance'] is not None and move['distance'] <= NARROW
+def _used(name: str, move: Mapping[str, Any]) -> bool:
+    return (move['kind'], move['from']) in _all_used(name)
+
+
+@cache
+def _all_used(name: str) -> frozenset[tuple[str, int]]:
+    return frozenset((kind(move), move.start) for move in moves(name, used=True))
 
 
 def kicks(result: Mapping[str, Any]) -> Rows:
@@ -87,12 +94,14 @@ def barred(result: Mapping[str, Any]) -> Rows:
     """Return the moves that are not used from some levels."""
     rows: Rows = [['not used', 'from levels', 'least failure']]
     for name, preset in result['presets'].items():
-        for kind, told in MOVES.items():
-            some = [move for move in preset['moves'] if move['kind'] == kind and _narrow(move)]
+        for each, told in MOVES.items():
+            some = [
+                move for move in preset['moves'] if move['kind'] == each and not _used(name, move)
+            ]
             if some:
                 least = min(move['distance'] for move in some)
                 levels = ', '.join(_runs([move['from'] for move in some]))
-                rows.append([f'{told} of `{name}`', levels, f'{least:g}'])
+                rows.append([f'{told} of `{name}`', levels, f'{least:.2g}'])
     return rows
 
 
@@ -287,10 +296,10 @@ def reads(result: Mapping[str, Any]) -> Rows:
 def shaken(result: Mapping[str, Any]) -> Rows:
     """Return how reads of a shaken element ended, by end and kind of the shaking."""
     rows: Rows = [['end', 'shaking', 'reads', 'undecodable', 'wrong', 'wall moved']]
-    for (end, kind), group in groupby(result['cases'], _kind_of_shaking):
+    for (end, way), group in groupby(result['cases'], _kind_of_shaking):
         cases = list(group)
         parts = zip(*(case['shaking'].split(', ')[1:] for case in cases), strict=True)
-        told = ', '.join([kind, *map(_span, parts)])
+        told = ', '.join([way, *map(_span, parts)])
         keys = ('reads', 'undecodable', 'wrong', 'moved')
         counts = (sum(case[key] for case in cases) for key in keys)
         rows.append([end, told, *map(_grouped, counts)])

@@ -11,7 +11,19 @@ import pytest
 
 from mlmem_lab.results import FOLDER
 from mlmem_lab.windows.command import APART, windows
-from mlmem_lab.windows.window import RADII, STRONG, described, end, kind, measured, moves, strain
+from mlmem_lab.windows.window import (
+    DIRECTIONS,
+    NARROW,
+    RADII,
+    STRONG,
+    bound,
+    described,
+    end,
+    kind,
+    measured,
+    moves,
+    strain,
+)  # fmt: skip
 from mlmem_ros.device import PRESETS, new_element, preset
 from mlmem_ros.device.moves import How, cycle_of, half_period
 from mlmem_ros.device.procedures.blocks import play, run
@@ -66,20 +78,50 @@ def test_a_wall_that_is_left_behind_is_seen():
 
 def test_a_window_of_a_small_preset_is_measured_as_the_file_has_it():
     found = measured('bits_2', move_of('bits_2', 'write', 1), radii=(0.15,)).as_dict()
+    assert found['points'] == 0
     assert found['distance'] == 0.15
     [kept] = [m for m in MEASURED['bits_2']['moves'] if (m['kind'], m['from']) == ('write', 1)]
     assert found['failures'] == [each for each in kept['failures'] if each[0] == 0.15]
 
 
+def test_random_points_find_what_the_directions_miss():
+    """One of a hundred fails; along every direction the throw holds up to 0.1."""
+    [kept] = [m for m in MEASURED['damped_bits_3']['moves'] if m['from'] == 7 and m['to'] == -1]
+    found = measured(
+        'damped_bits_3', move_of('damped_bits_3', 'throw', 7), radii=(), points=100, seed=5
+    )
+    [failure] = found.failures
+    assert found.distance == failure.radius == kept['distance'] < 0.1
+    assert [failure.radius, failure.direction, failure.ended] == kept['failures'][0]
+    assert 'peak' in failure.direction
+    assert failure.direction not in DIRECTIONS
+
+
+def test_what_was_drawn_bounds_what_may_fail():
+    """19 in 20 samples of 100 would show a failure that is as frequent as the bound."""
+    there = json.loads((FOLDER / 'windows.json').read_text())
+    assert bound(there['presets']) == there['drawn']
+    assert (1.0 - there['drawn']['share of these, at most (95 %)']) ** 100 == pytest.approx(0.05)
+    assert bound({})['share of these, at most (95 %)'] == 1.0
+
+
 def asked(*presets, **others):
-    given = {'radii': RADII, 'integrator': None, 'workers': 1, 'output': None, 'element': None}
+    given = {
+        'points': 0,
+        'seed': 5,
+        'radii': RADII,
+        'integrator': None,
+        'workers': 1,
+        'output': None,
+        'element': None,
+    }
     given |= {'json': False}
     return SimpleNamespace(presets=list(presets), **{**given, **others})
 
 
 def test_the_command_measures_prints_and_keeps_what_the_file_has(tmp_path, capsys):
     path = tmp_path / 'windows.json'
-    path.write_text(json.dumps({'presets': {'bits_2': 1}}))
+    path.write_text(json.dumps({'presets': {'bits_2': MEASURED['bits_2']}}))
     assert windows.run(asked('bits_1', radii=[0.1], output=path)) == 0
     found = json.loads(path.read_text())['presets']
     assert list(found) == ['bits_2', 'bits_1']
@@ -92,6 +134,7 @@ def test_the_command_measures_prints_and_keeps_what_the_file_has(tmp_path, capsy
     [
         ({'presets': ['bits_7']}, 'a preset must be one of case_1, .*; got bits_7'),
         ({'workers': 0}, '--workers must be at least 1'),
+        ({'points': -1}, '--points and --seed must be at least 0'),
         ({'radii': [1.0]}, '--radii must be above 0 and below 1'),
     ],
 )
@@ -102,6 +145,10 @@ def test_misuse_is_named(wrong, said, capsys):
     assert re.search(said, capsys.readouterr().err)
 
 
+EXCEPT = {('case_2', 'down_odd', 1)}
+"""Used although a point that was drawn fails; docs/going_back.md says so."""
+
+
 @pytest.mark.parametrize('name', DEFAULT)
 def test_the_file_is_of_the_shipped_settings_and_no_narrow_move_is_used(name):
     """Each move of the file as shipped ends where it should; within a tenth, each that is used."""
@@ -110,6 +157,6 @@ def test_the_file_is_of_the_shipped_settings_and_no_narrow_move_is_used(name):
     assert tuple(there['radii']) == RADII
     distances = {(m['kind'], m['from']): m['distance'] for m in there['moves']}
     assert set(distances) == {(kind(move), move.start) for move in moves(name)}
-    for move in moves(name, used=True):
-        distance = distances[kind(move), move.start]
-        assert distance is None or distance > 0.1, move
+    used = {(kind(move), move.start) for move in moves(name, used=True)}
+    wide = {each for each, far in distances.items() if far is None or far > NARROW}
+    assert used == wide | {tuple(each) for preset, *each in EXCEPT if preset == name}

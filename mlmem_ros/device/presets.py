@@ -85,8 +85,9 @@ def _case_1() -> Preset:
 def _fast() -> Preset:
     """Return the paper's second element with a faster write and less strain: 1800 per level."""
     back = BY_25 | {  # longer rests, before fast steps
-        'throw': replace(BY_25['throw'], settle=900.0, levels=6),
+        'throw': replace(BY_25['throw'], settle=900.0, levels=6, not_from='1 7'),
         'up_odd': replace(BY_25['up_odd'], settle=400.0),
+        'down_odd': replace(BY_25['down_odd'], not_from='1'),
     }
     settings = Settings(
         actuator=actuator(CASE_II.N),
@@ -214,7 +215,7 @@ PRESETS = {
         N=207, right=(0.691, 16.0, 7.9e-4), patience=6500.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
-        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 7'),
+        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 5 7 9'),
     ),
     'bits_5': _nine_cells(
         N=369, right=(0.701, 20.0, 9.4e-4), tail=72, patience=6800.0,
@@ -222,7 +223,7 @@ PRESETS = {
         erase=_erase(800.0, 200.0, 600.0, (-0.0226, 0.0109)),
         throw=throw(
             0.135, 400.0, 78.0, -0.1, 700.0, mirrored=0.8, levels=10,
-            not_from='0 1 2 3 17 18 19 20 22 23 27',
+            not_from='0 1 2 3 7 9 17 18 19 20 21 22 23 26 27 28',
         ),
     ),
     'bits_6': _nine_cells(
@@ -233,7 +234,7 @@ PRESETS = {
         down_odd=stroke(200.0, 40.0, 115.0, -0.84, 660.0, -0.0041, 0.85, lowest=3),
         down_even=stroke(
             1060.0, 120.0, 61.0, -0.992, 800.0, -0.0102, 0.66, levels=2, lowest=16,
-            not_from='48 52 58 60 62',
+            not_from='48 52 56 58 60 62',
         ),
     ),
     'bits_8': _nine_cells(
@@ -248,7 +249,7 @@ PRESETS = {
         N=135, right=(0.692, 16.0, 1.1e-3), patience=2700.0,
         write=_write(170.0, 20.0, 250.0, 10.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
-        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4, not_from='3'),
+        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4, not_from='3 7'),
     ),
     'damped_bits_4': _damped(
         N=207, right=(0.691, 16.0, 1.3e-3), patience=2900.0,
@@ -256,7 +257,7 @@ PRESETS = {
         erase=_erase(600.0, 80.0, 240.0, (-0.0226, 0.011)),
         throw=throw(
             0.14, 400.0, 54.0, -0.1, 400.0, mirrored=0.8, levels=5,
-            not_from='0 1 2 3 4 7 9 12 13 14',
+            not_from='0 1 2 3 4 5 7 9 10 11 12 13 14',
         ),
     ),
     'fast': _fast(),

@@ -3,9 +3,10 @@
 """`mlmem windows`: measure how far peak and times of every move may be off.
 
 Every step up, stroke and throw of a preset, from every level, is run on a bare chain as shipped,
-and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions. It fails if
-the wall does not end within a cell of its place. The distance of a move is the least of these
-changes at which it fails. The result file has all moves; the table, those that a write uses.
+and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions; then with
+peak and times off by changes up to 0.1 that are drawn at random. It fails if the wall does not end
+within a cell of its place. The distance of a move is the least of these changes at which it fails.
+The result file has all moves; the table, those that a write uses.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from mlmem_tools.cli.output import complain, plain_console, plain_table, print_j
 
 from ..results import APART, load_kept, save
 from ..studies.campaign.terminal import mapped
-from .window import RADII, Window, described, kind, measured, moves
+from .window import DIRECTIONS, RADII, Window, bound, described, kind, measured, moves
 
 
 @command(
@@ -35,6 +36,8 @@ from .window import RADII, Window, described, kind, measured, moves
     option('presets', nargs='*', metavar='PRESET', help=f'none: all but {" and ".join(APART)}'),
     ELEMENT,
     option('--radii', type=float, nargs='+', default=RADII, help='relative changes to try'),
+    option('--points', type=int, default=100, help='random changes of every move, up to 0.1'),
+    option('--seed', type=int, default=5, help='of these'),
     option('--integrator', choices=tuple(INTEGRATORS), help="in place of the preset's own"),
     option('--workers', type=int, default=2, help='processes'),
     option('--output', type=Path, help='result file; what it has of other presets is kept'),
@@ -49,6 +52,8 @@ def windows(arguments: argparse.Namespace) -> int:
         )
     if arguments.workers < 1:
         return complain('windows', '--workers must be at least 1', 2)
+    if min(arguments.points, arguments.seed) < 0:
+        return complain('windows', '--points and --seed must be at least 0', 2)
     radii = tuple(sorted(arguments.radii))
     if not all(0.0 < radius < 1.0 for radius in radii):
         return complain('windows', '--radii must be above 0 and below 1', 2)
@@ -66,7 +71,10 @@ def windows(arguments: argparse.Namespace) -> int:
     except ElementFileError as error:
         return complain('windows', error, 2)
     integrator = arguments.integrator or ''
-    measure = partial(measured, integrator=integrator, radii=radii, element=element)
+    points, seed = arguments.points, arguments.seed
+    measure = partial(
+        measured, integrator=integrator, radii=radii, element=element, points=points, seed=seed
+    )
     done = mapped(console, arguments.workers, 'moves', measure, *asked)
     for (name, _), window in zip(tasks, done, strict=True):
         found[name].append(window)
@@ -76,6 +84,7 @@ def windows(arguments: argparse.Namespace) -> int:
         name: {
             'integrator': integrator,
             'radii': radii,
+            'seed': seed,
             'settings': described(name),
             'moves': [each.as_dict() for each in some],
         }
@@ -86,7 +95,8 @@ def windows(arguments: argparse.Namespace) -> int:
             kept = load_kept(arguments.output)
             both = kept.get('presets', {}) | result
             made = ' '.join(['mlmem windows', *both])
-            console.print(save(arguments.output, {'presets': both}, made, of=presets, kept=kept))
+            whole = {'drawn': bound(both), 'presets': both}
+            console.print(save(arguments.output, whole, made, seed, of=presets, kept=kept))
         except (OSError, ValueError) as error:
             return complain('windows', f'the result could not be written; {error}', 1)
     if arguments.json:
@@ -97,14 +107,17 @@ def windows(arguments: argparse.Namespace) -> int:
 def _table(found: dict[str, list[Window]], radii: tuple[float, ...]) -> Table:
     """Return a row for every preset and kind of move: its nearest failure, and how many fail."""
     table = plain_table(
-        'Windows', 'preset', 'move', '>levels', '>least', 'where', *(f'>{r:g}' for r in radii)
-    )
+        'Windows', 'preset', 'move', '>levels', '>least', 'where', *(f'>{r:g}' for r in radii),
+        '>drawn',
+    )  # fmt: skip
     for name, some in found.items():
         used = {(kind(move), move.start) for move in moves(name, used=True)}
         some = [window for window in some if (window.kind, window.start) in used]
         for each in dict.fromkeys(window.kind for window in some):
             of_kind = [window for window in some if window.kind == each]
-            failed = [sum(f.radius == r for w in of_kind for f in w.failures) for r in radii]
+            all_failed = [f for w in of_kind for f in w.failures]
+            failed = [sum(f.radius == r for f in all_failed) for r in radii]
+            failed.append(sum(f.direction not in ('', *DIRECTIONS) for f in all_failed))
             table.add_row(name, each, str(len(of_kind)), *_nearest(of_kind), *map(str, failed))
     return table
 

@@ -6,14 +6,14 @@ A move is run on a bare chain: no probe, and the wall at rest before. Integrator
 device's, and so is the strain: ramps of a step in two halves if the settings say so, and every
 motion begun with a tick. Ten damping times later the wall must be within a cell of its place.
 
-Fixed directions say how far away a failure is; between them there may be one. So points are also
-drawn at random, which bound the share of all changes up to `NARROW` that may fail.
+Fixed directions say how far away a failure is; between them there may be one. So changes up to
+`NARROW` are drawn at random, too, which bound the share of all these that may fail.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -76,7 +76,7 @@ class Failure:
 
     Attributes:
         radius: How far peak and times are off; 0 as shipped.
-        direction: Which of `DIRECTIONS`; empty as shipped.
+        direction: Which of `DIRECTIONS`, or the change that was drawn; empty as shipped.
         ended: The level where the wall is, `BLANK`, or `UNDECODABLE`.
     """
 
@@ -93,7 +93,8 @@ class Window:
         kind: The kind of move: step up, throw, or stroke by its way and parity.
         start: Level at which it begins.
         target: Level at which it should end, or `BLANK`.
-        tried: How many changes were tried at every radius.
+        tried: How many directions were tried at every radius.
+        points: How many changes up to `NARROW` were drawn.
         failures: Those that failed, nearest first.
     """
 
@@ -101,6 +102,7 @@ class Window:
     start: int
     target: int
     tried: int
+    points: int
     failures: tuple[Failure, ...]
 
     @property
@@ -112,7 +114,7 @@ class Window:
         """Return it for a result file."""
         return {
             'kind': self.kind, 'from': self.start, 'to': self.target, 'tried': self.tried,
-            'distance': self.distance,
+            'points': self.points, 'distance': self.distance,
             'failures': [[each.radius, each.direction, each.ended] for each in self.failures],
         }  # fmt: skip
 
@@ -158,6 +160,8 @@ def measured(
     integrator: str = '',
     radii: tuple[float, ...] = RADII,
     element: Element | None = None,
+    points: int = 0,
+    seed: int = 0,
 ) -> Window:
     """Return the window of a move of a preset.
 
@@ -167,71 +171,79 @@ def measured(
         integrator: In place of the preset's own.
         radii: To try, rising.
         element: An element of the preset with its pulses; None for one exactly as designed.
+        points: How many changes are drawn.
+        seed: Of these.
     """
     design, settings = preset(name)
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
     chain = Simulation.of(design if element is None else element.timed, time).chain
     if element is not None and move.how is How.STEP:
         settings = trimmed(settings, element.pulses(settings)[move.target])
-    directions = [each for each in DIRECTIONS if each[:4] != 'ease' or _ease(settings, move)]
-    failures = []
-    for radius, direction in [(0.0, ''), *((r, d) for r in radii for d in directions)]:
-        off = {part: radius * share for part, share in DIRECTIONS.get(direction, {}).items()}
-        ended = end(chain, settings, move, off)
-        if ended != move.target:
-            failures.append(Failure(radius, direction, ended))
-    return Window(kind(move), move.start, move.target, len(directions), tuple(failures))
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """What was found for one move at random points up to `NARROW`.
-
-    Attributes:
-        kind: As of `Window`.
-        start: Level at which it begins.
-        points: How many were drawn: one half with peak and all times together off, the other with
-            the peak and each time by itself.
-        failures: The changes under which it ended elsewhere, nearest first.
-    """
-
-    kind: str
-    start: int
-    points: int
-    failures: tuple[Off, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it for a result file."""
-        failures = [{part: round(by, 4) for part, by in off.items()} for off in self.failures]
-        return {'kind': self.kind, 'from': self.start, 'points': self.points, 'failures': failures}
-
-
-def drawn(name: str, move: Move, points: int, seed: int) -> Drawn:
-    """Return how a move of a preset ends at random points of the disc and the ball."""
-    design, settings = preset(name)
-    chain = Simulation.of(design, settings.time).chain
+    eases = _ease(settings, move)
+    directions = [each for each in DIRECTIONS if each[:4] != 'ease' or eases]
+    changes: list[tuple[float, str, Off]] = [(0.0, '', {})]
+    for radius in radii:
+        for each in directions:
+            off = {part: radius * share for part, share in DIRECTIONS[each].items()}
+            changes.append((radius, each, off))
     random = np.random.Generator(np.random.PCG64([seed, move.start]))
-    parts = TIMES if _ease(settings, move) else tuple(part for part in TIMES if part != 'ease')
-    failed = []
-    for number in range(points):
-        by = _within(random, 2 if number % 2 else 1 + len(parts))
-        times = by[1:] if len(by) > 2 else np.repeat(by[1], len(parts))
-        off = dict.fromkeys(PEAKS, float(by[0])) | dict(zip(parts, times.tolist(), strict=True))
-        if end(chain, settings, move, off) != move.target:
-            failed.append((float(np.linalg.norm(by)), off))
-    nearest = sorted(failed, key=lambda each: each[0])
-    told = tuple(
-        {'radius': radius, 'peak': off['peak'], **{part: off[part] for part in parts}}
-        for radius, off in nearest
-    )
-    return Drawn(kind(move), move.start, points, told)
+    times = [part for part in TIMES if part != 'ease' or eases]
+    changes += [_drawn(random, times, together=number % 2 == 1) for number in range(points)]
+    ends = [end(chain, settings, move, off) for *_, off in changes]
+    failures = [
+        Failure(radius, direction, ended)
+        for (radius, direction, _), ended in zip(changes, ends, strict=True)
+        if ended != move.target
+    ]
+    failures.sort(key=lambda failure: failure.radius)
+    return Window(
+        kind(move), move.start, move.target, len(directions), points, tuple(failures)
+    )  # fmt: skip
 
 
-def _within(random: np.random.Generator, quantities: int) -> Array:
-    """Return a point of the ball of radius `NARROW`, any as likely as any other."""
-    way = random.normal(size=quantities)
-    radius = NARROW * random.random() ** (1.0 / quantities)
-    return np.asarray(radius * way / np.linalg.norm(way))
+def _drawn(
+    random: np.random.Generator, times: Sequence[str], *, together: bool
+) -> tuple[float, str, Off]:
+    """Return a change up to `NARROW`, any as likely as any other: how far, described, and itself.
+
+    It is of the peak, and of all times `together` or each by itself.
+    """
+    quantities = ['peak', 'times'] if together else ['peak', *times]
+    way = random.normal(size=len(quantities))
+    radius = NARROW * random.random() ** (1.0 / len(quantities))
+    by = (radius * way / np.linalg.norm(way)).tolist()
+    off = dict.fromkeys(PEAKS, by[0])
+    off |= dict.fromkeys(times, by[1]) if together else dict(zip(times, by[1:], strict=True))
+    text = ' '.join(f'{name}{one:+.3f}' for name, one in zip(quantities, by, strict=True))
+    return round(radius, 4), text, off
+
+
+def bound(presets: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what the drawn changes of a result file say, of all moves and of those left to use.
+
+    Of a move whose n changes all held, up to 1 - 0.05 ** (1 / n) of all changes may fail (95 %).
+    """
+    some = [move for each in presets.values() for move in each['moves']]
+    failed = [[f for f in move['failures'] if f[1] not in ('', *DIRECTIONS)] for move in some]
+    missed = [
+        found[0][0]
+        for move, found in zip(some, failed, strict=True)
+        if found and not any(f[0] <= NARROW and f[1] in DIRECTIONS for f in move['failures'])
+    ]
+    least = min(move['points'] for move in some) if some else 0
+    return {
+        'radius': NARROW,
+        'moves': len(some),
+        'points': sum(move['points'] for move in some),
+        'failures': sum(map(len, failed)),
+        'moves that failed': sum(map(bool, failed)),
+        'moves that failed in no direction': len(missed),
+        'nearest of these': min(missed, default=None),
+        'moves in which nothing failed': sum(
+            not any(f[0] <= NARROW for f in move['failures']) for move in some
+        ),
+        'share of these, at most (95 %)': 1.0 - 0.05 ** (1.0 / least) if least else 1.0,
+    }
 
 
 def end(chain: Chain, settings: Settings, move: Move, off: Off) -> int:
