@@ -321,9 +321,14 @@ def exchanged(
 
     Whatever the erring end hears, the other one hears the wall as calibrated. So it is enough that
     this end by itself accepts its level and no other, whether it names levels or confirms them.
-    The list is empty if that is so at every `read.end`.
+    The list is empty if that is so at every `read.end`. Where only one end is calibrated none
+    confirms it, and its error turns any level into any other.
     """
     found, levels, least = [], range(design.levels), settings.read.min_margin
+    if len(calibration.ends) == 1:
+        return [
+            (*calibration.ends, said, true) for true in levels for said in levels if said != true
+        ]
     for honest in calibration.ends:
         table, probe = calibration.table(honest), honest.probe(settings)
         for true in levels:

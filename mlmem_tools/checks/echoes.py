@@ -9,10 +9,12 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mlmem_ros.device.calibration import DelayTable
-from mlmem_ros.device.decoding import primary
+from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.decoding import exchanged, primary
 from mlmem_ros.device.echo import Echo
 from mlmem_ros.device.end import End
+from mlmem_ros.device.errors import SettingsError
+from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
 from mlmem_ros.device.simulation import steps_per_tick
 from mlmem_ros.physics import INTEGRATORS, StateError
@@ -33,6 +35,9 @@ DISTINCT = 1.0
 """Time units between the echoes of two levels at one end, on average over their crossings, that a
 quiet read needs: sound elements are off by 0.6."""
 
+CALIBRATED = 1.5e8
+"""Most cell steps of a calibration: a second. Above, levels are sampled."""
+
 AUDIBLE = 1.25
 """Echo over threshold that allows for what the forecast neglects (some 10 %)."""
 
@@ -48,7 +53,7 @@ def check(subject: Subject) -> Iterator[Finding]:
             walls[level] = resting_wall(subject.made, level)
         except StateError:
             continue  # `pin_depth` and `echo_...` report it
-    loudest, apart = 0.0, {}
+    loudest, latest, apart = 0.0, 0.0, {}
     for end in End:
         probe = end.probe(settings)
         echoes = {
@@ -58,8 +63,10 @@ def check(subject: Subject) -> Iterator[Finding]:
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         loudest = max(loudest, max(margins.values(), default=0.0))
         yield _heard(end, margins, delays, names=end is primary(settings.read))
+        latest = max(latest, *delays, 0.0)
         apart[end] = _least_apart(probe, echoes)
-    yield _told_apart(apart)
+    work = len(End) * subject.design.levels * subject.design.N * latest / dt
+    yield _told_apart(subject, _calibrated(subject) if work <= CALIBRATED else None, apart)
     yield _reverberation(subject.made.eta, settings.read, loudest)
     empty = forecast_echo(
         subject.made, blank(subject.made), settings.probe_right, End.RIGHT, dt, integrator
@@ -89,20 +96,42 @@ def _least_apart(probe: ProbeSettings, echoes: Mapping[int, Echo]) -> tuple[floa
     return least
 
 
-def _told_apart(apart: Mapping[End, tuple[float, int]]) -> Finding:
-    """Judge whether either end by itself tells a level from the next."""
+def _calibrated(subject: Subject) -> Calibration | None:
+    """Return the element's calibration; None if it has none: `echo_...` reports why."""
+    try:
+        return calibration_of(subject.made, subject.design, subject.settings)
+    except (SettingsError, StateError):
+        return None
+
+
+def _told_apart(
+    subject: Subject, calibration: Calibration | None, apart: Mapping[End, tuple[float, int]]
+) -> Finding:
+    """Judge whether either end by itself tells a level from all others: proven by the tables of a
+    calibration, or else from `apart`, which is of sampled neighbours.
+    """
+    settings, wrong = subject.settings, []
+    if calibration is not None:
+        wrong = exchanged(subject.design, settings, calibration)
+        apart = {end: calibration.table(end).closest(end.probe(settings)) for end in End}
     values = {f'at the {end}': time for end, (time, _) in apart.items()}
     end = min(apart, key=lambda end: apart[end])
-    verdict = worst(judged(time, 1e-9, DISTINCT) for time in values.values())
+    level = apart[end][1]
+    if wrong:
+        errs, _, level = wrong[0]
+        end = errs.opposite
+    proven = Verdict.FAIL if wrong else Verdict.PASS
+    verdict = worst((proven, *(judged(time, 1e-9, DISTINCT) for time in values.values())))
+    of = 'as far as levels were sampled, ' if calibration is None else ''
     return graded(
         'apart',
         values,
         'time',
         verdict,
-        'either end tells a level from the next by itself, so no error of one end alone turns one '
-        'into another',
-        f'the {end} end hardly tells level {apart[end][1]} from the next, so reads refuse both: '
-        'leave more cells before the first level there, or choose a shorter pulse',
+        f'{of}either end tells a level from all others by itself, so no error of one end alone '
+        'turns one into another',
+        f'the {end} end hardly tells level {level} from another, so reads refuse both: leave more '
+        'cells before the first level there, or choose a shorter pulse',
         'the time interval between excitation and echo reveals the position of the front (p. 5, '
         'Fig. 4b)',
     )

@@ -143,7 +143,37 @@ def test_a_pulse_that_hides_the_first_two_levels_leaves_them_unproven():
     found = check(design, long)['apart']
     assert found.verdict is Verdict.FAIL
     assert found.values['at the left'] == 0.0
-    assert 'the left end hardly tells level 0 from the next' in found.text
+    assert 'the left end hardly tells level 0 from another' in found.text
+
+
+def alike(known, level):
+    """Return a calibration whose left end hears a level as it hears the one above."""
+    left = known.left
+    delays, shapes = list(left.delays), list(left.shapes)
+    delays[level], shapes[level] = delays[level + 1], shapes[level + 1]
+    return dataclasses.replace(
+        known, left=dataclasses.replace(left, delays=tuple(delays), shapes=tuple(shapes))
+    )
+
+
+def test_levels_between_the_samples_are_told_apart_or_not_too(monkeypatch):
+    """Of 16 levels 0, 1, 8, 9, 14 and 15 are sampled."""
+    subject = Subject(*preset('bits_4'))
+    assert not {4, 5} & set(subject.levels)
+    known = factory_calibration(*preset('bits_4'))
+    monkeypatch.setattr(echoes, 'calibration_of', lambda *_: alike(known, 4))
+    found = Report(tuple(echoes.check(subject)))['apart']
+    assert found.verdict is Verdict.FAIL
+    assert 'the left end hardly tells level 4 from another' in found.text
+
+
+def test_what_is_too_large_to_calibrate_says_that_levels_were_sampled(monkeypatch):
+    subject = Subject(*preset('bits_2'))
+    assert 'sampled' not in Report(tuple(echoes.check(subject)))['apart'].text
+    monkeypatch.setattr(echoes, 'CALIBRATED', 0.0)
+    found = Report(tuple(echoes.check(subject)))['apart']
+    assert found.verdict is Verdict.PASS
+    assert found.text.startswith('as far as levels were sampled')
 
 
 def test_the_printed_carrier_is_in_neither_band():

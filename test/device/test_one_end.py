@@ -3,6 +3,7 @@
 """One end is wrong: late, silent, early. No level turns into another, whichever end names it."""
 
 import dataclasses
+import itertools
 
 import hypothesis
 import hypothesis.strategies as st
@@ -165,6 +166,15 @@ def test_levels_that_sound_the_same_at_an_end_are_told_of_and_not_read():
     }  # fmt: skip
     with pytest.raises(SettingsError, match='delays must rise or fall'):
         alike.check()
+
+
+def test_a_calibration_of_one_end_alone_proves_nothing():
+    """As in old sessions: its error turns any level into any other, and none confirms it."""
+    design, settings = preset('bits_2')
+    known = factory_calibration(design, settings)
+    found = exchanged(design, settings, dataclasses.replace(known, left=None))
+    assert {(said, true) for _, said, true in found} == set(itertools.permutations(range(4), 2))
+    assert {end for end, *_ in found} == {End.RIGHT}
 
 
 def test_a_sound_element_is_read_from_either_end():
