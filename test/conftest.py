@@ -100,7 +100,8 @@ def quick_disk():
 def preloaded_processes():
     """Fork nodes and commands, see `preloaded`; coverage needs processes of their own."""
     with pytest.MonkeyPatch.context() as patch:
-        if HAVE_ROS and 'coverage' not in sys.modules:
+        measuring = sys.modules.get('coverage')  # numba imports it, too
+        if HAVE_ROS and not (measuring and measuring.Coverage.current()):
             from preloaded import Process
 
             ours = SimpleNamespace(**vars(subprocess) | {'Popen': Process})
