@@ -55,6 +55,8 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'shaken': tables.shaken,
     'measured speeds': tables.speeds,
     'twin learning': tables.learning,
+    'node figures': tables.nodes,
+    'node missed': tables.missed,
     'paper energy': tables.energy,
     'paper claims': tables.claims,
     'paper check': tables.check,

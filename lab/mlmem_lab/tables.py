@@ -204,6 +204,31 @@ def delays(result: Mapping[str, Any]) -> Rows:
     return [*rows, *([told, *(f'{t:.1f}' for t in found[name])] for name, told in names.items())]
 
 
+def nodes(result: Mapping[str, Any]) -> Rows:
+    """Return every figure of a node on every processor; bold where it misses its goal."""
+    processors = list(dict.fromkeys(name for row in result['rows'] for name in list(row)[2:]))
+    rows: Rows = [['figure', 'goal', *processors]]
+    for row in result['rows']:
+        rows.append([row['figure'], row['goal'], *(_marked(row, name) for name in processors)])
+    return rows
+
+
+def missed(result: Mapping[str, Any]) -> Rows:
+    """Return the figures of a node that miss their goal on some processor."""
+    head, *rows = nodes(result)
+    return [head, *(row for row in rows if any(cell.startswith('**') for cell in row))]
+
+
+def _marked(row: Mapping[str, str], processor: str) -> str:
+    value, goal = row.get(processor, ''), row['goal']
+    if not value or not goal:
+        return value
+    _, way, limit = goal.split()
+    figure, limit_of = float(value.split()[0]), float(limit)
+    fails = figure > limit_of if way == 'most' else figure < limit_of
+    return f'**{value}, missed**' if fails else value
+
+
 def writes(result: Mapping[str, Any]) -> Rows:
     """Return the times of random writes, and of the paper's way beside them."""
     ours, paper = ('down: mean, worst', 'up: mean, worst'), ("paper's way down", 'up')

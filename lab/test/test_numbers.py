@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from mlmem_lab import numbers, results
+from mlmem_lab import numbers, results, tables
 from mlmem_lab.designer import proposal
 from mlmem_lab.numbers import placed
 from mlmem_ros.device import decoding
@@ -189,3 +189,17 @@ def test_a_result_of_code_that_is_not_committed_is_refused(study, tmp_path, monk
     monkeypatch.setattr(numbers, 'pages', list)
     assert numbers.main(['--check']) == 1
     assert 'not committed (mlmem_ros/x.py)' in capsys.readouterr().out
+
+
+def test_a_goal_that_is_missed_is_marked():
+    result = {
+        'rows': [
+            {'figure': 'share', 'goal': 'at most 3', 'A': '3.67', 'B': '2.9'},
+            {'figure': 'speed', 'goal': 'at least 1000', 'A': '900 (busy)', 'B': '1e4'},
+            {'figure': 'memory', 'goal': '', 'A': '200'},
+        ]
+    }
+    assert tables.missed(result)[1][2:] == ['**3.67, missed**', '2.9']
+    assert tables.nodes(result)[2][2:] == ['**900 (busy), missed**', '1e4']
+    assert tables.nodes(result)[3][2:] == ['200', '']
+    assert [row[0] for row in tables.missed(result)] == ['figure', 'share', 'speed']
