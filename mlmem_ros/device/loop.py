@@ -23,7 +23,7 @@ from .mailbox import Asked, Ending, Mailbox
 from .open_requests import OpenRequests, Settle, Stamped
 from .pacing import Pacer, SteadyPacer
 from .request import Cancel, Client, Request
-from .timetable import LONGEST_SLEEP, Timetable
+from .timetable import LONGEST_SLEEP, Timetable, checked_speed
 
 T = TypeVar('T')
 
@@ -88,7 +88,7 @@ class Loop:
         self._listener = listener
         self._pacer = pacer or SteadyPacer()
         self._failed = failed
-        self._box = Mailbox(speed)
+        self._box = Mailbox(checked_speed(speed))
         self._asked = OpenRequests(element, self.statistics, settle, self._box.put_back, queue)
         self._check_shake = element.base.check
         self._paused = False  # as last seen by the loop's thread
@@ -129,8 +129,12 @@ class Loop:
         return self._box.speed
 
     def set_speed(self, speed: float) -> None:
-        """Run at a multiple of the scale's real time from now on; 0: as fast as possible."""
-        self._box.set_speed(speed)
+        """Run at a multiple of the scale's real time from now on; 0: as fast as possible.
+
+        Raises:
+            SettingsError: It is none; see `checked_speed`.
+        """
+        self._box.set_speed(checked_speed(speed))
 
     def cancel(self, request: Asked) -> Asked:
         """Abort the procedure of exactly this request in the next tick.

@@ -20,9 +20,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from .element import MemoryElement
+from .errors import SettingsError
 from .loop_statistics import LoopStatistics
 from .mailbox import Mailbox
 from .pacing import Pacer
+
+SLOWEST, FASTEST = 1e-3, 1e6
+"""Multiples of real time, beside 0: a request waits for the end of a tick, which must come."""
 
 LONGEST_SLEEP = 2.0
 """Longest sleep in seconds, of an element at rest."""
@@ -33,6 +37,20 @@ made up for."""
 
 MOST_DEFERRED = 1000
 """Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
+
+
+def checked_speed(speed: float) -> float:
+    """Return a multiple of real time at which time may run; 0: as fast as possible.
+
+    Raises:
+        SettingsError: It is none.
+    """
+    if speed == 0.0 or SLOWEST <= speed <= FASTEST:
+        return speed
+    raise SettingsError(
+        f'time.speed must be 0 (as fast as possible) or from {SLOWEST:g} to {FASTEST:g}; '
+        f'got {speed!r}'
+    )
 
 
 class Timetable:

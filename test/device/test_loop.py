@@ -27,6 +27,7 @@ from mlmem_ros.device import (
     Read,
     Refused,
     SetStrain,
+    SettingsError,
     Write,
     snapshot,
 )
@@ -188,6 +189,17 @@ def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following
     until(lambda: len(begun) >= 40)
     assert loop.statistics.overruns == overruns
     assert begun[20:40] == pytest.approx([following - PERIOD] * 19 + [following])
+
+
+@pytest.mark.parametrize('speed', [1e-320, 9e-4, -1.0, math.nan, math.inf, 1e7])
+def test_a_speed_at_which_no_tick_would_end_is_refused(start, speed):
+    """A request waits for the end of a tick, and with it an abort."""
+    loop = start(rig.device(), speed=1.0)
+    with pytest.raises(SettingsError, match=r'must be 0 .* or from 0\.001 to 1e\+06'):
+        loop.set_speed(speed)
+    assert loop.speed == 1.0
+    with pytest.raises(SettingsError):
+        Loop(rig.device(), lambda *_: None, speed=speed)
 
 
 @pytest.mark.parametrize(('speed', 'together'), [(1.0, 20), (0.5, 10), (0.4, 5), (0.01, 1)])

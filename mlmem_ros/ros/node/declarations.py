@@ -11,6 +11,7 @@ from ...described import Description, descriptions
 from ...device import PRESETS, Preset, preset
 from ...device.faults import Faults
 from ...device.presets import DEFAULT
+from ...device.timetable import FASTEST, SLOWEST
 from ...host.design_check import CHOICES
 from ...host.files import FileSettings
 from ...host.settings import (
@@ -24,7 +25,10 @@ from ...host.settings import (
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
     'time.speed': (
-        1.0, Description('multiple of real time; 0: as fast as possible', low=0.0, high=1e6)
+        1.0, Description(
+            f'multiple of real time, at least {SLOWEST:g}; 0: as fast as possible',
+            low=0.0, high=FASTEST,
+        )
     ),
 }  # fmt: skip
 """Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""

@@ -25,6 +25,7 @@ from ...clipped import clipped
 from ...described import Description, descriptions
 from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
 from ...device.settings import Settings
+from ...device.timetable import checked_speed
 from ...host import Host
 from ...host.settings import Parameters
 from ...physics import DesignError
@@ -93,6 +94,7 @@ class ParameterSet:
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         self._choices['device.driver'] = tuple(allowed)
+        checked_speed(self._value('time.speed'))
         self._warn_of_strangers()
         self._limit_level(self.values().design.levels)
         self._compare_digest()
@@ -237,6 +239,8 @@ class ParameterSet:
             and (name, value) != (FILE, '')
         ):
             raise SettingsError(f'{name} may be set only at the start of the node')
+        if name == 'time.speed':
+            checked_speed(value)
         if name == DIGEST and value != (digest := self.digest()):
             raise SettingsError(f'{name} is computed: {digest}; got {clipped(value)}')
         if name in PATHS and value:
