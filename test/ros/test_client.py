@@ -183,6 +183,16 @@ def test_numbers_of_numpy_are_parameters(client):
     client.set_parameters({'time.speed': 1.0, 'faults.seed': np.uint8(0)}).wait()
 
 
+def test_parameters_that_are_set_together_are_set_whole_or_not_at_all(client):
+    """A speed at which no tick would ever end is none."""
+    given = {'faults.seed': 4, 'time.speed': 1e-320}
+    with pytest.raises(RequestRefused, match=r'time\.speed must be 0 .* got 1e-320'):
+        client.set_parameters(given).wait()
+    assert client.parameters('faults.seed').wait() == {'faults.seed': 0}
+    with pytest.raises(RequestRefused, match=r'time\.speed'):
+        client.set_parameters({'time.speed': 'fast'}).wait()
+
+
 def test_waiting_spins_a_node_without_an_executor(node):
     """As in a node's __init__ that reads the content first."""
     client = MemoryClient(node, '/mlmem')

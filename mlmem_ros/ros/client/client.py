@@ -9,14 +9,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 from diagnostic_msgs.srv import SelfTest
-from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
 from ... import doors
-from ...clipped import clipped
+from ...clipped import clipped, printable
 from ...contract.answers import (
     ANSWERS,
     Answer,
@@ -202,7 +202,7 @@ class MemoryClient:
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
         """Set parameters of the node that may change while it runs, such as
-        `{'faults.actuator_stuck': True}`.
+        `{'faults.actuator_stuck': True}`: all of them at once, or none.
 
         Returns:
             A reply; it is refused, with the reason, if the node rejects one of them.
@@ -212,15 +212,18 @@ class MemoryClient:
         """
 
         def understood(response: Any) -> None:
-            for name, result in zip(values, response.results, strict=True):
-                if not result.successful:
-                    refused = f'parameter {name} was refused: {result.reason}'
-                    raise RequestRefused({'error': refused})
+            if not response.result.successful:
+                refused = (
+                    f'refused to set {printable(", ".join(values), 100)}: {response.result.reason}'
+                )
+                raise RequestRefused({'error': refused})
 
         values = {name: _plain(value) for name, value in values.items()}
         given = [parameter(name, _type_of(name, value), value) for name, value in values.items()]
-        request = SetParameters.Request(parameters=given)
-        steps = self._call('set_parameters', SetParameters, request, understood)
+        request = SetParametersAtomically.Request(parameters=given)
+        steps = self._call(
+            'set_parameters_atomically', SetParametersAtomically, request, understood
+        )
         return Reply(self._connection, 'set_parameters', steps, timeout)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
