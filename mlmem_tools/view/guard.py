@@ -57,7 +57,10 @@ class Guard:
 
     def _check_origin(self, request: web.Request) -> None:
         """Refuse requests from another site, by its origin or by a foreign host name."""
-        name = request.url.host or ''
+        try:
+            name = request.url.host or ''
+        except ValueError as error:  # a port that is none
+            raise web.HTTPBadRequest(text=f'Host: {error}') from error
         if not self.token and name not in LOOPBACK:  # a foreign name that resolves to us
             raise web.HTTPForbidden(text=f'this server answers only as {", ".join(LOOPBACK)}')
         origin = request.headers.get('Origin')

@@ -109,6 +109,20 @@ def test_a_foreign_name_that_resolves_to_the_loopback_is_refused(host):
     asyncio.run(run())
 
 
+@pytest.mark.parametrize('host', ['127.0.0.1:99999999', '127.0.0.1:x'])
+def test_a_host_that_is_no_address_is_the_fault_of_whoever_sends_it(host, caplog):
+    async def run():
+        for token in ('', 'secret'):
+            async with (
+                serving(Element(), token) as (client, address),
+                client.get(address, headers={'Host': host}) as response,
+            ):
+                assert response.status == 400, await response.text()
+
+    asyncio.run(run())
+    assert not caplog.records
+
+
 def test_no_other_site_frames_the_page_or_reads_what_it_is_sent():
     async def run():
         async with serving(Element()) as (client, address):
