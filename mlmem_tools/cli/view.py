@@ -4,8 +4,8 @@
 
 Serves a page on this machine until Ctrl-C and prints its address. It shows the running element, or
 the given session; two sessions stand side by side, with their differences. With --start it starts
-an element of its own. With --host other machines can open the page by the printed address, which
-holds a token.
+an element of its own: the default one, a preset, or that of a parameter file. With --host other
+machines can open the page by the printed address, which holds a token.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import signal
 import socket
 import webbrowser
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .command import JSON, NODE, command, option
 from .output import complain, print_json
@@ -33,7 +33,13 @@ SMOOTH = 15
     'show the element behind a running node, or sessions, in a browser',
     option('session', nargs='*', help='one or two recorded sessions to show instead'),
     NODE,
-    option('--start', action='store_true', help='also start a memory node of that name'),
+    option(
+        '--start',
+        nargs='?',
+        const='',
+        metavar='PRESET|FILE',
+        help='also start a memory node of that name, of the default preset unless one is given',
+    ),
     option(
         '--host', default='127.0.0.1', help='address to listen on; other machines need the token'
     ),
@@ -44,14 +50,18 @@ SMOOTH = 15
 )
 def view(arguments: argparse.Namespace) -> int:
     """Serve the page; return the exit status."""
-    if len(arguments.session) > 2 or (arguments.session and arguments.start):
+    start = arguments.start is not None
+    if len(arguments.session) > 2 or (arguments.session and start):
         return complain('view', 'give one or two sessions, or --start without any', 2)
     from mlmem_ros.bag.errors import BagError
+    from mlmem_ros.parameter_file import ParameterFileError
 
     try:
         asyncio.run(_serve(arguments))
     except OSError as error:
         return complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1)
+    except ParameterFileError as error:
+        return complain('view', error, 2)
     except BagError as error:
         return complain('view', error, 1)
     return 0
@@ -59,6 +69,7 @@ def view(arguments: argparse.Namespace) -> int:
 
 async def _serve(arguments: argparse.Namespace) -> None:
     from mlmem_ros.contract import topics
+    from mlmem_ros.parameter_file import node_parameters
     from mlmem_ros.ros.node_process import node_arguments, node_process
 
     from ..view.guard import LOOPBACK, Guard
@@ -80,9 +91,12 @@ async def _serve(arguments: argparse.Namespace) -> None:
             webbrowser.open(address)
 
     with ExitStack() as stack:
-        if arguments.start:
-            smooth = {topic.interval: SMOOTH for topic in topics.PERIODIC}
-            stack.enter_context(node_process(node_arguments(arguments.node, smooth)))
+        if arguments.start is not None:
+            given: dict[str, Any] = {topic.interval: SMOOTH for topic in topics.PERIODIC}
+            chosen = node_parameters(arguments.start) if arguments.start else {}
+            file = chosen if isinstance(chosen, str) else None
+            given |= {} if isinstance(chosen, str) else chosen
+            stack.enter_context(node_process(node_arguments(arguments.node, given, file)))
         live = None if arguments.session else _live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)
         await server.check()

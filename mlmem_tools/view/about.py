@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mlmem_ros.described import descriptions
 from mlmem_ros.device import Faults
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
 from mlmem_ros.physics import Design
@@ -45,6 +46,18 @@ def grouped(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         group, _, key = name.partition('.')
         groups.setdefault(group, {})[key] = value
     return groups
+
+
+def faults_of(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return every fault by name: its present `value`, `healthy` value, type and description."""
+    return {
+        field.name: {
+            'value': values.get(field.name, field.default), 'healthy': field.default,
+            'type': field.type, 'text': described.text, 'unit': described.unit,
+            'low': described.low, 'high': described.high,
+        }
+        for field, described in descriptions(Faults)
+    }  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -107,7 +120,7 @@ class About:
                 end: {'threshold': probe['v_th'], 'gain': probe['gain_decay']}
                 for end, probe in probes.items()
             },
-            'faults': groups.get('faults', {}),
+            'faults': faults_of(groups.get('faults', {})),
             'procedures': {
                 name: {'takes': row.required, 'changes': row.changes, 'title': row.meaning}
                 for name, row in PROCEDURES.items()

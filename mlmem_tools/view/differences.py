@@ -21,10 +21,12 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
 
     Returns:
         `parameters`: name, value left, value right. `events`: those without a counterpart, in
-        order; pairs of one of either side, or None. `alike`: how many events agree.
+        order; pairs of one of either side, or None. `alike`: how many events agree. `more`: how
+        many lines beyond `MOST` of either kind are left out.
     """
     names = sorted({*left.parameters, *right.parameters})
     values = ([name, left.parameters.get(name), right.parameters.get(name)] for name in names)
+    parameters = [each for each in values if each[1] != each[2]]
     events: list[tuple[Any, Any]] = []
     alike = 0
     a, b = ([_text(event) for event in each.events] for each in (left, right))
@@ -35,9 +37,10 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
         else:
             events += zip_longest(map(_shown, left.events[i:j]), map(_shown, right.events[k:end]))
     return {
-        'parameters': [each for each in values if each[1] != each[2]][:MOST],
+        'parameters': parameters[:MOST],
         'events': events[:MOST],
         'alike': alike,
+        'more': sum(max(0, len(each) - MOST) for each in (parameters, events)),
     }
 
 

@@ -204,8 +204,11 @@ class Live:
 
     def _show(self) -> None:
         self._hear()
-        if self._about is not None:
-            self.pages.show(self._pictures.make(self._about, self._activity.now()))
+        if self._about is None:
+            return
+        picture = self._pictures.make(self._about, self._activity.now())
+        if picture is not None:
+            self.pages.show(picture)
 
     async def _keep(self) -> None:
         """Notice a node that is gone, and streams that nobody watches."""

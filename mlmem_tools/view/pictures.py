@@ -26,6 +26,9 @@ TOGETHER = 0.004
 GAP = 0.2
 """Longest step of the picture's clock in seconds: without messages it stands still."""
 
+HELD = 0.25
+"""Longest time in seconds for which a picture that is like the last one is not sent."""
+
 HISTORY = 1800
 """Pictures that are kept for a page that opens: a minute."""
 
@@ -46,6 +49,8 @@ class Pictures:
         self._newest: dict[topics.Topic, Any] = {}
         self._fresh = False
         self._history: deque[tuple[float, float, Any]] = deque(maxlen=HISTORY)
+        self._shown: tuple[dict[str, Any], bytes] = ({}, b'')  # without its time
+        self._held = 0.0  # until when nothing has changed since
 
     def take(self, topic: topics.Topic, message: Any) -> None:
         """Take a message of a stream."""
@@ -58,16 +63,26 @@ class Pictures:
         """Discard the history: it was another element's."""
         self._history.clear()
 
-    def make(self, about: About, doing: dict[str, Any]) -> bytes:
-        """Return a picture of the newest messages."""
+    def make(self, about: About, doing: dict[str, Any]) -> bytes | None:
+        """Return a picture of the newest messages; None if it is like that of a moment ago."""
         field, joints = self._newest.get(topics.FIELD), self._newest.get(topics.JOINT_STATES)
         strain = 0.0 if joints is None else received.displacement(joints) / about.length
         column = None  # a real element publishes none
         if field is not None and len(field.data) == about.design.N:
             column = counts(np.asarray(field.data)[:: about.stride], about.phases)
+        shown = {'strain': strain, 'walls': self._walls(), **doing}
+        bits = b'' if column is None else column.tobytes()
+        since = self._history[-1] if self._history else (self._held - HELD, 0.0, None)
+        if (shown, bits) == self._shown and self.clock - since[0] < HELD:
+            self._held = self.clock
+            return None
+        self._shown = shown, bits
+        head = {'k': 'picture', 't': self.clock, **shown}
+        if self._history and self._held > since[0]:
+            self._history.append((self._held, *since[1:]))
+            head['held'] = self._held
         self._history.append((self.clock, strain, column))
-        head = {'k': 'picture', 't': self.clock, 'strain': strain, 'walls': self._walls()}
-        return packed(head | doing, column)
+        return packed(head, column)
 
     def past(self) -> bytes:
         """Return the pictures of the last minute in one frame."""

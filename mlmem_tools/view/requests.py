@@ -12,8 +12,9 @@ from time import strftime
 from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.contract.errors import NoAnswer, RequestError, RequestRefused
-from mlmem_ros.described import problems
+from mlmem_ros.described import descriptions, problems
 from mlmem_ros.device import Faults
+from mlmem_ros.device.timetable import FASTEST, checked_speed
 from mlmem_ros.procedures import PROCEDURES, Procedure
 
 from .about import About
@@ -79,9 +80,14 @@ class Requests:
                 self._activity.refused()
             return {'ok': False, 'kind': kind, 'text': str(error)}
         details = dict(getattr(answer, 'details', {}))
-        if asked['do'] == 'self_test' and not answer.passed:
-            failed = '; '.join(f'{name}: {answer.checks[name]}' for name in answer.failed)
-            return {'ok': False, 'kind': 'failed', 'text': failed}
+        if asked['do'] == 'self_test':
+            checks = answer.checks.items()
+            details = {
+                'checks': [[name, name not in answer.failed, said] for name, said in checks]
+            }
+            if not answer.passed:
+                text = f'failed: {", ".join(answer.failed)}; see the events'
+                return {'ok': False, 'kind': 'failed', 'text': text, 'details': details}
         if asked['do'] == 'record' and not answer.recording and answer.path:
             self.recordings.append(answer.path)
             details['id'] = f'r{len(self.recordings) - 1}'
@@ -104,7 +110,8 @@ class Requests:
             case 'step':
                 return client.step()
             case 'speed':
-                return client.set_parameters({'time.speed': _number(asked, 'speed', 0.0, 1e6)})
+                speed = _number(asked, 'speed', 0.0, FASTEST)
+                return client.set_parameters({'time.speed': checked_speed(speed)})
             case 'fault':
                 return client.set_parameters(_fault(asked))
             case 'heal':
@@ -150,11 +157,12 @@ def _arguments(asked: Asked, row: Procedure) -> dict[str, Any]:
 
 
 def _fault(asked: Asked) -> dict[str, Any]:
-    name = f'faults.{asked.get("name")}'
-    if name not in HEALTHY:
+    kinds = {field.name: str(field.type) for field, _ in descriptions(Faults)}
+    name, value = str(asked.get('name')), asked.get('value')
+    if name not in kinds:
         raise ValueError('name must be the name of a fault')
-    kind = type(HEALTHY[name])
-    value = asked.get('value')
-    if kind is not bool:
+    if kinds[name] == 'float' and isinstance(value, int):
         value = _number(asked, 'value', -1e6, 1e6)
-    return {name: kind(value)}
+    given: dict[str, Any] = {name: value}
+    Faults(**given)  # refuses it with the reason
+    return {f'faults.{name}': value}

@@ -2,11 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page in a real browser: what a user sees and does, in the order of one visit."""
 
+import dataclasses
+import re
 import struct
+import time
 import zipfile
 from pathlib import Path
 
 import pytest
+
+from mlmem_ros.device import Faults
 
 ROOT = Path(__file__).parent.parent.parent
 STATE = 'mlmem.shown().state'
@@ -80,14 +85,146 @@ def test_a_refusal_is_shown_beside_the_button(page):
 
 def test_a_fault_is_shown_in_the_health_and_removed(page):
     page.until("document.getElementById('word').textContent !== 'connecting'", 'health')
-    page.click('#stuck')
+    page.click('[data-fault="actuator_stuck"]')
     page.until("document.getElementById('word').textContent === 'faulty'", 'a fault')
-    page.until("document.getElementById('stuck').ariaPressed === 'true'", 'the pressed button')
+    button = "document.querySelector('[data-fault=actuator_stuck]')"
+    page.until(f"{button}.ariaPressed === 'true'", 'the pressed button')
     page.click('#health summary')
     assert 'actuator_stuck' in page.text('#parts')
     page.click('#heal')
-    page.until("document.getElementById('stuck').ariaPressed === 'false'", 'a healed element')
+    page.until(f"{button}.ariaPressed === 'false'", 'a healed element')
     page.click('#health summary')
+
+
+def test_every_fault_of_the_table_has_a_control(page, node):
+    """A number is set by its field, and one out of its range refused and put back."""
+    shown = page.ask("[...document.querySelectorAll('[data-fault]')].map((e) => e.dataset.fault)")
+    assert sorted(shown) == sorted(field.name for field in dataclasses.fields(Faults))
+
+    def enter(value):
+        page.ask(
+            "((e) => { e.value = arguments[0]; e.dispatchEvent(new Event('change')); })"
+            "(document.querySelector('[data-fault=sensor_noise]'))".replace('arguments[0]', value)
+        )
+
+    enter('1e-5')
+    noise = 'faults.sensor_noise'
+    page.until(lambda: node.memory.parameters(noise).wait() == {noise: 1e-5}, 'noise')
+    page.until(
+        "document.querySelector('#numbers .present').innerText === 'sensor noise'", 'a word'
+    )
+    enter('5')
+    assert 'sensor_noise must be' in page.until(lambda: page.text('#bubble'), 'a refusal')
+    page.until("document.querySelector('[data-fault=sensor_noise]').value === '0.00001'", 'again')
+    page.click('#heal')
+    page.until("!document.querySelector('#numbers .present')", 'a healed element')
+
+
+def test_locate_tells_the_place_and_the_number_of_walls(page):
+    page.click('[data-do="locate"]')
+    said = page.until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')
+    assert re.search(r'locate succeeded: 1 wall, at cell 17[45]\.\d\d ± \d\.\d\d$', said), said
+
+
+def test_a_self_test_shows_its_checks(page):
+    page.click('[data-do="self_test"]')
+    page.until("document.querySelectorAll('#log .checks .good').length >= 11", 'checks', 90.0)
+    assert not page.ask("document.querySelectorAll('#log .checks .bad').length")
+    assert 'level 7' in page.text('#log .checks')
+
+
+def test_a_reset_asks_before_it_acts(page, node):
+    before = node.memory.read().wait().level
+    assert before >= 0
+    page.click('[data-do="reset"]')
+    assert 'is lost' in page.until(lambda: page.text('#ask'), 'a question')
+    page.click('#ask button')
+    page.until("!document.getElementById('ask').open", 'the end of it')
+    assert node.memory.read().wait().level == before
+    page.click('[data-do="reset"]')
+    page.click('#ask .danger')
+    page.until(lambda: page.text('.level') == 'blank', 'a fresh element')
+
+
+CONTRAST = """
+(selector) => {
+  const numbers = (colour) => {
+    const found = colour.match(/[-\\d.]+/g).map(Number);
+    return colour.startsWith('rgb') ? [...found.slice(0, 3).map((v) => v / 255), found[3] ?? 1] : [...found.slice(0, 3), found[3] ?? 1];
+  };
+  const over = ([r, g, b, a], under) => [r, g, b].map((v, i) => a * v + (1 - a) * under[i]);
+  const ground = (element) => {
+    if (!element) return [1, 1, 1];
+    const own = numbers(getComputedStyle(element).backgroundColor);
+    return own[3] === 1 ? own.slice(0, 3) : over(own, ground(element.parentElement));
+  };
+  const light = (colour) => colour.map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const element = document.querySelector(selector), under = ground(element);
+  const [low, high] = [light(over(numbers(getComputedStyle(element).color), under)), light(under)].sort((a, b) => a - b);
+  return (high + 0.05) / (low + 0.05);
+}
+"""  # noqa: E501
+
+
+@pytest.mark.parametrize('theme', ['light', 'dark'])
+def test_words_stand_out_from_their_ground(page, theme):
+    """By 4.5, as WCAG 2.2 AA asks for small text: badges, bubbles and their links, muted words."""
+    page.ask(f"document.documentElement.dataset.theme = '{theme}'")
+    show = (
+        "((good) => { const it = document.getElementById('bubble'); it.hidden = false;"
+        "it.innerHTML = 'a <a href=\"/\">link</a>'; it.classList.toggle('good', good); })"
+    )
+    found = {}
+    for tone in ('', 'good', 'warn', 'bad'):
+        page.ask(f"document.getElementById('health').className = 'health {tone}'")
+        found['badge', tone] = page.ask(f"({CONTRAST})('#word')")
+    for good in ('true', 'false'):
+        page.ask(f'{show}({good})')
+        found['bubble', good] = page.ask(f"({CONTRAST})('#bubble')")
+        found['link', good] = page.ask(f"({CONTRAST})('#bubble a')")
+    for words in ('#facts', '.title', '.hint'):
+        found[words] = page.ask(f"({CONTRAST})('{words}')")
+    page.ask("document.getElementById('bubble').hidden = true")
+    page.ask("document.documentElement.dataset.theme = 'light'")
+    assert {words: ratio for words, ratio in found.items() if ratio < 4.5} == {}
+
+
+def test_pictures_have_names_and_the_content_is_announced(page):
+    nameless = "[...document.querySelectorAll('canvas')].filter((e) => !e.ariaLabel)"
+    page.until(f'{nameless}.length === 0', 'names')
+    assert page.ask("document.querySelector('.held').getAttribute('role')") == 'status'
+
+
+def test_a_still_element_is_not_painted(page):
+    """The chain not at all, and no part of the page is laid out at the rate of the screen."""
+    page.until('!mlmem.shown().state.doing', 'an idle element')
+    page.driver.execute_cdp_cmd('Performance.enable', {})
+    page.ask('(window.painted = 0, mlmem.shown().panel.chain.drawCells = () => { painted++; })')
+
+    def layouts():
+        found = page.driver.execute_cdp_cmd('Performance.getMetrics', {})['metrics']
+        return next(each['value'] for each in found if each['name'] == 'LayoutCount')
+
+    before, began = layouts(), time.monotonic()
+    time.sleep(1.5)
+    rate = (layouts() - before) / (time.monotonic() - began)
+    page.driver.execute_cdp_cmd('Performance.disable', {})
+    painted = page.ask('painted')
+    page.ask('delete mlmem.shown().panel.chain.drawCells')
+    assert painted == 0
+    assert rate < 15.0  # 60 with anything that is animated
+
+
+def test_the_strain_axis_has_numbers(page):
+    """A round one of either sign beside 0, whatever the largest strain in view."""
+    script = """(async () => {
+      const { about0 } = await import('/static/js/plot.js');
+      return [0.01, 0.012, 0.0345, 0.08, 0.5].map(about0);
+    })()"""
+    found = page.ask(f'await {script}')
+    assert [high for _, _, high in found] == pytest.approx([0.01, 0.01, 0.02, 0.05, 0.5])
+    assert all(low == -high and zero == 0 for low, zero, high in found)
 
 
 def test_time_is_paused_and_stepped(page):

@@ -54,3 +54,26 @@ def test_a_real_element_shows_its_strain_alone():
     assert history['strain'] == [[head['t']], [head['strain']]]
     assert history['t'] == []
     assert len(column) == len(columns) == 0
+
+
+def test_a_still_element_is_shown_now_and_then_and_a_change_at_once():
+    """What held still meanwhile is told by its end, or a line would lead to the change."""
+    strained = SimpleNamespace(name=['substrate'], position=[0.03 * ABOUT.length])
+
+    async def run():
+        pictures, seen = Pictures(asyncio.get_running_loop(), lambda: None), []
+        for step in range(12):
+            pictures.clock = 0.03 * step
+            pictures.take(topics.FIELD, ACTIVE)
+            pictures.take(topics.JOINT_STATES, strained if step == 11 else STRAINED)
+            frame = pictures.make(ABOUT, {})
+            if frame is not None:
+                head, _ = unpacked(frame)
+                seen.append((step, head['strain'], head.get('held')))
+        return seen, unpacked(pictures.past())[0]['strain'][0]
+
+    seen, history = asyncio.run(run())
+    assert [step for step, *_ in seen] == [0, 9, 11]
+    assert seen[-1][1] == pytest.approx(0.03)
+    assert seen[-1][2] == pytest.approx(0.30)
+    assert history == pytest.approx([0.0, 0.24, 0.27, 0.30, 0.33])

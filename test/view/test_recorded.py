@@ -15,7 +15,7 @@ from mlmem_ros.device import new_element, preset
 from mlmem_ros.device.trims import AS_SET, Trims
 from mlmem_ros.session import messages
 from mlmem_tools.view import recorded
-from mlmem_tools.view.differences import differences
+from mlmem_tools.view.differences import MOST, differences
 from mlmem_tools.view.frames import COUNTS, counts, packed
 from mlmem_tools.view.recorded import Columns, load
 
@@ -74,7 +74,7 @@ def test_a_long_session_is_thinned_out_evenly():
 
 def test_nothing_differs_between_a_session_and_itself(life):
     found = differences(life, life)
-    assert found == {'parameters': [], 'events': [], 'alike': len(life.events)}
+    assert found == {'parameters': [], 'events': [], 'alike': len(life.events), 'more': 0}
 
 
 def test_differences_are_listed_by_side(life):
@@ -84,6 +84,13 @@ def test_differences_are_listed_by_side(life):
     right = [right['text'] for _, right in found['events'] if right]
     assert 'write succeeded, level 2' in left
     assert any('aborted' in text for text in right)
+
+
+def test_differences_are_bounded_and_tell_how_many_more_there_are(life):
+    more = {f'design.x{number}': number for number in range(MOST + 7)}
+    found = differences(life, replace(life, parameters={**life.parameters, **more}))
+    assert len(found['parameters']) == MOST
+    assert found['more'] == 7
 
 
 def test_a_path_without_a_session_is_refused(tmp_path):

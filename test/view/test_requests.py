@@ -3,11 +3,14 @@
 """A page's messages become requests of the client, or are refused before they are sent."""
 
 import asyncio
+import dataclasses
 import math
 from types import SimpleNamespace
 
 import pytest
 
+from mlmem_ros.contract.answers import SelfTested
+from mlmem_ros.device import Faults
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
 from mlmem_tools.view.activity import Activity
 from mlmem_tools.view.requests import Requests
@@ -50,7 +53,7 @@ def requests(client):
             ('set_parameters', ({'faults.stuck_cell': 7},), {}),
         ),
         (
-            {'do': 'fault', 'name': 'actuator_stuck', 'value': 1},
+            {'do': 'fault', 'name': 'actuator_stuck', 'value': True},
             ('set_parameters', ({'faults.actuator_stuck': True},), {}),
         ),
     ],
@@ -76,7 +79,12 @@ def test_a_request(requests, client, asked, sent):
         {'do': 'strain', 'strain': math.nan},
         {'do': 'strain', 'strain': 2.0},
         {'do': 'speed', 'speed': math.inf},
+        {'do': 'speed', 'speed': 1e-320},
         {'do': 'fault', 'name': 'design.N', 'value': 1},
+        {'do': 'fault', 'name': ['seed'], 'value': 1},
+        {'do': 'fault', 'name': 'actuator_stuck', 'value': 1},
+        {'do': 'fault', 'name': 'stuck_cell', 'value': 7.5},
+        {'do': 'fault', 'name': 'sensor_noise', 'value': 1.5},
         {'do': 'fault', 'name': 'stuck_cell', 'value': 'x'},
         {'do': 'fault', 'name': 'stuck_cell', 'value': -(10**400)},
     ],
@@ -104,6 +112,30 @@ def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, clie
     assert rates == [0.0]
     fastest = 1.5 * 2.0 * ACTUATOR.max_strain / times[0]
     assert fastest < ACTUATOR.by_hand / SCALE.time
+
+
+@pytest.mark.parametrize('field', dataclasses.fields(Faults), ids=lambda field: field.name)
+def test_every_fault_of_the_table_can_be_set(requests, client, field):
+    """At the end of its range; seeds are larger than any other number."""
+    value = field.metadata['description'].high if field.type != 'bool' else True
+    requests.send({'do': 'fault', 'name': field.name, 'value': value})
+    assert client.sent == [('set_parameters', ({f'faults.{field.name}': value},), {})]
+
+
+def test_a_self_test_tells_every_check(requests, client):
+    """Also if some of them fail: then the answer says which."""
+    checks, told = {'erase': 'blank', 'levels': '7 is 6'}, []
+    for failed in ((), ('levels',)):
+
+        async def answer(failed=failed):
+            return SelfTested({}, not failed, checks, failed)
+
+        client.procedure = lambda *_, answer=answer: answer()
+        told.append(asyncio.run(requests.ask({'do': 'self_test'})))
+    assert [each['ok'] for each in told] == [True, False]
+    assert told[0]['details']['checks'] == [['erase', True, 'blank'], ['levels', True, '7 is 6']]
+    assert told[1]['details']['checks'][1] == ['levels', False, '7 is 6']
+    assert 'levels' in told[1]['text']
 
 
 def test_healing_resets_every_fault(requests, client):

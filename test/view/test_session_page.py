@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recorded sessions in the browser."""
 
+import base64
 import re
+import struct
 from pathlib import Path
 
 import pytest
@@ -53,6 +55,16 @@ def test_a_click_on_an_outcome_shows_its_moment(page):
     assert 'delay' in page.text('.delay')
 
 
+def test_an_outcome_is_reached_by_the_keyboard(page):
+    from selenium.webdriver import Keys
+
+    button = page.driver.find_element('css selector', '#events li:nth-child(2) button')
+    page.ask('arguments[0].focus()', button)
+    button.send_keys(Keys.ENTER)
+    page.until("document.querySelector('#events li:nth-child(2) button').ariaCurrent", 'a moment')
+    assert page.text('#events li.now').startswith(page.text('#events li:nth-child(2) time'))
+
+
 def test_the_picture_is_zoomed_and_panned_and_tells_values(page):
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
@@ -90,6 +102,17 @@ def test_two_sessions_stand_side_by_side_with_what_differs(page, address):
     differs = page.until(lambda: page.text('#differences'), 'what differs')
     assert 'aborted' in differs
     assert 'write succeeded, level 2' in differs
+    page.resize(390, 800, phone=True)
+    lines = """(() => {
+      const range = document.createRange();
+      range.selectNodeContents(document.querySelector('#differences tr:last-child td'));
+      return [range.toString(), range.getClientRects().length];
+    })()"""
+    assert page.ask(lines) == ['outcome', 1]  # in one piece on a phone, too
+    page.resize(1320, 1100)
+    scroller = "document.querySelector('#differences > div')"
+    assert page.ask(f'{scroller}.clientHeight') <= 260
+    assert page.ask(f'{scroller}.tabIndex') == 0
 
 
 def test_a_film_is_a_webm_of_what_is_played(page):
@@ -101,3 +124,18 @@ def test_a_film_is_a_webm_of_what_is_played(page):
     assert film[:4] == b'\x1a\x45\xdf\xa3'
     assert b'webm' in film[:64]
     assert b'V_VP' in film[:1024]
+    at = film.index(b'\x44\x89\x88') + 3
+    seconds = struct.unpack('>d', film[at : at + 8])[0] / 1000.0
+    played = page.ask(
+        """await (async (film) => {
+          const video = document.createElement('video');
+          const bytes = Uint8Array.from(atob(film), (c) => c.charCodeAt(0));
+          video.src = URL.createObjectURL(new Blob([bytes]));
+          await new Promise((done) => { video.onloadedmetadata = video.onerror = done; });
+          return video.duration;
+        })"""
+        '(arguments[0])',
+        base64.b64encode(film).decode(),
+    )
+    assert played == pytest.approx(seconds, abs=0.1)
+    assert seconds > page.ask('mlmem.shown().duration') / 5.0

@@ -8,7 +8,11 @@ import subprocess
 import time
 import urllib.parse
 import urllib.request
+from pathlib import Path
 
+import pytest
+
+from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.ros.node_process import child
 from mlmem_tools.cli.main import main
 
@@ -55,13 +59,26 @@ def test_sessions_that_cannot_be_shown_are_refused_in_one_line(tmp_path, capsys)
     assert main(['view', '--start', 'a']) == 2
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 3
+    assert 'one of' in said[2]
     assert 'does not exist' in said[0]
 
 
-def test_the_page_starts_an_element_on_request():
-    command = ['view', '--start', '--node', '/own/one', '--port', '0']
+@pytest.mark.parametrize('kind', ['preset', 'file'])
+def test_the_page_starts_an_element_on_request(kind, tmp_path):
+    """Of a preset or a parameter file: either is of sixteen levels."""
+    chosen = 'bits_4'
+    if kind == 'file':
+        chosen = str(tmp_path / 'element.yaml')
+        given = {'/**': {'ros__parameters': {'design.preset': 'bits_4'}}}
+        Path(chosen).write_text(json.dumps(given), encoding='utf-8')
+    command = ['view', '--start', chosen, '--node', '/own/one', '--port', '0']
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.DEVNULL, 'text': True}
-    with child('mlmem_tools.cli.main', command, **streams) as process:
+    with (
+        child('mlmem_tools.cli.main', command, **streams) as process,
+        standalone('/own/one') as memory,
+    ):
         assert fetched(address_in(process.stdout.readline()))['live']
+        found = memory.parameters('design.preset', timeout=30.0).wait()
+        assert found == {'design.preset': 'bits_4'}
         process.terminate()
         assert process.wait(20.0) == 0

@@ -23,7 +23,7 @@ def page(tmp_path, expression, part):
     shutil.copytree(SCRIPTS, tmp_path / 'js')
     (tmp_path / 'package.json').write_text('{"type": "module"}')
     code = (
-        "import { compared, fitted } from './js/twin.js';\n"
+        "import { accused, compared, fitted } from './js/twin.js';\n"
         f'const part = {json.dumps(part)};\nconsole.log(JSON.stringify({expression}));\n'
     )
     (tmp_path / 'run.js').write_text(code)
@@ -43,6 +43,14 @@ def test_alpha_is_shown_with_its_interval_about_the_design(tmp_path):
 
 def test_without_a_twin_nothing_is_shown(tmp_path):
     assert page(tmp_path, 'fitted(part)', {}) is None
+
+
+def test_the_cell_that_has_changed_is_marked(tmp_path):
+    cell, shared = ({'changed': name, 'site': site} for name, site in (('cell', 7), ('gain', 0)))
+    told = page(
+        tmp_path, '[accused(part[0]), accused(part[1]), accused()]', [texts(cell), texts(shared)]
+    )
+    assert told == [7, None, None]
 
 
 def test_the_residual_is_told_in_words(tmp_path):

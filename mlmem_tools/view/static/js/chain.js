@@ -3,7 +3,7 @@
 // The chain cell by cell with its walls, the levels below it, and the strain of every spring.
 
 import { configuration, COUNTS, css, tone } from './colours.js';
-import { make, signed, Tip } from './page.js';
+import { make, name, put, signed, Tip } from './page.js';
 
 const BUTTON = 31; // width of the button of a level in pixels
 
@@ -37,7 +37,7 @@ export class Chain {
       button.classList.toggle('held-here', level === state.level);
       button.classList.toggle('wanted', state.doing?.name === 'write' && level === state.doing.level);
     }
-    this.draw();
+    if (!same(this.drawn, state)) this.draw();
   }
 
   /** Put a button below every defect if there is room. */
@@ -106,8 +106,13 @@ export class Chain {
 
   draw() {
     if (!this.about || !this.state) return;
+    const { column, strain, walls } = this.state;
+    this.drawn = { column, strain, walls };
     this.drawCells();
     this.drawSprings();
+    const where = walls.length ? `a wall at ${walls.map((wall) => wall.toFixed(1)).join(' and ')}` : 'no wall';
+    name(this.canvas, column ? `Chain of ${this.about.cells} cells: ${where}` : 'Chain: this element publishes no configuration');
+    name(this.springs, `Strain of every spring of the substrate: ${this.now.textContent}`);
   }
 
   drawCells() {
@@ -159,12 +164,18 @@ export class Chain {
     context.strokeStyle = tone('strain'); context.lineWidth = 1.25; context.stroke();
     const kind = Math.abs(strain) < 5e-5 ? 'no strain' : strain > 0 ? 'tension' : 'compression';
     const text = kind === 'no strain' ? kind : `${kind}, strain ${signed(strain, 4)}`;
-    if (this.now.textContent !== text) this.now.textContent = text;
+    put(this.now, text);
   }
 }
 
+/** Whether two states look alike. */
+function same(before, { column, strain, walls }) {
+  return before && before.strain === strain && String(before.walls) === String(walls)
+    && (before.column === column || (column && before.column?.length === column.length && column.every((value, i) => value === before.column[i])));
+}
+
 /** Return the context of a canvas, cleared, and its size in CSS pixels. */
-function fitted(canvas) {
+export function fitted(canvas) {
   const ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);

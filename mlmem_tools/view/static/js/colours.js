@@ -37,6 +37,23 @@ export const configuration = ({ stride, phases: [inactive, active] }, column, si
 /** Return the index of a configuration in the table. */
 export const place = (count) => Math.max(0, Math.min(1023, ((count / COUNTS + 0.25) * 682) | 0));
 
+/** Paint the colours between two words: from beyond the inactive phase to beyond the active one. */
+export function paintColours({ context, width, height }, [inactive, active]) {
+  context.font = '12px Inter, sans-serif';
+  context.fillStyle = tone('muted');
+  context.textBaseline = 'middle';
+  const words = width > 200 ? [`inactive ${inactive}`, `${active} active`] : [inactive, active];
+  const [left, right] = words.map((word) => context.measureText(word).width + 6), wide = width - left - right;
+  context.fillText(words[0], 0, height / 2 + 1);
+  context.fillText(words[1], width - right + 6, height / 2 + 1);
+  for (let x = 0; x < wide; x++) {
+    context.fillStyle = css(COUNTS * ((1.5 * x) / wide - 0.25));
+    context.fillRect(left + x, 3, 1, height - 6);
+  }
+  context.fillStyle = tone('ink');
+  for (const share of [1 / 6, 5 / 6]) context.fillRect(left + share * wide - 0.5, 1, 1, height - 2);
+}
+
 /** Return a configuration's colour for a canvas. */
 export function css(count) {
   const pixel = table()[place(count)];

@@ -3,7 +3,9 @@
 // The controls of a running element: each asks the node and shows a refusal.
 
 import { say } from './bubble.js';
-import { find, make, signed } from './page.js';
+import { find, make, put, row, signed } from './page.js';
+
+const FINAL = ['reset']; // procedures that nothing undoes
 
 export class Controls {
   /** @param {Wire} wire to ask through; @param {(what, className) => void} log takes an event */
@@ -63,7 +65,9 @@ export class Controls {
       select.add(new Option(`${speed}×`, speed));
     }
     select.value = speed;
+    const known = Object.keys(this.faults).length;
     this.faults = about.faults;
+    if (!known) this.offerFaults();
     this.showFaults();
   }
 
@@ -83,12 +87,12 @@ export class Controls {
   strained(strain) {
     if (this.dragging || this.sending) return;
     find('strain').value = strain;
-    find('strained').textContent = signed(strain, 3);
+    put(find('strained'), signed(strain, 3));
   }
 
   connectProcedures() {
     for (const button of document.querySelectorAll('.actions [data-do]')) {
-      button.onclick = () => this.ask(button, { do: button.dataset.do });
+      button.onclick = () => this.run(button, button.dataset.do);
     }
   }
 
@@ -98,6 +102,13 @@ export class Controls {
     button.dataset.do = name;
     document.querySelector('.actions [data-do="abort"]').before(button);
     this.connectProcedures();
+  }
+
+  /** Run a procedure: one that nothing undoes if the user agrees; a self-test tells its checks. */
+  async run(button, name) {
+    if (FINAL.includes(name) && !(await agreed(`${button.textContent}: ${button.title}. What it holds is lost.`, button.textContent))) return;
+    const { details } = await this.ask(button, { do: name });
+    if (details?.checks) this.log(checked(details.checks));
   }
 
   connectStrain() {
@@ -127,24 +138,48 @@ export class Controls {
   }
 
   connectFaults() {
-    const set = (control, name, value) => this.ask(control, { do: 'fault', name, value });
-    const cell = () => Number(find('cell').value);
-    for (const [id, name] of [['stick', 'stuck_cell'], ['weaken', 'weak_cell']]) {
-      find(id).onclick = () => set(find(id), name, this.faults[name] === cell() ? 0 : cell());
-    }
     find('cell').oninput = () => this.showFaults();
-    find('noise').onchange = () => set(find('noise'), 'sensor_noise', Number(find('noise').value));
-    find('stuck').onclick = () => set(find('stuck'), 'actuator_stuck', !this.faults.actuator_stuck);
     find('heal').onclick = () => this.ask(find('heal'), { do: 'heal' });
   }
 
+  /** Make the control of every fault: a button that is pressed, for a cell or the device, or a number. */
+  offerFaults() {
+    for (const [name, { healthy, type, text, unit, low, high }] of Object.entries(this.faults)) {
+      const title = unit ? `${text}, in ${unit}` : text, words = name.replaceAll('_', ' ');
+      const set = async (control, value) => {
+        const { ok } = await this.ask(control, { do: 'fault', name, value });
+        if (!ok) control.value = this.faults[name].value;
+      };
+      if (type === 'bool' || ofCell(name)) {
+        const button = make('button', { title }, spelt(words.replace(/ cell$/, '')));
+        button.onclick = () => set(button, this.pressed(name) ? healthy : ofCell(name) ? Number(find('cell').value) : true);
+        button.dataset.fault = name;
+        find('pressed').append(button);
+      } else {
+        const input = make('input', { type: 'number', min: low, max: high, step: type === 'int' ? 1 : 'any' });
+        input.onchange = () => set(input, input.value === '' ? healthy : Number(input.value));
+        input.dataset.fault = name;
+        find('numbers').append(make('label', { title }, words, input));
+      }
+    }
+  }
+
+  /** Return whether a fault is present: of a cell, in the chosen one. */
+  pressed(name) {
+    const { value, healthy } = this.faults[name];
+    return ofCell(name) ? value === Number(find('cell').value) : value !== healthy;
+  }
+
   showFaults() {
-    const cell = Number(find('cell').value), pressed = (id, on) => find(id).setAttribute('aria-pressed', on);
-    pressed('stick', this.faults.stuck_cell === cell);
-    pressed('weaken', this.faults.weak_cell === cell);
-    pressed('stuck', Boolean(this.faults.actuator_stuck));
-    const noise = [...find('noise').options].find((option) => Number(option.value) === this.faults.sensor_noise);
-    if (noise) find('noise').value = noise.value;
+    for (const control of document.querySelectorAll('[data-fault]')) {
+      const name = control.dataset.fault, on = this.pressed(name);
+      if (control.tagName === 'BUTTON') {
+        control.ariaPressed = on;
+        continue;
+      }
+      control.parentElement.classList.toggle('present', on);
+      if (control !== document.activeElement) control.value = this.faults[name].value;
+    }
   }
 
   async record(on) {
@@ -161,6 +196,27 @@ export class Controls {
     find('record').classList.toggle('on', on);
     find('record').lastElementChild.textContent = on ? 'Stop' : 'Record';
   }
+}
+
+const ofCell = (name) => name.endsWith('_cell'); // its value is a site, 0 for none
+
+/** Ask whether to do what a button does; resolves to whether the user agrees. */
+function agreed(question, verb) {
+  const dialog = find('ask'), [cancel, yes] = dialog.querySelectorAll('button');
+  find('question').textContent = question;
+  yes.textContent = verb;
+  for (const button of [cancel, yes]) button.onclick = () => dialog.close(button.value);
+  dialog.returnValue = '';
+  dialog.showModal();
+  return new Promise((done) => { dialog.onclose = () => done(dialog.returnValue === 'yes'); });
+}
+
+/** Return the checks of a self-test, a line each. */
+function checked(checks) {
+  return make('table', { className: 'checks' }, ...checks.map(([name, passed, text]) => {
+    const mark = make('i', { className: 'mark', ariaLabel: passed ? 'passed' : 'failed' });
+    return Object.assign(row('td', [mark, name, text]), { className: passed ? 'good' : 'bad' });
+  }));
 }
 
 /** Return a line that offers a finished recording. */

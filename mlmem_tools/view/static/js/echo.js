@@ -3,7 +3,7 @@
 // The last echo: its envelope over time, the threshold, its delay, and the delay of every level.
 
 import { COUNTS, tone } from './colours.js';
-import { Tip } from './page.js';
+import { name, Tip } from './page.js';
 import { axis, lines, sizeOf } from './plot.js';
 
 /** Return the end that was probed: as the outcome says; without one, left if that end is active. */
@@ -58,6 +58,7 @@ export class Echo {
     }, [x, y], this.root);
     this.limits = [x[0], x[x.length - 1]];
     this.tip = new Tip(this.plot.over);
+    name(this.plot.ctx.canvas, `Last echo: ${this.words.textContent}`);
   }
 
   zoomed(low, high) {

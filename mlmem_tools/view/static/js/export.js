@@ -75,6 +75,27 @@ function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
+/**
+ * Return a film with its duration, which a browser does not know when it begins to write.
+ *
+ * WebM is nested elements of name, size and content (RFC 8794): Duration (44 89) joins those of
+ * Info (15 49 A9 66), in units of its time code scale, a millisecond.
+ */
+function timed(film, seconds) {
+  const at = film.findIndex((_, i) => [0x15, 0x49, 0xa9, 0x66].every((byte, k) => film[i + k] === byte)) + 4;
+  if (at < 4) return new Blob([film], { type: 'video/webm' });
+  const wide = Math.clz32(film[at]) - 23; // bytes of its size: the first one tells
+  let size = film[at] & (0xff >> wide);
+  for (let k = 1; k < wide; k++) size = 256 * size + film[at + k];
+  const head = new Uint8Array(8 + 11), view = new DataView(head.buffer);
+  view.setUint32(0, 0x01000000); // a size of eight bytes
+  view.setUint32(4, size + 11);
+  view.setUint16(8, 0x4489);
+  view.setUint8(10, 0x88); // a number of eight bytes
+  view.setFloat64(11, 1000 * seconds);
+  return new Blob([film.subarray(0, at), head, film.subarray(at + wide)], { type: 'video/webm' });
+}
+
 const stamp = () => new Date().toISOString().slice(0, 19).replace(/[-:]/g, '').replace('T', '-');
 
 /** Connect the buttons; `shown` has a caption and, for a session, now, playing and play(). */
@@ -98,8 +119,11 @@ export function connect(shown) {
       recorder = null;
       film.classList.remove('on');
       film.lastElementChild.textContent = 'Film';
-      save(new Blob(chunks, { type: 'video/webm' }), `mlmem-${stamp()}.webm`);
+      const seconds = (performance.now() - begun) / 1000;
+      new Blob(chunks).arrayBuffer().then((film) => save(timed(new Uint8Array(film), seconds), `mlmem-${stamp()}.webm`));
     };
+    let begun = performance.now();
+    recorder.onstart = () => { begun = performance.now(); };
     recorder.start(500);
     film.classList.add('on');
     film.lastElementChild.textContent = 'Stop';

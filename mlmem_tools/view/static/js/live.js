@@ -4,7 +4,7 @@
 
 import { Controls } from './controls.js';
 import { probed } from './echo.js';
-import { describe, entry, facts, find, make, notice, number, row } from './page.js';
+import { entry, facts, find, found, make, notice, number, put, row } from './page.js';
 import { Panel } from './panel.js';
 import { Track } from './track.js';
 import { Wire } from './wire.js';
@@ -25,14 +25,15 @@ export class Live {
     for (const button of document.querySelectorAll('.probe')) {
       button.onclick = () => this.controls.ask(button, { do: 'read', end: button.dataset.end });
     }
-    const turn = () => {
-      if (this.changed && !document.hidden) this.draw();
-      requestAnimationFrame(turn);
-    };
-    requestAnimationFrame(turn);
   }
 
   get caption() { return find('node').textContent; }
+
+  /** Draw before the browser paints next; never in a hidden page. */
+  change() {
+    if (!this.changed) requestAnimationFrame(() => this.draw());
+    this.changed = true;
+  }
 
   draw() {
     this.changed = false;
@@ -46,12 +47,12 @@ export class Live {
 
   repaint() {
     this.panel.repaint();
-    this.changed = true;
+    this.change();
   }
 
   take(head) {
     this[`on_${head.k}`](head);
-    this.changed = true;
+    this.change();
   }
 
   on_lost() {
@@ -84,8 +85,9 @@ export class Live {
     Object.assign(this.state, { column: this.track.columns.at(-1), walls: head.walls, strain: head.strain[1].at(-1) ?? 0 });
   }
 
-  on_picture({ t, strain, walls, data, doing }) {
+  on_picture({ t, held, strain, walls, data, doing }) {
     const column = data?.length === this.about?.rows ? data : null;
+    if (held) this.track.push(held, this.state.strain, this.state.column); // until then nothing changed
     Object.assign(this.state, { strain, walls, doing, column });
     if (t < this.track.end) Object.assign(this.track, new Track()); // the server has been restarted
     this.track.push(t, strain, column);
@@ -112,9 +114,8 @@ export class Live {
       this.showEcho();
     }
     if (this.told !== `${t} ${text}`) { // every new connection repeats it
-      const found = ok && values.level != null ? `: ${describe(this.outcome.level)}` : '';
-      const after = ok && delay != null ? `, delay ${delay.toFixed(2)}` : '';
-      this.log(`${ok ? '' : `${values.procedure} failed: `}${text}${found}${after}`, ok ? '' : 'no', t);
+      const what = ok && found(values, true);
+      this.log(`${ok ? '' : `${values.procedure} failed: `}${text}${what ? `: ${what}` : ''}`, ok ? '' : 'no', t);
     }
     this.told = `${t} ${text}`;
   }
@@ -151,11 +152,11 @@ export class Live {
 
   tone(tone, word) {
     find('health').className = `health live-only ${tone}`;
-    find('word').textContent = word;
+    put(find('word'), word);
   }
 
   log(what, className = '', t = this.track.end) {
-    find('log').prepend(entry(`${t.toFixed(1)} s`, className, what));
+    find('log').prepend(entry(`${t.toFixed(1)} s`, className, [what]));
     while (find('log').children.length > 100) find('log').lastChild.remove();
   }
 }

@@ -11,9 +11,22 @@ export function make(tag, properties = {}, ...children) {
   return element;
 }
 
-/** Return an item of a list of events. */
-export const entry = (time, className, ...what) =>
-  make('li', { className }, make('time', { textContent: time }), make('span', {}, ...what));
+/** Set a text that is another one: a live region would be read again, and the page laid out. */
+export function put(element, text) {
+  if (element.textContent !== String(text)) element.textContent = text;
+}
+
+/** Name a picture for those who do not see it. */
+export function name(canvas, label) {
+  canvas.role = 'img';
+  if (canvas.ariaLabel !== label) canvas.ariaLabel = label;
+}
+
+/** Return an item of a list of events, with a button if there is something to do. */
+export function entry(time, className, what, onclick) {
+  const parts = [make('time', { textContent: time }), make('span', {}, ...what)];
+  return make('li', { className }, ...(onclick ? [make('button', { onclick }, ...parts)] : parts));
+}
 
 /** Return a row of a table. */
 export const row = (tag, cells) => make('tr', {}, ...cells.map((cell) => make(tag, {}, cell)));
@@ -35,6 +48,16 @@ export const signed = (value, digits) => (value < 0 ? '−' : '+') + Math.abs(va
 
 /** Return a number from the values of an outcome; null if it is not there. */
 export const number = (values, name) => (Number.isFinite(parseFloat(values[name])) ? Number(values[name]) : null);
+
+/** Return what an outcome found in words: where the wall is, or the level; empty for nothing. */
+export function found(values, withDelay = false) {
+  const [walls, position, deviation, level, delay] = ['walls', 'position', 'position_std', 'level', 'delay'].map((key) => number(values, key));
+  if (values.procedure === 'locate') {
+    const count = walls === 0 ? 'no wall' : walls === 1 ? '1 wall' : walls === 2 ? '2 walls' : '3 walls or more';
+    return position == null ? count : `${count}, ${walls > 1 ? 'the first ' : ''}at cell ${position.toFixed(2)} ± ${(deviation ?? 0).toFixed(2)}`;
+  }
+  return level == null ? '' : describe(level) + (!withDelay || delay == null ? '' : `, delay ${delay.toFixed(2)}`);
+}
 
 /** A small text beside the pointer. */
 export class Tip {

@@ -4,7 +4,7 @@
 
 import { Chain } from './chain.js';
 import { Echo } from './echo.js';
-import { find, signed } from './page.js';
+import { find, put, signed } from './page.js';
 import { Picture } from './picture.js';
 import { Twin } from './twin.js';
 
@@ -34,18 +34,18 @@ export class Panel {
     this.chain.show(state);
     const { level, confidence, doing, why } = state;
     const content = this.find('.level');
-    content.textContent = level == null ? 'not read' : level >= 0 ? level : level === -1 ? 'blank' : 'unknown';
+    put(content, level == null ? 'not read' : level >= 0 ? level : level === -1 ? 'blank' : 'unknown');
     content.classList.toggle('word', !(level >= 0));
     content.classList.toggle('past', Boolean(this.about.procedures[doing?.name]?.changes)); // it is the last one
-    this.find('.code').textContent = level >= 0 ? this.about.codes[level] ?? '' : '';
+    put(this.find('.code'), level >= 0 ? this.about.codes[level] ?? '' : '');
     const known = confidence != null && level >= -1;
     this.find('.confidence i').style.width = known ? `${100 * confidence}%` : '0';
-    this.find('.confidence span').textContent = known ? `confidence ${confidence.toFixed(2)}` : level === -2 && why || 'confidence –';
+    put(this.find('.confidence span'), known ? `confidence ${confidence.toFixed(2)}` : level === -2 && why || 'confidence –');
     this.find('.activity').classList.toggle('idle', !doing);
-    this.find('.what').textContent = activity(state);
+    put(this.find('.what'), activity(state));
     const bar = this.find('.progress');
     bar.classList.toggle('off', !doing);
-    bar.classList.toggle('unknown', doing?.share == null);
+    bar.classList.toggle('unknown', Boolean(doing) && doing.share == null); // it moves
     bar.firstElementChild.style.width = doing?.share == null ? '' : `${100 * doing.share}%`;
   }
 

@@ -2,14 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The x-t picture of the configuration, and the strain below it on the same time axis.
 
-import { configuration, place, table, tone } from './colours.js';
-import { signed, Tip } from './page.js';
-import { axis, lines, sizeOf } from './plot.js';
+import { fitted } from './chain.js';
+import { configuration, paintColours, place, table, tone } from './colours.js';
+import { name, signed, Tip } from './page.js';
+import { about0, axis, lines, sizeOf } from './plot.js';
 import { last } from './track.js';
 import { zoomable } from './zoom.js';
 
 const SPAN = 20; // seconds that a running element's picture shows
 const STALE = 0.05; // seconds for which the last column is drawn
+const ROOM = 1.12; // the strain's axis over the largest strain
 const LEFT = 46, RIGHT = 40; // pixels beside the picture
 
 let count = 0;
@@ -20,6 +22,7 @@ export class Picture {
     this.root = root.querySelector('.picture');
     this.below = root.querySelector('.strains');
     this.button = root.querySelector('.follow');
+    this.colours = root.querySelector('.colours');
     this.key = `time ${count++}`;
     this.live = live;
     this.button.onclick = () => this.follow();
@@ -105,13 +108,16 @@ export class Picture {
       scales: { x: { time: false, range: () => this.range() }, y: { range: () => this.strains() } },
       axes: [
         axis({ values: (_, times) => times.map((t) => `${+t.toFixed(3)} s`), size: 26 }),
-        axis({ size: LEFT, label: 'strain', labelSize: 14, grid: lines(), space: 24, values: (_, all) => all.map((v) => (v ? signed(v, 2) : '0')) }),
+        axis({ size: LEFT, label: 'strain', labelSize: 14, grid: lines(), splits: (_u, _axis, _low, high) => about0(high / ROOM), values: (_, all) => all.map((v) => (v ? signed(v, 2) : '0')) }),
       ],
       series: [{}, { stroke: tone('strain'), width: 1.5, points: { show: false }, fill: tone('strain') + '22', fillTo: 0 }],
       plugins: [zoomable({ ...this.view, get: () => ({ x: this.range(), y: null }), set: (x, _, zoom) => this.move(x, null, zoom) })],
     }, [[0], [0]], this.below);
     this.tip = new Tip(this.plot.over);
     this.needle = null;
+    this.paintScale();
+    name(this.plot.ctx.canvas, 'Configuration of every cell over time');
+    name(this.lower.ctx.canvas, 'Strain of the substrate over time');
     this.draw();
   }
 
@@ -120,7 +126,15 @@ export class Picture {
     if (!this.root.clientWidth) return;
     this.plot.setSize(sizeOf(this.root));
     this.lower.setSize(sizeOf(this.below));
+    this.paintScale();
     this.draw();
+  }
+
+  /** Paint the colour bar. */
+  paintScale() {
+    const phases = this.about.phases.map((delta) => delta.toFixed(2).replace('-', '−'));
+    paintColours(fitted(this.colours), phases);
+    name(this.colours, `Colours: ${phases[0]} is the inactive phase, ${phases[1]} the active one`);
   }
 
   /** Draw; the needle is the time that is shown, in a session. */
@@ -145,7 +159,7 @@ export class Picture {
     const { t, y } = this.track.strain, [from, to] = this.range();
     let most = 0.01;
     for (let i = Math.max(0, last(t, from)); i < t.length && t[i] <= to; i++) most = Math.max(most, Math.abs(y[i]));
-    return [-1.12 * most, 1.12 * most];
+    return [-ROOM * most, ROOM * most];
   }
 
   /** Paint the columns in view into the plot, one for each pixel across. */

@@ -15,5 +15,12 @@ export const axis = (more) => ({
 /** The horizontal lines of an axis. */
 export const lines = () => ({ show: true, stroke: tone('line'), width: 1 });
 
+/** Return zero and the largest round number that fits, of either sign, for an axis about zero. */
+export function about0(most) {
+  const power = 10 ** Math.floor(Math.log10(most));
+  const round = power * [5, 2, 1].find((factor) => factor * power <= most * (1 + 1e-9));
+  return [-round, 0, round];
+}
+
 /** Return the size of a plot that fills an element. */
 export const sizeOf = (root) => ({ width: root.clientWidth, height: root.clientHeight });

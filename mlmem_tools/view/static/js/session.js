@@ -3,7 +3,7 @@
 // One or two recorded sessions on the page, with a time line to scrub and to play.
 
 import { probed } from './echo.js';
-import { describe, entry, facts, find, make, notice, number, row } from './page.js';
+import { entry, facts, find, found, make, notice, number, row } from './page.js';
 import { Panel } from './panel.js';
 import { last, Track } from './track.js';
 import { fetchFrame } from './wire.js';
@@ -78,12 +78,17 @@ export class Sessions {
     const list = find('events'), items = list.children;
     const index = last(this.times, time);
     if (index === this.index) return;
-    items[this.index]?.classList.remove('now');
+    this.mark(items[this.index], false);
     this.index = index;
     const item = items[index];
     if (!item) return;
-    item.classList.add('now');
+    this.mark(item, true);
     list.scrollTop = item.offsetTop - list.offsetTop - list.clientHeight / 2;
+  }
+
+  mark(item, now) {
+    item?.classList.toggle('now', now);
+    if (item) item.firstElementChild.ariaCurrent = now ? 'time' : null;
   }
 
   /** Put commands and outcomes on the time line, and below it. */
@@ -100,25 +105,30 @@ export class Sessions {
     find('events').replaceChildren(...all.map((event) => {
       const side = this.sessions.length > 1 ? `${'AB'[event.side]}  ` : '';
       const asked = event.kind === 'command' ? '▸ ' : '';
-      const level = event.ok && event.values.level != null ? `: ${describe(Number(event.values.level))}` : '';
-      const item = entry(`${event.t.toFixed(2)} s`, event.ok === false ? 'no' : asked && 'asked', side, asked, event.text, level);
-      item.onclick = () => { this.play(false); this.seek(Math.min(event.t + MOMENT, this.duration)); };
-      return item;
+      const what = event.ok && found(event.values);
+      return entry(
+        `${event.t.toFixed(2)} s`, event.ok === false ? 'no' : asked && 'asked', [side, asked, event.text, what ? `: ${what}` : ''],
+        () => { this.play(false); this.seek(Math.min(event.t + MOMENT, this.duration)); },
+      );
     }));
   }
 
   async compare(numbers) {
-    const { parameters, events, alike } = await (await fetch(`/differences/${numbers.join('/')}`)).json();
+    const { parameters, events, alike, more } = await (await fetch(`/differences/${numbers.join('/')}`)).json();
     const rows = [
-      ...parameters.map(([name, a, b]) => [name, a ?? '–', b ?? '–']),
+      ...parameters.map(([name, a, b]) => [breakable(name), a ?? '–', b ?? '–']),
       ...events.map(([left, right]) => [(left ?? right).kind, told(left), told(right)]),
     ];
     const count = `Events that agree: ${alike}. ${rows.length ? 'These differ:' : 'Nothing differs.'}`;
     const table = make('table', {}, row('th', ['', 'A', 'B']), ...rows.map((cells) => row('td', cells)));
     find('differences').hidden = false;
-    find('differences').lastElementChild.replaceChildren(count, ...(rows.length ? [table] : []));
+    const rest = more ? [`... and ${more} more`] : [];
+    find('differences').lastElementChild.replaceChildren(count, ...(rows.length ? [table, ...rest] : []));
   }
 }
+
+/** Return a name that may break between its words only. */
+const breakable = (name) => make('span', {}, ...name.split(/(?<=[._])/).flatMap((word) => [word, make('wbr')]));
 
 const told = (event) => (event ? `${event.text} (${event.t.toFixed(2)} s)` : '–');
 

@@ -4,6 +4,7 @@
 // and how the last read compares with its forecast.
 
 import { tone } from './colours.js';
+import { name } from './page.js';
 import { axis, lines, sizeOf } from './plot.js';
 
 const BESIDE = 1.96; // standard deviations to either side of a 95 % interval
@@ -15,6 +16,9 @@ export function fitted({ alpha, alpha_std: std } = {}) {
   const percent = (factor) => ratio.map((value, i) => 100 * (value - 1 + factor * spread[i]));
   return [ratio.map((_, i) => i + 1), percent(0), percent(BESIDE), percent(-BESIDE)];
 }
+
+/** Return the cell that has changed since the survey; null if none is known to. */
+export const accused = ({ changed, site } = {}) => (changed === 'cell' ? Number(site) : null);
 
 /** Return in words how the last read compares with its forecast. */
 export function compared(text, { chi2, residual_left: left, residual_right: right }) {
@@ -37,8 +41,10 @@ export class Twin {
     this.card.hidden = !data;
     if (!data) return;
     this.words.textContent = compared(part.text, part.values);
-    if (this.told === part.values.alpha) return;
-    this.told = part.values.alpha;
+    this.site = accused(part.values);
+    const told = `${part.values.alpha} ${this.site}`;
+    if (this.told === told) return;
+    this.told = told;
     this.data = data;
     this.build();
   }
@@ -55,6 +61,20 @@ export class Twin {
       bands: [{ series: [2, 3], fill: tone('active') + '44' }],
       series: [{}, { stroke: tone('active'), width: 1.5, points }, edge, edge,
         { stroke: tone('muted'), dash: [5, 4], points }],
+      hooks: { draw: [(plot) => this.site && this.mark(plot)] },
     }, [...this.data, this.data[0].map(() => 0)], this.root);
+    name(this.plot.ctx.canvas, `Alpha of every cell over the design's${this.site ? `: cell ${this.site} is marked` : ''}`);
+  }
+
+  /** Mark the cell that has changed. */
+  mark({ ctx, bbox: { left, top, width, height }, valToPos }) {
+    const x = valToPos(this.site, 'x', true), ratio = devicePixelRatio || 1, text = `cell ${this.site}`;
+    ctx.save();
+    ctx.fillStyle = tone('bad');
+    ctx.fillRect(x - ratio, top, 2 * ratio, height);
+    ctx.font = `600 ${12 * ratio}px Inter, sans-serif`;
+    ctx.textAlign = x > left + width / 2 ? 'right' : 'left';
+    ctx.fillText(text, x + (ctx.textAlign === 'left' ? 6 : -6) * ratio, top + 13 * ratio);
+    ctx.restore();
   }
 }
