@@ -213,9 +213,9 @@ class MemoryClient:
 
         def understood(response: Any) -> None:
             if not response.result.successful:
-                refused = (
-                    f'refused to set {printable(", ".join(values), 100)}: {response.result.reason}'
-                )
+                was = 'parameter {} was' if len(values) == 1 else 'parameters {} were'
+                names = printable(', '.join(values), 100)
+                refused = f'{was.format(names)} refused: {response.result.reason}'
                 raise RequestRefused({'error': refused})
 
         values = {name: _plain(value) for name, value in values.items()}
