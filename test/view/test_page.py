@@ -111,11 +111,13 @@ def test_every_fault_of_the_table_has_a_control(page, node):
     noise = 'faults.sensor_noise'
     page.until(lambda: node.memory.parameters(noise).wait() == {noise: 1e-5}, 'noise')
     page.until(
-        "document.querySelector('#numbers .present').innerText === 'sensor noise'", 'a word'
+        "document.querySelector('#numbers .present')?.innerText.trim() === 'sensor noise'",
+        'a word',
     )
     enter('5')
     assert 'sensor_noise must be' in page.until(lambda: page.text('#bubble'), 'a refusal')
     page.until("document.querySelector('[data-fault=sensor_noise]').value === '0.00001'", 'again')
+    page.ask("document.getElementById('bubble').hidden = true")
     page.click('#heal')
     page.until("!document.querySelector('#numbers .present')", 'a healed element')
 
