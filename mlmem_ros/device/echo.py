@@ -18,7 +18,7 @@ from ..physics.portable import exponential
 from ..physics.potential import Array
 from .carrier import carried, weights
 from .end import End
-from .settings import ProbeSettings
+from .settings import ProbeSettings, PushSettings
 
 if TYPE_CHECKING:
     from .shot import Shot
@@ -29,7 +29,7 @@ def window(probe: ProbeSettings) -> float:
     return 2.0 * math.pi * probe.window / probe.omega_c
 
 
-def pulse_duration(probe: ProbeSettings) -> float:
+def pulse_duration(probe: ProbeSettings | PushSettings) -> float:
     """Return 2 t_0 = 12 sigma, the time the boundary is driven."""
     return 12.0 * probe.sigma
 

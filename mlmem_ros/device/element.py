@@ -146,7 +146,7 @@ class MemoryElement(Memory):
 
     def _checked(self, command: Command) -> dict[str, Any]:
         """Return the arguments of a procedure."""
-        if wrong := problems(command, level=self.design.levels - 1):
+        if wrong := problems(command, level=self.words - 1):
             raise Refused('; '.join(wrong))
         return {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
 

@@ -19,6 +19,7 @@ from .events import EchoReceived, Event
 from .instrument import Instrument
 from .memory_statistics import MemoryStatistics
 from .reading import UNDECODABLE, Reading, Unknown
+from .register import Forecasts, forecasts
 from .settings import Settings
 from .shot import Shot
 
@@ -32,6 +33,7 @@ class Memory(Instrument):
     Attributes:
         calibration: Echo delay of every level.
         forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
+        register: What it answers in every word, if it holds many walls; None for one wall.
         reading: The last reading; None while the content is unknown.
         unknown: Why and since when it is, if it was known before.
         statistics: The history of the element.
@@ -55,8 +57,16 @@ class Memory(Instrument):
         self.forecast: Calibration | None = None
         self.reading: Reading | None = None
         self.unknown: Unknown | None = None
-        self.statistics = MemoryStatistics.of(design.levels)
+        self.register: Forecasts | None = None
+        if settings.register.spacing:
+            self.register = forecasts(design, settings)
+        self.statistics = MemoryStatistics.of(self.words)
         self._events: list[Event] = []
+
+    @property
+    def words(self) -> int:
+        """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
+        return self.design.levels if self.register is None else self.register.code.words
 
     def forget(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.
@@ -93,6 +103,15 @@ class Memory(Instrument):
     def passage(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the farthest reflector."""
         return SLOWER * self.calibration.longest(end)
+
+    def hear_word(self, shot: Shot, noise: float, echo: Echo) -> Reading:
+        """Decode a shot into an element with many walls, store the reading and report it."""
+        assert self.register is not None
+        phases = self.phase(End.LEFT), self.phase(End.RIGHT)
+        least = self.settings.register.min_margin
+        self.reading = self.register.decode(shot, noise, phases, least)
+        self._events.append(EchoReceived(echo, self.reading))
+        return self.reading
 
     def hear(self, echoes: Mapping[End, Echo], end: str = '') -> Reading:
         """Decode the echoes at the ends, store the reading and report it.

@@ -23,6 +23,7 @@ from .settings import (
     ProbeSettings,
     PushSettings,
     ReadSettings,
+    RegisterSettings,
     Settings,
     TimeSettings,
     WriteSettings,
@@ -38,8 +39,11 @@ class Preset(NamedTuple):
 
     @property
     def digest(self) -> str:
-        """A hash of every bit of it."""
-        values = {'design': asdict(self.design), **self.settings.as_dict()}
+        """A hash of every bit of it that is not a default, so that a new setting changes none."""
+        defaults, values = Settings().as_dict(), {'design': asdict(self.design)}
+        for name, group in self.settings.as_dict().items():
+            if given := {key: it for key, it in group.items() if it != defaults[name][key]}:
+                values[name] = given
         text = json.dumps(values, sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
 
@@ -80,6 +84,25 @@ def _case_1() -> Preset:
         probe_right=ProbeSettings(omega_c=0.30, sigma=16.0, v_th=1e-3, window=8.0),
     )
     return Preset(CASE_I, settings)
+
+
+def _byte() -> Preset:
+    """Return the paper's second element with many walls: 256 words, written without strain."""
+    settings = _CASE_2.settings
+    return _CASE_2._replace(
+        settings=replace(
+            settings,
+            write=replace(settings.write, method='kick'),
+            transducer=replace(settings.transducer, max_amplitude=1.2, max_speed=2.0),
+            kick=KickSettings(
+                speeds='0.004 0.015 0.035 0.055 0.08 0.12 0.18 0.26',
+                kinks='0.004 0.011 0.025 0.04 0.055 0.08 0.11 0.15',
+                settle=1000.0,
+            ),
+            push=PushSettings(end='left', A=1.2, omega_c=1.6, sigma=10.0, settle=2000.0),
+            register=RegisterSettings(spacing=1),
+        )
+    )
 
 
 def _fast() -> Preset:
@@ -198,6 +221,7 @@ def _kicked(strained: Preset, **others: Any) -> Preset:
 PRESETS = {
     'case_1': _case_1(),
     'case_2': _CASE_2,
+    'byte': _byte(),
     'bits_1': _nine_cells(
         N=81, right=(0.693, 16.0, 8.9e-4), patience=6200.0, max_rate=3e-4,
         write=_write(120.0, 60.0, 300.0, 20.0, (-0.024, 0.021), ease_to=0.06),

@@ -27,7 +27,10 @@ class Checked:
             raise SettingsError('; '.join(found))
 
 
-_time = partial(described, unit='time', low=0.0, high=1e6)
+def _time(default: float, text: str, low: float = 0.0, high: float = 1e6) -> Any:
+    return described(default, text, unit='time', low=low, high=high)
+
+
 _speed = partial(described, unit='cells/time', low=1e-4, high=10.0)
 _margin = partial(described, low=0.0, high=0.99)
 
@@ -236,25 +239,40 @@ class KickSettings(Checked):
         'mean speed in cells per time unit for every level from 0 on, separated by spaces; 0: no '
         'kick to this level',
     )
-    hold: float = _time(20.0, 'hold at the active ground state')
+    kinks: str = described(
+        '',
+        'the same for a kink, behind a wall that rests already; only a register needs it',
+    )
+    hold: float = _time(20.0, 'hold at the other ground state')
     settle: float = _time(800.0, 'rest in which the wall comes to its level')
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        try:
-            sound = all(not speed or 1e-4 <= speed <= 10.0 for speed in self.by_level)
-        except ValueError:
-            sound = False
-        if not sound:
-            raise SettingsError(
-                'speeds must be 0 or from 1e-4 to 10, separated by spaces; got '
-                f'{clipped(self.speeds)}'
-            )
+        for name in ('speeds', 'kinks'):
+            given = getattr(self, name)
+            try:
+                sound = all(not speed or 1e-4 <= speed <= 10.0 for speed in _numbers(given))
+            except ValueError:
+                sound = False
+            if not sound:
+                raise SettingsError(
+                    f'{name} must be 0 or from 1e-4 to 10, separated by spaces; got '
+                    f'{clipped(given)}'
+                )
 
     @cached_property
     def by_level(self) -> tuple[float, ...]:
-        """Mean speeds by level; 0 where there is no kick."""
-        return tuple(float(word) for word in self.speeds.split())
+        """Mean speeds of walls by level; 0 where there is no kick."""
+        return _numbers(self.speeds)
+
+    @cached_property
+    def of_kinks(self) -> tuple[float, ...]:
+        """Mean speeds of kinks by level."""
+        return _numbers(self.kinks)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    return tuple(map(float, text.split()))
 
 
 @dataclass(frozen=True)
@@ -339,6 +357,30 @@ class ReadSettings(Checked):
 
 
 @dataclass(frozen=True)
+class RegisterSettings(Checked):
+    """Many walls in one element, of alternating kind, heard in one pulse of the left end."""
+
+    spacing: int = described(
+        0, 'least distance of two walls in levels; 0: the element holds one wall', low=0, high=255
+    )
+    omega_c: float = described(
+        1.7, 'carrier at which a wall returns a part and passes the rest', unit='rad/time',
+        low=1e-3, high=10.0,
+    )  # fmt: skip
+    A: float = described(0.01, 'amplitude of the pulse', unit='cells', low=1e-9, high=0.5)
+    sigma: float = _time(16.0, 'standard deviation of its envelope', low=0.1, high=1e4)
+    listen: float = _time(900.0, 'time for which both ends are recorded after it', high=1e5)
+    min_margin: float = _margin(
+        0.5, 'least margin: 1 for the forecast of a word, 0 half-way to that of another'
+    )
+
+    @property
+    def probe(self) -> ProbeSettings:
+        """The pulse of a read."""
+        return ProbeSettings(omega_c=self.omega_c, A=self.A, sigma=self.sigma)
+
+
+@dataclass(frozen=True)
 class DisturbanceSettings(Checked):
     """Limits of the base acceleration, in lattice constants per time unit squared."""
 
@@ -409,6 +451,7 @@ class Settings:
     probe: ProbeSettings = ProbeSettings()
     probe_right: ProbeSettings = ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
     read: ReadSettings = ReadSettings()
+    register: RegisterSettings = RegisterSettings()
     disturbance: DisturbanceSettings = DisturbanceSettings()
     time: TimeSettings = TimeSettings()
     scale: ScaleSettings = ScaleSettings()

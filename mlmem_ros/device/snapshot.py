@@ -137,8 +137,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             raise ValueError('it is of a real element, or damaged')
         calibration, statistics = saved.calibration, saved.statistics
         calibration.check(element.design.levels, primary(element.settings.read))
-        if {len(statistics.level_writes), len(statistics.level_ticks)} != {element.design.levels}:
-            raise ValueError(f'the statistics must be for {element.design.levels} levels')
+        if {len(statistics.level_writes), len(statistics.level_ticks)} != {element.words}:
+            raise ValueError(f'the statistics must be for {element.words} levels')
         key = calibration_key(element.design, element.settings)
         same_pulses = saved.calibration_key in ('', key)  # '' in a replay
         if saved.design != element.design:
@@ -157,7 +157,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         ends = motion.strains if isinstance(motion, Profile) else (motion.start, motion.target)
         for given in (*ends, strain):
             element.actuator.check(given)
-        reading, levels = saved.reading, element.design.levels
+        reading, levels = saved.reading, element.words
         if reading and not UNDECODABLE <= reading.level < levels:
             raise ValueError(f'level must be from {UNDECODABLE} to {levels - 1}')
         stirred = saved.ticks if saved.stirred is None else saved.stirred

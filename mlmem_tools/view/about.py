@@ -13,7 +13,8 @@ import numpy as np
 
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import Faults
-from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
+from mlmem_ros.device.register import code_of
+from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings, Settings
 from mlmem_ros.physics import Design
 from mlmem_ros.procedures import PROCEDURES
 
@@ -102,6 +103,11 @@ class About:
         """
         design = Design(**groups['design'])
         actuator, scale = ActuatorSettings(**groups['actuator']), ScaleSettings(**groups['scale'])
+        kinds = ((name, type(getattr(Settings(), name))) for name in ('kick', 'register'))
+        code = code_of(
+            design, Settings(**{name: kind(**groups.get(name, {})) for name, kind in kinds})
+        )
+        words = code.words if code else design.levels
         stride = math.ceil(design.N / ROWS)
         probes = {'left': groups['probe'], 'right': groups['probe_right']}
         json = {
@@ -110,7 +116,8 @@ class About:
             'rows': len(range(0, design.N, stride)),
             'stride': stride,
             'levels': design.levels,
-            'codes': [design.code(level) for level in range(design.levels)],
+            'words': words,
+            'codes': [code.binary(n) if code else design.code(n) for n in range(words)],
             'defects': [design.defect(level) for level in range(design.levels)],
             'phases': [design.D_s1, design.D_s2],
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),

@@ -131,12 +131,17 @@ def kick(element: Memory, level: int, force: float = 1.0) -> Procedure[None]:
 
     `force` is a factor on the speed of the kick, within the transducer's limit.
     """
-    settings = element.settings.kick
     speed = force * kick_speed(element.design, element.settings, level)
+    yield from kick_to(element, element.design.D_s2, speed)
+
+
+def kick_to(element: Memory, target: float, speed: float) -> Procedure[None]:
+    """Move the left end smoothly to a ground state and hold it; what it sends comes to rest."""
+    settings = element.settings.kick
     element.begin_cycle('kicked')
     element.progress.phase = LAUNCHING
     speed = min(speed, element.settings.transducer.max_speed / PEAK_SPEED)
-    element.transducer.kick(element.design.D_s2, speed, settings.hold)
+    element.transducer.kick(target, speed, settings.hold)
     while element.transducer.driving:
         yield element.next_look(element.transducer.remaining)
     yield from wait(element, settings.settle)

@@ -12,11 +12,12 @@ from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
 from ..reading import BLANK
+from ..register import Forecasts
 from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
 from .erasing import erase
 from .listening import look
-from .writing import restore
+from .writing import restore, write
 
 
 def calibrate(element: Memory) -> Procedure[Result]:
@@ -25,13 +26,16 @@ def calibrate(element: Memory) -> Procedure[Result]:
     Every new delay must be nearest to that of the same level in the present calibration, because a
     failed step would shift all levels of the table by one. Such a step is repeated with up to
     `write.pulses` other pulses, and the one that works is learnt too. A twin's forecast takes the
-    place of the present calibration, if there is one.
+    place of the present calibration, if there is one. An element with many walls learns nothing:
+    one at every level must be heard as forecast.
 
     Raises:
         ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels (the
             old calibration is kept), or the content could not be restored.
     """
     yield from return_to_zero(element)
+    if element.register is not None:
+        return (yield from _verify(element, element.register))
     content, known = (yield from look(element)), element.calibration
     try:
         element.calibration = yield from _learn(element)
@@ -45,6 +49,14 @@ def calibrate(element: Memory) -> Procedure[Result]:
     restored = yield from restore(element, content)
     learnt = element.calibration
     return replace(restored, delays={end: learnt.table(end).delays for end in learnt.ends})
+
+
+def _verify(element: Memory, register: Forecasts) -> Procedure[Result]:
+    """Write one wall to every level of an element with many: what is heard is as forecast."""
+    content = yield from look(element)
+    for word in register.code.each:
+        yield from write(element, word)
+    return (yield from restore(element, content))
 
 
 def _learn(element: Memory) -> Procedure[Calibration]:

@@ -12,6 +12,7 @@ from ..moves import pushes, throw_cycle, throws
 from ..reading import BLANK, describe_level
 from ..settings import peak
 from .blocks import Procedure, Result, bring_back, catch_up, launch, play, push, return_to_zero
+from .kicking import clear
 from .listening import look
 
 LOOK_SPACING = 8
@@ -30,6 +31,8 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
         ProcedureFailed: The element is not blank after all throws and then two cycles per level.
     """
     yield from return_to_zero(element)
+    if element.register is not None:
+        return (yield from clear(element))
     if not plainly and pushes(element.settings):
         pushed = yield from _push(element)
         if pushed is not None:

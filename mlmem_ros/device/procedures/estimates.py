@@ -11,6 +11,7 @@ from ..echo import TAIL
 from ..memory import Memory
 from ..moves import ringing, route
 from ..reading import BLANK, UNDECODABLE
+from .kicking import duration, way
 from .listening import expected_wait
 
 RECORD = 900.0
@@ -31,12 +32,18 @@ def expect(element: Memory, duration: float) -> None:
 
 def reading(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
+    if element.register is not None:
+        return element.register.listener.ticks * element.tick
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
     return element.settings.read.rest + longest + TAIL
 
 
 def driving(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
+    if element.register is not None:
+        present = 0 if present == BLANK else present
+        planned = way(element.settings, element.register.code, present, max(0, target))
+        return duration(element.design, element.settings, *planned)
     start = element.design.levels - 1 if present == UNDECODABLE else present
     settings = element.calibration.adapt(element.settings)
     moves = route(element.design, settings, start, target)

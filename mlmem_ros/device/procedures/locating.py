@@ -16,8 +16,10 @@ from ..echo import Echo
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..reading import BLANK
+from ..reading import BLANK, UNDECODABLE
+from ..register import Code
 from .blocks import Procedure, Result
+from .kicking import hear
 from .listening import pulse_echo, quiet
 
 WELL = 0.25
@@ -35,10 +37,14 @@ def locate(element: Memory) -> Procedure[Result]:
     and if there are any `position` and `position_std` in cells from the left: of the only wall,
     or of the one that an end hears first. A read that follows knows no more than before.
 
+    With many walls, found are `walls`, and the `cells` and `kinds` of all, from the left.
+
     Raises:
         ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, or an
             end rests in neither phase.
     """
+    if element.register is not None:
+        return (yield from _walls(element, element.register.code))
     yield from quiet(element)
     phases = {end: element.phase(end) for end in End}
     echoes = yield from pulse_echo(element, _hearing(element, phases))
@@ -62,6 +68,18 @@ def locate(element: Memory) -> Procedure[Result]:
         raise ProcedureFailed(WALL_GONE)  # the echo is that of the far end, as a read says, too
     found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
     return Result(reading, found={'walls': walls, **found})
+
+
+def _walls(element: Memory, code: Code) -> Procedure[Result]:
+    """Return kind and cell of every wall, from the left, in an element with many."""
+    reading = yield from hear(element)
+    if reading.level == UNDECODABLE:
+        raise ProcedureFailed(reading.reason)
+    levels = code.walls(reading.level)
+    cells = ' '.join(str(element.design.defect(level)) for level in levels)
+    kinds = ' '.join(('wall', 'kink')[(len(levels) - 1 - k) % 2] for k in range(len(levels)))
+    found: dict[str, float | str] = {'walls': len(levels), 'cells': cells, 'kinds': kinds}
+    return Result(reading, found=found)
 
 
 def _hearing(element: Memory, phases: dict[End, int | None]) -> tuple[End, ...]:

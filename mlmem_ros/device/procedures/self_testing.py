@@ -55,8 +55,10 @@ def self_test(element: Memory) -> Procedure[Result]:
         checks.append((yield from _tried('actuator', _strain(element))))
     if _passed(checks):
         checks.append((yield from _tried('erase', _erase(element))))
-        for level in range(element.design.levels):
-            checks.append((yield from _tried(f'level {level}', _level(element, level))))
+        register = element.register
+        words = register.code.each if register else range(element.design.levels)
+        for level, word in enumerate(words):
+            checks.append((yield from _tried(f'level {level}', _level(element, word))))
         checks.append((yield from _tried('restore', _restore(element, content))))
     return Result(element.reading, checks=tuple(checks))
 

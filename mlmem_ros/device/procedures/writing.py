@@ -12,6 +12,7 @@ from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
 from .erasing import erase
 from .going_to_level import go_to_level
+from .kicking import put
 from .listening import look
 
 NUDGE = 1.06
@@ -45,7 +46,9 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         element.progress.tried('write', attempt)
         estimates.expect(element, estimates.writing(element, present, level))
         try:
-            if learnt and attempt > 1:
+            if element.register is not None:
+                yield from put(element, element.register, present, level)
+            elif learnt and attempt > 1:
                 yield from climb(element, present, level)
             else:
                 plainly = strained and 1 < attempt == attempts

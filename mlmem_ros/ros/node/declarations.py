@@ -63,7 +63,8 @@ OF_THE_NODE = {
 
 OF_A_PRESET = (
     'design', 'actuator', 'write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd',
-    'throw', 'kick', 'push', 'transducer', 'probe', 'probe_right', 'read', 'time',
+    'throw', 'kick', 'push', 'transducer', 'probe', 'probe_right', 'read',
+    'register', 'time',
 )  # fmt: skip
 """Groups that a preset sets; the others are the robot's."""
 

@@ -241,7 +241,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         integrator = given.settings.time.integrator
         with telling_compilation(self, given.design, integrator, self._diagnostics.announce):
             element = self.host.configure(given)
-        self._given.lock(given.design.levels)
+        self._given.lock(element.words)
         self._published = Publishers(self, element, given.publish, self.host)
         self.get_logger().info(
             f'ready: {given.design.levels} levels, {given.design.N} cells, '

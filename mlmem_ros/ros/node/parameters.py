@@ -24,6 +24,7 @@ from rclpy.parameter import Parameter
 from ...clipped import clipped
 from ...described import Description, descriptions
 from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
+from ...device.register import words_of
 from ...device.settings import Settings
 from ...device.timetable import checked_speed
 from ...host import Host
@@ -96,7 +97,8 @@ class ParameterSet:
         self._choices['device.driver'] = tuple(allowed)
         checked_speed(self._value('time.speed'))
         self._warn_of_strangers()
-        self._limit_level(self.values().design.levels)
+        present = self.values()
+        self._limit_level(words_of(present.design, present.settings))
         self._compare_digest()
         node.add_pre_set_parameters_callback(self._meant)  # with two, rclpy would use both answers
         node.add_on_set_parameters_callback(self._check)
@@ -122,9 +124,9 @@ class ParameterSet:
             return ''
         return Preset(values.design, values.settings).digest
 
-    def lock(self, levels: int) -> None:
-        """Allow only live parameters from now on, and levels below `levels`."""
-        self._limit_level(levels)
+    def lock(self, words: int) -> None:
+        """Allow only live parameters from now on, and contents below `words`."""
+        self._limit_level(words)
         self.locked = True
 
     def _first(self) -> Preset:
@@ -194,14 +196,14 @@ class ParameterSet:
         except (DesignError, SettingsError) as error:
             raise SettingsError(f'parameters {prefix}.*: {error}') from error
 
-    def _limit_level(self, levels: int) -> None:
+    def _limit_level(self, words: int) -> None:
         """Give `target_level` the range of the design."""
         default, description = LIVE['target_level']
-        limited = dataclasses.replace(description, high=max(0, levels - 1))
+        limited = dataclasses.replace(description, high=max(0, words - 1))
         present = self._node.get_parameter('target_level').value
-        if not 0 <= present < max(1, levels):
+        if not 0 <= present < max(1, words):
             raise SettingsError(
-                f'parameter target_level must be from 0 to {levels - 1}; got {present}'
+                f'parameter target_level must be from 0 to {words - 1}; got {present}'
             )
         described = descriptor(limited, default)
         described.type = ParameterType.PARAMETER_INTEGER

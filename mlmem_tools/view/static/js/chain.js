@@ -53,11 +53,13 @@ export class Chain {
     this.row.classList.toggle('crowded', room < BUTTON);
     if (room < BUTTON) return this.arrangeMany();
     this.buttons = defects.map((site, level) => {
-      const title = `${this.controls ? 'Write level' : 'Level'} ${level} (${this.about.codes[level]}), site ${site}`;
+      const many = this.about.words > defects.length;
+      const title = many ? `Level ${level}, site ${site}: ${this.controls ? 'set or clear this wall' : ''}`
+        : `${this.controls ? 'Write level' : 'Level'} ${level} (${this.about.codes[level]}), site ${site}`;
       const button = make('button', { textContent: level, title, disabled: !this.controls });
       button.dataset.level = level;
       button.style.left = `${(100 * (site - 0.5)) / cells}%`;
-      button.onclick = () => this.controls.write(level, button);
+      button.onclick = () => this.controls.write(many ? Math.max(0, this.state?.level ?? 0) ^ (1 << level) : level, button);
       return button;
     });
     this.row.append(...this.buttons);

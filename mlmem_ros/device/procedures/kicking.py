@@ -1,0 +1,130 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Many walls: kick each to its level, push all out, and hear them in one pulse; without strain.
+
+A kick is a smooth move of the left end to its other ground state. It sends a wall, or a kink
+behind walls that rest already, to the level that its speed selects. So a word is filled from the
+right.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...physics import Design
+from ..echo import EchoDetector, pulse_duration
+from ..end import End
+from ..errors import ProcedureFailed
+from ..memory import Memory
+from ..progress import LAUNCHING, LISTENING, QUIETING
+from ..reading import UNDECODABLE, Reading
+from ..register import Code, Forecasts
+from ..settings import Settings
+from .blocks import Procedure, Result, bring_back, catch_up, kick_to, wait
+
+
+def send(element: Memory, speed: float) -> Procedure[None]:
+    """Send a wall, or a kink if the left end is active, to the level of a speed."""
+    yield from catch_up(element)
+    if element.phase(End.LEFT) is None:
+        yield from bring_back(element, End.LEFT)
+    design = element.design
+    target = design.D_s1 if element.phase(End.LEFT) == 1 else design.D_s2
+    yield from kick_to(element, target, speed)
+
+
+def push_all(element: Memory) -> Procedure[None]:
+    """Fire a loud pulse that takes all walls out, and let its waves decay."""
+    settings = element.settings.push
+    element.begin_cycle('pushed')
+    element.progress.phase = LAUNCHING
+    element.transducer.push(End(settings.end), settings)
+    while element.transducer.driving:
+        yield element.next_look(element.transducer.remaining)
+    yield from wait(element, settings.settle)
+
+
+def put(element: Memory, register: Forecasts, present: int, word: int) -> Procedure[None]:
+    """Bring a word into an element that holds another, open loop.
+
+    Walls stay if none is to their right that must go, and none is missing there. Otherwise all
+    are pushed out.
+    """
+    pushed, speeds = way(element.settings, register.code, present, word)
+    if pushed:
+        yield from push_all(element)
+    for speed in speeds:
+        yield from send(element, speed)
+
+
+def way(settings: Settings, code: Code, present: int, word: int) -> tuple[bool, list[float]]:
+    """Return whether to push all walls out first, and the speeds of the kicks from there on."""
+    wanted = code.walls(word)
+    kept = () if present == UNDECODABLE else code.walls(present)
+    pushed = present == UNDECODABLE or wanted[len(wanted) - len(kept) :] != kept
+    first = 0 if pushed else len(kept)
+    speeds = settings.kick.by_level, settings.kick.of_kinks
+    return pushed, [speeds[k % 2][wanted[-1 - k]] for k in range(first, len(wanted))]
+
+
+def duration(design: Design, settings: Settings, pushed: bool, speeds: list[float]) -> float:
+    """Return how long that takes, in time units."""
+    moved = abs(design.D_s2 - design.D_s1)
+    kick, loud = settings.kick, settings.push
+    kicks = sum(moved / speed + kick.hold + kick.settle for speed in speeds)
+    return kicks + pushed * (pulse_duration(loud) + loud.settle)
+
+
+def clear(element: Memory) -> Procedure[Result]:
+    """Push all walls out, and listen.
+
+    Raises:
+        ProcedureFailed: The element is not blank after `write.attempts` pulses.
+    """
+    attempts = element.settings.write.attempts
+    for attempt in range(1, attempts + 1):
+        element.progress.tried('erase', attempt)
+        yield from push_all(element)
+        reading = yield from hear(element)
+        if reading.level == 0:
+            return Result(reading, attempt)
+    raise ProcedureFailed(
+        f'the element is not blank after {attempts} pulses: {reading.reason or reading.code}',
+        attempts,
+    )
+
+
+def hear(element: Memory) -> Procedure[Reading]:
+    """Wait until the ends are quiet in the band of the pulse, fire it, and decode what both do.
+
+    Raises:
+        ProcedureFailed: They do not become quiet within `read.patience`.
+    """
+    register, transducer = element.register, element.transducer
+    assert register is not None
+    listener, probe = register.listener, element.settings.register.probe
+    while element.actuator.moving:
+        yield element.next_look(element.actuator.remaining)
+    yield from catch_up(element)
+    element.progress.phase = QUIETING
+    patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
+    since, passage = 0, math.ceil(element.passage(End.LEFT) / element.tick)
+    while since < passage:  # what is inside comes to an end within that time
+        yield 1
+        noise = listener.noise(transducer.recent)
+        since = since + 1 if noise < register.quiet else 0
+        if element.ticks >= patience:
+            raise ProcedureFailed(
+                'the element does not come to rest: what both ends hear in the band of the pulse '
+                f'is {math.sqrt(noise / register.quiet):.3g} times as loud as it may be'
+            )
+    element.progress.phase = LISTENING
+    tape = transducer.shoot(End.LEFT, probe)
+    end = element.ticks + listener.ticks + element.driver.lag
+    while element.ticks < end:
+        yield end - element.ticks
+    transducer.release()
+    shot = tape.shot(0.0, element.linkage.encoder, element.driver.dt)
+    detector = EchoDetector(probe, element.driver.dt)
+    detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
+    return element.hear_word(shot, noise, detector.echo(End.LEFT))
