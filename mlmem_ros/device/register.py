@@ -187,7 +187,8 @@ class Listener:
         motion = before - before.mean(axis=1, keepdims=True)
         basis = self._band(before.shape[1])
         share = self._basis.shape[1] / basis.shape[1]
-        return float(np.square(motion @ basis).sum()) * share
+        power = float(np.square(motion @ basis).sum())
+        return power * share
 
 
 class Forecasts:
@@ -213,7 +214,8 @@ class Forecasts:
     @property
     def quiet(self) -> float:
         """Noise (`Listener.noise`) up to which every word can be told from all others."""
-        return float(LEFT_OVER * self.nearest.min()) ** 2 / NOISE
+        least = float(self.nearest.min())
+        return LEFT_OVER * LEFT_OVER * least * least / NOISE
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float

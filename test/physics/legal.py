@@ -44,7 +44,7 @@ def value(random, field, description):
         return random.choice(description.choices)
     if field.name == 'not_from':
         return ' '.join(str(level) for level in range(9) if random.random() < 0.3)
-    if field.name == 'speeds':
+    if field.name in ('speeds', 'kinks'):
         return ' '.join(f'{number(random, 1e-4, 10.0):g}' for _ in range(random.randint(0, 9)))
     whole = field.type in ('int', int)
     return number(random, description.low, description.high, whole=whole)
@@ -95,6 +95,8 @@ def settings(random):
     share, plain, groups = random.choice((0.0, 0.1, 0.3, 1.0)), Settings(), {}
     for name, group in plain.groups().items():
         drawn = values(random, type(group), share)
+        if name == 'register':
+            drawn['spacing'] = 0  # few designs hold many walls
         groups[name] = dataclasses.replace(group, **drawn)
     limit = groups['actuator'].max_strain
     peaks = ('compression', 'tension', 'start_strain', 'peak')
