@@ -186,7 +186,7 @@ class Listener:
         """
         motion = before - before.mean(axis=1, keepdims=True)
         basis = self._band(before.shape[1])
-        share = self._basis.shape[1] / basis.shape[1]
+        share: float = self._basis.shape[1] / basis.shape[1]
         power = float(np.square(motion @ basis).sum())
         return power * share
 

@@ -14,13 +14,37 @@ from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design
 from mlmem_ros.verdict import Verdict
 
-from . import drift, echo_range, echoes, launch, material, pinning, schedule, steps, wall, waves
+from . import (
+    drift,
+    echo_range,
+    echoes,
+    launch,
+    material,
+    pinning,
+    schedule,
+    steps,
+    wall,
+    waves,
+    words,
+)
 from .finding import Finding, Report
 from .subject import Subject
 
 __all__ = ['Finding', 'Report', 'Verdict', 'check']
 
-CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, steps, echo_range, echoes)
+CONCERNS = (
+    material,
+    waves,
+    wall,
+    pinning,
+    drift,
+    launch,
+    schedule,
+    steps,
+    echo_range,
+    echoes,
+    words,
+)
 """Modules with `check(subject)`, in the order of a report."""
 
 

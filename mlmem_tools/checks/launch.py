@@ -17,7 +17,7 @@ from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.element import MemoryElement
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.procedures.blocks import launch, run
-from mlmem_ros.device.settings import EraseSettings, WriteSettings
+from mlmem_ros.device.settings import EraseSettings, RegisterSettings, WriteSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.trims import trimmed
 from mlmem_ros.physics import StateError, walls
@@ -67,7 +67,8 @@ def launched(subject: Subject, name: str) -> float | None:
     )
     unknown = DelayTable(tuple(range(part.levels)))
     element = MemoryElement(
-        part, dataclasses.replace(settings, actuator=actuator), Calibration(unknown, unknown),
+        part, dataclasses.replace(settings, actuator=actuator, register=RegisterSettings()),
+        Calibration(unknown, unknown),
         Simulation.of(few, settings.time),
     )  # fmt: skip
     if _work(element, group) > MOST_WORK:

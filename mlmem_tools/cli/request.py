@@ -132,7 +132,13 @@ longer with many levels. Exit status 0 means that every check passed.""",
 }
 """The rest of their help, by procedure."""
 
-TYPES: dict[str, Callable[[str], Any]] = {'int': int, 'str': str}
+
+def whole(text: str) -> int:
+    """Return a number in decimal, or in hexadecimal as 0xa7."""
+    return int(text, 0)
+
+
+TYPES: dict[str, Callable[[str], Any]] = {'int': whole, 'str': str}
 
 
 def _procedure(name: str, row: Procedure) -> Command:

@@ -1,0 +1,48 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether an element with many walls holds every word, and can tell it from all others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mlmem_ros.device.errors import SettingsError
+from mlmem_ros.device.register import forecasts_of
+from mlmem_ros.verdict import Verdict
+
+from .finding import Finding, graded, judged
+from .subject import Subject
+
+LEAST, COMFORT = 0.01, 0.03
+"""Least difference between two forecasts, over the pulse, and that from which noise of a
+thousandth of the pulse leaves room."""
+
+SOURCE = (
+    'the capacity of one wall is m = floor(log2 p) bits (p. 3); many walls are not in the paper'
+)
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the finding on the words of an element with many walls; none for one wall."""
+    settings = subject.settings
+    if not settings.register.spacing:
+        return
+    try:
+        found = forecasts_of(subject.made, settings)
+    except SettingsError as error:
+        yield Finding('words', {}, '', Verdict.FAIL, str(error), SOURCE)
+        return
+    pulse = float(np.linalg.norm(found.parts[0]))  # of the blank element: mostly the pulse itself
+    least = float(found.nearest.min()) / pulse
+    yield graded(
+        'words',
+        {'words': float(found.code.words), 'least difference': least},
+        '',
+        judged(least, LEAST, COMFORT),
+        'walls rest in every word, and no two words answer the pulse of a read alike',
+        'two words answer the pulse of a read nearly alike: choose another register.omega_c, a '
+        'shorter register.sigma, or a greater register.spacing',
+        SOURCE,
+    )
