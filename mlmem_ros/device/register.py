@@ -48,6 +48,9 @@ BAND = 4.0
 """Half of the band that is compared, over 1 / sigma of the pulse: all of its spectrum. Slow waves
 that are left of a kick lie outside."""
 
+EDGE = 4.0
+"""Length over which the recording is faded in and out, over sigma."""
+
 
 class Code(NamedTuple):
     """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19).
@@ -154,40 +157,44 @@ class Listener:
         ticks: Ticks for which both ends are recorded.
     """
 
-    def __init__(self, settings: Settings, dt: float) -> None:
-        """Prepare for samples `dt` apart."""
-        probe = settings.register.probe
-        self._probe, self._dt = probe, dt
-        time = pulse_duration(probe) + settings.register.listen
-        self.ticks = math.ceil(time / settings.time.tick)
-        self._edge = 4.0 * probe.sigma
-        self._basis = self._band(round(self.ticks * settings.time.tick / dt))
+    def __init__(self, settings: Settings) -> None:
+        """Prepare for the pulse of the settings."""
+        self._probe = settings.register.probe
+        time = pulse_duration(self._probe) + settings.register.listen
+        self._tick = settings.time.tick
+        self.ticks = math.ceil(time / self._tick)
+        self._bases: dict[tuple[int, float], Array] = {}
 
-    def _band(self, n: int) -> Array:
-        """Return the windowed cosines and sines of the band, shape (n, m)."""
-        probe, span = self._probe, n * self._dt
+    def _band(self, n: int, dt: float) -> Array:
+        """Return the windowed cosines and sines of the band for n samples, shape (n, 2 m)."""
+        if (known := self._bases.get((n, dt))) is not None:
+            return known
+        probe, span = self._probe, n * dt
         low, high = (
             round((probe.omega_c + side * BAND / probe.sigma) * span / (2.0 * math.pi))
             for side in (-1.0, 1.0)
         )
-        t = self._dt * np.arange(1.0, n + 1.0)
-        edge = np.minimum(1.0, np.minimum(t, span + self._dt - t) / min(self._edge, 0.5 * span))
-        window = 0.5 * (1.0 - np.cos(math.pi * edge)) * math.sqrt(2.0 / n)
+        t = dt * np.arange(1.0, n + 1.0)
+        edge = np.minimum(t, span + dt - t) / min(EDGE * probe.sigma, 0.5 * span)
+        window = 0.5 * (1.0 - np.cos(math.pi * np.minimum(1.0, edge))) * math.sqrt(2.0 * dt / n)
         phase = 2.0 * math.pi / span * np.outer(t, np.arange(max(1, low), high + 1))
-        return np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
+        basis = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
+        self._bases[n, dt] = basis
+        return basis
 
-    def part(self, motion: Array) -> Array:
-        """Return the part of both ends' motion, shape (2, n), in the band: (2 m,)."""
-        return (motion @ self._basis).ravel()
+    def part(self, motion: Array, dt: float) -> Array:
+        """Return the part of both ends' motion, shape (2, n), in the band: (4 m,)."""
+        return (motion @ self._band(motion.shape[1], dt)).ravel()
 
-    def noise(self, before: Array) -> float:
+    def noise(self, before: Array, dt: float) -> float:
         """Return what noise contributes to the square of `part`, from displacements of both ends
         before the pulse, shape (2, w).
         """
         motion = before - before.mean(axis=1, keepdims=True)
-        basis = self._band(before.shape[1])
-        share: float = self._basis.shape[1] / basis.shape[1]
-        power = float(np.square(motion @ basis).sum())
+        basis = self._band(before.shape[1], dt)
+        lines = round(2.0 * BAND / self._probe.sigma * self.ticks * self._tick / (2.0 * math.pi))
+        share = (2.0 * lines + 2.0) / basis.shape[1]
+        power: float = np.square(motion @ basis).sum()
         return power * share
 
 
@@ -236,7 +243,7 @@ class Forecasts:
             return replace(nothing, reason='the right end is active: a wall has left the element')
         if not np.isfinite(shot.samples).all():
             return replace(nothing, reason='listening was interrupted')
-        part = self.listener.part(shot.samples - shot.rest[:, None])
+        part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
         same = self._odd == phases[0]
         left = np.where(same, np.square(self.parts - part).sum(axis=1), np.inf)
         word = int(np.argmin(left))
@@ -283,7 +290,7 @@ def forecasts_of(made: Specimen, settings: Settings) -> Forecasts:
         raise SettingsError('an element with one wall is read by its delays')
     converged = replace(settings, time=replace(settings.time, integrator='pefrl'))
     twin = Instrument(design, converged, Simulation.of(made, converged.time))
-    listener = Listener(settings, twin.driver.dt)
+    listener = Listener(settings)
     parts = []
     for word in range(code.words):
         try:
@@ -296,5 +303,5 @@ def forecasts_of(made: Specimen, settings: Settings) -> Forecasts:
             twin.pass_ticks(min(LONGEST_RUN, listener.ticks - begin))
         twin.transducer.release()
         shot = tape.shot(0.0, 0.0, twin.driver.dt)
-        parts.append(listener.part(shot.samples - shot.rest[:, None]))
+        parts.append(listener.part(shot.samples - shot.rest[:, None], shot.dt))
     return Forecasts(code, np.array(parts), listener)

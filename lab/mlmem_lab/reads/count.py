@@ -16,7 +16,8 @@ from mlmem_lab.studies.tolerance.estimate import Rate
 from mlmem_ros.device import Abort, Erase, MemoryElement, Read, SetStrain, Write
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.physics import StateError, level_of
+from mlmem_ros.device.register import words_of
+from mlmem_ros.physics import StateError, level_of, walls
 
 from ..results import APART
 from .elements import known, made, with_bad_cell
@@ -94,8 +95,18 @@ class Counts:
 
 
 def true_level(element: MemoryElement) -> int:
-    """Return the level that the wall is nearest to, `BLANK`, or `UNDECODABLE` if it is at none."""
-    return level_of(element.design, element.chain.configuration, 0.5 * element.design.J)
+    """Return the level that the wall is nearest to, `BLANK`, or `UNDECODABLE` if it is at none; of
+    many walls, the word.
+    """
+    design, near = element.design, 0.5 * element.design.J
+    if element.register is None:
+        return level_of(design, element.chain.configuration, near)
+    found = [round(wall.position) for wall in walls(design, element.chain.configuration)]
+    defects = {design.defect(level): level for level in range(design.levels)}
+    at = [min(defects, key=lambda site: abs(site - wall)) for wall in found]
+    if len(set(at)) < len(at) or any(abs(a - b) > near for a, b in zip(at, found, strict=True)):
+        return UNDECODABLE
+    return element.register.code.word([defects[site] for site in at])
 
 
 def rows(name: str, count: int, seed: int, finer: int = 1, specimen: int | None = None) -> Counts:
@@ -104,9 +115,7 @@ def rows(name: str, count: int, seed: int, finer: int = 1, specimen: int | None 
     element, counts = made(name, finer, specimen), Counts()
     for row in range(count):
         before = dict(counts.found)
-        _move(
-            element, counts, MOVES[row % len(MOVES)], int(random.integers(element.design.levels))
-        )
+        _move(element, counts, MOVES[row % len(MOVES)], int(random.integers(element.words)))
         for number in range(IN_A_ROW):
             _read(element, counts, ENDS[int(random.integers(3))] if number else '')
         counts.blocks += 1
@@ -117,7 +126,7 @@ def rows(name: str, count: int, seed: int, finer: int = 1, specimen: int | None 
 def bad_cells(
     name: str, kind: str, site: int, write: bool = False, reach: float = math.inf
 ) -> Counts:
-    """Read every level, and a blank element, with one bad cell.
+    """Read every level, and a blank element, with one bad cell; of many words a few for each site.
 
     Args:
         name: The element, as for `known`.
@@ -127,13 +136,16 @@ def bad_cells(
         reach: Only levels so near the cell, in cells.
     """
     counts, design = Counts(), known(name)[0]
-    for level in range(-1, design.levels):
-        if abs(site - (design.defect(level) if level >= 0 else design.N)) <= reach:
+    words = words_of(*known(name))
+    many, each = words > design.levels, words // design.levels
+    for level in range(site % each, words, each) if many else range(-1, words):
+        where = site if many else design.defect(level) if level >= 0 else design.N
+        if abs(site - where) <= reach:
             element = with_bad_cell(name, level, site, kind)
             before = counts.found['wrong']
             _read(element, counts, '')
             if write:
-                _write(element, counts, (level + 2) % design.levels)
+                _write(element, counts, (level + 2) % words)
             counts.blocks += 1
             counts.wrong_blocks += counts.found['wrong'] > before
     return counts
@@ -153,7 +165,7 @@ def _move(element: MemoryElement, counts: Counts, how: str, level: int) -> None:
         counts.found['lost by hand'] += true_level(element) != before
     else:
         element.apply(Read())
-        for _ in range(3 + level):
+        for _ in range(3 + level % 32):
             element.advance()
         element.perform(Abort())
 

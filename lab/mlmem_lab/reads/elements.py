@@ -14,6 +14,7 @@ import numpy as np
 from mlmem_lab.designer import propose
 from mlmem_ros.device import MemoryElement, Settings, new_element
 from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.device.register import resting
 from mlmem_ros.device.simulation import Simulation, steps_per_tick
 from mlmem_ros.physics import INTEGRATORS, Chain, Design, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
@@ -63,7 +64,10 @@ def with_bad_cell(name: str, level: int, site: int, kind: str) -> MemoryElement:
     element = made(name)
     design, chain = element.design, element.chain
     blank = np.full(design.N, design.D_s1)
-    chain.place(blank if level < 0 else resting_wall(Specimen(design), level))
+    if element.register is not None:
+        chain.place(resting(Specimen(design), element.register.code.walls(level)))
+    else:
+        chain.place(blank if level < 0 else resting_wall(Specimen(design), level))
     what, _, factor = kind.partition(' ')
     factors = np.ones(design.N)
     factors[site - 1] = float(factor or 1.0)

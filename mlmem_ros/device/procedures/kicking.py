@@ -111,7 +111,7 @@ def hear(element: Memory) -> Procedure[Reading]:
     since, passage = 0, math.ceil(element.passage(End.LEFT) / element.tick)
     while since < passage:  # what is inside comes to an end within that time
         yield 1
-        noise = listener.noise(transducer.recent)
+        noise = listener.noise(transducer.recent, element.driver.dt)
         since = since + 1 if noise < register.quiet else 0
         if element.ticks >= patience:
             raise ProcedureFailed(
