@@ -31,6 +31,7 @@ import numpy as np
 from mlmem_ros import __version__
 from mlmem_ros.device import Erase, MemoryElement, Read, Settings, Write, new_element, preset
 from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.device.register import LEFT_OVER, NOISE, forecasts
 from mlmem_ros.durable import write_atomically
 from mlmem_ros.physics import CASE_II
 from mlmem_tools.cli.output import plain
@@ -215,6 +216,11 @@ def fingerprint(name: str) -> str | None:
         return None
     if reads:
         hashed.update(repr(decisions(name)).encode())
+        design, settings = preset(name)
+        if settings.register.spacing:
+            parts = forecasts(design, settings).parts
+            rules = LEFT_OVER, NOISE, settings.register.min_margin
+            hashed.update(repr((np.round(parts / parts.max(), 4).tolist(), rules)).encode())
         return hashed.hexdigest()
     element = new_element(preset(name))
     few = min(2, element.design.levels - 1)

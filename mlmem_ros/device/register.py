@@ -193,7 +193,7 @@ class Listener:
         motion = before - before.mean(axis=1, keepdims=True)
         basis = self._band(before.shape[1], dt)
         lines = round(2.0 * BAND / self._probe.sigma * self.ticks * self._tick / (2.0 * math.pi))
-        share = (2.0 * lines + 2.0) / basis.shape[1]
+        share: float = (2.0 * lines + 2.0) / basis.shape[1]
         power: float = np.square(motion @ basis).sum()
         return power * share
 
