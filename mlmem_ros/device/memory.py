@@ -110,6 +110,7 @@ class Memory(Instrument):
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
         least = self.settings.register.min_margin
         self.reading = self.register.decode(shot, noise, phases, least)
+        self.unknown = None
         self._events.append(EchoReceived(echo, self.reading))
         return self.reading
 
