@@ -247,6 +247,8 @@ def _swinging(element: Instrument, reading: Reading) -> float:
     """
     if element.design.eta == 0.0 or reading.left_delay is reading.right_delay is None:
         return 0.0
+    if not element.base.still:  # it was heard as often as may be
+        return 0.0
     return SWING / element.design.eta - (element.ticks - element.stirred) * element.tick
 
 
