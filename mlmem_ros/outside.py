@@ -145,7 +145,7 @@ def decode(kind: type[Some] | Any, data: Any, name: str = '', given: Description
     if origin in (dict, Mapping):
         return _mapping(args, data, name, given)
     if isinstance(kind, enum.EnumMeta):
-        words = tuple(str(value) for value in kind._value2member_map_)
+        words = tuple(str(each.value) for each in list[enum.Enum](kind))
         return kind(decode(str, data, name, Description('', choices=words)))
     if not fits(data, kind.__name__, given):
         _refuse(name, wanted(kind.__name__, given), data)

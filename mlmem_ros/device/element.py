@@ -151,7 +151,7 @@ class MemoryElement(Memory):
         return {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
 
     def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
-        steps = procedures.STEPS[name]
+        steps = procedures.steps(name)
         before, self.progress = self.progress, Progress(name, self.ticks)
         try:
             procedures.estimates.expect(self, steps.expected(self, **wanted))

@@ -8,6 +8,7 @@ Procedures know nothing else about an element.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from ..physics import Design
 from .calibration import Calibration
@@ -19,9 +20,12 @@ from .events import EchoReceived, Event
 from .instrument import Instrument
 from .memory_statistics import MemoryStatistics
 from .reading import UNDECODABLE, Reading, Unknown
-from .register import Forecasts, forecasts
 from .settings import Settings
 from .shot import Shot
+
+if TYPE_CHECKING:
+    from .register import Forecasts
+
 
 SLOWER = 1.1
 """Most by which an element may be slower than its calibration."""
@@ -59,6 +63,8 @@ class Memory(Instrument):
         self.unknown: Unknown | None = None
         self.register: Forecasts | None = None
         if settings.register.spacing:
+            from .register import forecasts  # few elements hold many walls
+
             self.register = forecasts(design, settings)
         self.statistics = MemoryStatistics.of(self.words)
         self._events: list[Event] = []

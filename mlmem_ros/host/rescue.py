@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..device import Abort, MemoryElement, snapshot
+from ..device import Abort, MemoryElement
 from ..physics import StateError
 from .errors import REFUSALS
 from .throttled_log import ThrottledLog
@@ -38,6 +38,8 @@ class Rescue:
 
     def keep(self, element: MemoryElement) -> None:
         """Keep the content of a released device; of a real one, calibration and statistics."""
+        from ..device import snapshot  # few devices fail
+
         self._content = snapshot.take(element)
 
     def restore(self, element: MemoryElement) -> None:
@@ -45,6 +47,8 @@ class Rescue:
         content, self._content = self._content, None
         if content is None:
             return
+        from ..device import snapshot
+
         try:
             snapshot.restore(element, content)
         except StateError:

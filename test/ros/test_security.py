@@ -30,7 +30,7 @@ ACTIONS_BUILT = bool(action_types())
 SERVICES = {'send_goal', 'cancel_goal', 'get_result'}
 TOPICS = {'feedback', 'status'}
 
-LISTENING = {'/mlmem/alive', '/mlmem/level', '/mlmem/outcome', '/diagnostics'}
+LISTENING = {'/mlmem/alive', '/mlmem/content', '/mlmem/level', '/mlmem/outcome', '/diagnostics'}
 """Topics that a client may subscribe to; `MemoryClient` does to the first."""
 
 

@@ -9,6 +9,7 @@ the displacements of the two ends, and never the true wall position.
 """
 
 from collections.abc import Callable
+from functools import cache
 from importlib import import_module
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from ...procedures import PROCEDURES
 from . import estimates
 from .blocks import Procedure, Result, run
 
-__all__ = ['STEPS', 'Procedure', 'Result', 'Steps', 'run']
+__all__ = ['Procedure', 'Result', 'Steps', 'run', 'steps']
 
 
 class Steps(NamedTuple):
@@ -31,12 +32,15 @@ class Steps(NamedTuple):
     expected: Callable[..., float]
 
 
-def _steps(path: str, expected: str) -> Steps:
-    module, _, name = path.partition('.')
+@cache
+def steps(name: str) -> Steps:
+    """Return how a procedure of the table is done."""
+    row = PROCEDURES[name]
+    module, _, begin = row.steps.partition('.')
     return Steps(
-        getattr(import_module(f'{__name__}.{module}'), name), getattr(estimates, expected)
+        getattr(import_module(f'{__name__}.{module}'), begin), getattr(estimates, row.expected)
     )
 
 
-STEPS = {name: _steps(row.steps, row.expected) for name, row in PROCEDURES.items()}
-"""By the names in the table of procedures."""
+for _name in ('write', 'read', 'erase', 'abort'):  # or the first of them would wait for an import
+    steps(_name)

@@ -12,7 +12,6 @@ from ..moves import pushes, throw_cycle, throws
 from ..reading import BLANK, describe_level
 from ..settings import peak
 from .blocks import Procedure, Result, bring_back, catch_up, launch, play, push, return_to_zero
-from .kicking import clear
 from .listening import look
 
 LOOK_SPACING = 8
@@ -32,6 +31,8 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
     """
     yield from return_to_zero(element)
     if element.register is not None:
+        from .kicking import clear  # few elements hold many walls
+
         return (yield from clear(element))
     if not plainly and pushes(element.settings):
         pushed = yield from _push(element)

@@ -11,7 +11,6 @@ from ..echo import TAIL
 from ..memory import Memory
 from ..moves import ringing, route
 from ..reading import BLANK, UNDECODABLE
-from .kicking import duration, way
 from .listening import expected_wait
 
 RECORD = 900.0
@@ -41,6 +40,8 @@ def reading(element: Memory) -> float:
 def driving(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
     if element.register is not None:
+        from .kicking import duration, way  # few elements hold many walls
+
         present = 0 if present == BLANK else present
         planned = way(element.settings, element.register.code, present, max(0, target))
         return duration(element.design, element.settings, *planned)

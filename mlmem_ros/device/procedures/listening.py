@@ -22,7 +22,6 @@ from ..memory import Memory
 from ..progress import LISTENING, QUIETING
 from ..reading import UNDECODABLE, Reading
 from .blocks import Procedure, Result, catch_up, wait
-from .kicking import hear
 
 NOISE_SHARE = 2.0
 """Ratio of the bound on waves to sensor noise up to which it may be noise alone: the greatest mean
@@ -229,6 +228,8 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
     end of a blank element, and vice versa: then only the other end is probed.
     """
     if element.register is not None:
+        from .kicking import hear  # few elements hold many walls
+
         return (yield from hear(element))
     for _ in range(element.settings.read.attempts):
         yield from quiet(element)

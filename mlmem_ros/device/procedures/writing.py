@@ -9,10 +9,8 @@ from ..memory import Memory
 from ..reading import UNDECODABLE, Reading, describe_level
 from . import estimates
 from .blocks import Procedure, Result, return_to_zero
-from .climbing import climb
 from .erasing import erase
 from .going_to_level import go_to_level
-from .kicking import put
 from .listening import look
 
 NUDGE = 1.06
@@ -47,8 +45,12 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         estimates.expect(element, estimates.writing(element, present, level))
         try:
             if element.register is not None:
+                from .kicking import put  # few elements hold many walls
+
                 yield from put(element, element.register, present, level)
             elif learnt and attempt > 1:
+                from .climbing import climb  # few elements learn their pulses
+
                 yield from climb(element, present, level)
             else:
                 plainly = strained and 1 < attempt == attempts

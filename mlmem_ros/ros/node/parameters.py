@@ -24,7 +24,6 @@ from rclpy.parameter import Parameter
 from ...clipped import clipped
 from ...described import Description, descriptions
 from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
-from ...device.register import words_of
 from ...device.settings import Settings
 from ...device.timetable import checked_speed
 from ...host import Host
@@ -98,7 +97,12 @@ class ParameterSet:
         checked_speed(self._value('time.speed'))
         self._warn_of_strangers()
         present = self.values()
-        self._limit_level(words_of(present.design, present.settings))
+        words = present.design.levels
+        if present.settings.register.spacing:
+            from ...device.register import words_of  # few elements hold many walls
+
+            words = words_of(present.design, present.settings)
+        self._limit_level(words)
         self._compare_digest()
         node.add_pre_set_parameters_callback(self._meant)  # with two, rclpy would use both answers
         node.add_on_set_parameters_callback(self._check)
