@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .clipped import clipped
 from .described import described
 from .device.settings import Settings
 from .device.trims import AS_SET, Trim, Trims, schedule_of
@@ -129,6 +130,8 @@ def element_of(data: Any) -> Element:
         ElementFileError: The data are not an element.
     """
     try:
+        if isinstance(data, Mapping) and data.get('format', FORMAT) != FORMAT:
+            raise ValueError(f'format must be {FORMAT}; got {clipped(data["format"])}')
         given: _File = decode(_File, data)
         made = Specimen(
             given.design, given.alpha / given.design.alpha, k_r_factor=given.k_r, mass=given.mass,

@@ -104,7 +104,11 @@ def from_yaml(text: str, *, texts: bool = False) -> Any:
             if len(inside) > DEEPEST or nodes > MOST_VALUES:
                 what = 'nested too deeply' if len(inside) > DEEPEST else 'too large'
                 raise ValueError(f'it is {what}')
-        return yaml.load(text, loader)
+        single = loader(text)
+        try:
+            return single.get_single_data()
+        finally:
+            single.dispose()
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         why = printable(' '.join(str(error).split()), 200)
         raise DecodeError(f'it must be YAML; {why}') from error

@@ -51,7 +51,7 @@ DESIGNS = 'designs'
 READ = ', read'
 """Behind the name of a preset: its fingerprint is of what the rules of reading make of echoes."""
 
-APART = ('bits_3', 'bits_8', 'kick_2', 'kick_3', 'kick_4')
+APART = ('bits_3', 'bits_8', 'kick_2', 'kick_3', 'kick_4', 'byte')
 """Presets that are measured only if named: the first is `case_2`, the second takes hours, and the
 others are measured by `mlmem kicks`."""
 

@@ -135,7 +135,10 @@ longer with many levels. Exit status 0 means that every check passed.""",
 
 def whole(text: str) -> int:
     """Return a number in decimal, or in hexadecimal as 0xa7."""
-    return int(text, 0)
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f'invalid int value: {text!r}') from None
 
 
 TYPES: dict[str, Callable[[str], Any]] = {'int': whole, 'str': str}

@@ -49,7 +49,7 @@ def still(design, configuration, *, V=0.0, ticks=0):
     chain = SimpleNamespace(configuration=configuration, v=configuration + substrate, V_N=V)
     return SimpleNamespace(
         design=design, chain=chain, ticks=ticks, computed=ticks, settings=Settings(),
-        procedure='', reading=None,
+        procedure='', reading=None, unknown=None,
     )  # fmt: skip
 
 

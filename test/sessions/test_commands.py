@@ -20,6 +20,7 @@ from mlmem_ros.device import (
     Reset,
     SelfTest,
     SetFaults,
+    SetMethod,
     SetStrain,
     Survey,
     Write,
@@ -34,7 +35,8 @@ COMMANDS = [
     Write(7), Read(), Read('right'), Erase(), Calibrate(), SelfTest(), Locate(), Reset(),
     Survey(),
     Abort(), Abort('the device is shut down'),
-    Disturb(1.0 / 3.0), SetFaults(Faults()), SetFaults(Faults(sensor_noise=0.1, weak_cell=7)),
+    SetMethod('kick'), Disturb(1.0 / 3.0), SetFaults(Faults()),
+    SetFaults(Faults(sensor_noise=0.1, weak_cell=7)),
 ]  # fmt: skip
 
 

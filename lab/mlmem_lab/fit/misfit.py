@@ -98,7 +98,7 @@ class Misfit:
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
         spread = np.maximum(self.noise(shot), blur)[:, None] * np.ones_like(measured)
-        spread[:, 0] = np.hypot(self.drift, self.gain_drift * shot.rest)
+        spread[:, 0] = self.drift
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
         residual = weights * about_zero(misfit, weights)
@@ -107,23 +107,17 @@ class Misfit:
     def _loosened(self, values: Array, predicted: Array, weights: Array) -> tuple[Array, float]:
         """Return whitened values, (2, m, ...), where the gain of either end may be another one.
 
-        To integrate over a gain takes most of the direction of the prediction out of them. A gain
-        that drifts on, and an end that is off zero, make a slow trend: it is taken out, too. The
-        second number is twice what a gain costs in the logarithm of the evidence.
+        To integrate over a gain takes most of the direction of the prediction out of them. The
+        second number is twice what that costs in the logarithm of the evidence.
         """
         if not self.gain_drift:
             return values, 0.0
         cost, heard = 0.0, weights * about_zero(predicted + 0.0, weights)
-        slow = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, weights.shape[1] - 1), 2)
-        for w, u, of_end in zip(weights[:, 1:], heard[:, 1:], values[:, 1:], strict=True):
-            trend = np.linalg.qr(w[:, None] * slow)[0]
-            u -= trend @ (trend.T @ u)
-            of_end -= np.tensordot(trend, trend.T @ of_end, 1)
+        for u, of_end in zip(heard, values, strict=True):
             power = float(u @ u)
-            if power > 0.0:
-                wide = 1.0 + self.gain_drift**2 * power
-                of_end -= (1.0 - wide**-0.5) / power * np.multiply.outer(u, u @ of_end)
-                cost += float(np.log(wide))
+            wide = 1.0 + self.gain_drift**2 * power
+            of_end -= (1.0 - wide**-0.5) / power * np.multiply.outer(u, u @ of_end)
+            cost += float(np.log(wide))
         return values, cost
 
     def drifting(self, x: Array) -> Misfit:

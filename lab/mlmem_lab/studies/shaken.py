@@ -192,8 +192,7 @@ def count(
         element.apply(Read(end))
         while element.procedure:
             events = _tick(element, next(course) / scale.acceleration)
-        outcome = events[-1]
-        assert isinstance(outcome, Outcome)
+        [outcome] = [event for event in events if isinstance(event, Outcome)]
         counts.ticks += outcome.end_tick - outcome.start_tick
         if not outcome.success or outcome.reading is None:
             counts.undecodable += 1

@@ -80,7 +80,17 @@ def test_a_search_changes_only_the_moves_that_exist():
 
 def test_three_bits_are_the_papers():
     design, settings = preset('bits_3')
-    back = ('actuator', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
+    back = (
+        'actuator',
+        'erase',
+        'down_even',
+        'down_odd',
+        'up_even',
+        'up_odd',
+        'throw',
+        'kick',
+        'push',
+    )
     plain = {group: getattr(Settings(), group) for group in back}
     assert (design, dataclasses.replace(settings, **plain)) == (CASE_II, Settings())
 

@@ -70,7 +70,7 @@ OF_A_PRESET = (
 
 
 LISTED = {
-    *LIVE, *OF_THE_NODE, 'device', 'disturbance', 'scale', 'publish', 'record',
+    *LIVE, *OF_THE_NODE, 'device', 'actuator.present', 'disturbance', 'scale', 'publish', 'record',
     'state', 'files', 'faults', 'write.attempts', 'write.method', 'erase.method', 'read.end',
 }  # fmt: skip
 """Groups and names that every node lists: what a robot builder changes. All others come with the
