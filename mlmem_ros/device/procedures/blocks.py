@@ -147,17 +147,23 @@ def kick_to(element: Memory, target: float, speed: float) -> Procedure[None]:
     yield from wait(element, settings.settle)
 
 
-def push(element: Memory) -> Procedure[bool]:
-    """Fire a loud pulse that pushes a wall out at the left end; return whether it has left.
-
-    The left end shows that: it is inactive when the wall has gone.
-    """
+def fire_push(element: Memory) -> Procedure[None]:
+    """Drive an end with the loud pulse."""
     settings = element.settings.push
     element.begin_cycle('pushed')
     element.progress.phase = LAUNCHING
     element.transducer.push(End(settings.end), settings)
     while element.transducer.driving:
         yield element.next_look(element.transducer.remaining)
+
+
+def push(element: Memory) -> Procedure[bool]:
+    """Fire a loud pulse that pushes a wall out at the left end; return whether it has left.
+
+    The left end shows that: it is inactive when the wall has gone.
+    """
+    settings = element.settings.push
+    yield from fire_push(element)
     until = element.ticks + math.ceil(settings.patience / element.tick)
     while (element.phase(End.LEFT), element.phase(End.RIGHT)) != (0, 0):
         if element.ticks >= until:

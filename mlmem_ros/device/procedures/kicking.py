@@ -16,11 +16,11 @@ from ..echo import EchoDetector, pulse_duration
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..progress import LAUNCHING, LISTENING, QUIETING
+from ..progress import LISTENING, QUIETING
 from ..reading import UNDECODABLE, Reading
 from ..register import Code, Forecasts
 from ..settings import Settings
-from .blocks import Procedure, Result, bring_back, catch_up, kick_to, wait
+from .blocks import Procedure, Result, bring_back, catch_up, fire_push, kick_to, wait
 
 
 def send(element: Memory, speed: float) -> Procedure[None]:
@@ -35,13 +35,8 @@ def send(element: Memory, speed: float) -> Procedure[None]:
 
 def push_all(element: Memory) -> Procedure[None]:
     """Fire a loud pulse that takes all walls out, and let its waves decay."""
-    settings = element.settings.push
-    element.begin_cycle('pushed')
-    element.progress.phase = LAUNCHING
-    element.transducer.push(End(settings.end), settings)
-    while element.transducer.driving:
-        yield element.next_look(element.transducer.remaining)
-    yield from wait(element, settings.settle)
+    yield from fire_push(element)
+    yield from wait(element, element.settings.push.settle)
 
 
 def put(element: Memory, register: Forecasts, present: int, word: int) -> Procedure[None]:
