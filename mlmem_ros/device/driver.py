@@ -28,6 +28,7 @@ class Driver(ABC):
         nodes: Times of the set-points in a sample, as increasing fractions of it, the last one 1.
             A real element takes one set-point at the end of each sample.
         lag: Ticks by which samples lag behind their set-points.
+        strains: Whether it can strain the element; an actuator that is not there moves nothing.
         own_clock: Whether `advance` waits for its own clock, which then paces all ticks.
         interrupted: Whether sampling was interrupted within, or just before, the samples that
             `advance` returned last: an echo cannot be measured across a break.
@@ -38,6 +39,7 @@ class Driver(ABC):
     dt: float
     nodes: tuple[float, ...] = (1.0,)
     lag: int = 0
+    strains: bool = True
     own_clock: bool = False
     interrupted: bool = False
     V_N: float = 0.0

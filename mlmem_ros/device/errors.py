@@ -29,3 +29,7 @@ class ProcedureFailed(Exception):
     def __init__(self, message: str, attempts: int = 1) -> None:
         super().__init__(message)
         self.attempts = attempts
+
+
+class NotFollowed(ProcedureFailed):
+    """The actuator does not follow its set-point."""

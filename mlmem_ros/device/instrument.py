@@ -8,6 +8,7 @@ It knows neither commands nor levels: procedures act on it, and `MemoryElement` 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -76,9 +77,11 @@ class Instrument:
             DesignError: The step is beyond the stability limit.
         """
         self.design = design
-        self.settings = settings
         self.tick = settings.time.tick
         self.driver = driver or Simulation.of(design, settings.time)
+        if not self.driver.strains:
+            settings = replace(settings, actuator=replace(settings.actuator, present=False))
+        self.settings = settings
         self.made = self.chain.specimen if self.simulated else Specimen(design)
         self.steps_per_tick = _samples(self.tick, self.driver.dt)
         self.actuator = Actuator(settings.actuator)

@@ -57,7 +57,7 @@ class Watched(Driver):
             self._work.put(None)
             raise
         self.dt, self.nodes, self.lag = self.driver.dt, self.driver.nodes, self.driver.lag
-        self.own_clock = self.driver.own_clock
+        self.strains, self.own_clock = self.driver.strains, self.driver.own_clock
 
     @property
     def V_N(self) -> float:  # type: ignore[override]

@@ -24,7 +24,7 @@ from ..device import Driver, DriverError, Settings, SettingsError
 from ..physics import Design, HeldCell
 from ..physics.potential import Array
 from .frames import VERSION, Frame, Kind, play, played
-from .hello import Hello
+from .hello import STRAIN, Hello
 from .link import Link
 from .transport import Transport, opened, option
 
@@ -104,7 +104,7 @@ class Rig(Driver):
                 f'lead in device.address must be at most {0.5 * said.buffer * said.seconds:.3g} '
                 f's, for the rig holds {said.buffer} samples; got {self.lag} ticks'
             )
-        self.dt, self.nodes = said.dt, said.nodes
+        self.dt, self.nodes, self.strains = said.dt, said.nodes, STRAIN in said.can
         self._poke = 0.5 * self.lag * said.samples * said.seconds
         self._unit = said.length / settings.scale.length
         self._force_unit = said.force / (settings.scale.stiffness * settings.scale.length)

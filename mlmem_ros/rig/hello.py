@@ -16,8 +16,11 @@ from ..device import DriverError, Settings, SettingsError
 from ..outside import DecodeError, decode, from_json
 from .frames import VERSION
 
-NEEDED = ('strain', 'left', 'right')
-"""What a rig must be able to do: strain the substrate, and drive and sense either end."""
+STRAIN = 'strain'
+"""What a rig with an actuator can do. Without one its element is written by kicks and pushes."""
+
+NEEDED = ('left', 'right')
+"""What a rig must be able to do: drive and sense either end."""
 
 FORMATS = ('<f4', '<f8')
 
@@ -45,7 +48,10 @@ class Hello:
         'when in a sample it takes set-points: a list of rising numbers above 0, the last one 1',
     )
     numbers: str = described('<f8', 'type of set-points and samples', choices=FORMATS)
-    can: tuple[str, ...] = described(NEEDED, f'a list of texts with {", ".join(NEEDED)}')
+    can: tuple[str, ...] = described(
+        (STRAIN, *NEEDED),
+        f'a list of texts with {", ".join(NEEDED)}, and {STRAIN} if there is an actuator',
+    )
 
     def __post_init__(self) -> None:
         nodes = self.nodes

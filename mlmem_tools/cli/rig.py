@@ -63,6 +63,7 @@ def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
         action='store_true',
         help='play set-points as they arrive: as fast as the machine can',
     ),
+    option('--no-actuator', action='store_true', help='it cannot strain its element, and says so'),
     _deviation('--scatter', 'on-site stiffness of the cells'),
     _deviation('--scatter-k-r', 'springs between the cells'),
     _deviation('--scatter-s', 'stiffness of the substrate'),
@@ -146,7 +147,13 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
         seed=given.seed,
     )  # fmt: skip
     emulated = EmulatedRig(
-        chosen.design, settings, element, sensors, drift=given.drift, at_once=given.at_once
+        chosen.design,
+        settings,
+        element,
+        sensors,
+        drift=given.drift,
+        at_once=given.at_once,
+        actuator=not given.no_actuator,
     )
     return emulated, _truth(made, emulated, given)
 

@@ -15,7 +15,7 @@ from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import Chain, Design, HeldCell
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.rig.frames import PLAY, SAMPLES, VERSION, Frame, Kind
-from mlmem_ros.rig.hello import Hello
+from mlmem_ros.rig.hello import NEEDED, STRAIN, Hello
 from mlmem_ros.rig.link import Link
 
 from .sensors import Sensors
@@ -46,6 +46,7 @@ class EmulatedRig:
         numbers: str = '<f8',
         drift: float = 0.0,
         at_once: bool = False,
+        actuator: bool = True,
     ) -> None:
         """Make a rig around an element.
 
@@ -58,6 +59,7 @@ class EmulatedRig:
             drift: Fraction by which its clock is fast.
             at_once: Play set-points as soon as they arrive, without a clock; the element stands
                 still in between.
+            actuator: Whether it can strain its element.
         """
         scale = settings.scale
         self.element = element or Simulation.of(design, settings.time)
@@ -67,9 +69,11 @@ class EmulatedRig:
         self._samples = round(settings.time.tick / dt)
         self.tick_seconds = settings.tick_seconds / (1.0 + drift)
         self._at_once = at_once
+        self._strained = unit if actuator else 0.0  # cells of a unit of its set-points
         self._hello = Hello(
             VERSION, 'emulated', dt, self._samples, dt * scale.time, unit * scale.length, BUFFER,
             scale.stiffness * scale.length, self.sensors.zero, self.element.nodes, numbers,
+            (STRAIN, *NEEDED) if actuator else NEEDED,
         )  # fmt: skip
         self._begin(lambda data: None)
 
@@ -137,7 +141,7 @@ class EmulatedRig:
             part = slice(number * nodes * self._samples, (number + 1) * nodes * self._samples)
             held = motion[:, part]
             held_cell = HeldCell(site, held) if site and held.shape[1] else None
-            self._ticks.append((V_N[part] * self.sensors.unit, held_cell))
+            self._ticks.append((V_N[part] * self._strained, held_cell))
 
     def pass_time(self, seconds: float) -> None:
         """Advance by the time of an exact clock: play what is due and send the samples."""

@@ -12,11 +12,13 @@ from mlmem_ros.device import (
     BLANK,
     Calibrate,
     Erase,
+    Faults,
     MemoryElement,
     ProcedureFailed,
     Read,
     Refused,
     SelfTest,
+    SetFaults,
     SetMethod,
     SetStrain,
     SettingsError,
@@ -159,6 +161,35 @@ def test_without_an_actuator_everything_but_strain_works():
     paper = element('case_2', actuator={'present': False})
     with pytest.raises(Refused, match='level 5 is reached only by strain'):
         paper.perform(Write(5))
+
+
+def test_a_stuck_actuator_is_as_good_as_none():
+    """With kicks it is not asked; auto finds out and goes on by kicks and pushes."""
+    for method in ('kick', 'auto'):
+        stuck = element('kick_2', write={'method': method})
+        stuck.apply(SetFaults(Faults(actuator_stuck=True)))
+        for command in (Write(2), Read(), Write(1), Write(3), Erase()):
+            outcome = stuck.perform(command)
+            assert outcome.success, outcome.error
+    stuck.apply(SetMethod('kick'))
+    assert stuck.perform(Calibrate()).success
+    checks = {check.name: check.passed for check in stuck.perform(SelfTest()).checks}
+    assert [name for name, passed in checks.items() if not passed] == ['actuator']
+    assert 'level 3' in checks
+
+
+def test_auto_leaves_an_actuator_alone_that_does_not_follow():
+    """Where a throw would be fastest, it finds out, and pushes and kicks."""
+    stuck = with_wall(element('kick_3', write={'method': 'auto'}), 3)
+    design, settings = stuck.design, stuck.settings
+    assert route(design, settings, 3, 4)[0].how.strains
+    stuck.apply(SetFaults(Faults(actuator_stuck=True)))
+    outcome = stuck.perform(Write(4))
+    assert outcome.success, outcome.error
+    assert level(stuck) == 4
+    stuck.apply(SetMethod('strain'))
+    failed = stuck.perform(Write(5)).error
+    assert 'to level 5 needs strain, and the actuator does not follow' in failed
 
 
 def test_the_method_can_be_changed_while_time_runs():

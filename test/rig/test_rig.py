@@ -27,6 +27,8 @@ from mlmem_ros.device import (
     SetStrain,
     Settings,
     Write,
+    factory_calibration,
+    preset,
     snapshot,
 )
 from mlmem_ros.device.procedures.blocks import run
@@ -34,11 +36,11 @@ from mlmem_ros.device.procedures.listening import pulse_echo
 from mlmem_ros.device.settings import ScaleSettings, TimeSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.rig.driver import BEAT
+from mlmem_ros.rig.driver import BEAT, Rig
 from mlmem_ros.rig.frames import Kind, encode
 from mlmem_tools.rig.sensors import Sensors
 
-from .lines import Line, calibration, driven, emulated
+from .lines import ADDRESS, Line, calibration, driven, emulated
 
 SLOW = pytest.mark.slow
 
@@ -143,6 +145,23 @@ def test_a_rig_counts_in_its_own_units():
         element.advance()
     assert pytest.approx(2.25) == rig.chain.V_N
     assert element.driver.force() is not None
+
+
+def test_a_rig_without_an_actuator_says_so_and_is_written_by_kicks_and_pushes():
+    settings = preset('kick_3').settings
+    line = Line(emulated(settings, actuator=False))
+    driver = Rig(CASE_II, settings, ADDRESS, line)
+    element = MemoryElement(CASE_II, settings, factory_calibration(CASE_II, settings), driver)
+    assert not element.settings.actuator.present
+    for command in (Write(5), Write(2), Erase()):
+        outcome = element.perform(command)
+        assert outcome.success, outcome.error
+    assert line.rig.chain.V_N == 0.0
+    with pytest.raises(Refused, match='a strain needs an actuator'):
+        element.apply(SetStrain(0.01))
+    by_strain = driven(Line(emulated(actuator=False)))
+    with pytest.raises(Refused, match='level 3 is reached only by strain'):
+        by_strain.perform(Write(3))
 
 
 @pytest.mark.parametrize('number', [1, 3])

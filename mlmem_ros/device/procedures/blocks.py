@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from ..end import End
-from ..errors import ProcedureFailed
+from ..errors import NotFollowed
 from ..events import Check
 from ..instrument import LONGEST_RUN, Instrument
 from ..memory import Memory
@@ -85,7 +85,7 @@ def ramp(
     """Move the strain smoothly and wait until it arrives.
 
     Raises:
-        ProcedureFailed: The actuator does not follow, even in twice the time.
+        NotFollowed: The actuator does not follow, even in twice the time.
     """
     element.progress.phase = STRAINING
     element.actuator.ramp_to(strain, duration, delay)
@@ -95,7 +95,7 @@ def ramp(
     patience = math.ceil(duration / element.tick)
     while abs((encoder := element.linkage.encoder) - strain) > allowed:
         if patience == 0:
-            raise ProcedureFailed(
+            raise NotFollowed(
                 f'the actuator does not follow: it is at a strain of {encoder:.4f} instead of '
                 f'{strain:.4f}'
             )

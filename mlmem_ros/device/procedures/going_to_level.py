@@ -5,10 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+from ..errors import NotFollowed
 from ..memory import Memory
-from ..moves import How, cycle_of, gentle, half_period, paper_way, route
-from ..reading import BLANK, UNDECODABLE
+from ..moves import How, Move, cycle_of, gentle, half_period, paper_way, route
+from ..reading import BLANK, UNDECODABLE, describe_level
+from ..settings import Settings
 from ..trims import Trim, trimmed
 from .blocks import Procedure, kick, launch, play
 from .erasing import erase, push_out
@@ -23,6 +26,7 @@ def go_to_level(
     *,
     nudge: float = 1.0,
     plainly: bool = False,
+    strained: bool = True,
     trims: Sequence[Trim] | None = None,
 ) -> Procedure[None]:
     """Drive the wall from the level that was read to another by the fastest moves, open loop.
@@ -34,11 +38,18 @@ def go_to_level(
         force: Factor on the peak strains of steps up, within the actuator's limit.
         nudge: Factor on the speed of a kick, within the transducer's limit.
         plainly: Use only steps up and a kink, as in the paper.
+        strained: Whether to use the actuator, if there is one.
         trims: Trims by the level to which a move goes; by default those learnt.
+
+    Raises:
+        ProcedureFailed: There is no way; `NotFollowed` if there is only one by strain, and the
+            actuator does not follow.
     """
     design, settings = element.design, element.settings
     trims = element.calibration.pulses(settings) if trims is None else trims
     settings = paper_way(settings) if plainly else element.calibration.adapt(settings)
+    if not strained:
+        settings = replace(settings, actuator=replace(settings.actuator, present=False))
     if present == UNDECODABLE:
         yield from erase(element, plainly=plainly)
         present = BLANK
@@ -54,16 +65,29 @@ def go_to_level(
         if move.how is How.ERASE:
             yield from erase(element, plainly=plainly)
             continue
-        element.begin_cycle()
-        if move.how is How.LAUNCH:
-            given = trimmed(settings, trims[move.target])
-            yield from launch(element, given.write, design.D_s2)
-            continue
-        given = gentle(settings) if move is moves[-1] else settings
-        if move.how is How.STEP:
-            given = trimmed(given, trims[move.target])
-        elif move.how is How.STROKE:
-            given = element.calibration.adapt(given, move.start)
-        delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0
-        yield from play(element, cycle_of(design, given, move, force), delay)
+        last = move is moves[-1] and move.how is not How.LAUNCH
+        try:
+            yield from _strain(
+                element, gentle(settings) if last else settings, move, trims[move.target], force
+            )
+        except NotFollowed as failure:
+            needy = f'a {move.how.value} to {describe_level(move.target)} needs strain'
+            raise NotFollowed(f'{needy}, and {failure}') from None
     yield from settle(element, settings.write.final_settle)
+
+
+def _strain(
+    element: Memory, settings: Settings, move: Move, trim: Trim, force: float
+) -> Procedure[None]:
+    """Make a move by strain."""
+    design = element.design
+    element.begin_cycle()
+    if move.how is How.LAUNCH:
+        yield from launch(element, trimmed(settings, trim).write, design.D_s2)
+        return
+    if move.how is How.STEP:
+        settings = trimmed(settings, trim)
+    elif move.how is How.STROKE:
+        settings = element.calibration.adapt(settings, move.start)
+    delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0
+    yield from play(element, cycle_of(design, settings, move, force), delay)

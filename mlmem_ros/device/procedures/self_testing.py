@@ -14,7 +14,9 @@ from ..end import End
 from ..errors import ProcedureFailed
 from ..events import Check
 from ..memory import Memory
+from ..moves import pushes
 from ..reading import UNDECODABLE, Reading, describe_level
+from ..trims import kicked
 from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
 from .erasing import erase
 from .listening import look, noise_floor, quiet
@@ -34,8 +36,8 @@ Tested = tuple[bool, str, dict[str, float]]
 def self_test(element: Memory) -> Procedure[Result]:
     """Test everything, with one check each, and restore the content.
 
-    If a transducer or the actuator fails, nothing is written and the content stays. A failing
-    level does not stop the test of others.
+    If a transducer or the actuator fails, nothing is written and the content stays; but kicks and
+    pushes need no actuator. A failing level does not stop the test of others.
 
     Raises:
         ProcedureFailed: The content cannot be read and so could not be restored; nothing is
@@ -51,9 +53,11 @@ def self_test(element: Memory) -> Procedure[Result]:
     checks = []
     for end in element.calibration.ends:
         checks.append((yield from _tried(f'transducer {end}', _hear(element, end))))
-    if _passed(checks) and element.settings.actuator.present:
+    able = _passed(checks)
+    if able and element.settings.actuator.present:
         checks.append((yield from _tried('actuator', _strain(element))))
-    if _passed(checks):
+        able = checks[-1].passed or _strainless(element)
+    if able:
         checks.append((yield from _tried('erase', _erase(element))))
         register = element.register
         words = register.code.each if register else range(element.design.levels)
@@ -74,6 +78,13 @@ def _tried(name: str, test: Procedure[Tested]) -> Procedure[Check]:
 
 def _passed(checks: list[Check]) -> bool:
     return all(check.passed for check in checks)
+
+
+def _strainless(element: Memory) -> bool:
+    """Return whether every level is written without strain, and the strain is zero."""
+    settings = element.settings
+    kicks = all(kicked(settings, level) for level in range(element.design.levels))
+    return kicks and pushes(settings) and element.linkage.encoder == 0.0
 
 
 def _hear(element: Memory, end: End) -> Procedure[Tested]:

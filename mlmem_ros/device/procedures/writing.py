@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from ..errors import ProcedureFailed
+from ..errors import NotFollowed, ProcedureFailed
 from ..memory import Memory
 from ..reading import UNDECODABLE, Reading, describe_level
 from . import estimates
@@ -25,7 +25,8 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     times greater, because a wall that did not follow was not pulled hard enough. A wall that
     stopped on its way also reads as the nearest level, but later steps would fail: with a margin
     below `write.min_margin` it is written again. The last attempt uses only steps up and a kink.
-    A kick that went too far is made slower, one that fell short faster.
+    A kick that went too far is made slower, one that fell short faster. With `write.method` auto
+    an actuator that does not follow is left alone: kicks and pushes go on.
     An element that has learnt its pulses is taken up step by step instead, and goes on learning.
     Where both ends hear something and do not agree, it listens once more before that.
 
@@ -39,7 +40,8 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         reading = yield from look(element)
     learnt = element.calibration.trims is not None
     present, seen, nudge = reading.level, [], 1.0
-    strained = element.settings.write.method != 'kick' and element.settings.actuator.present
+    method = element.settings.write.method
+    strained = element.settings.actuator.present
     for attempt in range(1, attempts + 1):
         element.progress.tried('write', attempt)
         estimates.expect(element, estimates.writing(element, present, level))
@@ -53,11 +55,18 @@ def write(element: Memory, level: int) -> Procedure[Result]:
 
                 yield from climb(element, present, level)
             else:
-                plainly = strained and 1 < attempt == attempts
+                plainly = strained and method != 'kick' and 1 < attempt == attempts
                 force = _force(element, attempt)
-                yield from go_to_level(
-                    element, present, level, force, nudge=nudge, plainly=plainly
-                )
+                try:
+                    yield from go_to_level(
+                        element, present, level, force,
+                        nudge=nudge, plainly=plainly, strained=strained,
+                    )  # fmt: skip
+                except NotFollowed:
+                    if method != 'auto' or not strained:
+                        raise
+                    strained = False  # from here on by kicks and pushes
+                    yield from return_to_zero(element)
             reading = yield from look(element)
             if _both_heard(reading):  # a wall that has just arrived swings, and its echoes with it
                 reading = yield from look(element)
