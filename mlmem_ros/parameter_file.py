@@ -82,8 +82,12 @@ def node_parameters(config: str) -> str | dict[str, str]:
     if not path.is_file():
         raise ParameterFileError(
             f'config must be the path of a parameter file, or one of {", ".join(PRESETS)}; '
-            f'got {config!r}'
+            f'got {clipped(config)}'
         )
+    try:
+        read(path)  # ROS would read any file to its end
+    except DecodeError as error:
+        raise ParameterFileError(str(error)) from error
     return str(path)
 
 

@@ -8,6 +8,7 @@ import json
 import math
 import os
 import pkgutil
+import signal
 import time
 import tracemalloc
 from pathlib import Path
@@ -38,6 +39,7 @@ from mlmem_ros.parameter_file import load as load_parameters
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.rig.hello import Hello
 from mlmem_ros.session import messages, records
+from mlmem_tools.cli.main import main
 
 OPEN = ('initial', 'parameters', 'packages', 'details')
 """Keys whose values are read by others, later or never."""
@@ -286,3 +288,53 @@ def test_texts_that_are_not_what_they_should_be():
             from_json(text)
     with pytest.raises(DecodeError, match='No such file'):
         read('/nowhere/at all')
+
+
+COMMANDS = (
+    'inspect {}', 'inspect {} --repair {new}', 'replay {}', 'view {}', 'view --start {}',
+    'design check {}', 'design check case_2 --element {}', 'fit {} --output {new}',
+    'fit {}.csv --design case_2', 'fit {}.csv --design {}', 'plan {} --output {new}',
+    'margins --design {} --output {new}', 'standard_problems {}',
+)  # fmt: skip
+"""Commands that read a file."""
+
+
+@pytest.fixture
+def at_once():
+    """Fail after ten seconds of waiting, which a pipe without a writer would take for ever."""
+
+    def interrupt(*_):
+        pytest.fail('it waits')  # no error that a command would catch
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 10.0)
+    yield
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+@pytest.mark.parametrize('kind', ['pipe', 'device', 'huge', 'NUL', 'folder', 'absent'])
+def test_a_command_refuses_what_is_no_file_at_once(command, kind, tmp_path, capsys, at_once):
+    for name in ('named', 'named.csv'):
+        path = tmp_path / name
+        if kind == 'pipe':
+            os.mkfifo(path)
+        elif kind == 'device':
+            path.symlink_to('/dev/zero')
+        elif kind == 'huge':
+            with path.open('wb') as file:
+                file.truncate(50 * 10**9)
+        elif kind == 'folder':
+            path.mkdir()
+    given = str(tmp_path / ('na\0med' if kind == 'NUL' else 'named'))
+    words = [word.format(given, new=tmp_path / 'new') for word in command.split()]
+    try:
+        status = main(words)
+    except SystemExit as end:
+        status = end.code
+    told = capsys.readouterr().err
+    assert status in (1, 2), told
+    assert 'Traceback' not in told
+    assert len(told) < 1000
+    assert not (tmp_path / 'new').exists()

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros import __version__
+from mlmem_ros import __version__, outside
 from mlmem_ros.device import Erase, MemoryElement, Read, Settings, Write, new_element, preset
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.register import LEFT_OVER, NOISE, forecasts
@@ -178,7 +178,7 @@ def with_reads(presets: Iterable[str]) -> list[str]:
 
 def load(path: Path) -> dict[str, Any]:
     """Return a result file."""
-    result = json.loads(path.read_text(encoding='utf-8'))
+    result = json.loads(outside.read(path))
     assert isinstance(result, dict), path
     return result
 

@@ -17,6 +17,7 @@ try:  # ten times as fast
 except ImportError:  # PyYAML was built without libyaml
     from yaml import SafeDumper
 
+from .. import durable
 from ..clipped import clipped
 from ..outside import from_yaml
 from .contents import TopicInfo
@@ -144,7 +145,7 @@ def read_metadata(directory: Path) -> BagMetadata | None:
     with storage_errors(f'read {path}'):
         if not path.exists():
             return None
-        with path.open('rb') as file:
+        with durable.open_regular(path) as file:
             text = file.read(4 * _LONGEST_TEXT + 1).decode('utf-8', errors='replace')
     return parse_metadata(text)
 

@@ -7,6 +7,7 @@ The disk is real; where it has to fail or hang, a function replaces it.
 
 import dataclasses
 import math
+import os
 import re
 import shutil
 import threading
@@ -16,11 +17,24 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import Faults, Read, Refused, SetStrain, Write, snapshot
+from mlmem_ros.device import (
+    Faults,
+    Read,
+    Refused,
+    SetStrain,
+    SettingsError,
+    Write,
+    snapshot,
+)
 from mlmem_ros.host import Overdue, State, state_file
 from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
-from mlmem_ros.host.settings import PublishSettings, RecordSettings, StateSettings
+from mlmem_ros.host.settings import (
+    DeviceSettings,
+    PublishSettings,
+    RecordSettings,
+    StateSettings,
+)
 from mlmem_ros.physics import CASE_II, StateError
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
@@ -328,11 +342,22 @@ def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
     assert host.sessions.current is None
 
 
+def test_a_session_without_ticks_has_a_state_that_agrees(serve, record):
+    service = serve()
+    host = service.activate()
+    host.pause(True).result(SOON)
+    host.record(service.plan(record)).result(SOON)
+    report = replay(load(host.record(None).result(SOON)))
+    assert (report.ticks, report.hashes, report.equal_hashes) == (0, 1, 1)
+    assert report.passed
+
+
 def test_stopping_a_failed_recording_reports_the_failure(serve, record):
     service = serve()
     host = service.activate()
     path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
-    shutil.rmtree(path)
+    while path.exists():  # it is written to at the same time
+        shutil.rmtree(path, ignore_errors=True)
     while host.sessions.current.status.error is None:
         assert host.submit(SetStrain(0.0)).answer.result(SOON) is None
     with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
@@ -368,6 +393,38 @@ def test_a_request_to_a_host_that_is_not_active_is_refused(serve, record):
     host.set_faults(Faults(sensor_noise=1e-6))
     host.on_timer()
     host.close()
+
+
+def no_file(kind, path):
+    """Put there what is no file, and return its path."""
+    if kind == 'pipe':
+        os.mkfifo(path)
+    elif kind == 'device':
+        path.symlink_to('/dev/zero')
+    elif kind == 'folder':
+        path.mkdir()
+    elif kind == 'huge':
+        with path.open('wb') as file:
+            file.truncate(50 * 10**9)
+    return str(path) + ('\0' if kind == 'NUL' else '')
+
+
+@pytest.mark.parametrize('kind', ['pipe', 'device', 'huge', 'NUL', 'folder'])
+@pytest.mark.parametrize('parameter', ['specimen', 'twin', 'state', 'calibration'])
+def test_what_is_no_file_is_refused_at_once(serve, tmp_path, parameter, kind):
+    if parameter in ('specimen', 'twin'):
+        given = DeviceSettings(**{parameter: no_file(kind, tmp_path / 'element.yaml')})
+        service = serve(device=given)
+    else:
+        suffix = '.calibration.json' if parameter == 'calibration' else '.json'
+        path = no_file(kind, tmp_path / f'element{suffix}').replace(suffix, '.json')
+        service = serve(state=StateSettings(path=path))
+    begun = time.monotonic()
+    with pytest.raises((SettingsError, StateError)) as refusal:
+        service.host.configure(service.given)
+    assert time.monotonic() - begun < 5.0  # the worker's patience is 10 s
+    assert len(str(refusal.value)) < 600
+    assert service.host.element is None
 
 
 def test_impossible_faults_refuse_the_configuration(serve):

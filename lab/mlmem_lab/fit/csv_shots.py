@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from mlmem_ros.clipped import printable
 from mlmem_ros.device.end import End
 from mlmem_ros.device.shot import Shot
+from mlmem_ros.outside import LONGEST, DecodeError, read
 
 from .fit import Misfitting
 
@@ -28,7 +30,7 @@ def load(path: Path) -> Shot:
         Misfitting: The file cannot be read, or holds no shot.
     """
     try:
-        lines = path.read_text(encoding='utf-8').splitlines()
+        lines = read(path).splitlines()
         head = dict(
             line[1:].strip().split(':', 1)
             for line in lines
@@ -43,8 +45,10 @@ def load(path: Path) -> Shot:
         samples = np.ascontiguousarray(np.genfromtxt(rows, delimiter=',', ndmin=2).T)
         if samples.shape[0] != 2 or not dt > 0.0:
             raise ValueError(f'two columns and a dt above 0 are needed; got {samples.shape[0]}')
-    except (OSError, UnicodeDecodeError, KeyError, ValueError) as error:
-        raise Misfitting(f'{path} must be a shot with {", ".join(HEAD)}: {error!r}') from error
+    except (KeyError, ValueError) as error:
+        why = printable(str(error) if isinstance(error, DecodeError) else repr(error), LONGEST)
+        told = printable(str(path), LONGEST)
+        raise Misfitting(f'{told} must be a shot with {", ".join(HEAD)}: {why}') from error
     return Shot(end, omega_c, A, sigma, wall, strain, dt, np.array((left, right)), samples)
 
 

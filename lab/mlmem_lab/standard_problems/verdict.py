@@ -5,11 +5,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from mlmem_ros import outside
+from mlmem_ros.clipped import clipped
 from mlmem_ros.physics import NOH_BATHE, PEFRL
 
 from . import PROBLEMS, Answers
@@ -83,24 +86,23 @@ def read_others(path: Path) -> dict[str, Answers]:
     """Return the answers of others: columns problem, quantity, value.
 
     Raises:
-        OSError: The file cannot be read.
-        ValueError: It has no such columns, or a value that is not a number.
+        ValueError: The file cannot be read, has no such columns, or a value that is not a number.
     """
     found: dict[str, Answers] = {}
-    with path.open(newline='', encoding='utf-8') as file:
-        rows = csv.DictReader(file)
+    rows = csv.DictReader(io.StringIO(outside.read(path), newline=''))
+    try:
         if not {'problem', 'quantity', 'value'} <= set(rows.fieldnames or ()):
-            raise ValueError(
-                f'{path} must have the columns problem, quantity, value; got {rows.fieldnames}'
-            )
+            names = clipped(rows.fieldnames)
+            raise ValueError(f'{path} must have the columns problem, quantity, value; got {names}')
         for row in rows:
             try:
                 value = float(row['value'])
             except (TypeError, ValueError):
                 value = math.nan
             if not math.isfinite(value):
-                raise ValueError(
-                    f'line {rows.line_num}: value must be a number; got {row["value"]}'
-                )
+                got = clipped(row['value'])
+                raise ValueError(f'line {rows.line_num}: value must be a number; got {got}')
             found.setdefault(row['problem'], {})[row['quantity']] = value
+    except csv.Error as error:
+        raise ValueError(f'{path} must be CSV: {error}') from error
     return found
