@@ -141,6 +141,7 @@ class _Player:
             due[tick].append(given)
         first = self._element.ticks
         self._stops = sorted({*due, *self._hashes})
+        self._look()  # a session without ticks has the hash of its first state
         reported = first
         while (now := self._element.ticks) < last:
             for given in due.get(now, ()):
@@ -191,6 +192,10 @@ class _Player:
         self._report.ticks += self._element.ticks - begun
         if self._streams is not None:
             self._streams.tick(self._element, events)
+        self._look()
+
+    def _look(self) -> None:
+        """Compare the state, if it was recorded at this tick."""
         recorded = self._hashes.get(self._element.ticks)
         if recorded is not None:
             self._compare_state(recorded)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -141,6 +142,18 @@ def whole(text: str) -> int:
         raise argparse.ArgumentTypeError(f'invalid int value: {text!r}') from None
 
 
+def _seconds(text: str) -> float:
+    try:
+        if float(text) > 0.0:
+            return float(text)
+    except ValueError:
+        pass
+    raise argparse.ArgumentTypeError(f'must be a time above 0 s; got {text!r}')
+
+
+ENDLESS = dict.fromkeys(('calibrate', 'self_test', 'survey'), math.inf)
+"""Work that takes as long as the element has levels: the node's end is noticed anyway."""
+
 TYPES: dict[str, Callable[[str], Any]] = {'int': whole, 'str': str}
 
 
@@ -149,6 +162,8 @@ def _procedure(name: str, row: Procedure) -> Command:
 
     def ask(client: MemoryClient, given: argparse.Namespace) -> Reply[Any]:
         wanted = {argument: getattr(given, argument) for argument, *_ in row.arguments}
+        if (timeout := given.timeout or ENDLESS.get(name)) is not None:
+            wanted['timeout'] = timeout
         own = getattr(client, name, None)  # with the time-out that suits it
         return own(**wanted) if own is not None else client.procedure(name, **wanted)
 
@@ -165,6 +180,15 @@ def _procedure(name: str, row: Procedure) -> Command:
         )
         for argument, kind, default, description in row.arguments
     ]
+    until = 'as long as the node is there' if name in ENDLESS else 'as MemoryClient waits'
+    options.append(
+        option(
+            '--timeout',
+            type=_seconds,
+            metavar='S',
+            help=f'longest wait for the answer in seconds; default: {until}',
+        )
+    )
     describe = DESCRIBED.get(name, _found)
     return _request(row.meaning, ask, describe, *options, more=MORE.get(name, ''))
 

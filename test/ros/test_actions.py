@@ -130,13 +130,21 @@ def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
 
 @pytest.mark.parametrize(
     ('name', 'goal', 'why'),
-    [('write', {'level': 99}, 'level must be'), ('read', {'end': 'top'}, 'end must be')],
-)
+    [('write', {'level': 99}, 'level must be'), ('read', {'end': 'top'}, 'end must be'),
+     ('write', {'level': 65541}, 'level must be'),  # 5, if it were cut to 16 bits
+     ('write', {'level': -(2**63)}, 'level must be')],
+)  # fmt: skip
 def test_a_goal_that_is_refused_says_why(tool, name, goal, why):
     ended = tool(name).do(**goal)
     assert ended.status == ABORTED
     assert ended.result.error_code == ended.result.REFUSED
     assert why in ended.result.error
+
+
+def test_a_level_of_more_than_16_bits_changes_nothing(tool, robot):
+    assert tool('write').do(level=2).result.level == 2
+    assert tool('write').do(level=65541).status == ABORTED
+    assert tool('read').do().result.level == 2
 
 
 def test_a_second_goal_is_refused_as_busy(tool):

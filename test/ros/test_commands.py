@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from robot import BLANK, Robot
 
+from mlmem_ros import MemoryClient
 from mlmem_ros.device import Read
 from mlmem_ros.ros.client.play import play
 from mlmem_ros.ros.node_process import child
@@ -110,6 +111,17 @@ def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside
     assert levels == tuple(range(8))
     assert left == tuple(sorted(left))
     assert right == tuple(sorted(right, reverse=True))
+
+
+def test_long_work_is_awaited_whatever_the_client_would_wait(memory, inside, monkeypatch):
+    monkeypatch.setattr(MemoryClient.calibrate, '__defaults__', (0.01,))
+    assert inside('calibrate')[0] == 0
+    status, _, complaint = inside('calibrate', '--timeout', '0.01')
+    assert status == 1
+    assert 'did not answer calibrate within 0.01 s' in complaint
+    with pytest.raises(SystemExit):
+        inside('calibrate', '--timeout', '0')
+    assert inside('self_test')[0] == 0  # once the node has ended what it went on with
 
 
 def test_abort_stops_a_write(memory, robot, inside):
