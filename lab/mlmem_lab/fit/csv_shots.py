@@ -47,8 +47,8 @@ def load(path: Path) -> Shot:
             raise ValueError(f'two columns and a dt above 0 are needed; got {samples.shape[0]}')
     except (KeyError, ValueError) as error:
         why = printable(str(error) if isinstance(error, DecodeError) else repr(error), LONGEST)
-        told = printable(str(path), LONGEST)
-        raise Misfitting(f'{told} must be a shot with {", ".join(HEAD)}: {why}') from error
+        name = printable(str(path), LONGEST)
+        raise Misfitting(f'{name} must be a shot with {", ".join(HEAD)}: {why}') from error
     return Shot(end, omega_c, A, sigma, wall, strain, dt, np.array((left, right)), samples)
 
 
