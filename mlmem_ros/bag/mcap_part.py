@@ -26,7 +26,6 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
-from .. import durable
 from ..clipped import printable
 from .contents import NOT_CLOSED, OFFERED_QOS, TYPE_HASH, Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
@@ -94,7 +93,7 @@ class McapPart:
         self.blocks: list[Block] = []
         self.metadata_text: str | None = None
         self.losses: list[Loss] = []
-        with storage_errors(f'read {path}'), durable.open_regular(path) as stream:
+        with storage_errors(f'read {path}'), path.open('rb') as stream:
             magic = stream.read(len(MCAP0_MAGIC))
             if not MCAP0_MAGIC.startswith(magic):
                 raise BagError(f'{path} must be an MCAP file; it begins with {magic!r}.')
@@ -172,7 +171,7 @@ class McapPart:
         yield from sorted(self._written(block, wanted), key=attrgetter('log_time'))
 
     def _written(self, block: Block, wanted: Mapping[int, tuple[str, str]]) -> list[Message]:
-        with storage_errors(f'read {self.path}'), durable.open_regular(self.path) as stream:
+        with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
             stream.seek(block.offset)
             content = BytesIO(stream.read(block.end - block.offset))
         try:

@@ -14,6 +14,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import durable
 from ..clipped import clipped
 from . import jazzy
 from .contents import Definition, Loss, Message, TopicInfo
@@ -159,6 +160,9 @@ class BagReader:
         parts, errors = [], []
         for file in files:
             try:
+                with storage_errors(f'read {file}'):
+                    for each in file.iterdir() if file.is_dir() else [file]:
+                        durable.require_regular(each)  # a pipe would never end
                 parts.append(kind(file))
             except BagError as error:
                 errors.append(error)

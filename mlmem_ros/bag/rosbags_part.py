@@ -14,9 +14,8 @@ from typing import cast
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat
 from rosbags.rosbag2 import Reader
 
-from .. import durable
 from .contents import Definition, Loss, Message, TopicInfo
-from .errors import BagError, storage_errors
+from .errors import BagError
 from .qos import dump
 
 _ENCODINGS = {
@@ -35,9 +34,6 @@ class RosbagsPart:
         Raises:
             BagError: It cannot be read to its end.
         """
-        with storage_errors(f'read {path}'):
-            for file in path.iterdir() if path.is_dir() else [path]:
-                durable.require_regular(file)
         self.path = path
         self.topics: dict[str, TopicInfo] = {}
         self.definitions: dict[str, Definition] = {}
