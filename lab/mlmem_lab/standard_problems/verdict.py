@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mlmem_ros import outside
-from mlmem_ros.clipped import clipped
+from mlmem_ros.clipped import clipped, printable
 from mlmem_ros.physics import NOH_BATHE, PEFRL
 
 from . import PROBLEMS, Answers
@@ -100,7 +100,7 @@ def read_others(path: Path) -> dict[str, Answers]:
             except (TypeError, ValueError):
                 value = math.nan
             if not math.isfinite(value):
-                got = clipped(row['value'])
+                got = printable(str(row['value']), 60)
                 raise ValueError(f'line {rows.line_num}: value must be a number; got {got}')
             found.setdefault(row['problem'], {})[row['quantity']] = value
     except csv.Error as error:
