@@ -13,7 +13,6 @@ import stat
 from contextlib import suppress
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
-from typing import BinaryIO
 
 _AT_ONCE = 2**20  # bytes per read
 
@@ -179,9 +178,13 @@ def read_text(path: Path, most: int = MOST) -> str:
         ValueError: It is not UTF-8, larger than `most`, or a device, a pipe or the like, which
             may never end; or the path has a NUL character.
     """
-    descriptor = _open_regular(path)
+    # Without waiting for the writer of a pipe.
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     content = bytearray()
     try:
+        mode = os.fstat(descriptor).st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # reading a folder says what it is
+            raise ValueError('it is not a regular file')
         while piece := os.read(descriptor, _AT_ONCE):
             content += piece
             if len(content) > most:
@@ -189,26 +192,6 @@ def read_text(path: Path, most: int = MOST) -> str:
         return content.decode()
     finally:
         os.close(descriptor)
-
-
-def open_regular(path: Path) -> BinaryIO:
-    """Open a regular file of any size for reading; raises as `read_text`."""
-    return os.fdopen(_open_regular(path), 'rb')
-
-
-def require_regular(path: Path) -> None:
-    """Make sure that a file which a library will open is regular; raises as `read_text`."""
-    os.close(_open_regular(path))
-
-
-def _open_regular(path: Path) -> int:
-    # Without waiting for the writer of a pipe.
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
-    mode = os.fstat(descriptor).st_mode
-    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # reading a folder says what it is
-        os.close(descriptor)
-        raise ValueError('it is not a regular file')
-    return descriptor
 
 
 class Claimed(OSError):

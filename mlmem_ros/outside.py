@@ -14,6 +14,7 @@ import dataclasses
 import enum
 import functools
 import json
+import stat
 import types
 import typing
 from collections.abc import Mapping, Sequence
@@ -61,6 +62,20 @@ def read(path: Path | str, most: int = durable.MOST) -> str:
         return durable.read_text(Path(path), most)
     except (OSError, ValueError) as error:
         raise DecodeError(f'{clipped(str(path))}: {durable.reason(error)}') from error
+
+
+def require_regular(path: Path) -> None:
+    """Make sure that what a library will open is a file or folder: a pipe may never end.
+
+    Raises:
+        DecodeError: It is not, or not there.
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError) as error:
+        raise DecodeError(f'{clipped(str(path))}: {durable.reason(error)}') from error
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise DecodeError(f'{clipped(str(path))}: it is not a regular file')
 
 
 def from_json(text: str | bytes) -> Any:

@@ -17,9 +17,8 @@ try:  # ten times as fast
 except ImportError:  # PyYAML was built without libyaml
     from yaml import SafeDumper
 
-from .. import durable
 from ..clipped import clipped
-from ..outside import from_yaml
+from ..outside import from_yaml, require_regular
 from .contents import TopicInfo
 from .errors import BagError, storage_errors
 
@@ -145,7 +144,8 @@ def read_metadata(directory: Path) -> BagMetadata | None:
     with storage_errors(f'read {path}'):
         if not path.exists():
             return None
-        with durable.open_regular(path) as file:
+        require_regular(path)
+        with path.open('rb') as file:
             text = file.read(4 * _LONGEST_TEXT + 1).decode('utf-8', errors='replace')
     return parse_metadata(text)
 

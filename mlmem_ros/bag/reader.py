@@ -14,8 +14,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import durable
 from ..clipped import clipped
+from ..outside import require_regular
 from . import jazzy
 from .contents import Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
@@ -162,7 +162,7 @@ class BagReader:
             try:
                 with storage_errors(f'read {file}'):
                     for each in file.iterdir() if file.is_dir() else [file]:
-                        durable.require_regular(each)  # a pipe would never end
+                        require_regular(each)
                 parts.append(kind(file))
             except BagError as error:
                 errors.append(error)

@@ -9,12 +9,11 @@ import fcntl
 import io
 import json
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from mlmem_ros import durable
 from mlmem_ros.durable import write_atomically
+from mlmem_ros.outside import DecodeError, require_regular
 
 from .campaign import Campaign, CampaignError, Row
 
@@ -46,7 +45,7 @@ class Ledger:
         """
         self.path = path
         self.rows: dict[int, Row] = {}
-        with suppress(FileNotFoundError):
+        if path.exists():
             _require_regular(path)
         self._stream: IO[bytes] = path.open('ab+')
         try:
@@ -124,7 +123,8 @@ def read(path: Path) -> tuple[dict[str, Any], list[Row]]:
         CampaignError: It is not a ledger.
         OSError: It cannot be read.
     """
-    _require_regular(path)
+    if path.exists():
+        _require_regular(path)
     content = path.read_bytes()
     definition, rows = _parsed(path, content[: content.rfind(b'\n') + 1])
     return definition, [rows[point] for point in sorted(rows)]
@@ -132,9 +132,9 @@ def read(path: Path) -> tuple[dict[str, Any], list[Row]]:
 
 def _require_regular(path: Path) -> None:
     try:
-        durable.require_regular(path)
-    except ValueError as error:
-        raise CampaignError(f'{path} cannot be a ledger: {error}') from error
+        require_regular(path)
+    except DecodeError as error:
+        raise CampaignError(str(error)) from error
 
 
 def _parsed(path: Path, content: bytes) -> tuple[dict[str, Any], dict[int, Row]]:
