@@ -14,6 +14,9 @@ from .. import durable
 from .contents import Definition
 from .errors import BagError, storage_errors
 
+LIBRARY = 'mlmem_ros'
+"""Begins the name of the program in our files."""
+
 METADATA_NAME = 'rosbag2'
 """Name of the MCAP metadata record in which rosbag2 keeps its metadata."""
 
@@ -48,7 +51,7 @@ class McapFile:
         )
         try:
             with storage_errors(f'write {path}'):
-                self._writer.start('ros2', f'mlmem_ros {LIBRARY_IDENTIFIER}')
+                self._writer.start('ros2', f'{LIBRARY} {LIBRARY_IDENTIFIER}')
         except BagError:
             self.abandon()
             raise

@@ -3,15 +3,16 @@
 """Read one MCAP file as far as possible, whether whole, truncated or damaged.
 
 The records are read from the front, in the order they were written, and parsed by `mcap`; each
-chunk is checked by its CRC. No index or summary is needed: a killed recorder leaves none. A chunk
-is read whole or not at all: the start of a damaged one may look right and be wrong. Nothing after
-a damaged length field is recovered.
+chunk is checked by its CRC, and so is the whole file if its recorder gave it one. No index or
+summary is needed: a killed recorder leaves none. A chunk is read whole or not at all: the start of
+a damaged one may look right and be wrong. Nothing after a damaged length field is recovered.
 """
 
 from __future__ import annotations
 
 import heapq
 import struct
+import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -32,9 +33,13 @@ from .errors import BagError, storage_errors
 from .mcap_file import METADATA_NAME
 
 _HEAD = struct.Struct('<BQ')  # opcode and length of a record
-_READ = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA}
+_READ = {
+    *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
+    *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
+}
 _LARGEST_CHUNK = 2**27  # bytes, uncompressed; a file of a megabyte must not fill the memory
 _RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
+_FOOTER_COVERED = 16  # bytes of a footer that precede its CRC, and are covered by it
 _COMPRESSIONS = {'', 'lz4', 'zstd'}
 
 
@@ -78,6 +83,7 @@ class McapPart:
         channels: Channels by id.
         blocks: Where the messages are, in file order.
         metadata_text: The last metadata record that rosbag2 wrote; None without one.
+        library: The program that wrote it.
         losses: What could not be read.
     """
 
@@ -92,6 +98,7 @@ class McapPart:
         self.channels: dict[int, records.Channel] = {}
         self.blocks: list[Block] = []
         self.metadata_text: str | None = None
+        self.library = ''
         self.losses: list[Loss] = []
         with storage_errors(f'read {path}'), path.open('rb') as stream:
             magic = stream.read(len(MCAP0_MAGIC))
@@ -201,9 +208,11 @@ class McapPart:
         for opcode, offset, end in _spans(stream, start):
             if opcode == Opcode.DATA_END:
                 note = '; all messages precede it'
-            elif opcode in _READ:
+            if opcode in _READ:
                 try:
                     found = _parsed(stream, offset, end)
+                    if not self.losses:
+                        _check_crc(stream, found[0], offset)
                 except DamageError as damage:
                     reason = f'the record is damaged: {damage}{note}'
                     self.losses.append(Loss(self.path, offset, end - offset, reason))
@@ -219,11 +228,13 @@ class McapPart:
 
     def _take(self, found: list[records.McapRecord], offset: int, end: int, chunked: bool) -> None:
         for record in found:
-            # The first definition stands: the summary, which repeats it, is not checked.
+            # The first definition stands; the summary repeats it.
             if isinstance(record, records.Schema):
                 self.schemas.setdefault(record.id, record)
             elif isinstance(record, records.Channel):
                 self.channels.setdefault(record.id, record)
+            elif isinstance(record, records.Header):
+                self.library = record.library
             elif isinstance(record, records.Metadata) and record.name == METADATA_NAME:
                 self.metadata_text = record.metadata.get('serialized_metadata', self.metadata_text)
         messages = [each for each in found if isinstance(each, records.Message)]
@@ -275,6 +286,23 @@ def _parsed(stream: BinaryIO, offset: int, end: int) -> list[records.McapRecord]
         return [record]
     except Exception as error:  # parsers and decompressors have no common error class
         raise DamageError(printable(str(error) or repr(error), 200)) from error
+
+
+def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> None:
+    """Compare what precedes the end of the data, or of the summary, with its CRC if it has one."""
+    if isinstance(record, records.DataEnd):
+        begin, end, crc = 0, offset, record.data_section_crc
+    elif isinstance(record, records.Footer):
+        begin = record.summary_start or offset
+        end, crc = offset + _HEAD.size + _FOOTER_COVERED, record.summary_crc
+    else:
+        return
+    found = 0
+    stream.seek(begin)
+    while crc and (piece := stream.read(min(_RUN_SIZE, end - begin))):
+        found, begin = zlib.crc32(piece, found), begin + len(piece)
+    if crc and found != crc:
+        raise DamageError('what precedes it has changed, by its CRC')
 
 
 def _check_claims(chunk: records.Chunk) -> None:

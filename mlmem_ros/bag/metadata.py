@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -140,14 +141,24 @@ def read_metadata(directory: Path) -> BagMetadata | None:
     Raises:
         BagError: The file cannot be read or is not rosbag2 metadata.
     """
+    text = read_text(directory)
+    return None if text is None else parse_metadata(text)
+
+
+def read_text(directory: Path) -> str | None:
+    """Return the text of ``metadata.yaml``; see `read_metadata`."""
     path = directory / FILE_NAME
     with storage_errors(f'read {path}'):
         if not path.exists():
             return None
         require_regular(path)
         with path.open('rb') as file:
-            text = file.read(4 * _LONGEST_TEXT + 1).decode('utf-8', errors='replace')
-    return parse_metadata(text)
+            return file.read(4 * _LONGEST_TEXT + 1).decode('utf-8', errors='replace')
+
+
+def rooted(text: str) -> str:
+    """Return the text of a metadata record as it stands in ``metadata.yaml``."""
+    return f'{_ROOT}:\n{textwrap.indent(text, "  ")}'
 
 
 def _node(

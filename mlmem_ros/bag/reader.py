@@ -19,8 +19,9 @@ from ..outside import require_regular
 from . import jazzy
 from .contents import Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
+from .mcap_file import LIBRARY
 from .mcap_part import McapPart
-from .metadata import FILE_NAME, BagMetadata, parse_metadata, read_metadata
+from .metadata import FILE_NAME, BagMetadata, parse_metadata, read_text, rooted
 
 if TYPE_CHECKING:
     from .rosbags_part import RosbagsPart
@@ -47,9 +48,11 @@ class BagReader:
                 raise BagError(f'{self.path} must be a bag directory or file; it does not exist.')
             directory = self.path.is_dir()
         self._losses: list[Loss] = []
+        self._metadata_text: str | None = None
         metadata = self._read_metadata() if directory else None
         with storage_errors(f'read {self.path}'):
             self._parts = self._open(self._files(metadata) if directory else [self.path], metadata)
+        self._check_metadata()
         self.metadata = metadata or self._recorded_metadata()
         """The recorder's last metadata, or None if it wrote none."""
         self.topics: dict[str, TopicInfo] = {}
@@ -132,7 +135,8 @@ class BagReader:
 
     def _read_metadata(self) -> BagMetadata | None:
         try:
-            return read_metadata(self.path)
+            self._metadata_text = read_text(self.path)
+            return None if self._metadata_text is None else parse_metadata(self._metadata_text)
         except BagError as error:
             self._losses.append(Loss.of(self.path / FILE_NAME, error))
             return None
@@ -170,6 +174,14 @@ class BagReader:
         if not parts:
             raise errors[0]
         return parts
+
+    def _check_metadata(self) -> None:
+        """Compare ``metadata.yaml`` with the copy in the last file, if we wrote and closed it."""
+        text, last = self._metadata_text, self._parts[-1]
+        ours = isinstance(last, McapPart) and last.library.startswith(LIBRARY) and not last.losses
+        if text and ours and last.metadata_text and text != rooted(last.metadata_text):
+            reason = 'it has changed: the bag holds another copy'
+            self._losses.append(Loss(self.path / FILE_NAME, 0, 0, reason))
 
     def _recorded_metadata(self) -> BagMetadata | None:
         texts = [part.metadata_text for part in self._parts if part.metadata_text is not None]

@@ -12,7 +12,7 @@ from os import PathLike
 from pathlib import Path
 
 from ..durable import make_directory, write_atomically
-from . import jazzy
+from . import digest, jazzy
 from .contents import OFFERED_QOS, TYPE_HASH, Definition, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_file import McapFile, check_library
@@ -48,6 +48,7 @@ class BagWriter:
         max_bytes: int = 0,
         max_duration: float = 0.0,
         custom_data: Mapping[str, str] | None = None,
+        digests: str = '',
     ) -> None:
         """Create the bag.
 
@@ -58,6 +59,7 @@ class BagWriter:
             max_duration: Begin a new file once the current one spans this many seconds of
                 log time; 0 never does.
             custom_data: What ``metadata.yaml`` stores for the application.
+            digests: Name of the topic for hashes over all messages, see `digest`; empty: none.
 
         Raises:
             BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, the path
@@ -81,6 +83,12 @@ class BagWriter:
         self._metadata(root=True)  # refuses bad custom data before anything is created
         self._create_directory()
         self._open_file()
+        self._digests: _Channel | None = None
+        self._running = digest.Running()
+        self._latest = 0
+        if digests:
+            self.add_topic(digests, digest.TYPE)
+            self._digests = self._channels[digests]
 
     def __enter__(self) -> BagWriter:
         return self
@@ -169,6 +177,7 @@ class BagWriter:
         self._require_open()
         if self.unsynced:
             with self._storage():
+                self._put_digest()
                 self._file.sync()
                 self._write_metadata()
         self.unsynced = False
@@ -184,6 +193,7 @@ class BagWriter:
         try:
             if self._error is None:
                 with self._storage():
+                    self._put_digest(closed=True)
                     self._close_file()
                     self._write_metadata()
         finally:
@@ -239,9 +249,19 @@ class BagWriter:
         self._file.write(channel.id, cdr, log_time, publish_time)
         self._files[-1].add(log_time)
         channel.message_count += 1
+        self._latest = log_time
+        if channel is not self._digests:
+            self._running.add(channel.info, log_time, publish_time, cdr)
         if channel.latch:
             channel.last = cdr, publish_time
         self.unsynced = True
+
+    def _put_digest(self, closed: bool = False) -> None:
+        """Write what makes any later change of the messages since the last one noticed."""
+        if self._digests is not None and self.message_count:
+            due = self._running.digest(closed)
+            self._put(self._digests, digest.message(due), self._latest, self._latest)
+            self._running.go_on(due)
 
     def _split_is_due(self, log_time: int) -> bool:
         newest = self._files[-1]

@@ -47,7 +47,12 @@ class Recording(Transcript):
         super().__init__(plan, log, now)
         self.full = False
         settings = plan.settings
-        writer = BagWriter(path, max_bytes=settings.max_bytes, max_duration=settings.max_duration)
+        writer = BagWriter(
+            path,
+            max_bytes=settings.max_bytes,
+            max_duration=settings.max_duration,
+            digests=self._own(messages.DIGEST),
+        )
         for topic in plan.topics:
             qos = offered(topic.qos.reliability, topic.qos.durability)
             writer.add_topic(topic.name, topic.type, qos)

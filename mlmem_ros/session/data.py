@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bag import digest
 from ..bag.errors import BagError
 from ..bag.metadata import LOST
 from ..bag.reader import BagReader
@@ -23,7 +24,7 @@ from ..contract.values import SHOT_HEAD, numbers
 from ..device import Command, End, Refused, Settings, Shot
 from ..device.units import Units
 from ..physics import Design
-from .messages import COMMAND, DROPPED, HEADER, STATE_HASH, STRING
+from .messages import COMMAND, DIGEST, DROPPED, HEADER, STATE_HASH, STRING
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
 from .streams import START, Recorded
 from .timeline import timed
@@ -70,6 +71,7 @@ class SessionData:
         contents: What the content was, in words: seconds, text, and its keys and values.
         outcomes: Outcome of every procedure: seconds, and its keys and values.
         lost: What cannot be read, or was dropped from the recording: one line each.
+        altered: What is not as it was recorded, by the digests of the bag: one line each.
         streams: Numbers of the streams that a replay compares, by topic; see `streams`.
     """
 
@@ -88,6 +90,7 @@ class SessionData:
     contents: list[tuple[float, str, dict[str, str]]] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
+    altered: list[str] = field(default_factory=list)
     streams: dict[str, list[Recorded]] = field(default_factory=dict)
 
     @property
@@ -151,7 +154,11 @@ def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
             if message.type != kind:
                 raise BagError(f'the type must be {kind}; got {clipped(message.type)}')
             handler(seconds, reader.deserialize(message))
-    session.lost = [*_lost(reader, node), *collector.dropped()]
+    found = digest.Findings()
+    if session.header is not None and session.header.format > 1:
+        found = digest.check(reader, f'{node}/{DIGEST}')
+    session.lost = [*(list(_lost(reader, node)) or found.lost), *collector.dropped()]
+    session.altered = found.altered
     return session
 
 

@@ -21,13 +21,14 @@ from ..device import Command, MemoryElement, snapshot
 from ..physics import ARITHMETIC
 from ..version import __version__
 
-FORMAT = 1
-"""Version of this format."""
+FORMAT = 2
+"""Version of this format; sessions of format 1 have no digests."""
 
 HEADER = 'session'
 COMMAND = 'session/command'
 STATE_HASH = 'session/state_hash'
 DROPPED = 'session/dropped'
+DIGEST = 'session/digest'
 """Topics of a session below the node's name, besides those that the node publishes."""
 
 STRING = 'std_msgs/msg/String'

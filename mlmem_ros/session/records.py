@@ -39,7 +39,7 @@ _TICK = Description('ticks done', low=0, high=MOST_TICKS)
 class Header:
     """The start of a session, by the keys in its file."""
 
-    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
+    format: int = described(MISSING, 'version of the format', low=1, high=FORMAT)
     design: Design = described(MISSING, 'the element')
     settings: Settings = described(MISSING, "the instrument's settings")
     initial: Mapping[str, Any] = described(MISSING, 'its state, which `snapshot.restore` checks')

@@ -234,6 +234,7 @@ def _report_of(session: SessionData) -> ReplayReport:
         recorded_levels=[echo.level for echo in session.echoes],
         recorded_endings=[ending(values) for _, values in session.outcomes],
         lost=session.lost,
+        altered=session.altered,
     )
 
 

@@ -47,6 +47,7 @@ class ReplayReport:
         recorded_endings: How they ended in the recording; see `ending`.
         streams: How the published streams of a session agree, by topic.
         lost: What is missing from the recording, one line each.
+        altered: What is not as it was recorded, one line each.
         foreign: Whether another recorder wrote the bag: then levels are compared, not bits.
         other_build: Differences in the versions that the bits may depend on.
     """
@@ -67,6 +68,7 @@ class ReplayReport:
     recorded_endings: Sequence[str] = ()
     streams: dict[str, Compared] = field(default_factory=dict)
     lost: Sequence[str] = ()
+    altered: Sequence[str] = ()
     foreign: bool = False
     other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
 
@@ -117,9 +119,9 @@ class ReplayReport:
         """Whether there was something to compare, and all of it agrees as guaranteed.
 
         Levels must always agree; a session's states and echoes to the bit on the build that
-        recorded it, and to rounding on another.
+        recorded it, and to rounding on another. Nothing may have been altered since.
         """
-        if not self.compared or not self.levels_agree:
+        if self.altered or not self.compared or not self.levels_agree:
             return False
         close = self.exact or (bool(self.other_build) and self.rounded and not self.other_streams)
         return self.foreign or (close and not self.refused)
@@ -139,6 +141,8 @@ class ReplayReport:
             )
         if not self.levels_agree:
             return 'THE LEVELS DIFFER from those that were recorded'
+        if self.altered:
+            return f'ALTERED since it was recorded: {self.altered[0]}'
         if not self.passed:
             if self.rounded and not self.refused and (streams := self.other_streams):
                 return f'THE STREAMS DIFFER from what the states give: {", ".join(streams)}'
@@ -160,6 +164,7 @@ class ReplayReport:
             'exact': self.exact,
             'foreign': self.foreign,
             'lost': list(self.lost),
+            'altered': list(self.altered),
             'ticks': self.ticks,
             'commands': self.commands,
             'refused': self.refused,

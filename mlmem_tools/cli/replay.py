@@ -114,6 +114,7 @@ def describe(report: ReplayReport) -> list[str]:
     lines = [f'replayed    {report.ticks} ticks, {report.commands} commands']
     lines += [f'refused     at {refusal}' for refusal in report.refused]
     lines += [f'lost        {loss}' for loss in report.lost]
+    lines += [f'altered     {each}' for each in report.altered]
     for name, (then, here) in report.other_build.items():
         lines.append(f'build       {name} was {then}, is {here}')
     if report.hashes:

@@ -30,6 +30,14 @@ def test_a_golden_session_replays(replay_session, bag, levels):
     assert session.report.refused == []
 
 
+def test_a_session_of_format_1_replays(replay_session):
+    """Recorded by version 1.0's format, before there were digests: it is never recorded again."""
+    session = replay_session(DATA / 'format_1')
+    assert session.session.header.format == 1
+    session.assert_agrees()
+    assert session.report.hashes == 1
+
+
 def test_the_aborted_write_is_aborted_again(replay_session):
     outcomes = replay_session(DATA / 'aborted_write').report.outcomes
     assert [(o.procedure, o.success) for o in outcomes] == [

@@ -199,9 +199,9 @@ def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsy
 
 
 def test_a_header_of_another_format_is_refused(session, tmp_path, capsys):
-    status, told = replayed(capsys, with_header(session, tmp_path / 'bag', format=2))
+    status, told = replayed(capsys, with_header(session, tmp_path / 'bag', format=3))
     assert status == 2
-    assert 'format must be 1; got 2' in told
+    assert 'format must be a whole number from 1 to 2; got 3' in told
 
 
 @pytest.mark.parametrize('edited', ['settings__probe__sigma', 'settings__write__compression'])

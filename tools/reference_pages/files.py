@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from mlmem_ros import element_file
-from mlmem_ros.bag import jazzy, mcap_file
+from mlmem_ros.bag import digest, jazzy, mcap_file
 from mlmem_ros.device import Read, new_element, preset, quick_moves, snapshot, trims
 from mlmem_ros.host import calibration_file, design_check, state_file
 from mlmem_ros.physics import Specimen
@@ -52,13 +52,16 @@ def files_page() -> str:
         'CRC. It holds every [topic](topics.md) of the node (images and markers with '
         '`record.views`), and besides them:',
         table(['topic', 'messages'], own),
-        'All but the last are std_msgs/String with a JSON object.',
+        'All but the count are std_msgs/String with a JSON object.',
         f'### `~/{messages.HEADER}`',
         _keys(keys.SESSION[messages.HEADER], header),
         f'### `~/{messages.COMMAND}`',
         _keys(keys.SESSION[messages.COMMAND], ['tick', 'kind', *arguments]),
         f'### `~/{messages.STATE_HASH}`',
         _keys(keys.SESSION[messages.STATE_HASH], hashed),
+        f'### `~/{messages.DIGEST}`',
+        _about(digest),
+        _keys(keys.SESSION[messages.DIGEST], dataclasses.asdict(digest.Digest())),
         '### Metadata',
         table(["key of a channel's metadata", 'meaning'], channel),
         table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),

@@ -141,7 +141,8 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
             begun += not isinstance(command, NO_END)
         all_ended()
     recorded = [ending(values) for _, values in session.outcomes]
-    return Played(ended, recorded, session.lost, hints)
+    lost = [*session.lost, *(f'{each} were altered' for each in session.altered)]
+    return Played(ended, recorded, lost, hints)
 
 
 def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
