@@ -34,10 +34,18 @@ ALIVE = 'alive'
 own, once in every lease, that the publisher lives, however busy the node's threads are.
 """
 
+CLIENTS = 'clients'
+"""Such a topic of the clients, from which the node learns who lives: a killed process says no
+goodbye, that of others may be lost, and the graph forgets them only after 20 s.
+"""
+
+HEARD = 1.0
+"""Seconds within which both sides hear that the other lives; the middleware sees to it."""
+
 
 def heard_within(seconds: float) -> QoSProfile:
-    """Return the profile of `ALIVE`: of a publisher that is heard as often as this, or of a
-    subscription that expects it.
+    """Return the profile of `ALIVE` and `CLIENTS`: of a publisher that is heard as often as this,
+    or of a subscription that expects it.
     """
     return QoSProfile(
         depth=1,

@@ -9,6 +9,7 @@ import gc
 import subprocess
 import sys
 import threading
+import time
 from functools import partial
 
 import numpy as np
@@ -29,6 +30,7 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
+from mlmem_ros.ros.client.line import Line
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
 
@@ -581,6 +583,21 @@ def test_names_are_relative_to_the_namespace_of_the_node(context):
     assert MemoryClient(node, 'left/mlmem').name == '/robot/left/mlmem'
     assert MemoryClient(node, '/mlmem').name == '/mlmem'
     node.destroy_node()
+
+
+def test_a_client_leaves_with_its_robots_node(robot, context):
+    """It stayed if that node was collected before the client's thread had looked for it."""
+
+    def come_and_go():
+        node = rclpy.create_node('passer_by', context=context, use_global_arguments=False)
+        assert MemoryClient(node, '/mlmem').read(timeout=SOON).wait().attempts == 1
+        time.sleep(0.2)  # the client's thread looks every 50 ms while something pends
+        node.destroy_node()
+
+    come_and_go()
+    gc.collect()
+    Line.of(context).stir()  # or it looks within ten seconds
+    wait_until(lambda: '_passer_by_mlmem' not in robot.node.get_node_names(), 'its end', SOON)
 
 
 def test_the_package_is_imported_without_ros():

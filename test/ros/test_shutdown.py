@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot and its memory that are stopped together, and a memory that is killed."""
 
+import os
 import re
 import signal
 import subprocess
@@ -9,6 +10,7 @@ import sys
 import threading
 import time
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -18,7 +20,9 @@ from robot import Robot
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.fast_dds import profile_variable
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
+from mlmem_ros.ros.node.services import SILENT
 from mlmem_ros.ros.node_process import node_arguments
 
 ROOT = Path(__file__).parents[2]
@@ -55,6 +59,38 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     assert node.exit_status() == 0
     assert time.monotonic() - begun < 10.0  # it did not linger to the end
     assert state_file.load(state)['reading']['level'] == 0
+
+
+def asks_and_is_killed():
+    """Return a process that reads, says so, and stays; others forget it only after 20 s."""
+    program = """
+import time
+from mlmem_ros import standalone
+with standalone() as memory:
+    memory.read(timeout=30.0).wait()
+    print('read', flush=True)
+    time.sleep(60.0)
+"""
+    command = [sys.executable, '-c', program]
+    profile = profile_variable(os.environ)
+    forgotten_late = {name: value for name, value in os.environ.items() if name != profile}
+    return subprocess.Popen(command, env=forgotten_late, stdout=subprocess.PIPE, text=True)
+
+
+def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
+    """One that says no goodbye stays on the graph."""
+    node = start({**QUICK, 'linger': 60.0}, apart=True)
+    with Robot() as observer, asks_and_is_killed() as killed:
+        on_graph = partial(observer.node.count_clients, '/mlmem/request')
+        with standalone() as memory:
+            assert killed.stdout.readline() == 'read\n'
+            assert memory.read().wait().blank
+            killed.kill()
+            node.signal(signal.SIGINT)
+            time.sleep(SILENT + 1.0)
+            assert memory.read().wait().blank  # a client that was quiet, and lives
+        assert node.exit_status() == 0
+        assert on_graph() == 1  # the killed one
 
 
 @pytest.mark.parametrize('longest', [0.8, 60.0])

@@ -20,7 +20,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import rclpy
 from rclpy.context import Context
@@ -35,7 +35,7 @@ from rclpy.timer import Timer
 from std_msgs.msg import Empty
 
 from ..events import events_executor
-from ..qos import ALIVE, EVERY_ONE, RELIABLE, heard_within
+from ..qos import ALIVE, CLIENTS, EVERY_ONE, HEARD, RELIABLE, heard_within
 
 POLL = 0.05
 """Seconds between two looks at clock and graph while replies are pending."""
@@ -139,6 +139,7 @@ class Link:
         self._alive, self._since = 0, time.monotonic() + LEASE
         self._met = False
         self.node = line.join(self, robot)
+        self.node.create_publisher(Empty, f'{peer}/{CLIENTS}', heard_within(HEARD))
         callbacks = SubscriptionEventCallbacks(
             liveliness=self._on_liveliness, use_default_callbacks=False
         )
@@ -214,7 +215,7 @@ class Line:
         self._own = own
         self._newest = self
         self._executor = events_executor(context)
-        self._nodes: WeakKeyDictionary[Node, Node] = WeakKeyDictionary()
+        self._nodes: dict[ref[Node], Node] = {}
         self._links: set[Link] = set()
         self._left: set[Link] = set()
         self._pending: set[Pending] = set()
@@ -249,15 +250,15 @@ class Line:
         """Return the hidden node for a robot's node."""
         with self._lock:
             self._links.add(link)
-            if robot not in self._nodes:
-                self._nodes[robot] = node = Node(
+            if (known := ref(robot)) not in self._nodes:
+                self._nodes[known] = node = Node(
                     f'_{robot.get_name()}_mlmem', namespace=robot.get_namespace(),
                     context=self.context, use_global_arguments=False,
                     start_parameter_services=False, enable_rosout=False,
                     parameter_overrides=[Parameter(DESCRIBES, value=False)],
                 )  # fmt: skip
                 self._executor.add_node(node)
-            return self._nodes[robot]
+            return self._nodes[known]
 
     def leave(self, link: Link) -> None:
         """Forget a link."""
@@ -319,10 +320,10 @@ class Line:
         now = time.monotonic()
         with self._lock:
             pending = list(self._pending)
-            for robot, hidden in list(self._nodes.items()):
-                if is_destroyed(robot):
+            for known, hidden in list(self._nodes.items()):
+                if (robot := known()) is None or is_destroyed(robot):
                     hidden.destroy_node()
-                    del self._nodes[robot]
+                    del self._nodes[known]
         ended = {reply for reply in pending if not reply.look(now)}
         with self._lock:
             self._pending -= ended

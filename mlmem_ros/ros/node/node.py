@@ -15,7 +15,7 @@ from ...contract.services import SERVICES
 from ...device import DriverError, Event
 from ...device.pacing import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
-from ..qos import ALIVE, heard_within
+from ..qos import ALIVE, HEARD, heard_within
 from .actions import Actions
 from .callback_guard import CallbackGuard
 from .compiling import telling_compilation
@@ -25,15 +25,12 @@ from .parameters import ParameterSet
 from .publishers import Publishers
 from .recorded import session_plan
 from .retries import Retries
-from .services import Services
+from .services import Clients, Services
 from .subscriptions import Subscriptions
 from .unlisted import UnlistedParameters
 
 REQUESTED = {'send_goal', *(service.name for service in SERVICES)}
 """Services whose clients want something of the element, unlike those of its parameters."""
-
-HEARD = 1.0
-"""Seconds within which clients hear that the node lives; the middleware sees to it."""
 
 TEND = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
@@ -94,6 +91,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             self.destroy_node()
             raise
         self.create_publisher(Empty, f'~/{ALIVE}', heard_within(HEARD))
+        self._asking = Clients(self)  # rclpy has _clients
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
         Services(self, self.host, lambda path: session_plan(self, self._given.values(), path))
@@ -163,11 +161,9 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
 
     @property
     def client_count(self) -> int:
-        """How many clients of its requests are on the ROS graph."""
+        """How many clients of its requests are on the ROS graph, as far as they live."""
         names = [service.srv_name for service in self.services]
-        return sum(
-            self.count_clients(name) for name in names if name.rpartition('/')[2] in REQUESTED
-        )
+        return self._asking.count(n for n in names if n.rpartition('/')[2] in REQUESTED)
 
     @property
     def answered(self) -> int:

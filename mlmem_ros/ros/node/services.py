@@ -4,14 +4,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from concurrent.futures import Future
 from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
+from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 
 from ...contract import messages, outcomes
@@ -19,11 +22,51 @@ from ...contract.commands import Record, name_of, requested, wait_of
 from ...device import Command, Refused, SelfTest, Write
 from ...host import REFUSALS, Host, SessionPlan
 from ...procedures import PROCEDURES, Procedure
-from ..qos import EVERY_ONE
+from ..qos import CLIENTS, EVERY_ONE, heard_within
 from .callback_guard import REQUESTER, settled
 
 Answered = Awaitable[tuple[bool, str]]
 """Whether a request succeeded, and the JSON object that answers it."""
+
+SILENT = 5.0
+"""Seconds without a sign of life after which a client is given up."""
+
+
+class Clients:
+    """Who still wants something of a node: clients on the graph, without those that are silent.
+
+    Every `MemoryClient` has a publisher that is heard regularly. The graph alone tells of others.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._met: set[bytes] = set()
+        self._alive = 1  # where the middleware has no such event, all live
+        callbacks = SubscriptionEventCallbacks(
+            liveliness=self._on_liveliness, use_default_callbacks=False
+        )
+        with contextlib.suppress(UnsupportedEventTypeError):
+            self._heard = node.create_subscription(
+                Empty, f'~/{CLIENTS}', lambda _: None, heard_within(SILENT),
+                event_callbacks=callbacks,
+            )  # fmt: skip
+
+    def count(self, services: Iterable[str]) -> int:
+        """Return how many clients services have. While one can be heard, all count."""
+        if self._alive:
+            return sum(map(self._node.count_clients, services))
+        self._met |= self._participants(self._heard.topic_name)
+        asking = (self._participants(f'rq{each}Request', no_mangle=True) for each in services)
+        return sum(len(ends - self._met) for ends in asking)
+
+    def _participants(self, topic: str, **options: bool) -> set[bytes]:
+        """Return the participants that publish a topic."""
+        ends = self._node.get_publishers_info_by_topic(topic, **options)
+        return {bytes(end.endpoint_gid)[:12] for end in ends}
+
+    def _on_liveliness(self, event: Any) -> None:
+        self._alive = event.alive_count
+        self._met |= self._participants(self._heard.topic_name)
 
 
 class Services:
