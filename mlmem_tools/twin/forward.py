@@ -5,26 +5,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mlmem_ros.device.end import End
 from mlmem_ros.device.shot import Shot
 from mlmem_ros.physics import PEFRL, Chain, HeldCell, Integrator, Specimen, substep_times
 from mlmem_ros.physics.equilibrium import relax, wall_profile
+from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.potential import Array
 
 from . import tangent
-from .unknowns import Unknowns
+from .unknowns import SHARED, Unknowns
 
 STEP = 0.35
 """Largest step in time units: the error is below 1e-6 cells then."""
 
-NODES = range(-3, 5)
-"""Neighbours, in steps before, between which a waveform is interpolated."""
+LONG = 0.5
+"""Largest step of the derivatives: they are a hundredth of their size off then, and a fit only
+descends along them; it compares with the motion alone."""
+
+NODES = 8
+"""Neighbours between which a waveform is interpolated."""
 
 
 Waveforms = TypeVar('Waveforms', Array, tangent.Single)
@@ -138,7 +144,8 @@ class Forward:
             V_N = np.full(clock.integrator.substeps * (end - begin), chain.V_N)
             parts.append(chain.advance(V_N, HeldCell(site, held)))
         zero, gain = (self.unknowns.of_ends(self.x, what)[:, None] for what in ('zero', 'gain'))
-        ends = delayed(np.concatenate(parts, axis=1), late)[:, : steps + 1 : clock.parts]
+        times = np.arange(0, steps + 1, clock.parts) - late[:, None]
+        ends = sampled(np.concatenate(parts, axis=1), times)
         return np.asarray(zero + gain * ends)
 
     def _chain(self, dt: float, integrator: Integrator) -> Chain:
@@ -175,8 +182,16 @@ class Forward:
         assert total is not None
         return predicted, total
 
-    def linearised(self, shot: Shot, duration: float) -> tuple[Array, tangent.Single]:
+    def linearised(
+        self, shot: Shot, duration: float, patterns: Array | None = None
+    ) -> tuple[Array, tangent.Single]:
         """Return `predict`, and its derivatives by all unknowns, shape (2, m + 1, size).
+
+        Args:
+            shot: The pulse.
+            duration: How long after it began.
+            patterns: Of alpha, shape (k, N). Derivatives by these and by what all cells share are
+                all that is returned then, shape (2, m + 1, k + shared), and take less time.
 
         Raises:
             StateError, DesignError: As in `predict`.
@@ -192,62 +207,83 @@ class Forward:
         material = tangent.Material(
             made.alpha * design.d, made.offsets + V_N * made.strain_shape - design.c,
             made.masses + 0.0, made.k_r + 0.0, origins, (design.a, design.b), unit * unit,
-            unit * eta * self._damped, unknowns.masses, unknowns.offsets, unknowns.springs,
-            unknowns.damping,
+            unit * eta * self._damped,
         )  # fmt: skip
-        dt = shot.dt * clock.stride / clock.parts
+        if patterns is None:
+            material = material._replace(
+                masses=unknowns.masses, offsets=unknowns.offsets, springs=unknowns.springs,
+                damping=unknowns.damping,
+            )  # fmt: skip
+        else:
+            material = material._replace(patterns=patterns)
+        before = design.N if patterns is None else len(patterns)
+
+        def place(name: str) -> int:
+            return before + SHARED.index(name)
+
+        samples, interval = steps // clock.parts, shot.dt * clock.stride
+        # steps of a sample, or samples of a step
+        parts = float(math.ceil(interval / LONG)) if interval > LONG else 1.0 / (LONG // interval)
+        dt = interval / parts
+        late = unknowns.of_ends(self.x, 'late') / dt
+        steps = math.ceil(samples * parts) + _beyond(late)
         motion = self._motion(shot, dt, steps, PEFRL)
         motion = motion[:, : motion.shape[1] // 5 * 5]
         gains = unknowns.of_ends(self.x, 'drive')
         source = tangent.Source(
             shot.end.site(design) - 1, np.ascontiguousarray(motion), float(gains[shot.end.row])
         )
-        late = unknowns.of_ends(self.x, 'late') / dt
-        raw = tangent.run(material, self.rest(shot), source, dt, steps + _beyond(late))
-        raw = delayed(raw, late)[:, : steps + 1 : clock.parts]
-        J = self._by_unknowns(shot, raw, material)
+        raw = tangent.run(material, self.rest(shot), source, dt, steps)
+        raw = sampled(raw, parts * np.arange(samples + 1) - late[:, None])
+        J = self._by_unknowns(shot, raw, material, place)
         for end, zero, gain in zip(
             End, unknowns.of_ends(self.x, 'zero'), unknowns.of_ends(self.x, 'gain'), strict=True
         ):
-            J[end.row, :, unknowns.shared(f'gain_{end}')] = (predicted[end.row] - zero) / gain
+            J[end.row, :, place(f'gain_{end}')] = (predicted[end.row] - zero) / gain
         if unknowns.latency:
-            half = np.array((0.5, 0.5))
-            later = delayed(predicted, half) - delayed(predicted, -half)
-            later /= shot.dt * clock.stride
-            J[..., unknowns.shared(f'lag_{shot.end}')] = later
+            half, at = np.array(((0.5,), (0.5,))), np.arange(samples + 1)
+            later = sampled(predicted, at - half) - sampled(predicted, at + half)
+            later /= interval
+            J[..., place(f'lag_{shot.end}')] = later
             for end in End:
-                J[end.row, :, unknowns.shared(f'late_{end}')] = later[end.row]
+                J[end.row, :, place(f'late_{end}')] = later[end.row]
         return predicted, J
 
     def _by_unknowns(
-        self, shot: Shot, raw: tangent.Single, material: tangent.Material
-    ) -> tangent.Single:
+        self, shot: Shot, raw: tangent.Single, material: tangent.Material,
+        place: Callable[[str], int],
+    ) -> tangent.Single:  # fmt: skip
         """Return derivatives by the unknowns, from those by the quantities of a run."""
-        unknowns, design = self.unknowns, self.specimen.design
+        unknowns, d = self.unknowns, np.float32(self.specimen.design.d)
         unit, eta = self._of('time_unit'), self._of('eta')
-        first, N, q = material.first, design.N, len(material.origins)
-        J = np.zeros((*raw.shape[:2], unknowns.size), np.float32)
-        J[..., unknowns.alpha] = np.float32(design.d) * raw[..., :N]
-        J[..., unknowns.mass] = raw[..., material.mass_columns]
-        J[..., unknowns.offset] = raw[..., material.offset_columns]
-        J[..., unknowns.k_r] = raw[..., material.spring_columns]
-        if unknowns.damping:
+        first, q, patterns = material.first, len(material.origins), len(material.patterns)
+        size = patterns + len(SHARED) if patterns else unknowns.size
+        J = np.zeros((*raw.shape[:2], size), np.float32)
+        common = first + q + len(tangent.COMMON)
+        if patterns:
+            J[..., :patterns] = d * raw[..., common:]
+        else:
+            J[..., unknowns.alpha] = d * raw[..., : material.heights]
+            J[..., unknowns.mass] = raw[..., material.mass_columns]
+            J[..., unknowns.offset] = raw[..., material.offset_columns]
+            J[..., unknowns.k_r] = raw[..., material.spring_columns]
+        if material.damping:
             J[..., unknowns.damped] = raw[..., material.damping_columns] / self._damped
-        a, b, forces, damping, friction, drive = np.moveaxis(raw[..., first + q :], -1, 0)
+        a, b, forces, damping, friction, drive = np.moveaxis(raw[..., first + q : common], -1, 0)
         rates = unknowns.phase_rates(self.x)
-        for k in range(3):
-            J[..., N + k] = rates[0, k] * a + rates[1, k] * b
-        J[..., N + 2] += raw[..., first]
-        J[..., unknowns.shared('eta')] = unit * damping
-        J[..., unknowns.shared('time_unit')] = 2.0 * unit * forces + eta * damping
+        for k, name in enumerate(('D_s1', 'D_s2', 'c')):
+            J[..., place(name)] = rates[0, k] * a + rates[1, k] * b
+        J[..., place('c')] += raw[..., first]
+        J[..., place('eta')] = unit * damping
+        J[..., place('time_unit')] = 2.0 * unit * forces + eta * damping
         for k, name in enumerate(('substrate_ratio', 'j_0')[: q - 1]):
-            J[..., unknowns.shared(name)] = raw[..., first + 1 + k]
-        J[..., unknowns.shared(f'drive_{shot.end}')] = drive
-        if unknowns.friction:
+            J[..., place(name)] = raw[..., first + 1 + k]
+        J[..., place(f'drive_{shot.end}')] = drive
+        if unknowns.friction and not patterns:
             J[..., -1] = friction
         J *= unknowns.of_ends(self.x, 'gain').astype(np.float32)[:, None, None]
         for end in End:
-            J[end.row, :, unknowns.shared(f'zero_{end}')] = 1.0
+            J[end.row, :, place(f'zero_{end}')] = 1.0
         return J
 
     @property
@@ -272,24 +308,47 @@ class Forward:
         return shot.pulse.at(times[times <= shot.pulse.duration])
 
 
-def delayed(waveforms: Waveforms, late: Array) -> Waveforms:
-    """Return waveforms of both ends, (2, m, ...), later by fractions of their step, shape (2,).
+def sampled(waveforms: Waveforms, times: Array) -> Waveforms:
+    """Return waveforms of both ends, (2, n, ...), at times that count their steps, shape (2, m).
 
-    Lagrange's polynomial through eight neighbours is exact to 1e-6 for a third of a radian a step;
-    before and after, a waveform keeps its value.
+    Lagrange's polynomial through eight neighbours is exact to 1e-6 for a third of a radian a step,
+    and to 1e-3 for one radian; before and after, a waveform keeps its value.
     """
-    if not late.any():
-        return waveforms
-    found = np.zeros_like(waveforms)
-    steps = np.arange(waveforms.shape[1])
-    for of_end, source, by in zip(found, waveforms, late, strict=True):
-        whole = math.floor(by)
-        for node in NODES:
-            weight = math.prod((by - whole - m) / (node - m) for m in NODES if m != node)
-            of_end += weight * source[np.clip(steps - whole - node, 0, len(steps) - 1)]
+    whole = np.floor(times).astype(np.int64)
+    share, last = times - whole, waveforms.shape[1] - 1
+    if not share.any():
+        whole = np.clip(whole, 0, last)
+        return np.stack([of_end[at] for of_end, at in zip(waveforms, whole, strict=True)])
+    nodes = np.arange(NODES) - NODES // 2 + 1
+    weights = np.ones((*times.shape, NODES), waveforms.dtype)
+    for k, node in enumerate(nodes):
+        for other in nodes[nodes != node]:
+            weights[..., k] *= (share - other) / (node - other)
+    found = np.zeros((*times.shape, *waveforms.shape[2:]), waveforms.dtype)
+    rows = waveforms.reshape(*waveforms.shape[:2], -1)
+    _interpolate(rows, whole + nodes[0], weights, found.reshape(*times.shape, -1))
     return found
 
 
+@kernel
+def _interpolate(
+    rows: Array | tangent.Single,
+    first: NDArray[np.int64],
+    weights: Array | tangent.Single,
+    found: Array | tangent.Single,
+) -> None:
+    """Add to `found` weighted sums of neighbouring rows, of those that there are."""
+    for end in range(len(rows)):
+        of_end, last = rows[end], rows.shape[1] - 1
+        for k in range(found.shape[1]):
+            to = found[end, k]
+            for node in range(weights.shape[2]):
+                row = of_end[min(max(first[end, k] + node, 0), last)]
+                weight = weights[end, k, node]
+                for p in range(len(to)):
+                    to[p] += weight * row[p]
+
+
 def _beyond(late: Array) -> int:
-    """Return how many steps beyond its end `delayed` needs of a waveform."""
-    return math.ceil(max(0.0, -late.min())) + len(NODES) // 2 if late.any() else 0
+    """Return how many steps beyond the last sample its interpolation needs."""
+    return math.ceil(max(0.0, -float(late.min()))) + NODES // 2

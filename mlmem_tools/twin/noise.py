@@ -11,6 +11,8 @@ import numpy as np
 from mlmem_ros.device.shot import Shot
 from mlmem_ros.physics.potential import Array
 
+from .tangent import Single
+
 FLOOR = 1e-6
 """Least standard deviation of a sample in cells: the error of the forward model's step."""
 
@@ -39,12 +41,15 @@ def noise_of(samples: Array) -> float:
     return max(FLOOR, middle / (0.674489750196 * gain))
 
 
-def about_zero(waveforms: Array, weights: Array) -> Array:
-    """Return waveforms less their weighted mean, but for the rest before them, (2, m, ...).
+def whitened(waveforms: Array | Single, weights: Array) -> Array:
+    """Return weighted waveforms, (2, m, ...), less their mean, but for the rest before them.
 
     So a waveform does not tell where a drifting transducer has its zero; the rest alone does.
     """
+    found = np.asarray(weights * waveforms)
     total = np.sum(weights[:, 1:], axis=1, keepdims=True)
-    mean = np.sum(weights[:, 1:] * waveforms[:, 1:], axis=1, keepdims=True)
-    waveforms[:, 1:] -= np.divide(mean, total, out=np.zeros_like(mean), where=total > 0.0)
-    return waveforms
+    mean = np.sum(found[:, 1:], axis=1, keepdims=True)
+    found[:, 1:] -= weights[:, 1:] * np.divide(
+        mean, total, out=np.zeros_like(mean), where=total > 0.0
+    )
+    return found

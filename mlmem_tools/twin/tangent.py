@@ -47,6 +47,8 @@ class Material(NamedTuple):
         offsets: Whether to take derivatives by every origin.
         springs: Whether to take derivatives by every k_r.
         damping: Whether to take derivatives by the damping of every cell, over its own.
+        patterns: Heights that change together, shape (k, N): if there are any, their derivatives,
+            which come last, replace those by every height.
     """
 
     height: Array
@@ -61,12 +63,17 @@ class Material(NamedTuple):
     offsets: bool = False
     springs: bool = False
     damping: bool = False
+    patterns: Array = np.empty((0, 0))
+
+    @property
+    def heights(self) -> int:
+        """Number of derivatives by every height, which come first."""
+        return 0 if len(self.patterns) else len(self.height)
 
     @property
     def mass_columns(self) -> slice:
         """Columns of the derivatives by masses."""
-        n = len(self.height)
-        return slice(n, n * (1 + self.masses))
+        return slice(self.heights, self.heights + len(self.height) * self.masses)
 
     @property
     def offset_columns(self) -> slice:
@@ -83,20 +90,18 @@ class Material(NamedTuple):
     @property
     def damping_columns(self) -> slice:
         """Columns of those by the damping of a cell."""
-        n = len(self.height)
-        start = n * (1 + self.masses + self.offsets) + len(self.k_r) * self.springs
-        return slice(start, start + n * self.damping)
+        start = self.spring_columns.stop
+        return slice(start, start + len(self.height) * self.damping)
 
     @property
     def first(self) -> int:
         """Column of the first derivative that is not by one cell or spring."""
-        cells = len(self.height) * (1 + self.masses + self.offsets + self.damping)
-        return cells + len(self.k_r) * self.springs
+        return int(self.damping_columns.stop)
 
     @property
     def columns(self) -> int:
-        """Number of derivatives: of cells and springs, by origins, and `COMMON`."""
-        return self.first + len(self.origins) + len(COMMON)
+        """Number of derivatives: of cells and springs, by origins, `COMMON` and patterns."""
+        return self.first + len(self.origins) + len(COMMON) + len(self.patterns)
 
 
 class Source(NamedTuple):
@@ -138,9 +143,10 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
     offsets = material.offset_columns.start if material.offsets else -1
     pulls = material.spring_columns.start if material.springs else -1
     drags = material.damping_columns.start if material.damping else -1
+    patterns = np.reshape(material.patterns, (-1, n)).astype(np.float32)
     _run(
         dt, (v.copy(), np.zeros(n)), (U, U.copy(), np.zeros_like(U)), cells, constants,
-        material.origins, (masses, offsets, pulls, drags, material.first), source, out,
+        (material.origins, patterns), (masses, offsets, pulls, drags, material.first), source, out,
         (np.array(DRIFTS), np.array(KICKS)),
     )  # fmt: skip
     return out[:, :, :columns]
@@ -155,7 +161,10 @@ def at_rest(material: Material, v: Array) -> Array:
     sine, cosine = np.sin(theta), np.cos(theta)
     stiffness = material.height * (cosine * slope**2 + sine * 6.0 * b * y)
     pushes = np.zeros((material.columns, n))
-    pushes[:n] = -np.diag(sine * slope)
+    if material.heights:
+        pushes[:n] = -np.diag(sine * slope)
+    else:
+        pushes[-len(material.patterns) :] = -sine * slope * material.patterns
     if material.offsets:
         pushes[material.offset_columns] = np.diag(stiffness)
     if material.springs:
@@ -246,7 +255,7 @@ def _run(
     tangents: tuple[Single, Single, Single],
     cells: tuple[Array, Array, Array, Array, Array],
     constants: tuple[float, float, float],
-    origins: Array,
+    together: tuple[Array, Single],
     columns: tuple[int, int, int, int, int],
     source: Source,
     out: Single,
@@ -255,7 +264,7 @@ def _run(
     x, v = state
     U, T, W = tangents
     masses, offsets, springs, damping, first = columns
-    site, motion, amplitude = source
+    (origins, patterns), (site, motion, amplitude) = together, source
     drifts, kicks = stages
     (n, width), q = U.shape, len(origins)
     rest, at_rest = x[site], U[site].copy()
@@ -282,8 +291,13 @@ def _run(
                 left, right = U[max(j - 1, 0)], U[min(j + 1, n - 1)]
                 factors = local[0, j], local[1, j], local[2, j], local[3, j]
                 _carry(T[j], W[j], left, U[j], right, factors, drift)
-                W[j, j] += local[4, j]
-                T[j, j] += drift * local[4, j]
+                if len(patterns) == 0:
+                    W[j, j] += local[4, j]
+                    T[j, j] += drift * local[4, j]
+                for i in range(len(patterns)):
+                    pull = local[4, j] * patterns[i, j]
+                    W[j, drive + 1 + i] += pull
+                    T[j, drive + 1 + i] += drift * pull
                 if masses >= 0:
                     W[j, masses + j] += local[5, j]
                     T[j, masses + j] += drift * local[5, j]

@@ -26,7 +26,7 @@ from mlmem_ros.physics.potential import Array
 
 from .changes import CELL, SHARED_KINDS, Change
 from .forecasts import Forecasts
-from .noise import about_zero, noise
+from .noise import noise, whitened
 from .resting import NEAR, equilibria
 
 MOST_CELLS = 1000
@@ -188,10 +188,9 @@ class Watch:
         spread = np.sqrt(white[:, None] ** 2 + (waves * fades) ** 2)
         weights = np.where(np.isfinite(residual), 1.0 / spread, 0.0)
         weights[:, 0] = 1.0 / ZERO
-        residual = about_zero(np.where(weights > 0.0, residual, 0.0), weights)
-        rms = np.sqrt(np.mean(residual[:, 1:] ** 2, axis=1))
-        r = weights * residual
-        J = weights[..., None] * about_zero(forecast.J[:, :m].astype(float), weights[..., None])
+        r = whitened(np.where(weights > 0.0, residual, 0.0), weights)
+        rms = np.sqrt(np.mean((spread * r)[:, 1:] ** 2, axis=1))
+        J = whitened(forecast.J[:, :m], weights[..., None])
         data, cost = max(1, int(np.count_nonzero(weights))), float(np.sum(r**2))
         J = J.reshape(-1, J.shape[2])
         g, H = J.T @ r.ravel(), J.T @ J

@@ -58,3 +58,14 @@ def test_derivatives_are_difference_quotients(what, sites):
         scale = np.abs(quotient).max()
         assert scale > 1e-7
         np.testing.assert_allclose(J[:, :, at], quotient, atol=2e-3 * scale, err_msg=f'{site}')
+
+
+def test_derivatives_by_patterns_are_sums_of_those_by_cells():
+    """To single precision, which is that of a sum over 60 cells."""
+    model, patterns = element(), np.stack((np.ones(SMALL.N), SMALL.sites / SMALL.N))
+    every, few = (model.linearised(SHOT, 120.0, which)[1] for which in (None, patterns))
+    shared = slice(SMALL.N, model.unknowns.shared_end)
+    summed = every[..., model.unknowns.alpha] @ patterns.T
+    for found, expected in ((few[..., :2], summed), (few[..., 2:], every[..., shared])):
+        scale = np.abs(expected).max(axis=(0, 1), keepdims=True)
+        assert (np.abs(found - expected) <= 1e-3 * scale).all()

@@ -11,11 +11,14 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from mlmem_ros.physics.potential import Array
 
-from .misfit import Misfit
+from .misfit import Misfit, Slopes
 from .prior import basis
 
 FEW = 1e-2
 """Damping up to which a small decrease means that the minimum is near."""
+
+FORESEEN = 0.2
+"""Error of the decrease that is foreseen up to which derivatives are kept, relative."""
 
 WHOLE = 1e9
 """A window as long as the record."""
@@ -43,8 +46,22 @@ class Stage:
     least: float = 0.0
 
 
-def minimise(misfit: Misfit, x: Array, stage: Stage) -> tuple[Array, float]:
+def minimise(
+    misfit: Misfit, x: Array, stage: Stage, slopes: Slopes | None = None
+) -> tuple[Array, float, Slopes | None]:
     """Return the values of least misfit and prior, by Levenberg and Marquardt's method.
+
+    Derivatives take most of the time. They are kept, from stage to stage, as long as they foresee
+    by how much the misfit decreases; only new ones tell that the minimum is near.
+
+    Args:
+        misfit: What is minimised.
+        x: Where it begins.
+        stage: What is sought, and how long.
+        slopes: Derivatives taken near x.
+
+    Returns:
+        The values, the misfit per datum, and derivatives near them.
 
     Raises:
         StateError, DesignError: The start makes no element.
@@ -56,12 +73,15 @@ def minimise(misfit: Misfit, x: Array, stage: Stage) -> tuple[Array, float]:
     def total(x: Array, cost: float) -> float:
         return cost + float((x - mean) @ precision @ (x - mean))
 
-    damping = 0.0
-    for _ in range(stage.iterations):
-        normal = misfit.normal(x, stage.window, stage.blur)
+    shared, damping, left = stage.free == 'shared', 0.0, stage.iterations
+    while left > 0:
+        new = slopes is None or slopes.window < stage.window or slopes.shared is not shared
+        if new:
+            slopes = misfit.slopes(x, stage.window, shared)
+        normal = misfit.normal(x, stage.window, stage.blur, slopes)
         now = total(x, normal.cost)
-        H = free.T @ normal.H @ free + prior
-        g = free.T @ (normal.g + precision @ (x - mean))
+        H, g = (normal.H, normal.g) if shared else (free.T @ normal.H @ free, free.T @ normal.g)
+        H, g = H + prior, g + free.T @ precision @ (x - mean)
         scale = 1.0 / np.sqrt(np.diag(H))
         H = scale[:, None] * H * scale
         while True:
@@ -70,17 +90,25 @@ def minimise(misfit: Misfit, x: Array, stage: Stage) -> tuple[Array, float]:
             except LinAlgError:
                 damping = max(1e-6, 10.0 * damping)
                 continue
-            moved = x - free @ (scale * cho_solve(factor, scale * g))
+            step = cho_solve(factor, scale * g)
+            moved = x - free @ (scale * step)
             then = total(moved, misfit.cost(moved, stage.window, stage.blur))
-            if then < now or damping > 1e6:
+            if then < now or damping > 1e6 or not new:
                 break
             damping = max(1e-4, 10.0 * damping)
         if not then < now:
-            return x, now / max(1, normal.data)
-        x, damping = moved, damping / 10.0 if damping > 1e-4 else 0.0
-        if damping < FEW and now - then < max(stage.least, stage.enough * now):
+            if new:
+                return x, now / max(1, normal.data), slopes
+            slopes = None
+            continue
+        foreseen = float(step @ (2.0 * scale * g - H @ step))
+        x, damping, left = moved, damping / 10.0 if damping > 1e-4 else 0.0, left - 1
+        little = damping < FEW and now - then < max(stage.least, stage.enough * now)
+        if little and new:
             break
-    return x, then / max(1, normal.data)
+        if little or abs(now - then - foreseen) > FORESEEN * foreseen:
+            slopes = None
+    return x, then / max(1, normal.data), slopes
 
 
 AGAIN = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))

@@ -68,7 +68,7 @@ def fit(
         found = _without_worst(found, shared.x, told)
     found = _explained(found, told)
     told('pulses held out', 0.5)
-    return _predicted(replace(found, held_out=_held_out(found)))
+    return _predicted(replace(found, held_out=_held_out(found), slopes=None))
 
 
 def _predicted(found: Fit) -> Fit:
@@ -97,7 +97,7 @@ def _held_out(found: Fit) -> tuple[float, ...]:
     """
     misfit, x, precision = found.misfit, found.x, found.misfit.precision
     alone = [misfit.only([shot]) for shot in misfit.shots]
-    parts = [each.normal(x, WHOLE) for each in alone]
+    parts = list(misfit.normals(x, WHOLE, slopes=found.slopes))
     H = np.sum([part.H for part in parts], axis=0) + precision
     return tuple(
         each.cost(x + inverse(H - part.H) @ part.g, WHOLE) / part.data
@@ -213,14 +213,15 @@ def _check(design: Design, shots: Sequence[Shot]) -> None:
 
 def _descend(misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report) -> Fit:
     """Return the fit to which a sequence of stages leads."""
+    slopes = None
     for number, stage in enumerate(stages):
         what = _what(misfit.unknowns) if stage.free == 'cells' else 'shared values'
         told(f'{what}, {_window(stage)}', number / len(stages))
         if stage is LAST[-1]:
             misfit = misfit.drifting(x)
-        x, _ = minimise(misfit, x, stage)
+        x, _, slopes = minimise(misfit, x, stage, slopes)
     told('fitted', 1.0)
-    return posterior(misfit, x)
+    return posterior(misfit, x, slopes)
 
 
 def _what(unknowns: Unknowns) -> str:

@@ -11,11 +11,11 @@ import numpy as np
 
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.potential import Array
-from mlmem_tools.twin.noise import about_zero
+from mlmem_tools.twin.noise import whitened
 from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
 from .descent import WHOLE
-from .misfit import Misfit, Normal
+from .misfit import Misfit, Normal, Slopes
 from .prior import patterns
 
 LARGEST = 1.1
@@ -60,6 +60,7 @@ class Fit:
             an error of the model is, whatever the rest of what is sampled looks like.
         untold: What the data cannot tell, in words.
         held_out: Misfit per datum of every shot as the others predict it, in their order.
+        slopes: Derivatives of the shots near these values, as long as more is asked of them.
     """
 
     misfit: Misfit
@@ -70,6 +71,7 @@ class Fit:
     in_band: float = 1.0
     untold: tuple[str, ...] = ()
     held_out: tuple[float, ...] = ()
+    slopes: Slopes | None = None
 
     @property
     def unknowns(self) -> Unknowns:
@@ -93,12 +95,15 @@ class Fit:
         return np.sqrt(np.diag(self.covariance))
 
 
-def posterior(misfit: Misfit, x: Array) -> Fit:
-    """Return the fit with its posterior at a minimum."""
-    normal, precision = misfit.normal(x, WHOLE), misfit.precision
+def posterior(misfit: Misfit, x: Array, slopes: Slopes | None = None) -> Fit:
+    """Return the fit with its posterior at a minimum, near which derivatives may be known."""
+    if slopes is None or slopes.window < WHOLE or slopes.shared:
+        slopes = misfit.slopes(x, WHOLE)
+    normal, precision = misfit.normal(x, WHOLE, slopes=slopes), misfit.precision
     in_band = _in_band(misfit, x)
     covariance = inverse(normal.H + precision) * max(1.0, in_band)
-    found = Fit(misfit, x, covariance, normal.cost / normal.data, normal.data, in_band)
+    chi2 = normal.cost / normal.data
+    found = Fit(misfit, x, covariance, chi2, normal.data, in_band, slopes=slopes)
     return replace(found, untold=tuple(_untold(found, normal, inverse(precision))))
 
 
@@ -167,7 +172,7 @@ def _in_band(misfit: Misfit, x: Array) -> float:
     for shot in misfit.shots:
         predicted = forward.predict(shot, WHOLE)
         residual, weights = misfit.residuals(shot, predicted)
-        heard = weights * about_zero(predicted, weights)
+        heard = whitened(predicted, weights)
         left, echo = (np.abs(np.fft.rfft(each[:, 1:])) ** 2 for each in (residual, heard))
         both += float(np.sum(left * echo)) / residual.shape[1]
         power += float(np.sum(echo))

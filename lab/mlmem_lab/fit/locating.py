@@ -104,7 +104,7 @@ def _refined(misfit: Misfit, x: Array) -> tuple[Array, float]:
     """Return values with what all cells share fitted, and the misfit."""
     cost = np.inf
     for stage in AGAIN:
-        x, cost = minimise(misfit, x, stage)
+        x, cost, _ = minimise(misfit, x, stage)
     return x, cost
 
 

@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,10 +15,11 @@ from mlmem_ros.device.shot import Shot
 from mlmem_ros.physics import DesignError, Integrator, StateError
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import Clock, Forward
-from mlmem_tools.twin.noise import about_zero, noise
+from mlmem_tools.twin.noise import noise, whitened
+from mlmem_tools.twin.tangent import Single
 from mlmem_tools.twin.unknowns import Unknowns
 
-from .prior import AT_REST, Prior
+from .prior import AT_REST, Prior, patterns
 
 DRIFT = 1e-4
 """Standard deviation of a transducer's zero from shot to shot in cells, as long as it is not
@@ -27,8 +29,7 @@ LEAST_DRIFT = 1e-5
 """Least one that is believed."""
 
 
-@dataclass(frozen=True, eq=False)
-class Normal:
+class Normal(NamedTuple):
     """The normal equations of a linearised misfit.
 
     Attributes:
@@ -44,6 +45,20 @@ class Normal:
     cost: float
     data: int
     loosened: float = 0.0
+
+
+class Slopes(NamedTuple):
+    """Derivatives of every shot by all unknowns: they hold near where they were taken.
+
+    Attributes:
+        window: Time after the pulses up to which there are any.
+        shared: Whether they are those of `basis(..., 'shared')` alone.
+        each: By shot, shape (2, m, size).
+    """
+
+    window: float
+    shared: bool
+    each: tuple[Single, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +113,10 @@ class Misfit:
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
         spread = np.maximum(self.noise(shot), blur)[:, None] * np.ones_like(measured)
-        spread[:, 0] = self.drift
+        spread[:, 0] = max(self.drift, blur)
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
-        residual = weights * about_zero(misfit, weights)
-        return self._loosened(residual, predicted, weights)[0], weights
+        return self._loosened(whitened(misfit, weights), predicted, weights)[0], weights
 
     def _loosened(self, values: Array, predicted: Array, weights: Array) -> tuple[Array, float]:
         """Return whitened values, (2, m, ...), where the gain of either end may be another one.
@@ -112,7 +126,7 @@ class Misfit:
         """
         if not self.gain_drift:
             return values, 0.0
-        cost, heard = 0.0, weights * about_zero(predicted + 0.0, weights)
+        cost, heard = 0.0, whitened(predicted, weights)
         for u, of_end in zip(heard, values, strict=True):
             power = float(u @ u)
             wide = 1.0 + self.gain_drift**2 * power
@@ -144,20 +158,41 @@ class Misfit:
         except (DesignError, StateError):
             return np.inf
 
-    def normal(self, x: Array, window: float, blur: float = 0.0) -> Normal:
-        """Return the normal equations; raises as `Forward.linearised` does."""
-        m = self.unknowns.size
-        H, g, cost, data, loosened = np.zeros((m, m)), np.zeros(m), 0.0, 0, 0.0
+    def slopes(self, x: Array, window: float, shared: bool = False) -> Slopes:
+        """Return the derivatives of every shot; raises as `Forward.linearised` does."""
+        forward, along = self.forward(x), patterns(self.unknowns.design) if shared else None
+        each = (
+            forward.linearised(shot, shot.pulse.duration + window, along) for shot in self.shots
+        )
+        return Slopes(window, shared, tuple(J for _, J in each))
+
+    def normals(
+        self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
+    ) -> Iterator[Normal]:
+        """Yield the normal equations of every shot; raises as `Forward.linearised` does.
+
+        Args:
+            x: The values.
+            window: How long after its pulse each shot is compared.
+            blur: Least standard deviation of a sample.
+            slopes: The derivatives, if they were taken near.
+        """
         forward = self.forward(x)
-        for shot in self.shots:
-            predicted, J = forward.linearised(shot, shot.pulse.duration + window)
+        for shot, J in zip(self.shots, (slopes or self.slopes(x, window)).each, strict=True):
+            predicted = forward.predict(shot, shot.pulse.duration + window)
             residual, weights = self.residuals(shot, predicted, blur)
-            about = about_zero(J.astype(np.float64), weights[..., None])
-            whitened, loose = self._loosened(weights[..., None] * about, predicted, weights)
-            flat = whitened.reshape(-1, m)
-            H += flat.T @ flat
-            g += flat.T @ residual.ravel()
-            cost += float(np.sum(residual**2))
-            data += int(np.count_nonzero(weights))
-            loosened += loose
-        return Normal(H, g, cost, data, loosened)
+            own, loose = self._loosened(
+                whitened(J[:, : predicted.shape[1]], weights[..., None]), predicted, weights
+            )
+            flat = own.reshape(-1, J.shape[-1])
+            yield Normal(
+                flat.T @ flat, flat.T @ residual.ravel(), float(np.sum(residual**2)),
+                int(np.count_nonzero(weights)), loose,
+            )  # fmt: skip
+
+    def normal(
+        self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
+    ) -> Normal:
+        """Return the normal equations of all shots; see `normals`."""
+        H, g, cost, data, loosened = zip(*self.normals(x, window, blur, slopes), strict=True)
+        return Normal(np.sum(H, axis=0), np.sum(g, axis=0), sum(cost), sum(data), sum(loosened))

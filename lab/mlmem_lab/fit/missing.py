@@ -97,7 +97,8 @@ def missing_term(own: Fit) -> tuple[str, str]:
         if term == 'drift':
             loose = with_term(misfit, term)
             all_of_them = np.ones(loose.unknowns.size, bool)
-            gain[term] = _evidence(loose, loose.normal(own.x, WHOLE), own.x, all_of_them) - before
+            whole = loose.normal(own.x, WHOLE, slopes=own.slopes)
+            gain[term] = _evidence(loose, whole, own.x, all_of_them) - before
             continue
         free = known.copy()
         free[places[term]] = True

@@ -11,6 +11,8 @@ import pytest
 
 from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit
 from mlmem_lab.fit.fitted import doubts, posterior
+from mlmem_lab.fit.locating import ranked
+from mlmem_lab.fit.misfit import LEAST_DRIFT
 from mlmem_ros.device.end import End
 
 from .truth import SHOTS, SMALL, hidden, measured
@@ -111,6 +113,25 @@ def test_gains_that_drift_are_integrated_over(fitted):
     wider = after.deviations[alpha]
     assert np.abs((after.x - found.x)[alpha] / wider).max() < 5.0
     assert np.median(wider / found.deviations[alpha]) < 5.0
+
+
+def test_a_wall_is_found_before_its_phase_is_known(fitted):
+    """A blank element tells nothing of D_s2. What its sensors show at rest is sure to 1e-5, and
+    any other place would explain that as well.
+    """
+    _, shots, found = fitted
+    supposed = {shot.wall for shot in shots if shot.wall}
+    known = found.x.copy()
+    for name in ('D_s2', 'c'):
+        known[found.unknowns.shared(name)] = found.unknowns.mean[found.unknowns.shared(name)]
+    misfit = replace(found.misfit, drift=LEAST_DRIFT)
+    for wall in supposed:
+        same = [shot for shot in shots if shot.wall == wall]
+        [true] = {
+            each.wall for each, shot in zip(found.misfit.shots, shots, strict=True)
+            if shot.wall == wall
+        }  # fmt: skip
+        assert ranked(misfit, known, same)[0] == pytest.approx(true, abs=0.5)
 
 
 @pytest.mark.parametrize(
