@@ -1,11 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Build the package of actions, mlmem_interfaces, into this Python's environment of ROS wheels.
+"""Build the packages of messages into this Python's environment of ROS wheels.
 
 .venv/bin/python tools/build_interfaces.py
 
-It needs cmake, a C++ compiler and a minute. The result is kept in the user's cache. A robot builds
-the package by colcon instead: docs/actions.md.
+They are the actions, mlmem_interfaces, and the part of the standard simulation_interfaces that a
+node serves, which is in no wheel. It needs cmake, a C++ compiler and a minute. The result is kept
+in the user's cache. A robot builds the first by colcon instead (docs/actions.md) and has the
+second from apt.
 """
 
 import hashlib
@@ -19,9 +21,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-SOURCE = ROOT / 'mlmem_interfaces'
+SOURCES = ROOT / 'mlmem_interfaces', ROOT / 'tools' / 'simulation_interfaces'
 HOME = Path(sys.prefix)
-STAMP = HOME / 'mlmem_interfaces.stamp'
 CACHE = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache', 'mlmem_ros')
 
 WHEELS = 'catkin_pkg', *(
@@ -39,39 +40,45 @@ BUILT, FAILED, NO_TOOLS = 0, 1, 2
 
 
 def main() -> int:
-    """Build and install the package unless it is current; return the exit status."""
-    key = fingerprint()
-    installed = (HOME / 'share' / 'mlmem_interfaces').exists()
-    if installed and STAMP.exists() and STAMP.read_text() == key:
+    """Build and install the packages unless they are current; return the worst exit status."""
+    return max(made(source) for source in SOURCES)
+
+
+def made(source: Path) -> int:
+    """Build and install a package unless it is current; return the exit status."""
+    name, key = source.name, fingerprint(source)
+    stamp = HOME / f'{name}.stamp'
+    installed = (HOME / 'share' / name).exists()
+    if installed and stamp.exists() and stamp.read_text() == key:
         return BUILT
-    kept = CACHE / f'interfaces-{key[:16]}'
+    kept = CACHE / f'{name}-{key[:16]}'
     if not kept.exists():
         missing = [tool for tool in ('cmake', 'c++', 'make') if not shutil.which(tool)]
         if missing:
-            print(f'mlmem_interfaces is not built: {", ".join(missing)} is missing')
+            print(f'{name} is not built: {", ".join(missing)} is missing')
             return NO_TOOLS
-        print('building mlmem_interfaces, the actions: a minute, once', flush=True)
+        print(f'building {name}: a minute, once', flush=True)
         try:
-            build(kept)
+            build(source, kept)
         except subprocess.CalledProcessError as failure:
             print(failure.output[-4000:], file=sys.stderr)
-            print(f'mlmem_interfaces could not be built: {failure}', file=sys.stderr)
+            print(f'{name} could not be built: {failure}', file=sys.stderr)
             return FAILED
     shutil.copytree(kept, HOME, dirs_exist_ok=True)
-    STAMP.write_text(key)
+    stamp.write_text(key)
     return BUILT
 
 
-def fingerprint() -> str:
-    """Return a hash of what the build depends on: sources, Python, the wheels."""
-    sources = sorted(path for path in SOURCE.rglob('*') if path.is_file())
+def fingerprint(source: Path) -> str:
+    """Return a hash of what a build depends on: sources, Python, the wheels."""
+    sources = sorted(path for path in source.rglob('*') if path.is_file())
     parts = [path.read_bytes() for path in sources]
     parts += [text.encode() for text in (sys.version, version('ros-rclpy'), version('numpy'))]
     return hashlib.sha256(b'\0'.join(parts)).hexdigest()
 
 
-def build(target: Path) -> None:
-    """Build the package into a folder, completely or not at all.
+def build(source: Path, target: Path) -> None:
+    """Build a package into a folder, completely or not at all.
 
     Raises:
         subprocess.CalledProcessError: A step failed.
@@ -87,7 +94,7 @@ def build(target: Path) -> None:
             'BUILD_TESTING': 'OFF',
         }
         given = [f'-D{name}={value}' for name, value in options.items()]
-        run('cmake', '-G', 'Unix Makefiles', '-S', SOURCE, '-B', built, *given)
+        run('cmake', '-G', 'Unix Makefiles', '-S', source, '-B', built, *given)
         run('cmake', '--build', built, '--parallel', os.cpu_count() or 1)
         run('cmake', '--install', built)
         shutil.rmtree(target, ignore_errors=True)

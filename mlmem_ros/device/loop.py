@@ -19,7 +19,7 @@ from .element import MemoryElement
 from .errors import Refused
 from .events import Event
 from .loop_statistics import LoopStatistics
-from .mailbox import Asked, Ending, Mailbox
+from .mailbox import Asked, Ending, Mailbox, Steps
 from .open_requests import OpenRequests, Settle, Stamped
 from .pacing import Pacer, SteadyPacer
 from .request import Cancel, Client, Request
@@ -184,11 +184,15 @@ class Loop:
         """
         return self._box.call(lambda: self.element.ticks, paused)
 
-    def single_tick(self) -> Future[int]:
-        """Run one tick while paused; the answer is the number of ticks done after it, or the
-        exception `Refused` if time is running.
+    def step(self, steps: Steps | None = None) -> Request[int]:
+        """Run ticks while paused, by default one; the answer is the number of all ticks after the
+        last, once its events are published, or the exception `Refused` if time is running.
         """
-        return self._box.single_tick()
+        return self._box.step(steps or Steps())
+
+    def shorten(self, request: Request[int]) -> None:
+        """Let a request for ticks end with the next one."""
+        self._box.shorten(request)
 
     # --- in the loop's thread ------------------------------------------------------------
 
@@ -268,8 +272,8 @@ class Loop:
         paced = self._times.period > 0.0 or asked_for
         shakes = self._box.take_shakes()
         self._advance(1 if paced else self._times.longest_run, commands, shakes)
-        if asked_for and (request := self._box.take(self._box.single_ticks)) is not None:
-            request.settle(self.element.ticks)
+        if asked_for:
+            self._box.stepped(self.element.ticks)
         now, ticks = self._pacer.now(), self.element.ticks - first
         self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
@@ -310,7 +314,7 @@ class Loop:
                         return _Turn(due, min(ticks, 1 + int((now - due) / times.period)))
                     times.slept = False
                     times.set_speed(box.speed)
-                if box.single_ticks:
+                if box.steps:
                     return _Turn(min(due, now), asked_for=True)
                 due = min(due, now + times.period)  # do not wait for a clock that jumped back
                 batch = 0 if made_up and box.commands else times.deferred(now - due, box)

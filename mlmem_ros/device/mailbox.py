@@ -8,6 +8,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Sized
 from concurrent.futures import Future
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TypeVar
 
@@ -34,6 +35,23 @@ class Ending(Enum):
     STOP = 'after the present tick'
 
 
+@dataclass
+class Steps:
+    """Ticks that are asked for while time is paused.
+
+    Attributes:
+        left: How many remain.
+        told: Called in the loop's thread after each, once its events are published.
+        done: How many were run.
+        cut: Whether they were to be more: time was resumed, or who asked wants no more.
+    """
+
+    left: int = 1
+    told: Callable[[Steps], None] = lambda steps: None
+    done: int = 0
+    cut: bool = False
+
+
 class Mailbox:
     """Requests that wait for the loop's thread, and how that thread is to run.
 
@@ -42,7 +60,7 @@ class Mailbox:
         commands: Pending commands, oldest first.
         shakes: Pending accelerations of the base, which are accepted, with their times.
         calls: Pending functions.
-        single_ticks: Pending requests for a single tick.
+        steps: Pending requests for ticks while time is paused.
         paused: Whether time is paused.
         speed: Multiple of real time; 0 for as fast as possible.
         ending: How the loop is to end.
@@ -59,7 +77,7 @@ class Mailbox:
         self.commands: deque[Asked] = deque()
         self.shakes: deque[tuple[float, Disturb]] = deque()
         self.calls: deque[Request[Any]] = deque()
-        self.single_ticks: deque[Request[int]] = deque()
+        self.steps: deque[Request[int]] = deque()
 
     # --- from any thread -----------------------------------------------------------------
 
@@ -94,14 +112,26 @@ class Mailbox:
         with self.changed:
             if self._closed is None and paused is not None:
                 self.paused = paused
+                if not paused:
+                    self._shorten(*self.steps)
             return self._posted(self.calls, Request[T](function)).answer
 
-    def single_tick(self) -> Future[int]:
-        """Ask for one tick while time is paused."""
+    def step(self, steps: Steps) -> Request[int]:
+        """Ask for ticks while time is paused."""
         with self.changed:
             refusal = None if self.paused else Refused('step works only while paused; pause first')
-            refusal = _full(self.single_ticks) or refusal
-            return self._posted(self.single_ticks, Request[int](None), refusal).answer
+            return self._posted(self.steps, Request[int](steps), _full(self.steps) or refusal)
+
+    def shorten(self, request: Request[int]) -> None:
+        """Let a request for ticks end with the next one."""
+        with self.changed:
+            self._shorten(request)
+
+    def _shorten(self, *requests: Request[int]) -> None:
+        for request in requests:
+            steps: Steps = request.asked
+            steps.cut = steps.cut or steps.left > 1
+            steps.left = min(steps.left, 1)
 
     def set_speed(self, speed: float) -> None:
         """Run at another multiple of real time from the next tick on."""
@@ -122,7 +152,7 @@ class Mailbox:
             self._closed = refusal = self._closed or refusal
             self.shakes.clear()
             waiting: list[Request[Any]] = []
-            for queue in (self.commands, self.calls, self.single_ticks):
+            for queue in (self.commands, self.calls, self.steps):
                 waiting += queue
                 queue.clear()
         for request in waiting:
@@ -152,7 +182,7 @@ class Mailbox:
     @property
     def held(self) -> bool:
         """Whether ticks are held back; call with the lock held."""
-        return self.paused and not self.single_ticks and self.ending is Ending.NOT
+        return self.paused and not self.steps and self.ending is Ending.NOT
 
     def take(self, queue: deque[Request[T]]) -> Request[T] | None:
         """Take out the oldest request that was not withdrawn; it no longer can be."""
@@ -163,6 +193,24 @@ class Mailbox:
                 request = queue.popleft()
             if request.taken_up():
                 return request
+
+    def stepped(self, ticks: int) -> None:
+        """Count a tick that was asked for; answer its request, with all ticks so far, if it was
+        the last.
+        """
+        if (request := self.take(self.steps)) is None:
+            return
+        steps: Steps = request.asked
+        with self.changed:
+            steps.done, steps.left = steps.done + 1, steps.left - 1
+            closed = self._closed if steps.left else None
+            if steps.left and closed is None:
+                self.steps.appendleft(request)
+        steps.told(steps)
+        if closed is not None:
+            request.refuse(closed)
+        elif not steps.left:
+            request.settle(ticks)
 
     def take_shakes(
         self, due: float = math.inf, period: float = 1.0, ticks: int = 1

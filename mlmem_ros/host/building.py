@@ -53,8 +53,8 @@ class Built(NamedTuple):
     watcher: ResidualMonitor | None
 
 
-def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Built:
-    """Check the design, open the driver, build the device, restore its content.
+def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: bool) -> Built:
+    """Check the design, open the driver, build the device, restore its content unless `blank`.
 
     Raises:
         One of `REFUSALS`: Nothing is open.
@@ -82,7 +82,8 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Buil
             element.forecast = _forecast(twin, given, log)
             watcher = tool('residual_monitor').load()(twin, element, log)
         _check_faults(element, given.faults)
-        store.restore(element)
+        if not blank:
+            store.restore(element)
         undo.pop_all()
     return Built(element, store, watcher)
 

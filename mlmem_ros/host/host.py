@@ -96,15 +96,15 @@ class Host(Requests):
 
     # --- life cycle ----------------------------------------------------------------------
 
-    def configure(self, given: Parameters) -> MemoryElement:
-        """Check the design, build the device, restore its content.
+    def configure(self, given: Parameters, blank: bool = False) -> MemoryElement:
+        """Check the design, build the device, restore its content unless it is to be `blank`.
 
         Raises:
             One of `REFUSALS`: Nothing is changed.
         """
-        element, store, watcher = built(given, self.log, self._disk, self._name)
+        element, store, watcher = built(given, self.log, self._disk, self._name, blank)
         self.stopped = ''
-        self._rescue.restore(element)
+        self._rescue.restore(None if blank else element)
         self.element, self._store, self.watcher = element, store, watcher
         return element
 
@@ -117,6 +117,7 @@ class Host(Requests):
         speed: float,
         has_subscribers: Callable[[], bool] = lambda: True,
         watched: Callable[[], int] = lambda: 1,
+        paused: bool = False,
     ) -> None:
         """Start time, and a recording if a path is set.
 
@@ -129,6 +130,7 @@ class Host(Requests):
             has_subscribers: Returns whether anybody subscribes to a stream that must be on time.
             watched: Returns the ticks of which those of all streams and views that anybody takes
                 are multiples; 0 if nobody takes any.
+            paused: Whether time begins paused.
 
         Raises:
             One of `REFUSALS`: Nothing is changed.
@@ -174,6 +176,8 @@ class Host(Requests):
         if (method := given.settings.write.method) != element.settings.write.method:
             loop.submit(SetMethod(method))
         self.loop, self.patience = loop, given.queue.wait
+        if paused:
+            loop.pause(True)
         loop.start()
 
     def deactivate(self) -> None:

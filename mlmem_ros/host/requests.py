@@ -9,8 +9,8 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ..device import Command, Faults, Loop, MemoryElement, Outcome, Refused, SetFaults, SetMethod
-from ..device.mailbox import Asked
+from ..device import Command, Faults, Loop, MemoryElement, Refused, SetFaults, SetMethod
+from ..device.mailbox import Asked, Steps
 from ..device.progress import WAITING, Feedback
 from ..device.request import Client, Request
 from ..device.units import Units
@@ -84,9 +84,14 @@ class Requests:
             return Feedback(WAITING, 0.0, element.linkage.encoder, 0, place)
         return element.feedback() if element is not None and element.runs(request.run) else None
 
-    def step(self) -> Future[int]:
-        """Run one tick while paused; see `Loop.single_tick`."""
-        return self._counted(lambda loop: loop.single_tick())
+    def step(self, steps: Steps | None = None) -> Request[int]:
+        """Run ticks while paused, by default one; see `Loop.step`."""
+        return self._asked(lambda loop: loop.step(steps))
+
+    def shorten(self, request: Request[int]) -> None:
+        """Let a request for ticks end with the next one."""
+        if self.loop is not None:
+            self.loop.shorten(request)
 
     def pause(self, paused: bool) -> Future[int]:
         """Pause or resume time; see `Loop.pause`."""
@@ -113,11 +118,11 @@ class Requests:
         if self.loop is not None and not self.loop.element.driver.own_clock:
             self.loop.set_speed(speed)
 
-    def _asked(self, ask: Callable[[Loop], Asked]) -> Asked:
+    def _asked(self, ask: Callable[[Loop], Request[T]]) -> Request[T]:
         try:
             request = ask(self.open_loop())
         except Refused as refusal:
-            request = Request[Outcome | None](None).refuse(refusal)
+            request = Request[T](None).refuse(refusal)
         request.answer.add_done_callback(self._count)
         return request
 

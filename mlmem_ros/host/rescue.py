@@ -42,10 +42,10 @@ class Rescue:
 
         self._content = snapshot.take(element)
 
-    def restore(self, element: MemoryElement) -> None:
-        """Give a new device what is kept, if it fits."""
+    def restore(self, element: MemoryElement | None) -> None:
+        """Give a new device what is kept, if it fits; None: forget it."""
         content, self._content = self._content, None
-        if content is None:
+        if content is None or element is None:
             return
         from ..device import snapshot
 

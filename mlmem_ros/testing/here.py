@@ -12,6 +12,7 @@ from rclpy.context import Context
 from rclpy.utilities import try_shutdown
 
 from ..contract.errors import RequestRefused
+from ..device.mailbox import Steps
 from ..host import REFUSALS
 from ..ros.node.command_line import ros_arguments
 from ..ros.node.node import MemoryNode
@@ -68,9 +69,8 @@ class NodeHere(RunningNode):
 
     def step(self, ticks: int) -> int:
         """Run ticks while time is paused; return the ticks since its start."""
-        done = [self.node.host.step() for _ in range(ticks)]
         try:
-            return done[-1].result(STEPPED)
+            return self.node.host.step(Steps(ticks)).answer.result(STEPPED)
         except REFUSALS as refusal:
             raise RequestRefused({'error': str(refusal)}) from refusal
 

@@ -634,7 +634,7 @@ def test_a_call_during_a_pause_lets_no_tick_run(start):
     loop = start(rig.device(), listen, pacer=clock, speed=1.0, has_subscribers=lambda: False)
     ticks = hold(loop)
     stepping.set()
-    assert result(loop.single_tick()) == ticks + 1
+    assert result(loop.step().answer) == ticks + 1
     assert result(counted[0]) == ticks + 1
 
 
@@ -651,7 +651,7 @@ def test_a_pause_counts_the_tick_in_progress(start):
     assert not held.done()
     end.set()
     assert result(held) == loop.element.ticks
-    assert result(loop.single_tick()) == result(held) + 1
+    assert result(loop.step().answer) == result(held) + 1
 
 
 def test_finishing_a_loop_that_was_never_started_ends_at_once():
@@ -676,8 +676,8 @@ def test_single_ticks_are_single(start):
     loop = start(rig.device())
     ticks = hold(loop)
     for n in range(1, 6):
-        assert result(loop.single_tick()) == ticks + n
-    many = [loop.single_tick() for _ in range(10)]
+        assert result(loop.step().answer) == ticks + n
+    many = [loop.step().answer for _ in range(10)]
     assert [result(tick) for tick in many] == [ticks + 6 + n for n in range(10)]
     time.sleep(0.02)
     assert loop.element.ticks == ticks + 15
@@ -694,7 +694,7 @@ def test_a_slow_machine_makes_up_for_no_tick_while_time_is_paused(start):
     loop = start(rig.device(), pacer=Slow(), speed=1.0, batch=10)
     ticks = hold(loop)
     for n in range(1, 100):
-        assert result(loop.single_tick()) == ticks + n
+        assert result(loop.step().answer) == ticks + n
         assert hold(loop) == ticks + n
 
 
@@ -703,7 +703,7 @@ def test_single_ticks_do_not_wait_for_the_clock(start):
     loop = start(rig.device(), pacer=clock, speed=1.0)
     until(lambda: loop.element.ticks == 11)
     ticks = hold(loop)
-    assert [result(tick) for tick in [loop.single_tick() for _ in range(5)]][-1] == ticks + 5
+    assert [result(tick) for tick in [loop.step().answer for _ in range(5)]][-1] == ticks + 5
 
 
 def test_a_command_waits_for_the_single_tick(start):
@@ -713,7 +713,7 @@ def test_a_command_waits_for_the_single_tick(start):
     answer = loop.submit(SetStrain(0.01)).answer
     time.sleep(0.02)
     assert not answer.done()
-    result(loop.single_tick())
+    result(loop.step().answer)
     assert result(answer) is None
     assert stamped == [(ticks, SetStrain(0.01))]
     assert loop.element.actuator.moving
@@ -721,7 +721,7 @@ def test_a_command_waits_for_the_single_tick(start):
 
 def test_a_single_tick_of_a_running_loop_is_refused(start):
     loop = start(rig.device())
-    assert refusal(loop.single_tick()) == 'step works only while paused; pause first'
+    assert refusal(loop.step().answer) == 'step works only while paused; pause first'
 
 
 def test_a_single_tick_is_answered_even_if_the_pause_ends_first(start):
@@ -729,7 +729,7 @@ def test_a_single_tick_is_answered_even_if_the_pause_ends_first(start):
     hold(loop)
     blocked = threading.Event()
     holding = loop.call(blocked.wait)  # the loop's thread is busy until we let it
-    tick = loop.single_tick()
+    tick = loop.step().answer
     loop.pause(False)
     blocked.set()
     result(holding)
@@ -820,9 +820,9 @@ def test_a_cancel_ends_the_procedure_of_its_own_command_in_the_next_tick(start):
     hold(loop)
     mine = loop.submit(Write(5))
     for _ in range(80):  # it has read what is there, and strains
-        result(loop.single_tick())
+        result(loop.step().answer)
     canceled = loop.cancel(mine)
-    began = result(loop.single_tick())
+    began = result(loop.step().answer)
     assert result(mine).error == 'aborted: canceled by its client'
     assert loop.element.procedure == 'abort'
     loop.pause(False)
@@ -836,7 +836,7 @@ def test_a_cancel_does_not_end_another_clients_procedure(start):
     loop = start(rig.device(1))
     hold(loop)
     mine, equal = loop.submit(Read()), loop.submit(Read())
-    result(loop.single_tick())
+    result(loop.step().answer)
     assert 'busy' in refusal(equal)
     late = loop.cancel(equal)
     loop.pause(False)
@@ -850,7 +850,7 @@ def test_a_withdrawn_request_is_not_executed(start):
     loop = start(rig.device(), lambda commands, _: stamped.extend(commands))
     hold(loop)
     withdrawn, kept = loop.submit(Write(1)), loop.submit(SetStrain(0.0))
-    step = loop.single_tick()
+    step = loop.step().answer
     assert withdrawn.answer.cancel()
     result(step)
     assert result(kept) is None
@@ -862,7 +862,7 @@ def test_a_request_in_progress_cannot_be_withdrawn(start):
     loop = start(rig.device())
     hold(loop)
     answer = loop.submit(Read())
-    result(loop.single_tick())
+    result(loop.step().answer)
     assert not answer.answer.cancel()
     loop.pause(False)
     assert result(answer).success
@@ -889,17 +889,17 @@ def test_a_material_that_fails_stops_the_loop_with_the_reason(start):
     waiting = loop.submit(Write(6))
     until(lambda: loop.element.procedure)
     hold(loop)
-    also, step = loop.submit(SetStrain(0.0)), loop.single_tick()
+    also, step = loop.submit(SetStrain(0.0)), loop.step().answer
     result(step)
     later = loop.submit(Read())
     assert 'busy' in refusal(also)
     result(loop.call(lambda: loop.element.chain.v.__setitem__(100, math.nan)))
-    doomed = loop.single_tick()
+    doomed = loop.step().answer
     for answer in (waiting, doomed):
         assert refusal(answer).startswith('the device has stopped: the chain stopped being finite')
     assert 'busy' in refusal(later)  # it was put in the tick that failed
     assert isinstance(loop.failure, StateError)
-    for answer in (loop.submit(Read()), loop.call(int), loop.single_tick()):
+    for answer in (loop.submit(Read()), loop.call(int), loop.step().answer):
         assert refusal(answer).startswith('the device has stopped: the chain')
     ticks = loop.element.ticks
     time.sleep(0.02)
@@ -940,7 +940,7 @@ def test_a_loop_finished_while_single_ticks_wait_releases_the_strain(start):
         loop = start(rig.device())
         result(loop.submit(SetStrain(0.01)))
         hold(loop)
-        steps = [loop.single_tick() for _ in range(50)]
+        steps = [loop.step().answer for _ in range(50)]
         loop.finish()
         assert loop.failure is None
         assert loop.element.released
@@ -971,7 +971,7 @@ def test_pending_requests_are_refused_when_the_loop_stops(started):
     if started:
         loop.start()
         running = loop.submit(Calibrate()).answer
-        result(loop.single_tick())
+        result(loop.step().answer)
     waiting = [loop.submit(each).answer for each in (Write(1), SetStrain(0.0), Abort())]
     called = None if started else loop.call(int)
     loop.stop()
@@ -979,7 +979,7 @@ def test_pending_requests_are_refused_when_the_loop_stops(started):
         assert answer.done()
         assert refusal(answer) == 'the device is shut down'
     assert refusal(loop.submit(Read())) == 'the device is shut down'
-    assert refusal(loop.single_tick()) == 'the device is shut down'
+    assert refusal(loop.step().answer) == 'the device is shut down'
     loop.stop()  # once more does no harm
 
 
@@ -1065,5 +1065,5 @@ def test_a_newer_acceleration_replaces_a_pending_one(start):
     with pytest.raises(Refused, match='acceleration must be'):
         loop.submit(Disturb(math.nan)).answer.result(0.0)
     assert all(request.answer.result(0.0) is None for request in answers[1:-1])
-    loop.single_tick().result(PATIENCE)
+    loop.step().answer.result(PATIENCE)
     assert [command for _, command in stamped] == [asked[0], asked[-1]]

@@ -99,7 +99,7 @@ def test_a_write_is_saved_before_the_next_command_takes_effect(serve, file, kept
     host = serve(**kept).activate()
     host.pause(True).result(SOON)
     write = host.submit(Write(0))
-    host.step().result(SOON)
+    host.step().answer.result(SOON)
     for _ in range(5):
         host.submit(SetStrain(0.0))
     host.pause(False)
@@ -382,7 +382,7 @@ def test_a_request_to_a_host_that_is_not_active_is_refused(serve, record):
     service = serve()
     host = service.host
     for answer in (
-        host.submit(Read()).answer, host.step(), host.pause(True),
+        host.submit(Read()).answer, host.step().answer, host.pause(True),
         host.record(service.plan(record)), host.record(None),
         host.submit_scaled(lambda scale: Read()).answer,
     ):  # fmt: skip

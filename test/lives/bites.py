@@ -96,7 +96,7 @@ def who_waits_at_the_end_is_forgotten(_):
     def close(self, refusal):
         with self.changed:
             self._closed = self._closed or refusal
-            for queue in (self.commands, self.calls, self.single_ticks):
+            for queue in (self.commands, self.calls, self.steps):
                 queue.clear()
 
     return close

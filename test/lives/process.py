@@ -94,7 +94,7 @@ class Process:
             case 'pause':
                 self._asked(('pause', given), host.pause(given))
             case 'step':
-                self._asked(('step', None), host.step())
+                self._asked(('step', None), host.step().answer)
             case 'speed':
                 self.set_speed(given)
             case 'break':

@@ -24,8 +24,7 @@ from ...contract import goals, messages
 from ...contract.commands import OF_REQUEST
 from ...contract.requests import REQUESTS
 from ...device import Outcome
-from ...device.mailbox import Asked
-from ...device.progress import Feedback
+from ...device.request import Request
 from ...host import Host
 from ..qos import EVERY_ONE, RELIABLE
 from .callback_guard import REQUESTER, settled
@@ -67,7 +66,7 @@ class Actions:
         for goal, action in self._open.copy().items():
             if (feedback := self._host.feedback(goal.request)) is not None:
                 self._reported = threads.monotonic()
-                action.report(goal, feedback)
+                action.report(goal, **feedback._asdict())
 
 
 @dataclass(eq=False)
@@ -85,12 +84,12 @@ class Goal:
     """
 
     info: GoalInfo
-    request: Asked
+    request: Request[Any]
     status: int = GoalStatus.STATUS_EXECUTING
     result: Future[Any] = field(default_factory=lambda: threads.Future())
     ended: float = 0.0
     fetched: bool = False
-    let_go: Asked | None = None
+    let_go: Request[Any] | None = None
 
 
 class Action:
@@ -127,15 +126,13 @@ class Action:
     def _take(self, request: Any, response: Any) -> Any:
         """Accept a goal like any request: its result reports any error."""
         number = bytes(request.goal_id.uuid)
-        wanted = {each: getattr(request.goal, each) for each in REQUESTS[self._name]}
         now = self._node.get_clock().now().to_msg()
         with self._lock:
             self._forget()
             response.accepted = number not in self._goals
             if not response.accepted:
                 return response
-            wait = max(0.0, getattr(request.goal, 'deadline', 0.0))
-            asked = self._host.submit(OF_REQUEST[self._name](**wanted), REQUESTER.get(), wait)
+            asked = self._begin(request.goal)
             goal = Goal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
             self._goals[number] = goal
             self._open[goal] = self
@@ -151,7 +148,7 @@ class Action:
             stopped = [goal for goal in meant if goal in self._open and goal.let_go is None]
             for goal in stopped:
                 goal.status = GoalStatus.STATUS_CANCELING
-                goal.let_go = self._host.cancel(goal.request)
+                goal.let_go = self._stop(goal.request)
             if stopped:
                 self._publish_status()
         response.goals_canceling = [goal.info for goal in stopped]
@@ -183,12 +180,22 @@ class Action:
             if everything or known == number or early:
                 yield goal
 
+    def _begin(self, goal: Any) -> Request[Any]:
+        """Make the request behind a goal, which is any goal message of this action."""
+        wanted = {name: getattr(goal, name) for name in REQUESTS[self._name]}
+        wait = max(0.0, getattr(goal, 'deadline', 0.0))
+        return self._host.submit(OF_REQUEST[self._name](**wanted), REQUESTER.get(), wait)
+
+    def _stop(self, request: Request[Any]) -> Request[Any]:
+        """Stop what a goal has begun; return what is answered when it has ended."""
+        return self._host.cancel(request)
+
     # --- ends ----------------------------------------------------------------------------
 
-    def _ended(self, goal: Goal, done: Future[Outcome | None]) -> None:
+    def _ended(self, goal: Goal, done: Future[Any]) -> None:
         """Take the end of a goal's procedure, in the thread that delivers it."""
         try:
-            result, status = self._judged(done)
+            result, status = self._judged(goal, done)
         except Exception as error:  # answer the client anyway
             self._host.log.exception(self._name, error)
             result, status = self._failed(FAILED, error)
@@ -198,8 +205,7 @@ class Action:
         if let_go is None or status == GoalStatus.STATUS_SUCCEEDED:
             self._settle(goal, result, status)
             return
-        if result.error_code in (FAILED, REFUSED):
-            result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
+        status = self._canceled(result, status)
         # the next goal must find the element at rest
         let_go.answer.add_done_callback(lambda _: self._settle(goal, result, status))
 
@@ -210,13 +216,12 @@ class Action:
             self._publish_status()
         goal.result.set_result(result)
 
-    def _judged(self, done: Future[Outcome | None]) -> tuple[Any, int]:
+    def _judged(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
         """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
             return self._failed(REFUSED, refusal)
-        outcome = done.result()
-        assert outcome is not None
+        outcome: Outcome = done.result()
         good = outcome.success or bool(outcome.checks)  # a self-test is complete if it failed, too
         result = goals.result_of(self._kind, outcome, NONE if good else FAILED)
         if outcome.checks:
@@ -226,6 +231,12 @@ class Action:
 
     def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
         return goals.failed(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
+
+    def _canceled(self, result: Any, status: int) -> int:
+        """Say in the result of a canceled goal that it was; return its status."""
+        if result.error_code in (FAILED, REFUSED):
+            result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
+        return status
 
     def _forget(self) -> None:
         """Drop the goals whose results nobody will ask for any more."""
@@ -246,12 +257,12 @@ class Action:
 
     # --- topics --------------------------------------------------------------------------
 
-    def report(self, goal: Goal, feedback: Feedback) -> None:
-        """Publish the feedback of a goal."""
+    def report(self, goal: Goal, **feedback: Any) -> None:
+        """Publish the feedback of a goal, by name of its fields."""
         message = self._kind.Impl.FeedbackMessage()
         message.goal_id = goal.info.goal_id
         known = goals.fields(self._kind.Feedback)  # of an older build, maybe
-        said = {name: value for name, value in feedback._asdict().items() if name in known}
+        said = {name: value for name, value in feedback.items() if name in known}
         message.feedback = self._kind.Feedback(**said)
         self._feedback.publish(message)
 

@@ -30,6 +30,9 @@ from ...host import REFUSALS, ThrottledLog
 
 T = TypeVar('T')
 
+SIMULATOR_FAILED = 4
+"""`RESULT_OPERATION_FAILED` of simulation_interfaces/msg/Result."""
+
 REQUESTER: ContextVar[Requester | None] = ContextVar('requester', default=None)
 """Who has sent the request that is being answered."""
 
@@ -213,6 +216,8 @@ def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
         response.results += [failed] * (len(request.parameters) - len(response.results))
     elif isinstance(getattr(response, 'result', None), SetParametersResult):
         response.result = failed
+    elif hasattr(getattr(response, 'result', None), 'error_message'):  # of a simulator
+        response.result.result, response.result.error_message = SIMULATOR_FAILED, why
     elif hasattr(response, 'result'):  # of an action
         response.status = GoalStatus.STATUS_ABORTED
         response.result.error_code, response.result.error = response.result.FAILED, why

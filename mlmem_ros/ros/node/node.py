@@ -26,6 +26,7 @@ from .publishers import Publishers
 from .recorded import session_plan
 from .retries import Retries
 from .services import Clients, Services
+from .simulator import Simulator
 from .subscriptions import Subscriptions
 from .unlisted import UnlistedParameters
 
@@ -95,10 +96,11 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
         Services(self, self.host, lambda path: session_plan(self, self._given.values(), path))
+        self._simulator = Simulator(self)
         self._diagnostics = Diagnostics(self, self.host, callback_guard)
         self._duplicate_name_check = DuplicateNameCheck(self, self.host.log, callback_guard)
         self._published: Publishers | None = None
-        self._starting = False
+        self._starting = self._blank = self._held = False
         self._awaits_clock = True
         self._sim_time: Pacer | None = None
         self._refusal: Exception | None = None
@@ -141,13 +143,29 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         Raises:
             One of `REFUSALS`: The transition that failed.
         """
+        self.pass_through(self.trigger_configure, self.trigger_activate)
+
+    def pass_through(
+        self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
+    ) -> None:
+        """Make some transitions of the life cycle, in the executor's thread.
+
+        Args:
+            transitions: Those of rclpy, such as `trigger_activate`.
+            blank: A configuration begins with a blank element, whatever was saved.
+            held: An activation begins with time paused.
+
+        Raises:
+            One of `REFUSALS`: The transition that failed.
+        """
         self._starting, self._refusal = True, None
+        self._blank, self._held = blank, held
         try:
-            for transition in (self.trigger_configure, self.trigger_activate):
+            for transition in transitions:
                 if transition() != TransitionCallbackReturn.SUCCESS and self._refusal is not None:
                     raise self._refusal
         finally:
-            self._starting = False
+            self._starting = self._blank = self._held = False
 
     @property
     def unconfigured(self) -> bool:
@@ -157,7 +175,8 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
     @property
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
-        return len(self._callback_guard.waiting) + self._actions.waiting
+        goals = self._actions.waiting + self._simulator.waiting
+        return len(self._callback_guard.waiting) + goals
 
     @property
     def client_count(self) -> int:
@@ -236,7 +255,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             self.get_logger().info('preparing the device')
         integrator = given.settings.time.integrator
         with telling_compilation(self, given.design, integrator, self._diagnostics.announce):
-            element = self.host.configure(given)
+            element = self.host.configure(given, self._blank)
         self._given.lock(element.words)
         self._published = Publishers(self, element, given.publish, self.host)
         self.get_logger().info(
@@ -255,9 +274,10 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             self.get_parameter('time.speed').value,
             lambda: self._published is not None and self._published.has_subscribers,
             lambda: 0 if self._published is None else self._published.watched,
+            self._held,
         )
         self._awaits_clock = True
-        self.host.log.info('active: time runs')
+        self.host.log.info('active: time is paused' if self._held else 'active: time runs')
 
     def _pacer(self) -> Pacer:
         """Return the clock that time follows: the machine's, or with `use_sim_time` /clock."""

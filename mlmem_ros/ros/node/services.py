@@ -80,7 +80,7 @@ class Services:
         for name, row in PROCEDURES.items():
             if name != 'self_test':  # which answers in a type of its own
                 self._serve(Trigger, name, self._procedure(row))
-        self._serve(Trigger, 'step', lambda _: self._counted('step', host.step()))
+        self._serve(Trigger, 'step', lambda _: self._counted('step', host.step().answer))
         self._serve(SetBool, 'pause', self._paused)
         self._serve(SetBool, 'record', lambda request: self._recorded(Record(request.data)))
         self._create(SetParametersAtomically, 'request', self._request)

@@ -1,0 +1,212 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The node as a simulator: the services of the standard package `simulation_interfaces`.
+
+Its time plays, is paused, or is stopped; a test steps it. The package is optional: where it is not
+installed, `~/pause` and `~/step` are there alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from action_msgs.msg import GoalStatus
+
+from ...device import Refused
+from ...device.mailbox import Steps
+from ...device.request import Request
+from ...host import REFUSALS, Host
+from ..qos import EVERY_ONE
+from .actions import Action, Goal
+from .callback_guard import settled
+
+if TYPE_CHECKING:
+    from .node import MemoryNode
+
+STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
+"""States of a simulation, as in `SimulationState`: no world is loaded in an unconfigured node."""
+
+UNSUPPORTED, DONE, _, INCORRECT_STATE, FAILED = range(5)
+ALREADY = 101
+"""Results of a request, as in `Result` and `SetSimulationState`."""
+
+TIME, STATE = 1, 2
+"""Scopes of a reset, as in `ResetSimulation`: bits of a number, which is 0 for all of them."""
+
+ANYWHERE = 24, 25, 26, 31, 32, 33
+"""Features of any element, as in `SimulatorFeatures`: its state is got, set and paused; it is
+stepped once, or several times, by service and action."""
+
+RESET = 20
+"""Feature of a simulated element: it is reset, in state and time together."""
+
+
+def types() -> dict[str, Any] | None:
+    """Return the types of the services and the action by name; None if they are not installed."""
+    try:
+        services = import_module('simulation_interfaces.srv')
+        actions = import_module('simulation_interfaces.action')
+    except ImportError:
+        return None
+    return {**vars(services), 'SimulateSteps': actions.SimulateSteps}
+
+
+class Simulator:
+    """Serves a node's time by the standard, if its types are installed."""
+
+    def __init__(self, node: MemoryNode) -> None:
+        self._node = node
+        self._action: SimulateSteps | None = None
+        if (kinds := types()) is None:
+            return
+        for name, kind, callback in (
+            ('get_simulator_features', 'GetSimulatorFeatures', self._features),
+            ('get_simulation_state', 'GetSimulationState', self._get_state),
+            ('set_simulation_state', 'SetSimulationState', self._set_state),
+            ('step_simulation', 'StepSimulation', self._step),
+            ('reset_simulation', 'ResetSimulation', self._reset),
+        ):
+            node.create_service(kinds[kind], f'~/{name}', callback, qos_profile=EVERY_ONE)
+        self._action = SimulateSteps(node, node.host, {}, 'simulate_steps', kinds['SimulateSteps'])
+
+    @property
+    def waiting(self) -> int:
+        """How many goals are open, or have just ended without a request for the result."""
+        return self._action.waiting if self._action is not None else 0
+
+    @property
+    def state(self) -> int:
+        """The state of the simulation."""
+        host = self._node.host
+        if (loop := host.loop) is not None:
+            return PAUSED if loop.paused else PLAYING
+        return NO_WORLD if host.element is None else STOPPED
+
+    # --- services ------------------------------------------------------------------------
+
+    def _features(self, _: Any, response: Any) -> Any:
+        element = self._node.host.element
+        resets = (RESET,) if element is None or element.simulated else ()
+        response.features.features = [*resets, *ANYWHERE]
+        response.features.custom_info = (
+            'mlmem_ros: a mechanical memory element; a step is one of its ticks'
+        )
+        return response
+
+    def _get_state(self, _: Any, response: Any) -> Any:
+        response.state.state, response.result.result = self.state, DONE
+        return response
+
+    async def _set_state(self, request: Any, response: Any) -> Any:
+        now, wanted = self.state, request.state.state
+        if wanted not in (STOPPED, PLAYING, PAUSED):
+            return _said(response, UNSUPPORTED, 'the state can be stopped, playing or paused')
+        if now == wanted:
+            return _said(response, ALREADY, '')
+        if now == NO_WORLD:
+            return _said(response, INCORRECT_STATE, 'the node is not configured')
+        if wanted == STOPPED:
+            return self._done(response, self._begin_anew)
+        if now == STOPPED:
+            return self._done(response, lambda: self._activate(wanted == PAUSED))
+        try:
+            await settled(self._node.host.pause(wanted == PAUSED))
+        except REFUSALS as refusal:
+            return _said(response, FAILED, f'{refusal}')
+        return _said(response, DONE, '')
+
+    async def _step(self, request: Any, response: Any) -> Any:
+        steps = Steps(request.steps)
+        try:
+            await settled(_begun(self._node.host, steps).answer)
+        except REFUSALS as refusal:
+            return _said(response, FAILED, f'{refusal}')
+        return _said(response, *_judged(steps))
+
+    def _reset(self, request: Any, response: Any) -> Any:
+        now = self.state
+        if request.scope and ~request.scope & (TIME | STATE):
+            why = 'state and time are reset together: give the scope 0, 3 or 255'
+            return _said(response, UNSUPPORTED, why)
+        if now == NO_WORLD:
+            return _said(response, INCORRECT_STATE, 'the node is not configured')
+
+        def reset() -> None:
+            self._begin_anew()
+            if now != STOPPED:
+                self._activate(now == PAUSED)
+
+        return self._done(response, reset)
+
+    def _begin_anew(self) -> None:
+        """Put a blank element in the place of the present one, whose life ends; inactive."""
+        node = self._node
+        element = node.host.element
+        if element is not None and not element.simulated:
+            raise Refused('a real element cannot be reset; erase it')
+        if node.host.loop is not None:
+            node.pass_through(node.trigger_deactivate)
+        node.pass_through(node.trigger_cleanup, node.trigger_configure, blank=True)
+
+    def _activate(self, paused: bool) -> None:
+        self._node.pass_through(self._node.trigger_activate, held=paused)
+
+    @staticmethod
+    def _done(response: Any, work: Callable[[], None]) -> Any:
+        try:
+            work()
+        except REFUSALS as refusal:
+            return _said(response, FAILED, f'{refusal}')
+        return _said(response, DONE, '')
+
+
+class SimulateSteps(Action):
+    """Steps with feedback after each; a cancel ends them with the next one."""
+
+    def _begin(self, goal: Any) -> Request[Any]:
+        return _begun(self._host, Steps(goal.steps, self._told))
+
+    def _stop(self, request: Request[Any]) -> Request[Any]:
+        self._host.shorten(request)
+        return request
+
+    def _told(self, steps: Steps) -> None:
+        with self._lock:  # until the goal is known
+            goal = next((goal for goal in self._open if goal.request.asked is steps), None)
+        if goal is not None:
+            self.report(goal, completed_steps=steps.done, remaining_steps=steps.left)
+
+    def _judged(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
+        if (refusal := done.exception()) is not None:
+            self._host.log.refused(self._name, refusal)
+            return self._failed(FAILED, refusal)
+        code, why = _judged(goal.request.asked)
+        status = GoalStatus.STATUS_SUCCEEDED if code == DONE else GoalStatus.STATUS_ABORTED
+        return _said(self._kind.Result(), code, why), status
+
+    def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
+        return _said(self._kind.Result(), FAILED, f'{why}'), GoalStatus.STATUS_ABORTED
+
+    def _canceled(self, result: Any, status: int) -> int:
+        return int(GoalStatus.STATUS_CANCELED)
+
+
+def _begun(host: Host, steps: Steps) -> Request[int]:
+    if not steps.left:
+        return Request[int](steps).refuse(Refused('steps must be at least 1'))
+    return host.step(steps)
+
+
+def _judged(steps: Steps) -> tuple[int, str]:
+    """Return the result of steps that have ended, with its reason."""
+    if steps.cut:
+        return FAILED, f'ended after {steps.done} steps: time was resumed, or they were canceled'
+    return DONE, ''
+
+
+def _said(response: Any, code: int, why: str) -> Any:
+    response.result.result, response.result.error_message = code, why
+    return response
