@@ -47,7 +47,8 @@ def pages() -> dict[str, str]:
 def policy() -> str:
     """Return the SROS 2 policy, with the present services and actions of node and client."""
     text = POLICY.read_text(encoding='utf-8')
-    own = ''.join(f'            <service>~/{name}</service>\n' for name, *_ in services.SERVICES)
+    served = *services.SERVICES, *services.SIMULATOR
+    own = ''.join(f'            <service>~/{name}</service>\n' for name, *_ in served)
     text = re.sub(
         r'(<services reply="ALLOW">\n).*?( *<service>~/change_state)',
         lambda found: found[1] + own + found[2],
@@ -56,7 +57,8 @@ def policy() -> str:
         flags=re.DOTALL,
     )
     for rule, above in (('execute', '~'), ('call', '/mlmem')):
-        listed = ''.join(f'            <action>{above}/{name}</action>\n' for name in ACTIONS)
+        names = [*ACTIONS, services.STEPS] if rule == 'execute' else ACTIONS
+        listed = ''.join(f'            <action>{above}/{name}</action>\n' for name in names)
         text = re.sub(
             rf'(<actions {rule}="ALLOW">[^\n]*\n).*?( *</actions>)',
             lambda found, listed=listed: found[1] + listed + found[2],

@@ -58,3 +58,42 @@ SERVICES = (
     ),
 )
 """All of them. Procedures answer when they have ended, with one JSON object."""
+
+STEPS = 'simulate_steps'
+"""The action of the standard package `simulation_interfaces`, of the type `SimulateSteps`."""
+
+SIMULATOR = tuple(
+    Service(name, f'simulation_interfaces/srv/{kind}', meaning)
+    for name, kind, meaning in (
+        (
+            'get_simulator_features',
+            'GetSimulatorFeatures',
+            'which of them are supported: all of these; resets only of a simulated element. '
+            'Nothing is spawned, and no world is loaded',
+        ),
+        (
+            'get_simulation_state',
+            'GetSimulationState',
+            'playing or paused while active, stopped while inactive, without a world while '
+            'unconfigured',
+        ),
+        (
+            'set_simulation_state',
+            'SetSimulationState',
+            'play, pause or stop; a stopped element is blank when it plays again, whatever is in '
+            'its state file. To quit, end the process',
+        ),
+        (
+            'step_simulation',
+            'StepSimulation',
+            'run ticks while paused, answered once the events of the last are published',
+        ),
+        (
+            'reset_simulation',
+            'ResetSimulation',
+            'begin anew with a blank element at tick 0, in the present state; state and time are '
+            'reset together (scope 0, 3 or 255)',
+        ),
+    )
+)
+"""What a node answers as a simulator, where `simulation_interfaces` is installed."""

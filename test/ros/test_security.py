@@ -8,9 +8,11 @@ import xml.etree.ElementTree as ET
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from mlmem_ros.contract import services
 from mlmem_ros.contract.errors import RequestFailed, RequestRefused
 from mlmem_ros.contract.goals import action_types
 from mlmem_ros.ros.client.standalone import standalone
+from mlmem_ros.ros.node import simulator
 
 POLICY = Path(__file__).parents[2] / 'config' / 'sros2_policy.xml'
 RULES = {
@@ -26,7 +28,7 @@ ON_DEMAND = {'/clock'}
 SETTLED = 1.0
 """Seconds without news after which everything is discovered."""
 
-ACTIONS_BUILT = bool(action_types())
+ACTIONS_BUILT, SIMULATOR_BUILT = bool(action_types()), simulator.types() is not None
 SERVICES = {'send_goal', 'cancel_goal', 'get_result'}
 TOPICS = {'feedback', 'status'}
 
@@ -48,12 +50,15 @@ ACTION = {
 def allowed(enclave, rule):
     """Return the full names that an enclave's only profile allows, as SROS2 expands them.
 
-    Without built actions, their names are left out.
+    The names of types that are not built are left out.
     """
     names = set(listed(enclave, rule))
+    if not SIMULATOR_BUILT:
+        names -= {f'/mlmem/{service.name}' for service in services.SIMULATOR}
     for role, parts in ACTION.items():
-        for action in listed(enclave, role) if ACTIONS_BUILT else ():
-            names |= {f'{action}/_action/{part}' for part in parts.get(rule, ())}
+        for action in listed(enclave, role):
+            if SIMULATOR_BUILT if action == f'/mlmem/{services.STEPS}' else ACTIONS_BUILT:
+                names |= {f'{action}/_action/{part}' for part in parts.get(rule, ())}
     return names
 
 

@@ -156,13 +156,19 @@ class Stepping:
         self.robot.node.create_subscription(
             action.SimulateSteps.Impl.FeedbackMessage,
             self.robot.name('simulate_steps/_action/feedback'),
-            lambda message: self.said.append(message.feedback),
+            self.said.append,
             EVERY_ONE,
         )
 
     def send(self, steps):
         goal = action.SimulateSteps.Goal(steps=steps)
         return self.robot.response(self.client.send_goal_async(goal))
+
+    def all_told(self, handle, steps):
+        """Return the numbers of steps done and left that a goal has told, once that is all."""
+        told = [each.feedback for each in self.said if each.goal_id == handle.goal_id]
+        counts = [(each.completed_steps, each.remaining_steps) for each in told]
+        return counts if len(counts) >= steps else None
 
     def result(self, handle):
         ended = self.robot.response(handle.get_result_async())
@@ -180,14 +186,11 @@ def stepping(tool):
 def test_the_action_tells_of_every_step(stepping, tool):
     while not stepping.said:  # until feedback finds its way
         stepping.result(stepping.send(1))
-    stepping.said.clear()
     begun = ticks(tool)
     handle = stepping.send(8)
     assert stepping.result(handle) == (GoalStatus.STATUS_SUCCEEDED, OK)
-    stepping.robot.wait(lambda: len(stepping.said) == 8, 'all feedback')
-    assert [(each.completed_steps, each.remaining_steps) for each in stepping.said] == [
-        (done, 8 - done) for done in range(1, 9)
-    ]
+    told = stepping.robot.wait(lambda: stepping.all_told(handle, 8), 'all feedback')
+    assert told == [(done, 8 - done) for done in range(1, 9)]
     assert ticks(tool) == begun + 8
 
 

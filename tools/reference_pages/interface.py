@@ -65,6 +65,7 @@ def _qos(topic: Topic) -> str:
 def services_page() -> str:
     """Return every service, and what `~/request` takes."""
     rows = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.SERVICES]
+    simulator = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.SIMULATOR]
     asked = [
         [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
         for name, takes in requests.REQUESTS.items()
@@ -79,7 +80,12 @@ def services_page() -> str:
         '`end` is `left`, `right` or `both`, by default `read.end`. `follow` moves the strain '
         'through points: `times` in s from its first tick, `strains` (tension positive), and '
         '`rates` in 1/s, or none for straight lines. `on` starts or ends a recording; `path` is '
-        'by default `record.path`.\n'
+        'by default `record.path`.\n\n'
+        '## A simulator by the standard\n\n'
+        'Where `simulation_interfaces` is installed (`ros-jazzy-simulation-interfaces`), each '
+        'node, those of a bank too, answers its services; a step is a tick. The action '
+        f'`~/{services.STEPS}` tells of every step, and its cancel ends it with the next one.\n\n'
+        f'{table(["name", "type", "meaning"], simulator)}\n'
     )
 
 

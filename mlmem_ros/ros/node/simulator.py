@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from action_msgs.msg import GoalStatus
 
+from ...contract.services import SIMULATOR, STEPS
 from ...device import Refused
 from ...device.mailbox import Steps
 from ...device.request import Request
@@ -62,15 +63,11 @@ class Simulator:
         self._action: SimulateSteps | None = None
         if (kinds := types()) is None:
             return
-        for name, kind, callback in (
-            ('get_simulator_features', 'GetSimulatorFeatures', self._features),
-            ('get_simulation_state', 'GetSimulationState', self._get_state),
-            ('set_simulation_state', 'SetSimulationState', self._set_state),
-            ('step_simulation', 'StepSimulation', self._step),
-            ('reset_simulation', 'ResetSimulation', self._reset),
-        ):
-            node.create_service(kinds[kind], f'~/{name}', callback, qos_profile=EVERY_ONE)
-        self._action = SimulateSteps(node, node.host, {}, 'simulate_steps', kinds['SimulateSteps'])
+        for name, kind, _ in SIMULATOR:
+            answer = getattr(self, f'_{name}')
+            kind = kinds[kind.rpartition('/')[2]]
+            node.create_service(kind, f'~/{name}', answer, qos_profile=EVERY_ONE)
+        self._action = SimulateSteps(node, node.host, {}, STEPS, kinds['SimulateSteps'])
 
     @property
     def waiting(self) -> int:
@@ -87,7 +84,7 @@ class Simulator:
 
     # --- services ------------------------------------------------------------------------
 
-    def _features(self, _: Any, response: Any) -> Any:
+    def _get_simulator_features(self, _: Any, response: Any) -> Any:
         element = self._node.host.element
         resets = (RESET,) if element is None or element.simulated else ()
         response.features.features = [*resets, *ANYWHERE]
@@ -96,11 +93,11 @@ class Simulator:
         )
         return response
 
-    def _get_state(self, _: Any, response: Any) -> Any:
+    def _get_simulation_state(self, _: Any, response: Any) -> Any:
         response.state.state, response.result.result = self.state, DONE
         return response
 
-    async def _set_state(self, request: Any, response: Any) -> Any:
+    async def _set_simulation_state(self, request: Any, response: Any) -> Any:
         now, wanted = self.state, request.state.state
         if wanted not in (STOPPED, PLAYING, PAUSED):
             return _said(response, UNSUPPORTED, 'the state can be stopped, playing or paused')
@@ -118,7 +115,7 @@ class Simulator:
             return _said(response, FAILED, f'{refusal}')
         return _said(response, DONE, '')
 
-    async def _step(self, request: Any, response: Any) -> Any:
+    async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = Steps(request.steps)
         try:
             await settled(_begun(self._node.host, steps).answer)
@@ -126,7 +123,7 @@ class Simulator:
             return _said(response, FAILED, f'{refusal}')
         return _said(response, *_judged(steps))
 
-    def _reset(self, request: Any, response: Any) -> Any:
+    def _reset_simulation(self, request: Any, response: Any) -> Any:
         now = self.state
         if request.scope and ~request.scope & (TIME | STATE):
             why = 'state and time are reset together: give the scope 0, 3 or 255'
