@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.contract import goals, results
+from mlmem_ros.contract import goals, results, services
 
 if not goals.action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
@@ -25,6 +25,7 @@ from robot import values
 from mlmem_ros import MemoryClient, RequestFailed, RequestRefused
 from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
 from mlmem_ros.ros.events import events_executor
+from mlmem_ros.ros.node import simulator
 
 KINDS = {
     'write': Write,
@@ -202,10 +203,12 @@ def test_an_unknown_goal(robot):
 def test_actions_are_listed_on_the_graph(robot):
     from rclpy.action import get_action_server_names_and_types_by_node as served
 
-    robot.wait(lambda: len(served(robot.node, 'mlmem', '/')) == len(KINDS), 'all actions')
+    kinds = {name: f'mlmem_interfaces/action/{kind.__name__}' for name, kind in KINDS.items()}
+    if simulator.types() is not None:
+        kinds[services.STEPS] = 'simulation_interfaces/action/SimulateSteps'
+    robot.wait(lambda: len(served(robot.node, 'mlmem', '/')) == len(kinds), 'all actions')
     assert dict(served(robot.node, 'mlmem', '/')) == {
-        f'/mlmem/{name}': [f'mlmem_interfaces/action/{kind.__name__}']
-        for name, kind in KINDS.items()
+        f'/mlmem/{name}': [kind] for name, kind in kinds.items()
     }
 
 
