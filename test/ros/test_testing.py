@@ -119,5 +119,5 @@ def test_assert_written_checks_the_last_write(tmp_path, node):
     with faults(node, actuator_stuck=True), pytest.raises(RequestError):
         node.memory.write(4).wait()
     node.memory.record(False).wait()
-    with pytest.raises(AssertionError, match='failed: .*the actuator does not follow'):
+    with pytest.raises(AssertionError, match='the actuator does not follow'):
         assert_written(bag, 4)
