@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from mlmem_ros import packages
-from mlmem_tools.cli import laboratory
+from mlmem_tools.cli import commands, laboratory
 from mlmem_tools.cli import main as cli
 from mlmem_tools.cli.command import Command
 
@@ -71,7 +71,7 @@ def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
 def test_with_it_the_command_is_found_and_listed(monkeypatch, capsys):
     points = [EntryPoint(name, place, laboratory.COMMANDS) for name, place in declared().items()]
     monkeypatch.setattr(packages, 'entry_points', lambda group: points)
-    assert set(laboratory.NAMES) <= set(cli.parser().format_help().split())
+    assert set(laboratory.NAMES) <= set(commands.parser().format_help().split())
     with pytest.raises(SystemExit):
         cli.main(['measured', '--help'])
     assert 'random chains' in capsys.readouterr().out

@@ -15,7 +15,8 @@ import pytest
 from rich.console import Console
 
 from mlmem_ros.session.data import load
-from mlmem_tools.cli.main import SUBCOMMANDS, main
+from mlmem_tools.cli.commands import SUBCOMMANDS
+from mlmem_tools.cli.main import main
 from mlmem_tools.cli.output import plain_table, print_json
 
 LIFE = Path(__file__).parent / 'data' / 'life'

@@ -1,13 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a sub-command is declared, as a function with options and help text, and ends by Ctrl-C."""
+"""How a sub-command is declared, as a function with options and help text."""
 
 from __future__ import annotations
 
 import argparse
-import os
-import signal
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,47 +66,6 @@ def one_of(*options: Option) -> Option:
             each(group)  # type: ignore[arg-type]
 
     return add
-
-
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C while a command runs.
-
-    Where KeyboardInterrupt itself passes an `exec`, such as that of a dataclass, Python ends by
-    the signal in the end, even if it was caught.
-    """
-
-
-INTERRUPTED = 130
-"""Exit status of a command that was interrupted, as of a shell."""
-
-LEAVE = 5.0
-"""Seconds for leaving the ROS graph, in which Ctrl-C does nothing; later it ends the process."""
-
-
-def heed_interrupts() -> None:
-    """Let Ctrl-C raise `Interrupted`, unless this process was started to ignore it."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _interrupt)
-
-
-def settled() -> None:
-    """Note that the outcome is known, before it is told: from here on Ctrl-C comes too late.
-
-    Otherwise a command would tell an answer, and then that it was interrupted.
-    """
-    if signal.getsignal(signal.SIGINT) is _interrupt:
-        until = time.monotonic() + LEAVE
-
-        def insist(*_: object) -> None:
-            if time.monotonic() > until:
-                os._exit(INTERRUPTED)
-
-        signal.signal(signal.SIGINT, insist)
-
-
-def _interrupt(*_: object) -> None:
-    settled()
-    raise Interrupted
 
 
 NODE = option('--node', default='mlmem', help='name of the memory node')

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 from mlmem_ros.packages import added
 
 from . import laboratory
-from .command import JSON, command, option, settled
+from .command import JSON, command, option
+from .interrupts import settled
 from .output import plain_console, plain_table, print_json, show_progress
 
 if TYPE_CHECKING:

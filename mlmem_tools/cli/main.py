@@ -1,88 +1,41 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The command `mlmem` and its sub-commands."""
+"""The command `mlmem`; it handles Ctrl-C before loading the rest."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import sys
-from collections.abc import Iterable, Sequence
-from importlib import import_module
+from typing import TYPE_CHECKING
 
-from mlmem_ros.packages import added, missing
-from mlmem_ros.procedures import PROCEDURES
-from mlmem_ros.version import __version__
+from .interrupts import INTERRUPTED, heed_interrupts, settled
 
-from . import laboratory
-from .command import INTERRUPTED, Command, add_commands, heed_interrupts, settled
-from .output import complain
-
-REQUESTS = (*PROCEDURES, 'record')
-SUBCOMMANDS = (
-    'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'replay', 'inspect',
-    'doctor',
-)  # fmt: skip
-"""Each is a `Command` in a module of its name, requests among `COMMANDS` of `request`."""
-
-
-def parser(names: Iterable[str] | None = None) -> argparse.ArgumentParser:
-    """Return the parser of the command line, of some sub-commands, since importing all modules
-    takes a while.
-    """
-    names = (*SUBCOMMANDS, *sorted(_added())) if names is None else names
-    parser = argparse.ArgumentParser(
-        prog='mlmem', description='Write, read and study mechanical multi-level memories.'
-    )
-    parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
-    subparsers = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
-    add_commands(subparsers, {name: _command(name) for name in names})
-    return parser
-
-
-def _added() -> set[str]:
-    return added(laboratory.COMMANDS).keys() - set(SUBCOMMANDS)
-
-
-def _command(name: str) -> Command:
-    if name not in SUBCOMMANDS:
-        other: Command = added(laboratory.COMMANDS)[name].load()
-        return other
-    module = import_module(f'.{"request" if name in REQUESTS else name}', __package__)
-    found: Command = module.COMMANDS[name] if name in REQUESTS else getattr(module, name)
-    return found
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a sub-command, by default that of the process's command line; return its exit status."""
+    if arguments is None:
+        heed_interrupts()
     # Read when a sub-command loads numpy. Our matrices are small, and threads of BLAS that wait
     # for each other take the cores: a figure took 12 s of them, not 5.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     given = sys.argv[1:] if arguments is None else arguments
     first = given[0] if given else ''
-    if arguments is None:
-        heed_interrupts()
     try:
-        status = _run(given, first)
+        from .commands import run  # takes up to a second
+
+        status = run(given, first)
         settled()
     except KeyboardInterrupt:
+        from .output import complain
+
         status = complain(first, 'interrupted', INTERRUPTED)
     if arguments is None:  # Python would die of a signal that finds it leaving
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     return status
-
-
-def _run(given: Sequence[str], first: str) -> int:
-    if first in laboratory.NAMES and first not in _added():
-        return complain(first, missing(laboratory.absent()), 1)
-    known = first in SUBCOMMANDS or first in _added()
-    names = (first,) if known else () if first == '--version' else None
-    parsed = parser(names).parse_args(given)
-    try:
-        return _command(parsed.command).run(parsed)
-    except ModuleNotFoundError as error:
-        return complain(parsed.command, missing(error), 1)
 
 
 if __name__ == '__main__':

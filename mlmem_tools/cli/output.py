@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.clipped import printable
 
-from .command import settled
+from .interrupts import settled
 
 if TYPE_CHECKING:
     from rich.console import Console

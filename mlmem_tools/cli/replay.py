@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING
 
 from mlmem_ros.clipped import printable
 
-from .command import JSON, command, option, settled
+from .command import JSON, command, option
+from .interrupts import settled
 from .output import complain, print_json
 
 if TYPE_CHECKING:

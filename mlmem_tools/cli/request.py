@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from mlmem_ros.procedures import PROCEDURES, Procedure
 from mlmem_ros.words import describe_level
 
-from .command import JSON, NODE, Command, Option, command, one_of, option, settled, wait
+from .command import JSON, NODE, Command, Option, command, one_of, option, wait
+from .interrupts import settled
 from .output import complain, print_json
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from __future__ import annotations
 import argparse
 import time
 
-from .command import JSON, NODE, command, option, settled, wait
+from .command import JSON, NODE, command, option, wait
+from .interrupts import settled
 from .output import complain, plain_console, print_json
 
 FIRST_REPORT = 3.0

@@ -220,6 +220,30 @@ def test_ctrl_c_when_the_answer_is_told(memory):
         assert (command.returncode, command.stderr.read()) == (0, '')
 
 
+CTRL_C_AT = """
+import os, signal, sys
+moment = sys.argv.pop(1)
+class Finder:
+    def find_spec(self, name, *_):
+        if name == moment:
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+from mlmem_tools.cli.main import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize('module', ['argparse', 'mlmem_ros.procedures', 'rclpy'])
+def test_ctrl_c_while_it_loads(module):
+    """In its first second; as long as Python itself starts, it is Python that ends it."""
+    done = subprocess.run(
+        [sys.executable, '-c', CTRL_C_AT, module, 'read'], capture_output=True, text=True,
+        timeout=60, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (130, '', 'mlmem read: interrupted\n')
+
+
 def test_ctrl_c_while_it_waits(start):
     """The command ends, once, however often it is asked to; the node finishes the write."""
     node = start({'scale.time': 1e-5})

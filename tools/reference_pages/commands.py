@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from mlmem_ros.ros.node import command_line
 from mlmem_tools.cli import laboratory
-from mlmem_tools.cli.main import SUBCOMMANDS, parser
+from mlmem_tools.cli.commands import SUBCOMMANDS, parser
 
 from .table import table
 
