@@ -191,9 +191,12 @@ def test_feedback_says_the_place(memory, client, others):
         for _ in range(40):
             await asyncio.sleep(0.02)
             await memory.memory.step()
+        await memory.memory.set_parameters({'time.speed': 0.2})  # a write outlasts many reports
         await memory.memory.pause(False)
         await first
-        return await asyncio.gather(*watching)
+        ended = await asyncio.gather(*watching)
+        await memory.memory.set_parameters({'time.speed': 1.0})
+        return ended
 
     for wanted, (told, level) in zip((2, 3), asyncio.run(both()), strict=True):
         assert level == wanted
@@ -202,6 +205,7 @@ def test_feedback_says_the_place(memory, client, others):
         assert places[0] == wanted - 1
         assert places == sorted(places, reverse=True)
         assert all(getattr(each, 'place', 0) == 0 for each in told if each.phase != 'waiting')
+        assert told[-1].phase != 'waiting'
 
 
 @pytest.mark.skipif(not action_types(), reason='mlmem_interfaces is not built')
