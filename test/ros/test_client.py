@@ -249,7 +249,7 @@ def test_all_threads_of_an_executor_wait(node, context):
     def wait(place):
         timers[place].cancel()  # or a third callback would wait at the barrier, in vain
         both.wait(SOON)  # until no thread is left that could spin the node
-        told.append(client.parameters('design.N', timeout=5.0).wait())
+        told.append(client.parameters('design.N', timeout=SOON).wait())
         if both.wait(SOON) == 0:
             over.set_result(None)
 
@@ -269,7 +269,7 @@ def test_waiting_spins_a_node_whose_executor_does_not_spin(node, context):
     executor = SingleThreadedExecutor(context=context)
     rclpy.spin_once(node, executor=executor, timeout_sec=0.0)
     assert node.executor is executor
-    assert client.read(timeout=5.0).wait().attempts == 1
+    assert client.read(timeout=SOON).wait().attempts == 1
 
 
 def test_timers_go_on_while_a_callback_of_the_group_awaits(node, context):

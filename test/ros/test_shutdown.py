@@ -19,8 +19,9 @@ from robot import Robot
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
+from mlmem_ros.ros.client.line import GRACE, LEASE
 from mlmem_ros.ros.client.standalone import wait_until
-from mlmem_ros.ros.fast_dds import profile_variable
+from mlmem_ros.ros.fast_dds import PROFILE, profile_variable
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
 from mlmem_ros.ros.node.services import SILENT
 from mlmem_ros.ros.node_process import node_arguments
@@ -46,23 +47,23 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
         r'```python\n(.*?)```', (ROOT / 'docs' / 'robot.md').read_text(), re.DOTALL
     )
     program, state = tmp_path / 'behaviour.py', tmp_path / 'state.json'
+    assert 'timeout=3.0' in blocks[1]
+    blocks[1] = blocks[1].replace('timeout=3.0', f'timeout={SOON}')  # for machines that are busy
     program.write_text('\n'.join([*blocks, 'main()\n']))
-    node = start({**QUICK, 'linger': 20.0, 'state.path': str(state)}, apart=True)
+    node = start({**QUICK, 'linger': 600.0, 'state.path': str(state)}, apart=True)
     with standalone() as memory:
         assert memory.write(5, timeout=SOON).wait().level == 5
     robot = subprocess.Popen([sys.executable, program], stderr=subprocess.PIPE, text=True)
     wait_until(lambda: 'read succeeded' in node.output, 'the read of its constructor', SOON)
     time.sleep(0.2)  # until main has gone on to its loop
-    begun = time.monotonic()
     stop(node.signal, robot.send_signal)
-    assert (robot.wait(SOON), robot.stderr.read()) == (0, '')
-    assert node.exit_status() == 0
-    assert time.monotonic() - begun < 10.0  # it did not linger to the end
+    assert (robot.wait(2 * SOON), robot.stderr.read()) == (0, '')
+    assert node.exit_status(SOON) == 0  # it does not linger to the end
     assert state_file.load(state)['reading']['level'] == 0
 
 
 def asks_and_is_killed():
-    """Return a process that reads, says so, and stays; others forget it only after 20 s."""
+    """Return a process that reads, says so, and stays; others forget it only after a minute."""
     program = """
 import time
 from mlmem_ros import standalone
@@ -72,8 +73,7 @@ with standalone() as memory:
     time.sleep(60.0)
 """
     command = [sys.executable, '-c', program]
-    profile = profile_variable(os.environ)
-    forgotten_late = {name: value for name, value in os.environ.items() if name != profile}
+    forgotten_late = os.environ | {profile_variable(os.environ): str(PROFILE)}
     return subprocess.Popen(command, env=forgotten_late, stdout=subprocess.PIPE, text=True)
 
 
@@ -84,12 +84,12 @@ def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
         on_graph = partial(observer.node.count_clients, '/mlmem/request')
         with standalone() as memory:
             assert killed.stdout.readline() == 'read\n'
-            assert memory.read().wait().blank
+            assert memory.read(timeout=SOON).wait().blank
             killed.kill()
             node.signal(signal.SIGINT)
             time.sleep(SILENT + 1.0)
-            assert memory.read().wait().blank  # a client that was quiet, and lives
-        assert node.exit_status() == 0
+            assert memory.read(timeout=SOON).wait().blank  # a client that was quiet, and lives
+        assert node.exit_status(SOON) == 0
         assert on_graph() == 1  # the killed one
 
 
@@ -134,16 +134,17 @@ def test_nothing_cuts_the_end_of_the_example_short(start):
 
 def test_who_waits_for_a_killed_node_is_told_soon(start):
     """Not after the 20 s that Fast DDS grants by default."""
+    assert LEASE + GRACE < 5.0
     node = start(QUICK, apart=True)
     with standalone() as memory:
         memory.ready(SOON).wait()
         memory.pause().wait()
-        reading = memory.read(timeout=60.0)
+        reading = memory.read(timeout=600.0)
         node.signal(signal.SIGKILL)
         begun = time.monotonic()
         with pytest.raises(NoAnswer, match='went away during read: how it ended is not known'):
             reading.wait()
-        assert time.monotonic() - begun < 10.0
+        assert time.monotonic() - begun < 19.0
 
 
 @pytest.mark.parametrize('seconds', [6.0, pytest.param(30.0, marks=pytest.mark.slow)])
@@ -159,11 +160,11 @@ def test_a_node_that_stood_still_answers_its_clients_again(start, context, secon
             memory.read().wait()
         node.signal(signal.SIGSTOP)
         begun = time.monotonic()
-        for reading in [memory.read(timeout=60.0) for memory in clients[::2]]:
+        for reading in [memory.read(timeout=600.0) for memory in clients[::2]]:
             with pytest.raises(NoAnswer, match='went away during read'):
                 reading.wait()
-        assert time.monotonic() - begun < 6.0  # 4, and a busy machine
-        time.sleep(begun + seconds - time.monotonic())
+        assert time.monotonic() - begun < 19.0
+        time.sleep(max(0.0, begun + seconds - time.monotonic()))
         node.signal(signal.SIGCONT)
         assert [memory.request('read').wait().details['level'] for memory in clients] == [-1] * 5
 
