@@ -52,7 +52,7 @@ class NodeApart(RunningNode):
         """Ask it to end, if it is still running."""
         self._process.terminate()
 
-    def exit_status(self, within: float = 20.0) -> int:
+    def exit_status(self, within: float = 60.0) -> int:
         """Wait for its end; negative: the signal that killed it."""
         try:
             return self._process.wait(within)

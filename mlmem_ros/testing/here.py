@@ -90,7 +90,7 @@ class NodeHere(RunningNode):
             self._stop.append(None)
             self._executor.interrupt()
 
-    def exit_status(self, within: float = 20.0) -> int:
+    def exit_status(self, within: float = 60.0) -> int:
         """Wait for its end.
 
         Raises:

@@ -59,7 +59,7 @@ class RunningNode(ABC):
         """Ask it to end, like SIGTERM, if it is still running."""
 
     @abstractmethod
-    def exit_status(self, within: float = 20.0) -> int:
+    def exit_status(self, within: float = 60.0) -> int:
         """Wait for its end; return the exit status of `memory_node`.
 
         Raises:

@@ -12,7 +12,7 @@ from mlmem_ros.device import Refused
 from mlmem_ros.host import Overdue
 from mlmem_ros.host.worker import PATIENCE, Worker
 
-SOON = 20.0
+SOON = 60.0
 """Longest wait in seconds, on a loaded machine."""
 
 

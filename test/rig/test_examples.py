@@ -38,7 +38,7 @@ from mlmem_ros.rig.frames import Kind
 from .lines import calibration
 
 EXAMPLES = Path(__file__).parents[2] / 'examples' / 'rig'
-SOON = 20.0
+SOON = 60.0
 
 
 UNIT = 2e-4

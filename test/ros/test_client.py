@@ -479,11 +479,11 @@ def test_what_cannot_be_sent_stops_no_executor(node):
     """The error is the caller's: the robot spins on."""
     with spinning(node):
         asked = MemoryClient(node, '/mlmem').parameters(3)
-        wait_until(asked.done, 'the end of the reply')
+        wait_until(asked.done, 'the end of the reply', SOON)
         assert isinstance(asked.exception(), TypeError)
         turned = Future()
         node.create_timer(0.001, lambda: turned.set_result(None))
-        wait_until(turned.done, 'a timer of the robot')
+        wait_until(turned.done, 'a timer of the robot', SOON)
 
 
 def under_way(client, robot, level):

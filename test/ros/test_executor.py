@@ -15,7 +15,7 @@ from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.node.callback_guard import CallbackGuard, settled
 from mlmem_ros.ros.node.executor import GuardedExecutor
 
-SOON = 10.0
+SOON = 30.0
 
 
 @pytest.fixture
