@@ -87,6 +87,8 @@ class Element:
             values['k_r'] = made.k_r.tolist()
         if made.offsets.any():
             values['offset'] = made.offsets.tolist()
+        if made.stuck:
+            values['stuck'] = list(made.stuck)
         return values | {
             'time_unit': self.time_unit,
             'transducers': {name: list(pair) for name, pair in self.transducers.items()},
@@ -108,6 +110,7 @@ class _File:
     k_r: float | Array = described(1.0, 'springs between the cells', low=1e-3, high=1e3)
     mass: float | Array = described(1.0, 'masses', low=1e-3, high=1e3)
     offset: float | Array = 0.0
+    stuck: tuple[int, ...] = ()
     time_unit: float = described(1.0, "the instrument's time unit", low=0.5, high=2.0)
     transducers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     chi2: float = described(0.0, 'misfit per datum', low=0.0)
@@ -135,7 +138,7 @@ def element_of(data: Any) -> Element:
         given: _File = decode(_File, data)
         made = Specimen(
             given.design, given.alpha / given.design.alpha, k_r_factor=given.k_r, mass=given.mass,
-            offset=given.offset,
+            offset=given.offset, stuck=given.stuck,
         )  # fmt: skip
     except ValueError as error:
         raise ElementFileError(f'this is not an element as `mlmem fit` writes: {error}') from error

@@ -22,6 +22,7 @@ from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
 from .progress import Feedback, Progress
+from .reading import UNDECODABLE
 from .settings import Settings
 
 NAMES = {row.command: name for name, row in PROCEDURES.items()}
@@ -140,7 +141,7 @@ class MemoryElement(Memory):
         """Check the arguments of a procedure.
 
         Raises:
-            Refused: One is out of range.
+            Refused: One is out of range, or a bad cell makes a level unusable.
         """
         self._checked(command)
 
@@ -148,7 +149,11 @@ class MemoryElement(Memory):
         """Return the arguments of a procedure."""
         if wrong := problems(command, level=self.words - 1):
             raise Refused('; '.join(wrong))
-        return {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
+        wanted = {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
+        lost = self.bad_cells.lost if self.bad_cells is not None else {}
+        if why := lost.get(wanted.get('level', UNDECODABLE)):
+            raise Refused(f'level {wanted["level"]} {why}')
+        return wanted
 
     def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
         steps = procedures.steps(name)

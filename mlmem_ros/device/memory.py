@@ -7,7 +7,7 @@ Procedures know nothing else about an element.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ..physics import Design
@@ -24,7 +24,8 @@ from .settings import Settings
 from .shot import Shot
 
 if TYPE_CHECKING:
-    from .register import Forecasts
+    from .bad_cells import BadCells
+    from .register import Forecasts, Register
 
 
 SLOWER = 1.1
@@ -38,6 +39,7 @@ class Memory(Instrument):
         calibration: Echo delay of every level.
         forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
         register: What it answers in every word, if it holds many walls; None for one wall.
+        bad_cells: What it answers at every level with known bad cells; None without any.
         reading: The last reading; None while the content is unknown.
         unknown: Why and since when it is, if it was known before.
         statistics: The history of the element.
@@ -61,11 +63,16 @@ class Memory(Instrument):
         self.forecast: Calibration | None = None
         self.reading: Reading | None = None
         self.unknown: Unknown | None = None
-        self.register: Forecasts | None = None
+        self.register: Register | None = None
+        self.bad_cells: BadCells | None = None
         if settings.register.spacing:
             from .register import forecasts  # few elements hold many walls
 
             self.register = forecasts(design, settings)
+        if settings.element.bad_cells:
+            from .bad_cells import bad_cells  # nor do many have known bad cells
+
+            self.bad_cells = bad_cells(design, settings)
         self.statistics = MemoryStatistics.of(self.words)
         self._events: list[Event] = []
 
@@ -73,6 +80,16 @@ class Memory(Instrument):
     def words(self) -> int:
         """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
         return self.design.levels if self.register is None else self.register.code.words
+
+    @property
+    def waveforms(self) -> Forecasts | None:
+        """The forecasts with which waveforms are compared; None if it is read by delays."""
+        return self.bad_cells if self.register is None else self.register
+
+    @property
+    def levels(self) -> Sequence[int]:
+        """Levels of one wall that can be used, from the left."""
+        return range(self.design.levels) if self.bad_cells is None else self.bad_cells.usable
 
     def forget(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.
@@ -111,11 +128,11 @@ class Memory(Instrument):
         return SLOWER * self.calibration.longest(end)
 
     def hear_word(self, shot: Shot, noise: float, echo: Echo) -> Reading:
-        """Decode a shot into an element with many walls, store the reading and report it."""
-        assert self.register is not None
+        """Decode the waveforms of a shot, store the reading and report it."""
+        assert self.waveforms is not None
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
         least = self.settings.register.min_margin
-        self.reading = self.register.decode(shot, noise, phases, least)
+        self.reading = self.waveforms.decode(shot, noise, phases, least)
         self.unknown = None
         self._events.append(EchoReceived(echo, self.reading))
         return self.reading

@@ -147,11 +147,18 @@ def pushes(settings: Settings) -> bool:
     """Return whether an erase and a write down begin with a push."""
     push, limits = settings.push, settings.transducer
     able = limits.max_amplitude >= push.A and push.speed <= limits.max_speed
+    able &= not (push.end == 'right' and settings.element.stuck)  # it does not get there
     return settings.write.method != 'strain' and push.A > 0.0 and able
 
 
 def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]:
-    """Yield the moves that begin at a level, or at the blank element."""
+    """Yield the moves that begin at a level, or at the blank element, and cross no stuck cell."""
+    for move in _moves_from(design, settings, start):
+        if not (move.target >= 0 and settings.element.blocked(design.defect(move.target))):
+            yield move
+
+
+def _moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]:
     if settings.write.method != 'strain':
         yield from _strainless(design, settings, start)
     if settings.actuator.present:
@@ -219,7 +226,7 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
     `write.method` kick, those with the least strain.
 
     Raises:
-        ProcedureFailed: Without an actuator there is no way.
+        ProcedureFailed: There is no way: without an actuator, or past a stuck cell.
     """
     order = itertools.count()
     ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
@@ -237,6 +244,8 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
                 continue  # an erase is that fast only if the wall was read, a throw sure from rest
             cost = time + move.time + aside * move.how.strains
             heapq.heappush(ways, (cost, next(order), move.target, [*way, move]))
+    if target >= 0 and (why := settings.element.blocked(design.defect(target))):
+        raise ProcedureFailed(f'level {target} cannot be reached: {why}')
     raise ProcedureFailed(
         f'{describe_level(target)} is reached only by strain: it needs an actuator, or, with '
         'write.method kick or auto, a kick to it and a push within the limits of the transducers'

@@ -138,6 +138,8 @@ def resting(made: Specimen, levels: Sequence[int]) -> Array:
     for number, level in enumerate(sorted(levels, reverse=True)):
         left = (wall_profile(design, design.defect(level) + 0.3) - design.D_s1) / step
         share = share * (1.0 - left) + (1.0 - number % 2) * left
+    stuck = np.array(made.stuck, dtype=np.int64) - 1
+    share[stuck] = np.round(share[stuck])  # in the phase of its place
     v = relax(made, design.D_s1 + step * share + made.offsets, np.zeros(design.N))
     found = sorted(wall.position for wall in walls(design, v))
     wanted = [design.defect(level) for level in sorted(levels)]
@@ -198,20 +200,28 @@ class Listener:
         return power * share
 
 
+class Content(NamedTuple):
+    """What an element may hold: its number, the levels of its walls, and its code."""
+
+    number: int
+    walls: tuple[int, ...]
+    code: str
+
+
 class Forecasts:
-    """What both ends do after the pulse of a read, by word.
+    """What both ends do after the pulse of a read, by content.
 
     Attributes:
-        code: The words.
-        parts: In the band, shape (words, 2 m); see `Listener`.
-        nearest: Distance of every word's part to the nearest one with the same phase at the left
-            end, shape (words,).
+        contents: What the element may hold, one a row of `parts`.
+        parts: In the band, shape (contents, 2 m); see `Listener`.
+        nearest: Distance of every part to the nearest one with the same phase at the left end,
+            shape (contents,).
         listener: Makes parts.
     """
 
-    def __init__(self, code: Code, parts: Array, listener: Listener) -> None:
-        self.code, self.parts, self.listener = code, parts, listener
-        self._odd = np.array([len(code.walls(word)) % 2 for word in range(code.words)])
+    def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
+        self.contents, self.parts, self.listener = tuple(contents), parts, listener
+        self._odd = np.array([len(each.walls) % 2 for each in contents])
         square = np.square(parts).sum(axis=1)
         apart = square[:, None] + square - 2.0 * parts @ parts.T
         apart[self._odd[:, None] != self._odd] = np.inf
@@ -219,15 +229,19 @@ class Forecasts:
         self.nearest = np.sqrt(np.maximum(apart.min(axis=1), 0.0))
 
     @property
+    def least(self) -> float:
+        """The least distance between what is told apart."""
+        return float(self.nearest.min())
+
+    @property
     def quiet(self) -> float:
-        """Noise (`Listener.noise`) up to which every word can be told from all others."""
-        least = float(self.nearest.min())
-        return LEFT_OVER * LEFT_OVER * least * least / NOISE
+        """Noise (`Listener.noise`) up to which every content can be told from all others."""
+        return LEFT_OVER * LEFT_OVER * self.least * self.least / NOISE
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
     ) -> Reading:
-        """Return the word of what both ends did after a pulse, given the noise before and the
+        """Return the content of what both ends did after a pulse, given the noise before and the
         phases of the ends.
 
         The nearest forecast must leave no more than `LEFT_OVER` of its distance to any other, and
@@ -246,40 +260,52 @@ class Forecasts:
         part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
         same = self._odd == phases[0]
         left = np.where(same, np.square(self.parts - part).sum(axis=1), np.inf)
-        word = int(np.argmin(left))
+        row = int(np.argmin(left))
+        content = self.contents[row]
         if noise > self.quiet:
             return replace(nothing, reason='the ends move too much to hear every wall')
-        allowed = (LEFT_OVER * self.nearest[word]) ** 2
-        if left[word] > allowed:
-            ratio = math.sqrt(left[word] / allowed)
+        allowed = (LEFT_OVER * self.nearest[row]) ** 2
+        if left[row] > allowed:
+            ratio = math.sqrt(left[row] / allowed)
             return replace(
                 nothing,
-                reason=f'the nearest forecast, of {word}, leaves {ratio:.3g} times what it may: a '
-                'wall is between levels, or something else answers, or there is noise',
+                reason=f'the nearest forecast, of {content.number}, leaves {ratio:.3g} times what '
+                'it may: a wall is between levels, or something else answers, or there is noise',
             )
-        ways = np.delete(self.parts[same] - self.parts[word], np.flatnonzero(same) == word, axis=0)
-        along = ways @ (part - self.parts[word]) / np.square(ways).sum(axis=1)
-        margin = round(1.0 - 2.0 * max(0.0, float(along.max())), 6)
+        ways = np.delete(self.parts[same] - self.parts[row], np.flatnonzero(same) == row, axis=0)
+        along = ways @ (part - self.parts[row]) / np.square(ways).sum(axis=1)
+        margin = round(1.0 - 2.0 * float(along.max(initial=0.0)), 6)
         if margin < least:
             return replace(nothing, reason=f'what is heard lies between words ({margin:.2f})')
-        walls = self.code.walls(word)
         return replace(
-            nothing, level=word, code=self.code.binary(word), level_margin=margin,
-            threshold_margin=round(math.sqrt(allowed / max(float(left[word]), 1e-6 * allowed)), 6),
-            walls=len(walls),
+            nothing, level=content.number, code=content.code, level_margin=margin,
+            threshold_margin=round(math.sqrt(allowed / max(float(left[row]), 1e-6 * allowed)), 6),
+            walls=len(content.walls),
         )  # fmt: skip
 
 
+class Register(Forecasts):
+    """What both ends do by word.
+
+    Attributes:
+        code: The words.
+    """
+
+    def __init__(self, code: Code, parts: Array, listener: Listener) -> None:
+        words = range(code.words)
+        contents = [Content(word, code.walls(word), code.binary(word)) for word in words]
+        super().__init__(contents, parts, listener)
+        self.code = code
+
+
 @lru_cache(maxsize=8)
-def forecasts(design: Design, settings: Settings) -> Forecasts:
+def forecasts(design: Design, settings: Settings) -> Register:
     """Return the forecasts of an ideal element; raises as `forecasts_of`."""
     return forecasts_of(Specimen(design), settings)
 
 
-def forecasts_of(made: Specimen, settings: Settings) -> Forecasts:
+def forecasts_of(made: Specimen, settings: Settings) -> Register:
     """Return the forecasts of an element in every word.
-
-    By the method whose waves do not depend on its step, from the ends' motion at its steps.
 
     Raises:
         SettingsError: The element holds one wall, or walls of a word do not rest at their levels.
@@ -288,15 +314,37 @@ def forecasts_of(made: Specimen, settings: Settings) -> Forecasts:
     code = code_of(design, settings)
     if code is None:
         raise SettingsError('an element with one wall is read by its delays')
-    converged = replace(settings, time=replace(settings.time, integrator='pefrl'))
-    twin = Instrument(design, converged, Simulation.of(made, converged.time))
     listener = Listener(settings)
-    parts = []
+    resting_at = []
     for word in range(code.words):
         try:
-            twin.chain.place(resting(made, code.walls(word)))
+            resting_at.append(resting(made, code.walls(word)))
         except StateError as error:
             raise SettingsError(f'{code.binary(word)} cannot be held: {error}') from error
+    return Register(code, heard(made, settings, listener, resting_at), listener)
+
+
+def heard(
+    made: Specimen, settings: Settings, listener: Listener, walls_at: Sequence[Array]
+) -> Array:
+    """Return the parts of what both ends of an element at rest do after the pulse of a read.
+
+    By the method whose waves do not depend on its step, from the ends' motion at its steps.
+
+    Args:
+        made: The element.
+        settings: Of its instrument.
+        listener: Makes parts.
+        walls_at: Displacements, shape (N,) each, in which it rests.
+
+    Returns:
+        Shape (number of these, 2 m).
+    """
+    converged = replace(settings, time=replace(settings.time, integrator='pefrl'))
+    twin = Instrument(made.design, converged, Simulation.of(made, converged.time))
+    parts = []
+    for v in walls_at:
+        twin.chain.place(v)
         twin.transducer.settle()
         tape = twin.transducer.shoot(End.LEFT, settings.register.probe)
         for begin in range(0, listener.ticks, LONGEST_RUN):
@@ -304,4 +352,4 @@ def forecasts_of(made: Specimen, settings: Settings) -> Forecasts:
         twin.transducer.release()
         shot = tape.shot(0.0, 0.0, twin.driver.dt)
         parts.append(listener.part(shot.samples - shot.rest[:, None], shot.dt))
-    return Forecasts(code, np.array(parts), listener)
+    return np.array(parts)

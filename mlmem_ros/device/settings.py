@@ -9,6 +9,7 @@ The defaults are for the paper's Case II element.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -381,6 +382,54 @@ class RegisterSettings(Checked):
 
 
 @dataclass(frozen=True)
+class ElementSettings(Checked):
+    """What is known of this one element and not of its design."""
+
+    bad_cells: str = described(
+        '',
+        'cells known to be bad, separated by spaces: 217 is stuck as in a blank element, 61:0.5 '
+        'has half of its on-site stiffness; empty: none',
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            sound = all(
+                1 < site < 100_000 and (factor is None or 0.01 <= factor <= 100.0)
+                for site, factor in _cells(self.bad_cells)
+            )
+        except ValueError:
+            sound = False
+        if not sound:
+            raise SettingsError(
+                'bad_cells must be cells from 2 on, such as 217, or 61:0.5 with a stiffness from '
+                f'0.01 to 100 times the nominal one, separated by spaces; got '
+                f'{clipped(self.bad_cells)}'
+            )
+
+    @cached_property
+    def stuck(self) -> tuple[int, ...]:
+        """Sites of the stuck cells, from the left."""
+        return tuple(sorted({site for site, factor in _cells(self.bad_cells) if factor is None}))
+
+    @cached_property
+    def weak(self) -> dict[int, float]:
+        """On-site stiffness of the others over the nominal one, by site."""
+        return {site: factor for site, factor in _cells(self.bad_cells) if factor is not None}
+
+    def blocked(self, site: int) -> str:
+        """Return why no wall reaches a site from the left; empty if one does."""
+        first = min(self.stuck, default=site + 1)
+        return f'cell {first} is stuck' if first <= site else ''
+
+
+def _cells(text: str) -> list[tuple[int, float | None]]:
+    """Return the sites of bad cells, each with the factor on its stiffness, or None if stuck."""
+    parts = [word.partition(':') for word in text.split()]
+    return [(int(site), float(factor) if colon else None) for site, colon, factor in parts]
+
+
+@dataclass(frozen=True)
 class DisturbanceSettings(Checked):
     """Limits of the base acceleration, in lattice constants per time unit squared."""
 
@@ -452,6 +501,7 @@ class Settings:
     probe_right: ProbeSettings = ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
     read: ReadSettings = ReadSettings()
     register: RegisterSettings = RegisterSettings()
+    element: ElementSettings = ElementSettings()
     disturbance: DisturbanceSettings = DisturbanceSettings()
     time: TimeSettings = TimeSettings()
     scale: ScaleSettings = ScaleSettings()
@@ -466,11 +516,21 @@ class Settings:
                         f'{name}.{peak} must be within actuator.max_strain = {limit:g}; '
                         f'got {value:g}'
                     )
+        if self.element.bad_cells and self.register.spacing:
+            raise SettingsError(
+                'element.bad_cells must be empty for an element with many walls '
+                f'(register.spacing); got {clipped(self.element.bad_cells)}'
+            )
 
     @property
     def tick_seconds(self) -> float:
         """Real time of a tick at speed 1, in seconds."""
         return self.time.tick * self.scale.time
+
+    def with_stuck(self, sites: Iterable[int]) -> Settings:
+        """Return settings that know more stuck cells."""
+        bad = ' '.join((self.element.bad_cells, *map(str, sites))).strip()
+        return dataclasses.replace(self, element=ElementSettings(bad))
 
     def groups(self) -> dict[str, Checked]:
         """Return the groups by name."""

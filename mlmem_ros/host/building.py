@@ -59,10 +59,12 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: 
     Raises:
         One of `REFUSALS`: Nothing is open.
     """
+    twin = _known('twin', given.device.twin, given, disk)
+    if twin is not None:
+        given = replace(given, settings=given.settings.with_stuck(twin.specimen.stuck))
     check_design(given.design, given.settings, given.check, log)
     with ExitStack() as undo:
         specimen = _known('specimen', given.device.specimen, given, disk)
-        twin = _known('twin', given.device.twin, given, disk)
         try:
             driver = drivers.opened(
                 given.device.driver, given.device.address, given.design, given.settings,
@@ -106,7 +108,8 @@ def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | N
 def _forecast(twin: Element, given: Parameters, log: ThrottledLog) -> Calibration:
     """Return the calibration that a twin forecasts: delays of its echoes, and planned pulses."""
     try:
-        delays = calibration_of(twin.timed, given.design, given.settings)
+        healthy = replace(twin.timed, stuck=())  # with bad cells no delays are heard
+        delays = calibration_of(healthy, given.design, given.settings)
     except SettingsError as error:
         log.warning(f'device.twin: {error}; delays are those of the design')
         delays = factory_calibration(given.design, given.settings)

@@ -9,7 +9,9 @@ real time, no ROS.
 
 from __future__ import annotations
 
-from mlmem_ros.device.settings import Settings
+from dataclasses import replace
+
+from mlmem_ros.device.settings import ElementSettings, Settings
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design
 from mlmem_ros.verdict import Verdict
@@ -55,8 +57,14 @@ def check(
     one element of it.
     """
     settings = settings or Settings()
-    subject = Subject(design, settings)
     if element is not None:
-        made = element.timed
-        subject = Subject(made.design, settings, made, tuple(element.pulses(settings)))
-    return Report(tuple(finding for concern in CONCERNS for finding in concern.check(subject)))
+        settings = settings.with_stuck(element.specimen.stuck)
+    sound = replace(settings, element=ElementSettings())  # what is left of it is said at the end
+    subject = Subject(design, sound)
+    if element is not None:
+        made = replace(element.timed, stuck=())
+        subject = Subject(made.design, sound, made, tuple(element.pulses(settings)))
+    found = [finding for concern in CONCERNS for finding in concern.check(subject)]
+    if settings.element.bad_cells:
+        found.append(words.bad_cells(design, settings))
+    return Report(tuple(found))

@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether an element with many walls holds every word, and can tell it from all others."""
+"""Whether an element with many walls holds every word, and can tell it from all others; and what
+is left of one with known bad cells.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +10,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mlmem_ros.device.bad_cells import bad_cells as forecasts_with
 from mlmem_ros.device.errors import SettingsError
 from mlmem_ros.device.register import forecasts_of
+from mlmem_ros.device.settings import Settings
+from mlmem_ros.physics import Design
 from mlmem_ros.verdict import Verdict
 
 from .finding import Finding, graded, judged
@@ -46,3 +51,17 @@ def check(subject: Subject) -> Iterator[Finding]:
         'shorter register.sigma, or a greater register.spacing',
         SOURCE,
     )
+
+
+def bad_cells(design: Design, settings: Settings) -> Finding:
+    """Return the finding on the levels that known bad cells leave; a warning if any is lost."""
+    source = (
+        'a wall is pinned at any one of the soft defects (p. 2); bad cells are not in the paper'
+    )
+    try:
+        found = forecasts_with(design, settings)
+    except SettingsError as error:
+        return Finding('bad_cells', {}, '', Verdict.FAIL, str(error), source)
+    values = {'usable levels': float(len(found.usable)), 'levels': float(design.levels)}
+    verdict = Verdict.WARN if found.lost else Verdict.PASS
+    return Finding('bad_cells', values, '', verdict, str(found), source)

@@ -46,6 +46,8 @@ def value(random, field, description):
         return ' '.join(str(level) for level in range(9) if random.random() < 0.3)
     if field.name in ('speeds', 'kinks'):
         return ' '.join(f'{number(random, 1e-4, 10.0):g}' for _ in range(random.randint(0, 9)))
+    if field.name == 'bad_cells':
+        return ''  # a register has none
     whole = field.type in ('int', int)
     return number(random, description.low, description.high, whole=whole)
 

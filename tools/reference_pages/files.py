@@ -30,7 +30,9 @@ def files_page() -> str:
     taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '', quick)
     calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
-    known = element_file.Element(dataclasses.replace(made, mass=2.0), made.alpha, plan=learnt)
+    known = element_file.Element(
+        dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, plan=learnt
+    )
     element.made, element.forecast = made, element.calibration
     header = _content(messages.header(element, '/mlmem', {}))
     hashed = _content(messages.state_hash(element))

@@ -137,6 +137,7 @@ ELEMENT = {
     'mass': 'mass of every cell; absent: 1',
     'k_r': 'stiffness of every spring between the cells over k_r; absent: 1',
     'offset': 'shift of the ground states of every cell in lattice constants; absent: 0',
+    'stuck': 'cells that stick to the substrate; absent: none',
     'time_unit': "the instrument's time unit in true ones",
     'transducers': 'zero, gain as a sensor and gain as a driver of the left and the right end',
     'chi2': 'misfit per datum',

@@ -12,7 +12,6 @@ from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
 from ..reading import BLANK
-from ..register import Forecasts
 from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
 from .erasing import erase
@@ -26,16 +25,16 @@ def calibrate(element: Memory) -> Procedure[Result]:
     Every new delay must be nearest to that of the same level in the present calibration, because a
     failed step would shift all levels of the table by one. Such a step is repeated with up to
     `write.pulses` other pulses, and the one that works is learnt too. A twin's forecast takes the
-    place of the present calibration, if there is one. An element with many walls learns nothing:
-    one at every level must be heard as forecast.
+    place of the present calibration, if there is one. An element with many walls, or known bad
+    cells, learns nothing: a wall at every level must be heard as forecast.
 
     Raises:
         ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels (the
             old calibration is kept), or the content could not be restored.
     """
     yield from return_to_zero(element)
-    if element.register is not None:
-        return (yield from _verify(element, element.register))
+    if element.waveforms is not None:
+        return (yield from _verify(element))
     content, known = (yield from look(element)), element.calibration
     try:
         element.calibration = yield from _learn(element)
@@ -51,10 +50,10 @@ def calibrate(element: Memory) -> Procedure[Result]:
     return replace(restored, delays={end: learnt.table(end).delays for end in learnt.ends})
 
 
-def _verify(element: Memory, register: Forecasts) -> Procedure[Result]:
-    """Write one wall to every level of an element with many: what is heard is as forecast."""
+def _verify(element: Memory) -> Procedure[Result]:
+    """Write one wall to every level that can be used: what is heard is as forecast."""
     content = yield from look(element)
-    for word in register.code.each:
+    for word in element.register.code.each if element.register else element.levels:
         yield from write(element, word)
     return (yield from restore(element, content))
 

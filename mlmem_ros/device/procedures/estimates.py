@@ -7,6 +7,8 @@ Anything unexpected (a failed attempt, an end that does not come to rest) is add
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from ..echo import TAIL
 from ..memory import Memory
 from ..moves import ringing, route
@@ -31,8 +33,8 @@ def expect(element: Memory, duration: float) -> None:
 
 def reading(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
-    if element.register is not None:
-        return element.register.listener.ticks * element.tick
+    if element.waveforms is not None:
+        return element.waveforms.listener.ticks * element.tick
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
     return element.settings.read.rest + longest + TAIL
 
@@ -64,16 +66,17 @@ def everything(element: Memory) -> float:
 
     That is to erase, write and read every level, and restore the content.
     """
-    top = element.design.levels - 1
-    steps = sum(driving(element, level - 1, level) for level in range(top + 1))
+    levels = (BLANK, *element.levels)
+    top = levels[-1]
+    steps = sum(driving(element, *pair) for pair in pairwise(levels))
     content = max(BLANK, known(element))
     restoring = writing(element, top, content)
-    return writing(element, top, BLANK) + steps + (top + 1) * reading(element) + restoring
+    return writing(element, top, BLANK) + steps + (len(levels) - 1) * reading(element) + restoring
 
 
 def surveying(element: Memory) -> float:
     """Return the time of a survey."""
-    content, top = max(BLANK, known(element)), element.design.levels - 1
+    content, top = max(BLANK, known(element)), max(element.levels, default=BLANK)
     each = RECORD + (SILENCE / element.design.eta if element.design.eta else 0.0)
     way = driving(element, content, BLANK) + driving(element, BLANK, top)
     return way + writing(element, top, content) + SHOTS * each

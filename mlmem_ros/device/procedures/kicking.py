@@ -18,7 +18,7 @@ from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..progress import LISTENING, QUIETING
 from ..reading import UNDECODABLE, Reading
-from ..register import Code, Forecasts
+from ..register import Code, Register
 from ..settings import Settings
 from .blocks import Procedure, Result, bring_back, catch_up, fire_push, kick_to, wait
 
@@ -39,7 +39,7 @@ def push_all(element: Memory) -> Procedure[None]:
     yield from wait(element, element.settings.push.settle)
 
 
-def put(element: Memory, register: Forecasts, present: int, word: int) -> Procedure[None]:
+def put(element: Memory, register: Register, present: int, word: int) -> Procedure[None]:
     """Bring a word into an element that holds another, open loop.
 
     Walls stay if none is to their right that must go, and none is missing there. Otherwise all
@@ -95,9 +95,9 @@ def hear(element: Memory) -> Procedure[Reading]:
     Raises:
         ProcedureFailed: They do not become quiet within `read.patience`.
     """
-    register, transducer = element.register, element.transducer
-    assert register is not None
-    listener, probe = register.listener, element.settings.register.probe
+    forecasts, transducer = element.waveforms, element.transducer
+    assert forecasts is not None
+    listener, probe = forecasts.listener, element.settings.register.probe
     while element.actuator.moving:
         yield element.next_look(element.actuator.remaining)
     yield from catch_up(element)
@@ -107,11 +107,11 @@ def hear(element: Memory) -> Procedure[Reading]:
     while since < passage:  # what is inside comes to an end within that time
         yield 1
         noise = listener.noise(transducer.recent, element.driver.dt)
-        since = since + 1 if noise < register.quiet else 0
+        since = since + 1 if noise < forecasts.quiet else 0
         if element.ticks >= patience:
             raise ProcedureFailed(
                 'the element does not come to rest: what both ends hear in the band of the pulse '
-                f'is {math.sqrt(noise / register.quiet):.3g} times as loud as it may be'
+                f'is {math.sqrt(noise / forecasts.quiet):.3g} times as loud as it may be'
             )
     element.progress.phase = LISTENING
     tape = transducer.shoot(End.LEFT, probe)

@@ -227,10 +227,14 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
     The left end's carrier lies above the band of the inactive phase and so cannot leave the left
     end of a blank element, and vice versa: then only the other end is probed.
     """
-    if element.register is not None:
-        from .kicking import hear  # few elements hold many walls
+    if element.waveforms is not None:
+        from .kicking import hear  # few elements hold many walls or have known bad cells
 
-        return (yield from hear(element))
+        reading = yield from hear(element)
+        if reading.level == UNDECODABLE and (swinging := _swinging(element)) > 0.0:
+            yield from wait(element, swinging)
+            reading = yield from hear(element)
+        return reading
     for _ in range(element.settings.read.attempts):
         yield from quiet(element)
         echoes = yield from pulse_echo(element, element.audible)
@@ -241,12 +245,12 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
     return reading
 
 
-def _swinging(element: Instrument, reading: Reading) -> float:
-    """Return how long a wall that answers may still swing; 0 if nothing damps it.
+def _swinging(element: Instrument) -> float:
+    """Return how long a wall may still swing; 0 if nothing damps it.
 
     It swings below the pass band of either phase, so that no end sees it.
     """
-    if element.design.eta == 0.0 or reading.left_delay is reading.right_delay is None:
+    if element.design.eta == 0.0:
         return 0.0
     if not element.base.still:  # it was heard as often as may be
         return 0.0
@@ -264,7 +268,8 @@ def read(element: Memory, end: str = '') -> Procedure[Result]:
         ProcedureFailed: The echoes cannot be decoded, or the element does not come to rest.
     """
     reading = yield from look(element, end)
-    if reading.level == UNDECODABLE and (swinging := _swinging(element, reading)) > 0.0:
+    answers = reading.left_delay is not None or reading.right_delay is not None
+    if answers and reading.level == UNDECODABLE and (swinging := _swinging(element)) > 0.0:
         yield from wait(element, swinging)
         reading = yield from look(element, end)
     if reading.level == UNDECODABLE:

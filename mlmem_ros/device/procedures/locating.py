@@ -37,7 +37,8 @@ def locate(element: Memory) -> Procedure[Result]:
     and if there are any `position` and `position_std` in cells from the left: of the only wall,
     or of the one that an end hears first. A read that follows knows no more than before.
 
-    With many walls, found are `walls`, and the `cells` and `kinds` of all, from the left.
+    With known bad cells, the wall is found at the levels that can be used only. With many walls,
+    found are `walls`, and the `cells` and `kinds` of all, from the left.
 
     Raises:
         ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, or an
@@ -45,6 +46,8 @@ def locate(element: Memory) -> Procedure[Result]:
     """
     if element.register is not None:
         return (yield from _walls(element, element.register.code))
+    if element.waveforms is not None:
+        return (yield from _level(element))
     yield from quiet(element)
     phases = {end: element.phase(end) for end in End}
     echoes = yield from pulse_echo(element, _hearing(element, phases))
@@ -68,6 +71,17 @@ def locate(element: Memory) -> Procedure[Result]:
         raise ProcedureFailed(WALL_GONE)  # the echo is that of the far end, as a read says, too
     found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
     return Result(reading, found={'walls': walls, **found})
+
+
+def _level(element: Memory) -> Procedure[Result]:
+    """Return where the wall is in an element with known bad cells: at a level, or nowhere."""
+    reading = yield from hear(element)
+    if reading.level == UNDECODABLE:
+        raise ProcedureFailed(reading.reason)
+    if reading.level == BLANK:
+        return Result(reading, found={'walls': 0})
+    position = float(element.design.defect(reading.level))
+    return Result(reading, found={'walls': 1, 'position': position, 'position_std': WELL})
 
 
 def _walls(element: Memory, code: Code) -> Procedure[Result]:

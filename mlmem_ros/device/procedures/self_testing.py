@@ -60,8 +60,8 @@ def self_test(element: Memory) -> Procedure[Result]:
     if able:
         checks.append((yield from _tried('erase', _erase(element))))
         register = element.register
-        words = register.code.each if register else range(element.design.levels)
-        for level, word in enumerate(words):
+        words = register.code.each if register else element.levels
+        for level, word in zip(element.levels, words, strict=True):
             checks.append((yield from _tried(f'level {level}', _level(element, word))))
         checks.append((yield from _tried('restore', _restore(element, content))))
     return Result(element.reading, checks=tuple(checks))

@@ -87,14 +87,17 @@ def survey(element: Memory) -> Procedure[Result]:
     look where it arrives: a fit finds that out.
 
     Raises:
-        ProcedureFailed: Nothing damps the waves, there is no actuator, no wall can be launched,
-            the ends do not come to rest, or the content could not be restored.
+        ProcedureFailed: Nothing damps the waves, there is no actuator, cells are known to be bad,
+            no wall can be launched, the ends do not come to rest, or the content could not be
+            restored.
     """
     design = element.design
     if design.eta == 0.0:
         raise ProcedureFailed('a survey needs damping: without, the element never comes to rest')
     if not element.settings.actuator.present:
         raise ProcedureFailed('a survey strains the element, and there is no actuator')
+    if element.bad_cells is not None:
+        raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
     yield from return_to_zero(element)
     content = yield from look(element)
     yield from erase(element)

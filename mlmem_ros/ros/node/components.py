@@ -125,10 +125,13 @@ def transducer(element: MemoryElement) -> Health:
 
 
 def memory(element: MemoryElement) -> Health:
-    """Report the last decode, its delay in time units, and counts; warn if it was undecodable, or
-    if something may have moved the wall since.
+    """Report the last decode, its delay in time units, counts, and levels lost to known bad cells.
+
+    Warn if it was undecodable, or if something may have moved the wall since.
     """
-    reading, wear = element.reading, element.statistics.as_dict()
+    reading, wear = element.reading, dict[str, Any](element.statistics.as_dict())
+    if element.bad_cells is not None:
+        wear['bad_cells'] = str(element.bad_cells)
     if reading is None:
         text, found = content(element)
         return Health(

@@ -1,0 +1,160 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is left with a known bad cell: python3 -m mlmem_lab.reads.bad_cells [PRESET ...].
+
+A blank element gets one bad cell, at every so many sites, and is told of it (`element.bad_cells`).
+Every level that can be used is written from below and once more in random order, erased too, and
+read each time. At every second site the element is then told wrongly, of no cell, of one elsewhere
+or of one that is sound, and read with its wall at rest at every level. A read or a write is wrong
+if it succeeds and the wall is at another level. Nothing is discarded. The result is
+lab/results/bad_cells.json.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import (
+    BLANK,
+    Erase,
+    Faults,
+    MemoryElement,
+    Read,
+    SettingsError,
+    Write,
+    new_element,
+    preset,
+)
+from mlmem_ros.device.bad_cells import bad_cells
+from mlmem_ros.device.register import resting
+from mlmem_ros.device.settings import ElementSettings
+from mlmem_ros.physics import StateError
+
+from ..results import FOLDER, load_kept, save
+from .count import true_level
+
+EVERY = {'bits_1': 3, 'bits_2': 4, 'case_2': 15, 'kick_3': 15}
+"""Distance of the sites of the bad cell, by preset."""
+
+KINDS: dict[str, Callable[[int], tuple[str, Faults]]] = {
+    'stuck': lambda site: (f'{site}', Faults(stuck_cell=site)),
+    'half as stiff': lambda site: (f'{site}:0.5', Faults(weak_cell=site, weak_factor=0.5)),
+}
+"""By name: how an element is told of a cell, and the fault."""
+
+FILE, SEED = FOLDER / 'bad_cells.json', 1
+
+Rng = np.random.Generator
+
+
+def element_with(name: str, told: str, faults: Faults) -> MemoryElement:
+    """Return a blank element that is told of bad cells, with faults that may be others."""
+    design, settings = preset(name)
+    element = new_element(design, replace(settings, element=ElementSettings(told)))
+    element.set_faults(faults)
+    return element
+
+
+def used(name: str, told: str, faults: Faults, random: Rng) -> Counter[str]:
+    """Write, read and erase with a cell that is known; count how that ended."""
+    design, settings = preset(name)
+    found = Counter[str](cells=1, levels=design.levels)
+    try:
+        bad_cells(design, replace(settings, element=ElementSettings(told)))
+    except SettingsError:
+        found['lost'] += 1
+        return found
+    element = element_with(name, told, faults)
+    assert element.bad_cells is not None
+    usable = element.bad_cells.usable
+    found['usable'] += len(usable)
+    for level in (*usable, *random.permutation([*usable, BLANK]).tolist()):
+        done = element.perform(Erase() if level == BLANK else Write(level))
+        true = true_level(element)
+        found['writes'] += 1
+        found['written'] += done.success and true == level
+        found['written wrong'] += done.success and true != level
+        _read(element, found)
+    return found
+
+
+def mistaken(name: str, told: str, faults: Faults) -> Counter[str]:
+    """Read every level of an element that is told of the wrong cells."""
+    design, settings = preset(name)
+    found = Counter[str]()
+    try:
+        if told:
+            bad_cells(design, replace(settings, element=ElementSettings(told)))
+    except SettingsError:
+        return found
+    for level in range(BLANK, design.levels):
+        element = element_with(name, told, faults)
+        try:
+            made = element.chain.specimen
+            element.chain.place(resting(made, () if level == BLANK else (level,)))
+        except StateError:
+            continue
+        element.transducer.settle()
+        _read(element, found)
+    return found
+
+
+def _read(element: MemoryElement, found: Counter[str]) -> None:
+    read = element.perform(Read())
+    said = read.reading.level if read.success and read.reading else None
+    found['reads'] += 1
+    found['read'] += said == true_level(element)
+    found['read wrong'] += said is not None and said != true_level(element)
+
+
+def measure(name: str) -> dict[str, Any]:
+    """Count an element with a bad cell at every so many sites."""
+    result: dict[str, Any] = {}
+    random = np.random.Generator(np.random.PCG64(SEED))
+    design = preset(name).design
+    names = ('cells', 'lost', 'levels', 'usable', 'writes', 'written', 'written wrong', 'reads',
+             'read', 'read wrong')  # fmt: skip
+    wrongly = Counter[str]()
+    for kind, of in KINDS.items():
+        found = Counter[str]()
+        for number, site in enumerate(range(2, design.N, EVERY[name])):
+            told, faults = of(site)
+            found += used(name, told, faults, random)
+            if number % 2:
+                continue
+            elsewhere, _ = of(int(random.integers(2, design.N)))
+            for other in ('', elsewhere):
+                wrongly += mistaken(name, other, faults)
+            wrongly += mistaken(name, told, Faults())
+        result[kind] = {each: found[each] for each in names}
+        result[kind]['usable share'] = found['usable'] / found['levels']
+        print(name, kind, result[kind], flush=True)
+    result['told wrongly'] = {each: wrongly[each] for each in ('reads', 'read', 'read wrong')}
+    print(name, result['told wrongly'], flush=True)
+    return result
+
+
+def main(arguments: list[str]) -> int:
+    """Count, and write the result; return the exit status."""
+    for name in arguments or EVERY:
+        found = measure(name)
+        kept = load_kept(FILE)
+        presets = kept.get('presets', {}) | {name: found}
+        total = Counter[str]()
+        for each in presets.values():
+            for counts in each.values():
+                total.update({key: n for key, n in counts.items() if isinstance(n, int)})
+        result = {'presets': presets, 'all': dict(total)}
+        made = f'python3 -m mlmem_lab.reads.bad_cells {" ".join(presets)}'
+        save(FILE, result, made, SEED, of=[name], kept=kept)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

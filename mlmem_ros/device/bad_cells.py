@@ -1,0 +1,222 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Bad cells that are known: what the element answers with them, and which levels are left.
+
+A stuck cell lets no wall pass, and no pulse: of the two ends one hears the wall, and no delay of
+that end alone proves a level. So an element with known bad cells is read as a register is: by one
+pulse inside both pass bands, whose waveform at both ends is compared with the forecast for every
+level. The pulse passes the wall and comes back from the cell, too, which confirms both.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..physics import Design, Specimen, StateError
+from ..physics.dispersion import band, group_velocity
+from ..physics.potential import Array
+from ..procedures import Erase, Write
+from .echo import pulse_duration
+from .errors import Refused, SettingsError
+from .reading import BLANK, UNDECODABLE, Reading
+from .register import Content, Forecasts, Listener, heard, resting
+from .settings import ElementSettings, Settings
+from .shot import Shot
+from .simulation import Simulation
+
+if TYPE_CHECKING:
+    from .element import MemoryElement
+
+LEAST = 0.02
+"""Least distance of the forecast of a level to any other, over the pulse, to be told."""
+
+MOST = 0.5
+"""Most that this distance counts: with few levels forecasts are far apart."""
+
+BEHIND = 8
+"""Levels behind a wall up to which two others are forecast: beyond, their echo is fainter."""
+
+MOST_CELLS = 1000
+"""Cells up to which an element with bad cells is read: a longer one damps the pulse."""
+
+UNTOLD = 'cannot be told: it sounds like another level'
+
+
+class BadCells(Forecasts):
+    """What both ends do by level with known bad cells.
+
+    Attributes:
+        lost: Why a level cannot be used, by level.
+        usable: The other levels.
+    """
+
+    def __init__(
+        self, contents: Sequence[Content], parts: Array, listener: Listener, lost: dict[int, str]
+    ) -> None:
+        super().__init__(contents, parts, listener)
+        from_blank = np.linalg.norm(parts - parts[0], axis=1)
+        from_blank[0] = from_blank[1:].min(initial=np.inf)
+        pulse = float(np.linalg.norm(parts[0]))  # of the blank element: mostly the pulse itself
+        self.nearest = np.minimum(self.nearest, np.minimum(from_blank, MOST * pulse))
+        alike = {
+            each.number: UNTOLD
+            for each, near in zip(contents, self.nearest, strict=True)
+            if near < LEAST * pulse
+        }
+        alike.pop(UNDECODABLE, None)
+        self.lost = dict(sorted({**alike, **lost}.items()))
+        for row, each in enumerate(contents):
+            if each.number in self.lost:  # what sounds like it is refused anyway
+                self.nearest[row] = MOST * pulse
+        levels = {each.number for each in contents if len(each.walls) == 1}
+        self.usable = tuple(sorted(levels - set(self.lost)))
+        if BLANK in self.lost or not self.usable:
+            raise SettingsError(f'the element is lost with its bad cells: {self}')
+
+    @property
+    def least(self) -> float:
+        """The least distance between a level that is used, or blank, and any other."""
+        told = [each.number in (BLANK, *self.usable) for each in self.contents]
+        return float(self.nearest[told].min())
+
+    def decode(
+        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
+    ) -> Reading:
+        """Return the level, as `Forecasts.decode`; one that cannot be used is undecodable."""
+        reading = super().decode(shot, noise, phases, least)
+        if reading.level == UNDECODABLE and reading.walls:
+            return replace(reading, level_margin=0.0, reason=f'there are {reading.walls} walls')
+        if why := self.lost.get(reading.level):
+            reason = f'it sounds like level {reading.level}, which {why}'
+            return replace(reading, level=UNDECODABLE, code='', level_margin=0.0, reason=reason)
+        return reading
+
+    def __str__(self) -> str:
+        """Which levels cannot be used, and why."""
+        return '; '.join(self._told()) or 'every level can be used'
+
+    def _told(self) -> Iterator[str]:
+        for level, why in self.lost.items():
+            if self.lost.get(level - 1) == why:
+                continue
+            last = next(n for n in itertools.count(level) if self.lost.get(n + 1) != why)
+            yield f'level{f" {level}" if last == level else f"s {level} to {last}"} {why}'
+
+
+def with_bad_cells(design: Design, settings: Settings) -> Specimen:
+    """Return the element of a design with the known bad cells.
+
+    Raises:
+        SettingsError: The design has no such cell.
+    """
+    alpha, given = np.ones(design.N), settings.element
+    most = design.N - 1 if given.stuck else design.N
+    if (last := max((*given.stuck, *given.weak), default=0)) > most:
+        raise SettingsError(
+            f'bad_cells must be from 2 to {most} in a design of {design.N} cells; got {last}'
+        )
+    for site, factor in given.weak.items():
+        alpha[site - 1] = factor
+    return Specimen(design, alpha_factor=alpha, stuck=given.stuck)
+
+
+def _walls(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
+    """Yield one wall at every level; then, up to those that are reached, what must not be taken
+    for it: two walls near each other, or a wall with two behind it.
+    """
+    yield from ((level,) for level in range(levels))
+    for first, apart in itertools.product(range(reached), (1, 2)):
+        if first + apart < reached:
+            yield first, first + apart
+        for n in range(first + 1, min(first + BEHIND, reached - apart)):
+            yield first, n, n + apart
+
+
+@lru_cache(maxsize=8)
+def bad_cells(design: Design, settings: Settings) -> BadCells:
+    """Return the forecasts with the known bad cells, in the phase of a blank element.
+
+    Raises:
+        SettingsError: The design has no such cell, its substrate is elastic, it is too long, the
+            pulse is not inside both pass bands, or no level is left.
+    """
+    made, probe = with_bad_cells(design, settings), settings.register.probe
+    if design.substrate == 'elastic' or design.N > MOST_CELLS:
+        raise SettingsError(
+            f'bad_cells must be empty for more than {MOST_CELLS} cells, or an elastic substrate'
+        )
+    one, other = (band(k_s) for k_s in (design.k_s1, design.k_s2))
+    low, high = max(one[0], other[0]), min(one[1], other[1])
+    if not low < probe.omega_c < high:
+        raise SettingsError(
+            f'register.omega_c must be inside both pass bands, {low:.4g} to {high:.4g}, to read '
+            f'an element with bad cells; got {probe.omega_c:g}'
+        )
+    slowest = min(float(group_velocity(probe.omega_c, k_s)) for k_s in (design.k_s1, design.k_s2))
+    listen = max(settings.register.listen, 2.0 * design.N / slowest + pulse_duration(probe))
+    settings = replace(settings, register=replace(settings.register, listen=math.ceil(listen)))
+    contents, at, lost = [Content(BLANK, (), '')], [resting(made, ())], {}
+    for level in range(design.levels):
+        if why := settings.element.blocked(design.defect(level)):
+            lost[level] = f'cannot be reached: {why}'
+    for levels in _walls(design.levels, design.levels - len(lost)):
+        try:
+            at.append(resting(made, levels))
+        except StateError:
+            if len(levels) == 1:
+                lost.setdefault(levels[0], 'cannot be held: no wall rests there beside a bad cell')
+            continue
+        alone = len(levels) == 1
+        number, code = (levels[0], design.code(levels[0])) if alone else (UNDECODABLE, '')
+        contents.append(Content(number, levels, code))
+    listener = Listener(settings)
+    parts = heard(made, settings, listener, at)
+    found = BadCells(contents, parts, listener, lost)
+    if settings.element.weak:
+        lost |= _astray(found, made, settings)
+        found = BadCells(contents, parts, listener, lost)
+    return found
+
+
+def _astray(found: BadCells, made: Specimen, settings: Settings) -> dict[int, str]:
+    """Return why levels are not reached or left again, by level: a weak cell holds a wall that
+    should pass, or lets go one that should rest. Every one is written, from that below, and left
+    in a simulation.
+    """
+    from .element import MemoryElement  # an element imports this
+    from .factory import factory_calibration
+
+    plain = replace(settings, element=ElementSettings())
+    twin = MemoryElement(
+        made.design, plain, factory_calibration(made.design, plain),
+        Simulation.of(made, settings.time),
+    )  # fmt: skip
+    twin.settings = replace(settings, write=replace(settings.write, attempts=1))
+    twin.bad_cells = found
+    lost: dict[int, str] = {}
+    for level in found.usable:
+        defect, weak = made.design.defect(level), settings.element.weak
+        site = min(weak, key=lambda site: abs(site - defect))
+        below = max((n for n in found.usable if n < level and n not in lost), default=BLANK)
+        for start, way in ((below, Write(level)), (level, Erase()), (level, Write(max(0, below)))):
+            twin.renew()
+            twin.chain.place(resting(made, (start,) if start >= 0 else ()))
+            twin.transducer.settle()
+            if not _done(twin, way):
+                lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
+                break
+    return lost
+
+
+def _done(twin: MemoryElement, command: Write | Erase) -> bool:
+    try:
+        return twin.perform(command).success
+    except (Refused, StateError):  # there is no way, or a cell left its range
+        return False

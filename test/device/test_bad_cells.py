@@ -1,0 +1,226 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A bad cell that is known belongs to the forecast: what is left is used, the rest refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mlmem_ros import element_file
+from mlmem_ros.device import (
+    BLANK,
+    Calibrate,
+    Erase,
+    Faults,
+    Locate,
+    Read,
+    Refused,
+    SelfTest,
+    Settings,
+    SettingsError,
+    Survey,
+    Write,
+    new_element,
+    preset,
+)
+from mlmem_ros.device.bad_cells import BadCells
+from mlmem_ros.device.end import End
+from mlmem_ros.device.moves import moves_from, pushes
+from mlmem_ros.device.register import resting
+from mlmem_ros.device.settings import ElementSettings
+from mlmem_ros.physics import Specimen, level_of
+from mlmem_tools.checks import Verdict, check
+
+BESIDE = 104
+"""A cell beside the defect of level 3 of Case II, which is cell 100."""
+
+
+def told(name, cells):
+    """Return a preset whose settings name bad cells."""
+    design, settings = preset(name)
+    return design, replace(settings, element=ElementSettings(cells))
+
+
+def element_with(name, cells, faults):
+    """Return a blank element that is told of some cells, with faults that may be others."""
+    element = new_element(*told(name, cells))
+    element.set_faults(faults)
+    return element
+
+
+def place(element, *levels):
+    """Put walls at rest at some levels of the material as it is."""
+    element.chain.place(resting(element.chain.specimen, levels))
+    element.transducer.settle()
+    element.forget('placed')
+
+
+def true_level(element):
+    return level_of(element.design, element.chain.configuration, 0.5 * element.design.J)
+
+
+def written(element, level):
+    """Write a level (or erase) and read it; return what was acknowledged, read, and is so."""
+    done = element.perform(Erase() if level == BLANK else Write(level))
+    read = element.perform(Read())
+    return done.success, read.success and read.reading.level, true_level(element)
+
+
+@pytest.mark.parametrize('name', ['case_2', 'kick_3'])
+def test_a_stuck_cell_beside_level_3_leaves_the_levels_before_it(name):
+    """Up, down and blank, by strain and by kicks; without the forecast no read succeeds."""
+    element = element_with(name, str(BESIDE), Faults(stuck_cell=BESIDE))
+    assert element.bad_cells.usable == (0, 1, 2)
+    for level in (0, 1, 2, 0, 2, BLANK, 1):
+        assert written(element, level) == (True, level, level)
+    with pytest.raises(Refused, match='level 5 cannot be reached: cell 104 is stuck'):
+        element.perform(Write(5))
+    with pytest.raises(Refused, match='level 3 cannot be held: no wall rests there'):
+        element.check(Write(3))
+    assert true_level(element) == 1  # a refusal has changed nothing
+
+
+def test_with_a_weak_cell_only_what_was_reached_in_a_simulation_is_used():
+    """Cell 31 holds a wall better than the defects of bits_2 beside it, so none gets past it."""
+    element = element_with('bits_2', '31:0.5', Faults(weak_cell=31, weak_factor=0.5))
+    assert element.bad_cells.usable == (0, 1)
+    for level in (0, 1, BLANK, 1, 0):
+        assert written(element, level) == (True, level, level)
+    with pytest.raises(Refused, match=r'level 3 cannot be reached: cell 31 has 0\.5 of its'):
+        element.perform(Write(3))
+
+
+def test_a_weak_cell_behind_all_levels_costs_none():
+    element = element_with('bits_2', '80:0.5', Faults(weak_cell=80, weak_factor=0.5))
+    assert element.bad_cells.usable == (0, 1, 2, 3)
+    assert str(element.bad_cells) == 'every level can be used'
+    assert written(element, 3) == (True, 3, 3)
+
+
+def test_no_move_crosses_a_stuck_cell_and_no_push_comes_from_behind():
+    design, settings = told('kick_3', str(BESIDE))
+    targets = {
+        move.target for start in range(-1, 4) for move in moves_from(design, settings, start)
+    }
+    assert targets == {BLANK, 0, 1, 2, 3}  # level 3 itself is before the cell
+    assert pushes(preset('kick_3').settings)
+    assert not pushes(settings)  # of the right end
+
+
+@pytest.mark.parametrize(
+    ('cells', 'faults'),
+    [
+        ('104', Faults()),
+        ('104', Faults(stuck_cell=103)),
+        ('104', Faults(stuck_cell=106)),
+        ('104', Faults(stuck_cell=47)),
+        ('104', Faults(stuck_cell=190)),
+        ('104', Faults(weak_cell=104, weak_factor=0.2)),
+        ('', Faults(stuck_cell=104)),
+        ('', Faults(stuck_cell=31)),
+    ],
+    ids=['none', 'left', 'right', 'before', 'behind', 'weak', 'untold', 'early'],
+)
+def test_wrong_knowledge_never_gives_a_wrong_level(cells, faults):
+    """Told of a cell that is sound, of another one, or of none."""
+    element, wrong = element_with('case_2', cells, faults), []
+    for level in range(BLANK, element.design.levels):
+        try:
+            place(element, *([] if level == BLANK else [level]))
+        except ValueError:  # no wall rests there
+            continue
+        read = element.perform(Read())
+        if read.success and read.reading.level != true_level(element):
+            wrong.append((level, read.reading.level))
+    assert wrong == []
+
+
+@pytest.mark.parametrize('walls', [(0, 1), (1, 2), (0, 1, 2)], ids=str)
+def test_more_walls_are_not_taken_for_one_or_none(walls):
+    """Two walls have the phases of a blank element, three those of one."""
+    element = element_with('case_2', str(BESIDE), Faults(stuck_cell=BESIDE))
+    place(element, *walls)
+    read = element.perform(Read())
+    assert not read.success
+    assert read.error == f'there are {len(walls)} walls'
+
+
+@pytest.mark.parametrize('end', list(End), ids=str)
+@pytest.mark.parametrize('late', [1.0, 7.0, 23.0, 56.0])
+def test_an_end_that_is_late_changes_no_level(end, late, monkeypatch):
+    """Only the left end hears the wall; but it records the pulse, too, and the echo of the cell.
+    What the right end records is silence, which may be late.
+    """
+    decode = BadCells.decode
+
+    def delayed(self, shot, *rest):
+        samples, n = shot.samples.copy(), round(late / shot.dt)
+        samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
+        return decode(self, replace(shot, samples=samples), *rest)
+
+    monkeypatch.setattr(BadCells, 'decode', delayed)
+    element = element_with('case_2', str(BESIDE), Faults(stuck_cell=BESIDE))
+    for level in element.bad_cells.usable:
+        place(element, level)
+        read = element.perform(Read())
+        assert (read.success and read.reading.level) in (
+            (level,) if end is End.RIGHT else (False,)
+        )
+
+
+def test_procedures_go_through_the_levels_that_are_left():
+    element = element_with('bits_2', '45', Faults(stuck_cell=45))
+    assert written(element, 2) == (True, 2, 2)
+    assert element.perform(Locate()).found == {
+        'walls': 1, 'position': 27.0, 'position_std': pytest.approx(0.25)
+    }  # fmt: skip
+    tested = element.perform(SelfTest())
+    assert tested.success, tested.error
+    assert [each.name for each in tested.checks if 'level' in each.name] == [
+        f'level {level}' for level in element.bad_cells.usable
+    ]
+    calibrated = element.perform(Calibrate())
+    assert (calibrated.success, calibrated.reading.level) == (True, 2)
+    surveyed = element.perform(Survey())
+    assert 'bad_cells must be empty' in surveyed.error
+
+
+def test_the_cell_in_an_element_file_is_simulated_and_judged(tmp_path):
+    """A file keeps the stuck cell; `mlmem design check --element` says which levels are left."""
+    design, settings = preset('case_2')
+    made = Specimen(design, stuck=(BESIDE,))
+    element_file.save(
+        tmp_path / 'element.yaml', element_file.Element(made, np.zeros(design.N))
+    )  # fmt: skip
+    element = element_file.of_design(tmp_path / 'element.yaml', design)
+    assert element.specimen.stuck == (BESIDE,)
+    (finding,) = (each for each in check(design, settings, element).findings if 'bad' in each.name)
+    assert (finding.verdict, finding.values['usable levels']) == (Verdict.WARN, 3.0)
+    assert 'levels 4 to 7 cannot be reached: cell 104 is stuck' in finding.text
+
+
+@pytest.mark.parametrize(
+    ('cells', 'text'),
+    [
+        ('1', "must be cells from 2 on.*got '1'"),
+        ('61:', 'must be cells from 2 on'),
+        ('61:0', 'a stiffness from 0.01 to 100'),
+        ('61:nan', 'a stiffness from 0.01 to 100'),
+        ('half', "got 'half'"),
+        ('225', 'must be from 2 to 224 in a design of 225 cells; got 225'),
+        (
+            '5',
+            'the element is lost with its bad cells: levels 0 to 7 cannot be reached: cell 5 is',
+        ),
+    ],
+)
+def test_what_is_no_cell_or_leaves_no_level_is_refused(cells, text):
+    with pytest.raises(SettingsError, match=text):
+        new_element(*told('case_2', cells))
+
+
+def test_a_register_has_no_bad_cells():
+    with pytest.raises(SettingsError, match='must be empty for an element with many walls'):
+        told('byte', '104')
+    assert Settings().with_stuck((3, 7)).element.stuck == (3, 7)
