@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -147,21 +147,7 @@ def bad_cells(design: Design, settings: Settings) -> BadCells:
         SettingsError: The design has no such cell, its substrate is elastic, it is too long, the
             pulse is not inside both pass bands, or no level is left.
     """
-    made, probe = with_bad_cells(design, settings), settings.register.probe
-    if design.substrate == 'elastic' or design.N > MOST_CELLS:
-        raise SettingsError(
-            f'bad_cells must be empty for more than {MOST_CELLS} cells, or an elastic substrate'
-        )
-    one, other = (band(k_s) for k_s in (design.k_s1, design.k_s2))
-    low, high = max(one[0], other[0]), min(one[1], other[1])
-    if not low < probe.omega_c < high:
-        raise SettingsError(
-            f'register.omega_c must be inside both pass bands, {low:.4g} to {high:.4g}, to read '
-            f'an element with bad cells; got {probe.omega_c:g}'
-        )
-    slowest = min(float(group_velocity(probe.omega_c, k_s)) for k_s in (design.k_s1, design.k_s2))
-    listen = max(settings.register.listen, 2.0 * design.N / slowest + pulse_duration(probe))
-    settings = replace(settings, register=replace(settings.register, listen=math.ceil(listen)))
+    made, settings = with_bad_cells(design, settings), _listening(design, settings)
     contents, at, lost = [Content(BLANK, (), '')], [resting(made, ())], {}
     for level in range(design.levels):
         if why := settings.element.blocked(design.defect(level)):
@@ -183,6 +169,43 @@ def bad_cells(design: Design, settings: Settings) -> BadCells:
         lost |= _astray(found, made, settings)
         found = BadCells(contents, parts, listener, lost)
     return found
+
+
+def stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:
+    """Return what both ends of a blank element do with a stuck cell, by its site; 0 if none is.
+
+    Raises:
+        SettingsError: Such an element is not read; see `bad_cells`.
+    """
+    settings = _listening(design, settings)
+    listener, rest = Listener(settings), [resting(Specimen(design), ())]
+    made = [Specimen(design), *(Specimen(design, stuck=(site,)) for site in sites)]
+    parts = np.concatenate([heard(each, settings, listener, rest) for each in made])
+    return Forecasts([Content(sum(each.stuck), (), '') for each in made], parts, listener)
+
+
+def _listening(design: Design, settings: Settings) -> Settings:
+    """Return settings whose read listens until the pulse comes back from the farthest cell.
+
+    Raises:
+        SettingsError: The substrate is elastic, the element is too long, or the pulse is not
+            inside both pass bands.
+    """
+    probe = settings.register.probe
+    if design.substrate == 'elastic' or design.N > MOST_CELLS:
+        raise SettingsError(
+            f'bad_cells must be empty for more than {MOST_CELLS} cells, or an elastic substrate'
+        )
+    one, other = (band(k_s) for k_s in (design.k_s1, design.k_s2))
+    low, high = max(one[0], other[0]), min(one[1], other[1])
+    if not low < probe.omega_c < high:
+        raise SettingsError(
+            f'register.omega_c must be inside both pass bands, {low:.4g} to {high:.4g}, to read '
+            f'an element with bad cells; got {probe.omega_c:g}'
+        )
+    slowest = min(float(group_velocity(probe.omega_c, k_s)) for k_s in (design.k_s1, design.k_s2))
+    listen = max(settings.register.listen, 2.0 * design.N / slowest + pulse_duration(probe))
+    return replace(settings, register=replace(settings.register, listen=math.ceil(listen)))
 
 
 def _astray(found: BadCells, made: Specimen, settings: Settings) -> dict[int, str]:

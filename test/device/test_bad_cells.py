@@ -169,6 +169,19 @@ def test_an_end_that_is_late_changes_no_level(end, late, monkeypatch):
         )
 
 
+@pytest.mark.parametrize(('name', 'site'), [('case_2', 104), ('case_2', 222), ('bits_2', 66)])
+def test_locate_names_the_stuck_cell_of_a_blank_element(name, site):
+    """To the right end cell 104 sounds like a wall at cell 111; the waveform tells which it is."""
+    element = element_with(name, '', Faults(stuck_cell=site))
+    assert element.perform(Locate()).found == {'walls': 0, 'stuck_cell': site}
+
+
+def test_two_walls_are_not_called_a_stuck_cell():
+    element = element_with('case_2', '', Faults())
+    place(element, 1, 3)
+    assert element.perform(Locate()).found['walls'] == 2
+
+
 def test_procedures_go_through_the_levels_that_are_left():
     element = element_with('bits_2', '45', Faults(stuck_cell=45))
     assert written(element, 2) == (True, 2, 2)

@@ -128,8 +128,8 @@ def measure(name: str) -> dict[str, Any]:
             found += used(name, told, faults, random)
             if number % 2:
                 continue
-            elsewhere, _ = of(int(random.integers(2, design.N)))
-            for other in ('', elsewhere):
+            elsewhere = int(random.integers(2, design.N))
+            for other in ('', f'{elsewhere}'):
                 wrongly += mistaken(name, other, faults)
             wrongly += mistaken(name, told, Faults())
         result[kind] = {each: found[each] for each in names}

@@ -18,8 +18,9 @@ from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..progress import LISTENING, QUIETING
 from ..reading import UNDECODABLE, Reading
-from ..register import Code, Register
+from ..register import Code, Forecasts, Register
 from ..settings import Settings
+from ..shot import Shot
 from .blocks import Procedure, Result, bring_back, catch_up, fire_push, kick_to, wait
 
 
@@ -90,13 +91,25 @@ def clear(element: Memory) -> Procedure[Result]:
 
 
 def hear(element: Memory) -> Procedure[Reading]:
-    """Wait until the ends are quiet in the band of the pulse, fire it, and decode what both do.
+    """Fire the pulse of a read, and decode what both ends do; raises as `record`."""
+    forecasts = element.waveforms
+    assert forecasts is not None
+    shot, noise = yield from record(element, forecasts)
+    detector = EchoDetector(element.settings.register.probe, element.driver.dt)
+    detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
+    return element.hear_word(shot, noise, detector.echo(End.LEFT))
+
+
+def record(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float]]:
+    """Wait until the ends are quiet in the band of the pulse, fire it, and record both.
+
+    Returns:
+        The shot, and the noise before it (`Listener.noise`).
 
     Raises:
         ProcedureFailed: They do not become quiet within `read.patience`.
     """
-    forecasts, transducer = element.waveforms, element.transducer
-    assert forecasts is not None
+    transducer = element.transducer
     listener, probe = forecasts.listener, element.settings.register.probe
     while element.actuator.moving:
         yield element.next_look(element.actuator.remaining)
@@ -119,7 +132,4 @@ def hear(element: Memory) -> Procedure[Reading]:
     while element.ticks < end:
         yield end - element.ticks
     transducer.release()
-    shot = tape.shot(0.0, element.linkage.encoder, element.driver.dt)
-    detector = EchoDetector(probe, element.driver.dt)
-    detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
-    return element.hear_word(shot, noise, detector.echo(End.LEFT))
+    return tape.shot(0.0, element.linkage.encoder, element.driver.dt), noise

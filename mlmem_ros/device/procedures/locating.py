@@ -14,17 +14,20 @@ from ..calibration import DelayTable
 from ..decoding import MOST_RAISED, WALL_GONE
 from ..echo import Echo
 from ..end import End
-from ..errors import ProcedureFailed
+from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
 from ..reading import BLANK, UNDECODABLE
 from ..register import Code
 from .blocks import Procedure, Result
-from .kicking import hear
+from .kicking import hear, record
 from .listening import pulse_echo, quiet
 
 WELL = 0.25
 """Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels
 by up to 0.4 cells from that of a level."""
+
+BESIDE = 20
+"""Cells by which a stuck cell may be from the wall that would answer when it does."""
 
 AGREE = 3.0
 """Standard deviations within which both ends hear the same wall."""
@@ -35,7 +38,8 @@ def locate(element: Memory) -> Procedure[Result]:
 
     Found are `walls` (0, 1, 2 or 3, which stands for more; an end alone takes one for granted),
     and if there are any `position` and `position_std` in cells from the left: of the only wall,
-    or of the one that an end hears first. A read that follows knows no more than before.
+    or of the one that an end hears first. In a blank element it is the site of a `stuck_cell`
+    instead, as `element.bad_cells` takes it. A read that follows knows no more than before.
 
     With known bad cells, the wall is found at the levels that can be used only. With many walls,
     found are `walls`, and the `cells` and `kinds` of all, from the left.
@@ -59,6 +63,8 @@ def locate(element: Memory) -> Procedure[Result]:
             raise ProcedureFailed(reading.reason or f'the echo at the {end} end is unclear')
     if reading.level == BLANK:
         return Result(reading, found={'walls': 0})
+    if phases[End.LEFT] == 0 and (cell := (yield from _stuck(element, echoes[End.RIGHT]))):
+        return Result(reading, found={'walls': 0, 'stuck_cell': cell})
     # What begins before listening does comes from near an end, but does not say how near.
     heard = [
         _place(element, echoes[end]) for end in End if end in echoes and not echoes[end].early
@@ -71,6 +77,29 @@ def locate(element: Memory) -> Procedure[Result]:
         raise ProcedureFailed(WALL_GONE)  # the echo is that of the far end, as a read says, too
     found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
     return Result(reading, found={'walls': walls, **found})
+
+
+def _stuck(element: Memory, echo: Echo) -> Procedure[int]:
+    """Return the site of the stuck cell that answers in a blank element, or 0 if it is none.
+
+    It answers to the right end as a wall some cells beside it does; so the waveforms of a pulse
+    are compared with the forecast for every cell about there.
+    """
+    from ..bad_cells import stuck_cells  # few elements have one
+
+    design = element.design
+    if echo.early:  # behind the last level, or the element is short
+        sites = range(max(2, design.defect(design.levels - 1) - BESIDE), design.N)
+    else:
+        where = round(_place(element, echo)[0])
+        sites = range(max(2, where - BESIDE), min(where + BESIDE, design.N))
+    try:
+        forecasts = stuck_cells(design, element.settings, sites)
+    except SettingsError:
+        return 0
+    shot, noise = yield from record(element, forecasts)
+    least = element.settings.register.min_margin
+    return max(0, forecasts.decode(shot, noise, (0, 0), least).level)
 
 
 def _level(element: Memory) -> Procedure[Result]:

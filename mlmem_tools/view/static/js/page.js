@@ -54,6 +54,8 @@ export function found(values, withDelay = false) {
   const [walls, position, deviation, level, delay] = ['walls', 'position', 'position_std', 'level', 'delay'].map((key) => number(values, key));
   if (values.procedure === 'locate') {
     const count = walls === 0 ? 'no wall' : walls === 1 ? '1 wall' : walls === 2 ? '2 walls' : '3 walls or more';
+    const cell = number(values, 'stuck_cell');
+    if (cell != null) return `${count}, cell ${cell} is stuck`;
     return position == null ? count : `${count}, ${walls > 1 ? 'the first ' : ''}at cell ${position.toFixed(2)} ± ${(deviation ?? 0).toFixed(2)}`;
   }
   return level == null ? '' : describe(level) + (!withDelay || delay == null ? '' : `, delay ${delay.toFixed(2)}`);
