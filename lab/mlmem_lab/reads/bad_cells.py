@@ -39,7 +39,7 @@ from mlmem_ros.physics import StateError
 from ..results import FOLDER, load_kept, save
 from .count import true_level
 
-EVERY = {'bits_1': 3, 'bits_2': 4, 'case_2': 15, 'kick_3': 15}
+EVERY = {'bits_1': 2, 'bits_2': 2, 'case_2': 12, 'kick_3': 12}
 """Distance of the sites of the bad cell, by preset."""
 
 KINDS: dict[str, Callable[[int], tuple[str, Faults]]] = {
