@@ -211,21 +211,3 @@ def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):
     assert replay(load(bag)).exact
     saved = json.loads((tmp_path / 'element.json').read_text())['snapshot']
     assert saved['statistics']['resets'] == 1
-
-
-def test_a_known_bad_cell_is_told_with_what_it_leaves(start):
-    """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
-    start({'design.preset': 'bits_2', 'element.bad_cells': '31', 'faults.stuck_cell': 31,
-           'time.speed': 0.0})  # fmt: skip
-    with Robot() as robot:
-        assert robot.write(1).success
-        refused = robot.write(3)
-        assert (refused.success, refused['error']) == (
-            False, 'level 3 cannot be reached: cell 31 is stuck'
-        )  # fmt: skip
-        assert robot.trigger('read')['level'] == 1
-        report = robot.next(
-            '/diagnostics', lambda message: any('bad_cells' in values(s) for s in message.status)
-        )
-        (told,) = (each for s in report.status if (each := values(s).get('bad_cells')))
-        assert 'level 3 cannot be reached' in told

@@ -11,7 +11,7 @@ from robot import Robot, values
 from mlmem_ros import element_file
 from mlmem_ros.device import preset
 from mlmem_ros.device.trims import Trim, Trims, schedule_of
-from mlmem_ros.physics import Scatter, scattered
+from mlmem_ros.physics import Scatter, Specimen, scattered
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
@@ -104,3 +104,25 @@ def compared(array):
 )
 def test_a_file_that_does_not_fit_is_refused(refused, file, given, reason):
     assert reason in refused(node_of(file, **given))
+
+
+def test_a_stuck_cell_in_the_file_is_told_with_what_it_leaves(start, tmp_path):
+    """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
+    design = preset('bits_2').design
+    file = tmp_path / 'element.yaml'
+    made = Specimen(design, stuck=(31,))
+    element_file.save(file, element_file.Element(made, np.zeros(design.N)))
+    start({'design.preset': 'bits_2', 'device.twin': str(file), 'device.specimen': str(file),
+           'time.speed': 0.0})  # fmt: skip
+    with Robot() as robot:
+        assert robot.write(1).success
+        refused = robot.write(3)
+        assert (refused.success, refused['error']) == (
+            False, 'level 3 cannot be reached: cell 31 is stuck'
+        )  # fmt: skip
+        assert robot.trigger('read')['level'] == 1
+        report = robot.next(
+            '/diagnostics', lambda message: any('bad_cells' in values(s) for s in message.status)
+        )
+        (told,) = (each for s in report.status if (each := values(s).get('bad_cells')))
+        assert 'level 3 cannot be reached' in told

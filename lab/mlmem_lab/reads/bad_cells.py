@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -140,17 +140,28 @@ def measure(name: str) -> dict[str, Any]:
     return result
 
 
+def _sum(counts: Iterable[Mapping[str, float]]) -> dict[str, int]:
+    """Return the sums of counts by name."""
+    total = Counter[str]()
+    for each in counts:
+        total.update({name: n for name, n in each.items() if isinstance(n, int)})
+    return dict(total)
+
+
 def main(arguments: list[str]) -> int:
     """Count, and write the result; return the exit status."""
     for name in arguments or EVERY:
         found = measure(name)
         kept = load_kept(FILE)
         presets = kept.get('presets', {}) | {name: found}
-        total = Counter[str]()
-        for each in presets.values():
-            for counts in each.values():
-                total.update({key: n for key, n in counts.items() if isinstance(n, int)})
-        result = {'presets': presets, 'all': dict(total)}
+        known = {
+            f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in KINDS
+        }
+        wrongly = [each['told wrongly'] for each in presets.values()]
+        result = {
+            'presets': presets, 'known': known, 'all': _sum(known.values()),
+            'told wrongly': _sum(wrongly),
+        }  # fmt: skip
         made = f'python3 -m mlmem_lab.reads.bad_cells {" ".join(presets)}'
         save(FILE, result, made, SEED, of=[name], kept=kept)
     return 0
