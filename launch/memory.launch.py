@@ -133,12 +133,13 @@ def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> No
         if (folder := given.pop(f'{option}.path', ''))
         for word in (f'--{option}', folder)
     ]
+    actions = ['--actions'] if given.pop('actions', False) else []
     return Node(
         package='mlmem_ros',
         executable='memory_bank',
         sigterm_timeout=f'{SIGTERM_TIMEOUT + given.get("linger", 0.0)}',
         namespace=LaunchConfiguration('namespace'),
-        arguments=['--elements', number, *folders],
+        arguments=['--elements', number, *folders, *actions],
         parameters=[config, given],
         output='screen',
     )

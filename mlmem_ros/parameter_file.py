@@ -24,8 +24,8 @@ from .outside import DecodeError, from_yaml, read
 from .physics import Design, DesignError
 
 OF_THE_NODE = (
-    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'view',
-    'use_sim_time',
+    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'actions',
+    'view', 'use_sim_time',
 )  # fmt: skip
 """Groups and names that concern only the node."""
 

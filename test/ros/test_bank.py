@@ -12,6 +12,7 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
+from robot import Robot
 from std_msgs.msg import Int16
 
 from mlmem_ros import (
@@ -23,6 +24,7 @@ from mlmem_ros import (
     TornWord,
     standalone,
 )
+from mlmem_ros.contract.goals import action_types
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node_process import node_arguments
@@ -251,3 +253,21 @@ def test_the_heading_store(bank, monkeypatch, capsys):
     bank.erase().wait()
     assert heading_store('10') == 'no heading is stored\nstored as digits 0 1 2\n'
     assert heading_store() == 'heading 10 degrees, digits 0 1 2\n'
+
+
+def test_a_bank_serves_actions_only_on_request():
+    """They are thirty endpoints an element: a hundred elements with them start in a minute."""
+    alone = bank_arguments(['memory_bank', '--elements', '2'])[0]
+    asked = bank_arguments(['memory_bank', '--elements', '2', '--actions'])[0]
+    assert 'actions:=false' in alone
+    assert 'actions:=false' not in asked
+
+
+@pytest.mark.parametrize('wanted', [True, False])
+def test_a_node_serves_actions_unless_it_is_told_not_to(start, wanted):
+    start({'autostart': False, 'actions': wanted})
+    with Robot() as robot:
+        assert robot.get('actions') == wanted
+        services = dict(robot.node.get_service_names_and_types())
+        served = '/mlmem/write/_action/send_goal' in services
+    assert served == (wanted and bool(action_types()))

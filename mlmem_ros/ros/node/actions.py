@@ -43,16 +43,14 @@ NONE, FAILED, REFUSED, CANCELED = range(4)
 
 
 class Actions:
-    """The actions of a node, if their types are built."""
+    """The actions of a node, if their types are built and the node is to serve them."""
 
     def __init__(self, node: Node, host: Host) -> None:
+        kinds = goals.action_types() if node.get_parameter('actions').value else {}
         self._host = host
         self._open: dict[Goal, Action] = {}  # goals whose procedure has not ended
         self._reported = 0.0
-        self._served = [
-            Action(node, host, self._open, name, kind)
-            for name, kind in goals.action_types().items()
-        ]
+        self._served = [Action(node, host, self._open, name, kind) for name, kind in kinds.items()]
 
     @property
     def waiting(self) -> int:

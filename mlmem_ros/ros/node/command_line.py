@@ -28,6 +28,8 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
 def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
     """Return the ROS arguments of a bank, and those of each of its nodes; see `ros_arguments`."""
     given, of_ros = _read(bank_parser(), arguments)
+    if not given.actions:
+        of_ros += ['--ros-args', '-p', 'actions:=false']
     namespace, rest = NAMESPACE, of_ros[:1]
     for word in of_ros[1:]:
         if word.startswith('__ns:='):
@@ -64,6 +66,12 @@ def bank_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('--record', default='', metavar='FOLDER', help='folder of the sessions')
     parser.add_argument('--state', default='', metavar='FOLDER', help='folder of the state files')
+    parser.add_argument(
+        '--actions',
+        action='store_true',
+        help='serve actions, too: 30 endpoints more an element, which start and memory of a large '
+        'bank feel',
+    )
     return parser
 
 

@@ -38,6 +38,9 @@ DIGEST = 'design.digest'
 
 OF_THE_NODE = {
     'autostart': (True, Description('configure and activate at start')),
+    'actions': (True, Description(
+        'serve procedures as actions, too, if mlmem_interfaces is built'
+    )),
     'view': (False, Description(
         'serve the page of this element while the node runs: `mlmem view`'
     )),
@@ -72,7 +75,7 @@ OF_A_PRESET = (
 LISTED = {
     *LIVE, *OF_THE_NODE, 'device', 'actuator.present', 'disturbance', 'scale', 'publish', 'record',
     'state', 'files', 'faults', 'write.attempts', 'write.method', 'erase.method', 'read.end',
-}  # fmt: skip
+} - {'actions'}  # fmt: skip
 """Groups and names that every node lists: what a robot builder changes. All others come with the
 preset or a file; a node that was given one lists that, too."""
 
