@@ -22,9 +22,9 @@ from ..device import (
 )
 from ..device.factory import calibration_of
 from .design_check import check_design
+from .null_store import NullStore
 from .settings import Parameters
 from .throttled_log import ThrottledLog
-from .unkept import Unkept
 from .worker import Worker
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Built(NamedTuple):
     """A device, what keeps its state, and what compares its reads with a twin's forecast."""
 
     element: MemoryElement
-    store: Store | Unkept
+    store: Store | NullStore
     watcher: ResidualMonitor | None
 
 
@@ -116,9 +116,9 @@ def _forecast(twin: Element, given: Parameters, log: ThrottledLog) -> Calibratio
     return replace(delays, trims=twin.plan)
 
 
-def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | Unkept:
+def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | NullStore:
     if not given.state.path:
-        return Unkept(disk)
+        return NullStore(disk)
     from .store import Store
 
     return Store(given.state, given.files, log, disk, name)

@@ -24,17 +24,17 @@ from ..device.pacing import Pacer
 from ..physics import StateError
 from .building import ResidualMonitor, built
 from .errors import REFUSALS
+from .null_store import NullStore
 from .requests import Requests
-from .rescue import Rescue, let_go
+from .rescue import Rescue, released
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
 from .throttled_log import Log, ThrottledLog
-from .unkept import Unkept
 from .worker import Worker
 
 if TYPE_CHECKING:
+    from .recording import Recording
     from .store import Store
-    from .transcript import Transcript
 
 
 Listener = Callable[[Sequence[Event]], None]
@@ -75,7 +75,7 @@ class Host(Requests):
         self._cut_short = 0  # recordings
         self._name = name
         self._failed = failed
-        self._store: Store | Unkept | None = None
+        self._store: Store | NullStore | None = None
         self._disk = Worker('mlmem-store', self.log)
         self._rescue = Rescue(self.log)
 
@@ -90,9 +90,9 @@ class Host(Requests):
         return self._unsaved or self._cut_short > 0
 
     @property
-    def transcript(self) -> Transcript | None:
-        """What takes all messages: a session, the last seconds, or None."""
-        return self.sessions.transcript
+    def recording(self) -> Recording | None:
+        """What takes all messages: a session, the pre-trigger buffer's, or None."""
+        return self.sessions.recording
 
     # --- life cycle ----------------------------------------------------------------------
 
@@ -150,9 +150,9 @@ class Host(Requests):
             if watcher is not None:
                 with guard('watching'):
                     watcher.hear(events)
-            if (transcript := self.transcript) is not None:
+            if (recording := self.recording) is not None:
                 with guard('recording'):
-                    transcript.tick(element, commands)
+                    recording.tick(element, commands)
 
         def settle(request: Asked) -> None:
             store.settle(request, element)
@@ -165,8 +165,8 @@ class Host(Requests):
             pacer=pacer,
             speed=0.0 if element.driver.own_clock else speed,
             batch=given.publish.common_ticks,
-            has_subscribers=lambda: self.transcript is not None or has_subscribers(),
-            watched=lambda: math.gcd(watched(), 0 if self.transcript is None else hash_every),
+            has_subscribers=lambda: self.recording is not None or has_subscribers(),
+            watched=lambda: math.gcd(watched(), 0 if self.recording is None else hash_every),
             queue=given.queue.most,
             settle=settle,
             failed=self._failed,
@@ -261,7 +261,7 @@ class Host(Requests):
                 self._put_away(element)
                 self._rescue.keep(element)
             return 'its content is in the element'
-        if not let_go(element, self.log):
+        if not released(element, self.log):
             self._unsaved = True
             return 'its content is as last saved'
         if self._put_away(element) and self._store is not None and self._store.path is not None:

@@ -13,7 +13,7 @@ from .errors import REFUSALS
 from .throttled_log import ThrottledLog
 
 
-def let_go(element: MemoryElement, log: ThrottledLog) -> bool:
+def released(element: MemoryElement, log: ThrottledLog) -> bool:
     """Bring the strain to zero without a loop; return whether it got there."""
     erase = element.settings.erase
     most = 1 + math.ceil((erase.release + erase.settle) / element.tick)

@@ -8,9 +8,10 @@ import importlib
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused, SettingsError
@@ -20,9 +21,9 @@ from .throttled_log import ThrottledLog
 from .worker import Worker
 
 if TYPE_CHECKING:
-    from .last_seconds import LastSeconds
+    from ..bag.queued_writer import QueuedWriter, WriterStatus
+    from .pre_trigger import Message, PreTriggerBuffer
     from .recording import Recording
-    from .transcript import Message, Transcript
 
 T = TypeVar('T')
 
@@ -43,29 +44,37 @@ class Sessions:
 
     A worker thread serves requests one by one. It alone changes `state`, opens and closes files,
     and may hang on them. A recording begins and ends in the loop's thread, between two ticks.
-    While there is none, the last seconds may be kept in memory: a recording then begins with them,
-    and they are saved as a session if the device fails.
+    While there is none, a pre-trigger buffer may keep the last seconds: a recording then begins
+    with them, and they are saved as a session if the device fails.
 
     Attributes:
         state: The state.
         current: The recording, or None.
-        last: The last seconds, or None if they are not kept; empty during a recording.
+        buffer: The pre-trigger buffer, or None without one; empty during a recording.
     """
 
     def __init__(self, log: ThrottledLog, now: Callable[[], int]) -> None:
         """Create it idle; `now` is in nanoseconds."""
         self.state = State.IDLE
         self.current: Recording | None = None
-        self.last: LastSeconds | None = None
+        self.buffer: PreTriggerBuffer | None = None
+        self._bag: QueuedWriter | None = None  # of the recording
+        self._buffered: Recording | None = None  # into the buffer
         self._log = log
         self._now = now
         self._worker = Worker('mlmem-sessions', log)
         self._lost = False  # whether a recording has failed, stopped since or not
 
     @property
-    def transcript(self) -> Transcript | None:
-        """What takes all messages, or None."""
-        return self.current or self.last
+    def recording(self) -> Recording | None:
+        """What takes all messages: the recording, or that into the pre-trigger buffer, or None."""
+        return self.current or self._buffered
+
+    @property
+    def status(self) -> WriterStatus | None:
+        """The status of the recording's bag; None without one."""
+        bag = self._bag
+        return None if bag is None else bag.status
 
     def keep(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Keep the last seconds of a device from now on; call it before time runs.
@@ -73,9 +82,10 @@ class Sessions:
         Raises:
             BagError: Packages that are needed to record are missing.
         """
-        self.last = _made('last_seconds').LastSeconds(plan, self._log, self._now, element)
+        self._buffered = _made('recording').buffered(plan, self._log, self._now, element)
+        self.buffer = buffer = cast('PreTriggerBuffer', self._buffered.sink)
         if self.current is not None:
-            self.last.clear()
+            buffer.clear()
 
     def begin(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Begin a recording before time runs, in `record.path`; otherwise like `start`.
@@ -135,89 +145,96 @@ class Sessions:
     # --- in the worker's thread ----------------------------------------------------------
 
     def _start(self, plan: SessionPlan, element: MemoryElement | None, loop: Loop | None) -> Path:
-        if self.current is not None:
-            if self.current.status.error is None:
-                raise Refused(f'busy: recording into {self.current.status.path}')
+        if (status := self.status) is not None:
+            if status.error is None:
+                raise Refused(f'busy: recording into {status.path}')
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
-        last = self.last
+        buffer, buffered = self.buffer, self._buffered
 
-        def look() -> list[Message]:
-            kept = last.hold() if last is not None else []
+        def look() -> tuple[list[Message], int]:
+            kept, number = ([], 0) if buffer is None else buffer.content()
             if not kept and element is None:
                 raise Refused('there is no state to begin with')
             if not kept and element is not None and (running := element.procedure):
                 raise Refused(f'busy: {running} is running; a session must begin while idle')
-            return kept
+            return kept, number
 
-        before = _between_ticks(loop, look)
-        if last is not None and before:
-            plan = last.continued(plan)
+        kept, number = _between_ticks(loop, look)
+        if buffered is not None and kept:  # what they are messages of
+            plan = replace(buffered.plan, settings=plan.settings)
         self.state = State.STARTING
         try:
-            file, kept = _made('recording'), len(before)
-            recording: Recording = file.Recording(
-                plan, file.new_path(plan), self._log, self._now, before
-            )
+            file = _made('recording')
+            path = file.new_path(plan)
+            recording, bag = file.opened(plan, path, self._log, self._now, kept)
+
+            def begin() -> None:
+                if buffer is not None and kept:
+                    for message in buffer.since(number):
+                        bag.put(*message)
+                elif element is not None:
+                    recording.begin(element)
+                self.current, self._bag = recording, bag
+                if buffer is not None:
+                    buffer.clear()
+
             try:
-                _between_ticks(
-                    loop,
-                    lambda: self._worker.unless_given_up(
-                        lambda: self._begin(recording, element, kept)
-                    ),
-                )
+                _between_ticks(loop, lambda: self._worker.unless_given_up(begin))
             except Refused:  # a procedure has begun, the loop has ended, or it is too late
-                recording.close()
+                self._closed(bag)
                 raise
         finally:
             self.state = State.IDLE if self.current is None else State.ON
-            if last is not None:
-                last.release()
-        return recording.status.path
-
-    def _begin(self, recording: Recording, element: MemoryElement | None, kept: int) -> None:
-        """Switch to a recording, which already has `kept` messages of the last seconds."""
-        last = self.last
-        if last is not None and kept:
-            recording.go_on(last.since(kept))
-        elif element is not None:
-            recording.begin(element)
-        self.current = recording
-        if last is not None:
-            last.clear()
+        return cast('Path', bag.status.path)
 
     def _stop(self, element: MemoryElement | None, loop: Loop | None) -> Path:
-        if (recording := self.current) is None:
+        recording, bag = self.current, self._bag
+        if recording is None or bag is None:
             raise Refused('nothing is being recorded')
 
         def end() -> None:
-            self.current = None
+            self.current = self._bag = None
             if element is not None:
                 recording.end(element)
 
         _between_ticks(loop, end)
         self.state = State.STOPPING
         try:
-            recording.close()
+            return self._closed(bag)
         except BagError:
             self._lost = True
             raise
         finally:
             self.state = State.IDLE
-        return recording.status.path
+
+    def _closed(self, bag: QueuedWriter) -> Path:
+        """Write what is queued, finish the bag, and return its path; waits for the disk.
+
+        Raises:
+            BagError: The recording has failed, now or earlier.
+        """
+        status = bag.close()
+        if status.error is not None:
+            raise status.error
+        self._log.info(
+            f'session closed: {status.messages} messages, {status.size / 1e6:.2f} MB, '
+            f'{status.dropped} dropped, in {status.path}'
+        )
+        return status.path
 
     def _close(self, element: MemoryElement | None) -> Path:
         try:
-            if element is None and self.last is not None and self.current is None:
-                self._save(self.last)
+            if element is None and self._buffered is not None and self.current is None:
+                self._save(self._buffered.plan)
             return self._stop(element, None)
         finally:
-            self.last = None
+            self.buffer = self._buffered = None
 
-    def _save(self, last: LastSeconds) -> None:
+    def _save(self, plan: SessionPlan) -> None:
         """Save the last seconds of a failed device as a session."""
         try:
-            self._start(last.plan, None, None)
+            self._start(plan, None, None)
         except (BagError, SettingsError) as error:
             self._log.error(f'the last seconds are lost: {error}')
             raise BagError(str(error)) from error

@@ -26,7 +26,7 @@ from ..device.units import Units
 from ..physics import Design
 from .messages import COMMAND, DIGEST, DROPPED, HEADER, STATE_HASH, STRING
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
-from .streams import START, Recorded
+from .streams import START, StreamMessage
 from .timeline import timed
 
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ class SessionData:
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     altered: list[str] = field(default_factory=list)
-    streams: dict[str, list[Recorded]] = field(default_factory=dict)
+    streams: dict[str, list[StreamMessage]] = field(default_factory=dict)
 
     @property
     def design(self) -> Design:

@@ -22,7 +22,7 @@ from ..contract import topics, values
 from ..contract.topics import Topic
 from ..device import Event, MemoryElement, Unknown
 
-Recorded = tuple[int, Any]
+StreamMessage = tuple[int, Any]
 """The tick of the last hash before a message, or `START`; and its content: an array, or texts."""
 
 START = -1
@@ -107,7 +107,7 @@ class Streams:
 
     def __init__(
         self,
-        recorded: Mapping[str, Sequence[Recorded]],
+        recorded: Mapping[str, Sequence[StreamMessage]],
         every: Mapping[str, int],
         found: dict[str, Compared],
         *,

@@ -10,13 +10,13 @@ from typing import Any
 
 from mlmem_ros.words import describe_level
 
-from .recorded import Recorded
+from .session_frame import SessionFrame
 
 MOST = 200
 """Lines shown of each kind."""
 
 
-def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
+def differences(left: SessionFrame, right: SessionFrame) -> dict[str, Any]:
     """Return how two sessions differ.
 
     Returns:

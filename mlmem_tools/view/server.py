@@ -24,7 +24,7 @@ from .frames import finite, packed
 from .guard import Guard
 from .live import Live
 from .pages import Page
-from .recorded import Recorded, load
+from .session_frame import SessionFrame, load
 
 STATIC = Path(__file__).parent / 'static'
 
@@ -142,7 +142,7 @@ class Server:
             await response.prepare(request)
         return response
 
-    async def _loaded(self, number: str) -> Recorded:
+    async def _loaded(self, number: str) -> SessionFrame:
         path = self._path(number)
         try:
             return await asyncio.to_thread(self._load, str(path))

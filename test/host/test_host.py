@@ -321,7 +321,7 @@ def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record,
 def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
     serve, record, monkeypatch, hung
 ):
-    made = recording_module.Recording
+    made = recording_module.opened
 
     def slow(*given):
         hung.wait()
@@ -329,7 +329,7 @@ def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
 
     service = serve()
     host = service.activate()
-    monkeypatch.setattr(recording_module, 'Recording', slow)
+    monkeypatch.setattr(recording_module, 'opened', slow)
     begun = host.record(service.plan(record))
     while not begun.done():
         host.on_timer()
@@ -358,7 +358,7 @@ def test_stopping_a_failed_recording_reports_the_failure(serve, record):
     path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
     while path.exists():  # it is written to at the same time
         shutil.rmtree(path, ignore_errors=True)
-    while host.sessions.current.status.error is None:
+    while host.sessions.status.error is None:
         assert host.submit(SetStrain(0.0)).answer.result(SOON) is None
     with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
         host.record(None).result(SOON)
@@ -465,12 +465,9 @@ def test_a_recording_that_failed_makes_room_and_is_not_forgotten(serve, tmp_path
     begin('first')
     with pytest.raises(Refused, match='busy: recording'):
         begin('other')
-    recording, error = sessions.current, BagError('No space left on device')
-    well = recording._recorder
+    well, error = sessions._bag, BagError('No space left on device')
     failed = dataclasses.replace(well.status, error=error)
-    recording._recorder = SimpleNamespace(
-        status=failed, close=lambda: failed, put=lambda *_: None, is_on=False
-    )
+    sessions._bag = SimpleNamespace(status=failed, close=lambda: failed)
     assert begin('second') == tmp_path / 'second'
     well.close()
     sessions.stop(host.loop).result(20.0)

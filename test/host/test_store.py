@@ -13,9 +13,9 @@ from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.host import ThrottledLog, state_file
 from mlmem_ros.host.files import FileSettings
+from mlmem_ros.host.null_store import NullStore
 from mlmem_ros.host.settings import StateSettings
 from mlmem_ros.host.store import Store
-from mlmem_ros.host.unkept import Unkept
 from mlmem_ros.host.worker import Worker
 from mlmem_ros.physics import CASE_II, StateError
 
@@ -158,7 +158,7 @@ def test_a_design_is_calibrated_once(file, counted, kept):
 
 def test_without_a_state_file_nothing_is_kept(tmp_path, counted):
     driver = Simulation.of(CASE_II, Settings().time)
-    store = Unkept(Worker('test-store', ThrottledLog(logging.getLogger('test'))))
+    store = NullStore(Worker('test-store', ThrottledLog(logging.getLogger('test'))))
     element = store.new_element(CASE_II, Settings(), driver)
     assert store.keep(element).result() is None
     assert store.close()

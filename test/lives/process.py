@@ -149,8 +149,8 @@ class Process:
         element = host.element
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
         self.oracles.truth.ticked(element, events)
-        if (transcript := host.transcript) is not None:
+        if (recording := host.recording) is not None:
             level = jazzy.message(LEVEL.type, data=values.level(element.reading))
             ended = [LEVEL for event in events if isinstance(event, Outcome)]
             for topic in (*ended, *([BEAT] if element.ticks % 4 == 0 else ())):
-                transcript.put(topic.name, jazzy.serialize(level))
+                recording.put(topic.name, jazzy.serialize(level))

@@ -12,7 +12,7 @@ from lifecycle_msgs.srv import ChangeState
 from robot import Robot, values
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.recorder import RecorderStatus
+from mlmem_ros.bag.queued_writer import WriterStatus
 from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.end import End
@@ -146,13 +146,13 @@ def session(**changes):
         'dropped': 0, 'error': None,
     }  # fmt: skip
     full = changes.pop('full', False)
-    return SimpleNamespace(status=RecorderStatus(**values | changes), full=full)
+    return SimpleNamespace(full=full), WriterStatus(**values | changes)
 
 
 @pytest.mark.parametrize(
     ('recording', 'level', 'text'),
     [
-        (None, OK, 'not recording'),
+        ((None, None), OK, 'not recording'),
         (session(), OK, 'recording'),
         (session(full=True), WARN, 'full: the session has ended'),
         (session(full=True, dropped=3), WARN, '3 messages were dropped from the recording'),
@@ -160,7 +160,8 @@ def session(**changes):
     ],
 )
 def test_the_worst_state_of_a_recording_is_reported(recording, level, text):
-    sessions = SimpleNamespace(state=State.IDLE, current=recording, last=None)
+    current, status = recording
+    sessions = SimpleNamespace(state=State.IDLE, current=current, status=status, buffer=None)
     health = diagnostics.recorder(SimpleNamespace(sessions=sessions))
     assert (health.level, health.text[: len(text)]) == (level, text)
 

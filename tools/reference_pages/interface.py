@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros import element_file
-from mlmem_ros.bag.recorder import Recorder
+from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.contract import requests, services, topics
 from mlmem_ros.contract.goals import ACTIONS
@@ -113,10 +113,10 @@ def diagnostics_page() -> str:
     change = Change('cell', 1, 0.0, 0.0)
     host.watcher.last = Comparison(1.0, np.zeros(2), change)
     with tempfile.TemporaryDirectory() as folder:
-        recorder = Recorder(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
+        recorder = QueuedWriter(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
         recorder.close()
-        recording = SimpleNamespace(status=recorder.status, full=False)
-        host.sessions = SimpleNamespace(current=recording)
+        recording = SimpleNamespace(full=False)
+        host.sessions = SimpleNamespace(current=recording, status=recorder.status)
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
             **{name: (tell, tell(element)) for name, tell in components.ELEMENT.items()},

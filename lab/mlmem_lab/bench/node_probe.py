@@ -59,8 +59,8 @@ def main(begun: float, number: int) -> None:
         number: How many; above 1 they are those of `memory_bank`.
     """
     use_profile(os.environ)
-    bank = bank_arguments(['memory_bank', f'--elements={number}'])[1]
-    nodes, executor = begin([], elements=bank if number > 1 else ONE)
+    arguments, bank = bank_arguments(['memory_bank', f'--elements={number}'])
+    nodes, executor = begin(arguments, elements=bank) if number > 1 else begin([], elements=ONE)
     gc.freeze()
     _tell({'ready': time.time() - begun})
     while True:

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.recorder import Recorder
+from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
 
 from .comparison import Comparison
@@ -109,7 +109,7 @@ def _nobody(path: Path) -> Iterator[Put]:
 
 @contextmanager
 def _recorder(path: Path) -> Iterator[Put]:
-    recorder = Recorder(_bag(path), dropped_topic='/mlmem/session/dropped')
+    recorder = QueuedWriter(_bag(path), dropped_topic='/mlmem/session/dropped')
     yield lambda message: recorder.put(message.topic, message.cdr, message.time)
     status = recorder.close()
     assert status.error is None

@@ -93,11 +93,10 @@ class Pace:
 
 def recorder(host: Host) -> Health:
     """Report a session, its wait in s; warn of dropped messages and of one at its maximum size."""
-    recording = host.sessions.current
-    if recording is None:
-        last = host.sessions.last
-        return Health(OK, host.sessions.state.value, last.kept if last is not None else {})
-    status = recording.status
+    recording, status = host.sessions.current, host.sessions.status
+    if recording is None or status is None:
+        buffer = host.sessions.buffer
+        return Health(OK, host.sessions.state.value, {} if buffer is None else buffer.kept)
     values = {
         'path': status.path,
         'messages': status.messages,

@@ -23,9 +23,9 @@ from .diagnostics import Diagnostics
 from .duplicate_name_check import DuplicateNameCheck
 from .parameters import ParameterSet
 from .publishers import Publishers
-from .recorded import session_plan
 from .retries import Retries
 from .services import Clients, Services
+from .session_plan import session_plan
 from .simulator import Simulator
 from .subscriptions import Subscriptions
 from .unlisted import UnlistedParameters

@@ -24,7 +24,7 @@ from ..views.image import Contour
 from ..views.markers import ChainMarkers
 
 if TYPE_CHECKING:
-    from ...host.transcript import Transcript
+    from ...host.recording import Recording
 
 COUNTED = 0.02
 """Seconds for which a count of subscribers holds: the middleware takes microseconds for each."""
@@ -97,12 +97,12 @@ class Publishers:
             self._node.destroy_publisher(publisher)
 
     def publish(self, topic: Topic, message: Any) -> None:
-        """Publish a message, and hand it to the transcript: serialized once for both."""
+        """Publish a message, and hand it to the recording: serialized once for both."""
         publisher = self._publishers[topic]
-        if (transcript := self._transcript(topic)) is not None:
+        if (recording := self._recording(topic)) is not None:
             cdr = serialize_message(message)
             publisher.publish(cdr)
-            transcript.put(publisher.topic_name, cdr)
+            recording.put(publisher.topic_name, cdr)
         else:
             publisher.publish(message)
 
@@ -151,7 +151,7 @@ class Publishers:
 
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not latched."""
-        recorded = self._transcript(topic) is not None
+        recorded = self._recording(topic) is not None
         return recorded or self._subscribers(topic) > 0
 
     def _subscribers(self, topic: Topic) -> int:
@@ -163,11 +163,11 @@ class Publishers:
             count = self._counts[topic.name] = self._publishers[topic].get_subscription_count()
         return count
 
-    def _transcript(self, topic: Topic) -> Transcript | None:
+    def _recording(self, topic: Topic) -> Recording | None:
         """Return what takes the messages of a topic, or None."""
-        transcript = self._host.transcript
-        taken = transcript is not None and transcript.takes(self._publishers[topic].topic_name)
-        return transcript if taken else None
+        recording = self._host.recording
+        taken = recording is not None and recording.takes(self._publishers[topic].topic_name)
+        return recording if taken else None
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()

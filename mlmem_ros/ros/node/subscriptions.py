@@ -44,8 +44,8 @@ class Subscriptions:
                 log.refused(name, f'the message must be a {kind.__name__}; {error}')
                 return
             with log.guarded(name):
-                if (transcript := self._host.transcript) is not None:
-                    transcript.put(full, cdr)
+                if (recording := self._host.recording) is not None:
+                    recording.put(full, cdr)
                 request = self._host.submit_scaled(lambda units: make(message, units))
                 request.answer.add_done_callback(answered)
 

@@ -30,7 +30,7 @@ class _Item(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RecorderStatus:
+class WriterStatus:
     """Status of a recording.
 
     Attributes:
@@ -55,7 +55,7 @@ class RecorderStatus:
     longest_wait: float = 0.0
 
 
-class Recorder:
+class QueuedWriter:
     """Puts a bounded queue and a thread between a producer and a `BagWriter`.
 
     A sync begins once the oldest message that is not safe yet has waited for half of the sync
@@ -136,13 +136,13 @@ class Recorder:
             return True
 
     @property
-    def status(self) -> RecorderStatus:
+    def status(self) -> WriterStatus:
         """Status of the recording."""
         if self._error is not None:
             state = 'failed'
         else:
             state = 'recording' if self._thread.is_alive() else 'closed'
-        return RecorderStatus(
+        return WriterStatus(
             path=self._writer.path,
             state=state,
             messages=self._messages,
@@ -153,7 +153,7 @@ class Recorder:
             longest_wait=max(self._longest_wait, self._waited()),
         )
 
-    def close(self, timeout: float | None = None) -> RecorderStatus:
+    def close(self, timeout: float | None = None) -> WriterStatus:
         """Accept no more messages, write those that wait, and finish the bag.
 
         If given, wait for at most `timeout` seconds.

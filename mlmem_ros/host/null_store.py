@@ -13,7 +13,7 @@ from ..physics import Design
 from .worker import Worker
 
 
-class Unkept:
+class NullStore:
     """Stands for a `Store` where `state.path` is empty."""
 
     path = None

@@ -14,10 +14,10 @@ from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.device import new_element, preset
 from mlmem_ros.device.trims import AS_SET, Trims
 from mlmem_ros.session import messages
-from mlmem_tools.view import recorded
+from mlmem_tools.view import session_frame
 from mlmem_tools.view.differences import MOST, differences
 from mlmem_tools.view.frames import COUNTS, counts, packed
-from mlmem_tools.view.recorded import Columns, load
+from mlmem_tools.view.session_frame import Columns, load
 
 DATA = Path(__file__).parent.parent / 'data'
 
@@ -65,11 +65,11 @@ def test_the_delays_of_an_element_that_has_learnt_its_pulses_are_sent(tmp_path):
 
 def test_a_long_session_is_thinned_out_evenly():
     columns = Columns()
-    for number in range(5 * recorded.COLUMNS):
+    for number in range(5 * session_frame.COLUMNS):
         columns.add(0.1 * number, number)
-    assert recorded.COLUMNS / 2 <= len(columns.t) <= recorded.COLUMNS
+    assert session_frame.COLUMNS / 2 <= len(columns.t) <= session_frame.COLUMNS
     assert len(set(np.diff(columns.rows))) == 1
-    assert columns.t[-1] > 0.1 * 4.99 * recorded.COLUMNS
+    assert columns.t[-1] > 0.1 * 4.99 * session_frame.COLUMNS
 
 
 def test_nothing_differs_between_a_session_and_itself(life):

@@ -48,7 +48,7 @@ NAMES: dict[type[Any], str] = {
 
 
 @dataclass(frozen=True)
-class Recorded:
+class SessionFrame:
     """A session as a page shows it.
 
     Attributes:
@@ -82,7 +82,7 @@ class Columns:
         self._count += 1
 
 
-def load(path: str | Path) -> Recorded:
+def load(path: str | Path) -> SessionFrame:
     """Read a session.
 
     Raises:
@@ -107,7 +107,7 @@ def load(path: str | Path) -> Recorded:
         for group, values in {**groups, 'versions': header.versions}.items()
         for name, value in values.items()
     }
-    return Recorded(parameters, collector.events, collector.frame(head))
+    return SessionFrame(parameters, collector.events, collector.frame(head))
 
 
 def _header(reader: BagReader) -> tuple[str, Header]:

@@ -12,8 +12,8 @@ import pytest
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.metadata import DROPPED
+from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bag.recorder import Recorder
 from mlmem_ros.bag.writer import BagWriter
 
 TOPIC = '/mlmem/dropped'
@@ -32,7 +32,7 @@ def make(tmp_path):
         writer = BagWriter(tmp_path / 'bag')
         writer.add_topic('/level', 'std_msgs/msg/Int16')
         recorders.append(
-            Recorder(writer, dropped_topic=TOPIC, sync_interval=sync_interval, **options)
+            QueuedWriter(writer, dropped_topic=TOPIC, sync_interval=sync_interval, **options)
         )
         return recorders[-1]
 

@@ -7,8 +7,9 @@ import math
 import pytest
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import Read, SetStrain, Write
-from mlmem_ros.host import last_seconds
+from mlmem_ros.device import Read, Refused, SetStrain, Write
+from mlmem_ros.host import pre_trigger
+from mlmem_ros.host.pre_trigger import PreTriggerBuffer
 from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
@@ -37,7 +38,7 @@ def commands(session):
 
 
 def test_nothing_is_kept_by_default(serve):
-    assert serve().activate().transcript is None
+    assert serve().activate().recording is None
 
 
 def test_a_session_begins_with_the_last_seconds(serve, tmp_path):
@@ -72,7 +73,7 @@ def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatc
     report = replay(session)
     assert report.exact
     assert report.outcomes[0].reading.level == 2
-    assert host.transcript is None
+    assert host.recording is None
 
 
 def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path):
@@ -87,7 +88,7 @@ def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path)
     idle = max(each.tick for each in session.hashes) + 3000
     while host.element.ticks < idle:
         host.loop.call(lambda: None).result(SOON)
-    assert 1.0 <= host.sessions.last.kept['last_seconds'] <= 1.6
+    assert 1.0 <= host.sessions.buffer.kept['last_seconds'] <= 1.6
     session = recorded(service, tmp_path / 'idle')
     assert session.stamped == []
     assert begun(session) >= idle - 1600
@@ -120,13 +121,55 @@ def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
 
 def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     """A write fills more than the limit: what is kept begins after it."""
-    monkeypatch.setattr(last_seconds, 'MOST_BYTES', 50_000)
+    monkeypatch.setattr(pre_trigger, 'MOST_BYTES', 50_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()
     ended = host.submit(Write(1)).answer.result(SOON).end_tick
     assert host.submit(Read()).answer.result(SOON).success
     host.pause(True).result(SOON)
-    assert host.sessions.last.kept['last_bytes'] <= 50_000
+    assert host.sessions.buffer.kept['last_bytes'] <= 50_000
     session = recorded(service, tmp_path / 'session')
     assert begun(session) >= ended
     assert replay(session).exact
+
+
+def filled(seconds, ticks, every=1):
+    """Return a buffer with a message a tick of a second, and a header wherever one is due."""
+    buffer = PreTriggerBuffer(seconds, 1.0)
+    for tick in range(ticks):
+        if tick % every == 0 and buffer.due(tick):
+            buffer.begin(tick, ('header', b'%d' % tick, tick))
+        buffer.put('topic', b'%d' % tick, tick)
+    return buffer
+
+
+def test_a_buffer_reaches_as_far_back_as_it_should_and_begins_with_a_state():
+    (header, *kept), number = filled(8.0, 100).content()
+    assert number == 100
+    assert [stamp for *_, stamp in kept] == list(range(header[2], 100))
+    assert 8 <= 100 - header[2] <= 8 + 8 / pre_trigger.SEGMENTS
+
+
+def test_what_comes_while_a_bag_is_opened_follows_without_a_gap():
+    buffer = filled(8.0, 20)
+    kept, number = buffer.content()
+    for tick in range(20, 25):
+        if buffer.due(tick):
+            buffer.begin(tick, ('header', b'', tick))
+        buffer.put('topic', b'%d' % tick, tick)
+    stamps = [stamp for topic, _, stamp in [*kept, *buffer.since(number)] if topic == 'topic']
+    assert stamps == list(range(stamps[0], 25))
+
+
+@pytest.mark.parametrize('how', ['dropped', 'cleared'])
+def test_a_gap_is_refused(how, monkeypatch):
+    buffer = filled(8.0, 20)
+    _, number = buffer.content()
+    if how == 'dropped':
+        monkeypatch.setattr(pre_trigger, 'MOST_BYTES', 100)
+    else:
+        buffer.clear()
+    buffer.put('topic', b'lost', 20)
+    buffer.begin(21, ('header', b'', 21))
+    with pytest.raises(Refused, match='the disk was slow'):
+        buffer.since(number)
