@@ -3,10 +3,11 @@
 """Running hashes over the messages of a bag, recorded in it: so any later change is noticed.
 
 A *digest* is a message on a topic of its own: how many messages stand between it and the one
-before, and the SHA-256 of that one's hash and of these messages, each with its topic, type, times
-and bytes. A recorder writes one with every sync, and the last when it closes the bag. So what a
-killed recorder leaves is covered up to its last sync, and a stretch behind a damaged one, too. A
-hash is no signature: it tells what a tool, a disk or an editor has changed, not who.
+before, and the SHA-256 of that one's hash and of these messages, each with its topic, type, log
+time and bytes (tools that copy a bag lose publish times and the hash of a type). A recorder writes
+one with every sync, and the last when it closes the bag. So what a killed recorder leaves is
+covered up to its last sync, and a stretch behind a damaged one, too. A hash is no signature: it
+tells what a tool, a disk or an editor has changed, not who.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ if TYPE_CHECKING:  # a node only records
 
 TYPE = 'std_msgs/msg/String'
 
-_NUMBERS = struct.Struct('<QQQ')
+_NUMBERS = struct.Struct('<QQ')
 _MOST = 10  # lines of findings
 
 
@@ -55,13 +56,13 @@ class Running:
         self.number, self.messages = digest.number + 1, 0
         self._hash = hashlib.sha256(digest.sha256.encode())
 
-    def add(self, info: TopicInfo, log_time: int, publish_time: int, cdr: bytes) -> None:
+    def add(self, info: TopicInfo, log_time: int, cdr: bytes) -> None:
         """Take a message."""
         prefix = self._prefixes.get(info.name)
         if prefix is None:
-            prefix = '\0'.join((info.name, info.type, info.type_hash, '')).encode(errors='replace')
+            prefix = '\0'.join((info.name, info.type, '')).encode(errors='replace')
             self._prefixes[info.name] = prefix
-        self._hash.update(prefix + _NUMBERS.pack(log_time, publish_time, len(cdr)))
+        self._hash.update(prefix + _NUMBERS.pack(log_time, len(cdr)))
         self._hash.update(cdr)
         self.messages += 1
 
@@ -99,7 +100,7 @@ def check(reader: BagReader, topic: str) -> Findings:
             break
         if each.topic != topic:
             info = reader.topics[each.topic]
-            running.add(info, each.log_time, each.publish_time, each.cdr)
+            running.add(info, each.log_time, each.cdr)
             continue
         try:
             if each.type != TYPE:

@@ -251,7 +251,7 @@ class BagWriter:
         channel.message_count += 1
         self._latest = log_time
         if channel is not self._digests:
-            self._running.add(channel.info, log_time, publish_time, cdr)
+            self._running.add(channel.info, log_time, cdr)
         if channel.latch:
             channel.last = cdr, publish_time
         self.unsynced = True

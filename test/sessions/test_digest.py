@@ -11,6 +11,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 from mlmem_ros.bag import digest, jazzy
 from mlmem_ros.bag.errors import BagError
@@ -84,6 +85,23 @@ def test_a_whole_session_agrees_with_its_digests(session, tmp_path):
     assert replay(found).exact
     again = changed(session, tmp_path / 'again', lambda messages: None)  # as `ros2 bag convert`
     assert (again.lost, again.altered) == ([], [])
+
+
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_a_copy_by_another_tool_is_still_the_session(session, tmp_path, storage):
+    writing = Writer(tmp_path / 'bag', version=9, storage_plugin=storage)
+    with Reader(session) as reader, writing as writer:
+        copies = {
+            each.id: writer.add_connection(
+                each.topic, each.msgtype, msgdef=each.msgdef.data, rihs01=each.digest
+            )
+            for each in reader.connections
+        }
+        for each, time, cdr in reader.messages():
+            writer.write(copies[each.id], time, cdr)
+    found = load(tmp_path / 'bag')
+    assert (found.lost, found.altered) == ([], [])
+    assert replay(found).exact
 
 
 def test_any_tampering_with_a_message_is_noticed(session, tmp_path):

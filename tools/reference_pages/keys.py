@@ -46,8 +46,8 @@ SESSION = {
     messages.DIGEST: {
         'number': 'digests before it',
         'messages': 'messages since the one before',
-        'sha256': 'SHA-256 of the one before and of these messages: topic, type and its hash, log '
-        'and publish time, length, bytes',
+        'sha256': 'SHA-256 of the one before and of these messages: topic, type, log time, '
+        'length, bytes',
         'closed': 'whether it ends the bag',
     },
 }
