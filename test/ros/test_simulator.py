@@ -54,6 +54,12 @@ class Tool:
         return self.call(srv.ResetSimulation, 'reset_simulation', scope=scope).result
 
 
+def test_a_part_of_the_package_is_none(monkeypatch):
+    """Such as an older build: a node starts without it."""
+    monkeypatch.delattr(action, 'SimulateSteps')
+    assert simulator.types() is None
+
+
 @pytest.fixture
 def tool(start):
     """A tool of a node that a test has for itself."""

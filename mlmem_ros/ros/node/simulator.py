@@ -46,13 +46,15 @@ RESET = 20
 
 
 def types() -> dict[str, Any] | None:
-    """Return the types of the services and the action by name; None if they are not installed."""
+    """Return the types of the services and the action by name; None if they are not installed, or
+    only in part.
+    """
     try:
         services = import_module('simulation_interfaces.srv')
-        actions = import_module('simulation_interfaces.action')
-    except ImportError:
+        steps = import_module('simulation_interfaces.action').SimulateSteps
+    except (ImportError, AttributeError):
         return None
-    return {**vars(services), 'SimulateSteps': actions.SimulateSteps}
+    return {**vars(services), 'SimulateSteps': steps}
 
 
 class Simulator:
