@@ -22,9 +22,6 @@ from .motion import Cycle
 from .reading import BLANK, describe_level
 from .settings import CycleSettings, Settings, StrokeSettings, peak
 
-PEAK_SPEED = 1.5
-"""Highest speed of a kick, relative to its mean."""
-
 RELUCTANCE = 1e9
 """Time that a strained move seems to take where strain is avoided."""
 
@@ -140,7 +137,7 @@ def kick_speed(design: Design, settings: Settings, level: int) -> float:
     speeds, limits = settings.kick.by_level, settings.transducer
     speed = speeds[level] if level < len(speeds) else 0.0
     able = abs(design.D_s2 - design.D_s1) <= limits.max_stroke
-    return speed if able and PEAK_SPEED * speed <= limits.max_speed else 0.0
+    return speed if able and settings.kick.fastest * speed <= limits.max_speed else 0.0
 
 
 def pushes(settings: Settings) -> bool:

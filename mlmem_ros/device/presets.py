@@ -28,7 +28,7 @@ from .settings import (
     TimeSettings,
     WriteSettings,
 )
-from .strokes import BY_25, actuator, by_9, hand_rate, stroke, throw
+from .strokes import BY_25, LATE, actuator, by_9, hand_rate, stroke, throw
 
 
 class Preset(NamedTuple):
@@ -160,7 +160,7 @@ def _nine_cells(
     design = Design(
         N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
     )
-    back = by_9(design.levels, N) | back
+    back = by_9(design.levels, N, eta) | back
     still = ActuatorSettings(max_strain=0.05, max_rate=max_rate, hand_rate=hand_rate(N))
     if 'throw' in back:
         erase = replace(erase, method='pulse')
@@ -292,11 +292,17 @@ PRESETS |= {
         write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
         throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4),
-        kick=KickSettings('0.005 0.0166 0.0347 0.0571', settle=400.0),
+        kick=KickSettings('0.0031 0.0103 0.0222 0.0367', late=LATE, settle=400.0),
         push=PushSettings(A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0),
     )),
     'kick_3': _kicked(_CASE_2),
-    'kick_4': _kicked(PRESETS['bits_4']),
+    'kick_4': _kicked(_nine_cells(
+        N=207, eta=1 / 168, right=(0.691, 16.0, 8.7e-4), patience=4500.0,
+        write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
+        erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
+        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 5 7 9'),
+        push=PushSettings(A=0.52, omega_c=0.84, sigma=16.0, settle=1200.0),
+    )),
 }  # fmt: skip
 """By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is
 `case_2` with a faster schedule. docs/reference/presets.md has all schedules."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..physics.portable import cosine, exponential, sine
 from ..physics.potential import Array
-from .settings import ProbeSettings, PushSettings
+from .settings import KickSettings, ProbeSettings, PushSettings
 
 
 @dataclass(frozen=True)
@@ -69,30 +69,33 @@ class Kick:
     """A smooth move from one ground state to the other, which launches a wall; its mean speed
     selects the level at which that stops.
 
+    It is 3 x^2 - 2 x^3 of a clock x that itself begins slowly: (1 - late) s + late s^2.
+
     Attributes:
         start: Displacement at the beginning.
         target: Displacement at the end.
-        speed: Mean speed; the highest is `PEAK_SPEED` times that.
-        hold: Time for which the cell is held at its target.
+        speed: Mean speed; the highest is `shape.fastest` times that.
+        shape: How late it is fastest, and how long the cell is held at its target.
     """
 
     start: float
     target: float
     speed: float
-    hold: float
+    shape: KickSettings
 
     @property
     def duration(self) -> float:
         """Time for which the cell is held, in time units."""
-        return abs(self.target - self.start) / self.speed + self.hold
+        return abs(self.target - self.start) / self.speed + self.shape.hold
 
     def at(self, t: Array) -> Array:
         """Return displacement and velocity at times t."""
-        way = self.target - self.start
+        way, late = self.target - self.start, self.shape.late
         rate = self.speed / abs(way) if way else 0.0
-        x = np.minimum(t * rate, 1.0)
+        s = np.minimum(t * rate, 1.0)
+        x, clock = s + late * s * (s - 1.0), 1.0 + late * (2.0 * s - 1.0)
         return np.stack(
-            (self.start + way * x * x * (3.0 - 2.0 * x), 6.0 * way * rate * x * (1.0 - x))
+            (self.start + way * x * x * (3.0 - 2.0 * x), 6.0 * way * rate * x * (1.0 - x) * clock)
         )
 
 

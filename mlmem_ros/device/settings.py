@@ -244,6 +244,13 @@ class KickSettings(Checked):
         '',
         'the same for a kink, behind a wall that rests already; only a register needs it',
     )
+    late: float = described(
+        0.0,
+        'how late in the motion the end is fastest: 0 half-way, towards 1 later; then a level '
+        'needs its speed less exactly',
+        low=0.0,
+        high=1.0,
+    )
     hold: float = _time(20.0, 'hold at the other ground state')
     settle: float = _time(800.0, 'rest in which the wall comes to its level')
 
@@ -260,6 +267,18 @@ class KickSettings(Checked):
                     f'{name} must be 0 or from 1e-4 to 10, separated by spaces; got '
                     f'{clipped(given)}'
                 )
+
+    @cached_property
+    def fastest(self) -> float:
+        """Highest speed of a kick, relative to its mean: 1.5 if it is fastest half-way."""
+        if not self.late:
+            return 1.5
+        s = [k / 1000.0 for k in range(1001)]
+        x = [each + self.late * each * (each - 1.0) for each in s]
+        return max(
+            6.0 * y * (1.0 - y) * (1.0 + self.late * (2.0 * each - 1.0))
+            for each, y in zip(s, x, strict=True)
+        )
 
     @cached_property
     def by_level(self) -> tuple[float, ...]:

@@ -55,17 +55,17 @@ def stroke(
     return StrokeSettings(ramp, hold, ease, ease_to, release, 0.0, peak, growth, **others)
 
 
-def by_9(levels: int, N: int) -> dict[str, Any]:
-    """Return the strokes for nine cells per level: one law for all such elements of N cells.
+def by_9(levels: int, N: int, eta: float) -> dict[str, Any]:
+    """Return strokes, kicks and pushes for nine cells per level: one law for all such elements.
 
     The longer the element, the more its far end is shaken. So the strain swings over more slowly,
     and low levels, which need the strongest strokes, have none if they are even. Beyond 400 cells
     this law gives no stroke from even levels.
     """
     site, even_from = 9.0 * levels, max(8, 2 * round(4.0 * (N / 207.0) ** 0.7))
-    speeds = ' '.join(f'{speed:g}' for speed in SPEEDS_9[:levels])
+    speeds = ' '.join(f'{speed:g}' for speed in SPEEDS_9.get(round(1.0 / eta), ())[:levels])
     found: dict[str, Any] = {
-        'kick': KickSettings(speeds),
+        'kick': KickSettings(speeds, late=LATE),
         'push': PushSettings(A=0.6, omega_c=0.75, sigma=5.0, settle=800.0 if N < 150 else 1200.0),
     }
     if levels > 3:
@@ -79,11 +79,19 @@ def by_9(levels: int, N: int) -> dict[str, Any]:
     return found
 
 
-SPEEDS_9 = (
-    0.0035, 0.0064, 0.0112, 0.0167, 0.023, 0.0297, 0.0378, 0.0462,
-    0.0542, 0.0636, 0.0748, 0.086, 0.0988, 0.118, 0.1416, 0.163,
-)  # fmt: skip
-"""Speeds of kicks to the levels of all elements with nine cells a level and damping 1/250."""
+LATE = 0.7
+"""With nine cells a level: the end is fastest late, which widens the windows at high speeds."""
+
+SPEEDS_9 = {
+    100: (0.0031, 0.0103, 0.0222, 0.0367, 0.0547, 0.0773, 0.1074, 0.1474, 0.2026),
+    168: (
+        0.0024, 0.0057, 0.0112, 0.0177, 0.0251, 0.0335, 0.043, 0.0539,
+        0.0664, 0.0811, 0.0989, 0.1213, 0.1488, 0.1845, 0.24, 0.3981,
+    ),
+    250: (0.002, 0.0039, 0.007, 0.0106, 0.0146, 0.0191, 0.0241),
+    500: (0.0, 0.0024, 0.0034, 0.0047, 0.0062, 0.0078),
+}  # fmt: skip
+"""Speeds of kicks by 1 / eta, to every level with a room of at least 0.1; others are barred."""
 
 BY_25: dict[str, Any] = {
     'erase': EraseSettings(method='pulse'),

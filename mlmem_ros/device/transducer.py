@@ -89,6 +89,7 @@ class Transducer:
         self._hums: dict[End, float] = {}  # what the filters leave of them
         self._late: dict[End, int] = {}  # ticks still to come of samples from before the pulse
         self._rest: dict[End, float] = {}
+        self._kick = settings.kick
         self._lag = round(driver.lag * settings.time.tick / dt)
         self.held: Held | None = None
 
@@ -208,10 +209,10 @@ class Transducer:
         start = self._driver.end(end.site(self._design))
         self._hold(end, Move(start, target, speed))
 
-    def kick(self, target: float, speed: float, hold: float) -> None:
+    def kick(self, target: float, speed: float) -> None:
         """Move the left end smoothly to a ground state, hold it there, then release it."""
         start = self._driver.end(End.LEFT.site(self._design))
-        self._hold(End.LEFT, Kick(start, target, speed, hold))
+        self._hold(End.LEFT, Kick(start, target, speed, self._kick))
 
     def push(self, end: End, pulse: PushSettings) -> None:
         """Fire a loud pulse about the rest of an end."""

@@ -131,6 +131,7 @@ def schedule_of(settings: Settings) -> str:
     values += [write.last_release, actuator.max_strain, actuator.max_rate]
     if write.method == 'kick':
         values += [settings.kick.speeds, settings.kick.hold]
+        values += [settings.kick.late] if settings.kick.late else []
     text = json.dumps(values)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 

@@ -65,7 +65,7 @@ def with_wall(element, at):
 
 
 def test_a_kick_is_a_smooth_ramp_then_held():
-    motion = Kick(-1.0, 1.0, speed=0.1, hold=20.0)
+    motion = Kick(-1.0, 1.0, 0.1, KickSettings(hold=20.0))
     t = np.linspace(0.0, motion.duration, 4001)
     x, v = motion.at(t)
     assert motion.duration == pytest.approx(40.0)
@@ -73,6 +73,18 @@ def test_a_kick_is_a_smooth_ramp_then_held():
     assert v.max() == pytest.approx(0.15, rel=1e-6)  # 1.5 times the mean
     assert not v[t > 20.0].any()
     assert np.allclose(np.gradient(x, t)[1:-1], v[1:-1], atol=1e-4)  # second order in the step
+
+
+def test_a_late_kick_begins_slowly_and_never_turns_back():
+    shape = KickSettings(late=0.7, hold=20.0)
+    motion = Kick(-1.0, 1.0, 0.1, shape)
+    t = np.linspace(0.0, motion.duration, 4001)
+    x, v = motion.at(t)
+    assert (x[0], x[-1]) == pytest.approx((-1.0, 1.0))
+    assert v.max() == pytest.approx(0.1 * shape.fastest, rel=1e-4)
+    assert (v >= 0.0).all()
+    assert t[v.argmax()] > 12.0  # of 20
+    assert np.allclose(np.gradient(x, t)[1:-1], v[1:-1], atol=1e-3)  # a jerk where it ends
 
 
 @pytest.mark.parametrize('name', KICKED)

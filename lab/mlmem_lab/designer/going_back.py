@@ -44,7 +44,7 @@ def going_back(design: Design, settings: Settings) -> Settings:
     lies between too fast for the far end and too slow for the wall.
     """
     usual = design.J == 9 and design.eta == 1 / 250
-    back: dict[str, Any] = by_9(design.levels, design.N) if usual else {}
+    back: dict[str, Any] = by_9(design.levels, design.N, design.eta) if usual else {}
     change = (1.0 - EASE_TO) * PEAK
     fast, slow = shortest_ease(design, change), reach(design, change, 1.0) / FAR
     if slow >= WIDE * fast:

@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Erase, Write, new_element, preset
-from mlmem_ros.device.moves import PEAK_SPEED
 from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
+from mlmem_ros.device.settings import KickSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import Chain, HeldCell, Scatter, StateError, level_of, substep_times
 from mlmem_ros.physics.energy import energy
@@ -44,6 +44,9 @@ KICKED = ('kick_2', 'kick_3', 'kick_4')
 
 SPEEDS = np.geomspace(0.002, 1.2, 321)
 """Mean speeds of kicks: 2 % apart."""
+
+FINE = 5e-4
+"""Relative error of the edge of a window."""
 
 AMPLITUDES = np.round(np.arange(0.2, 1.001, 0.02), 2)
 """Amplitudes of pushes."""
@@ -115,7 +118,7 @@ def measured(name: str, *, writes: int, elements: int, seed: int) -> dict[str, A
     """Return the maps of a preset, and the count of its writes."""
     design, settings = preset(name)
     chain = Simulation.of(design, settings.time).chain
-    ends = [after_kick(chain, float(u), settings.kick.hold) for u in SPEEDS]
+    ends = [after_kick(chain, float(u), settings.kick) for u in SPEEDS]
     levels = [_window(chain, name, level, ends) for level in range(design.levels)]
     return {
         'speeds': SPEEDS.round(5),
@@ -139,22 +142,33 @@ def measured(name: str, *, writes: int, elements: int, seed: int) -> dict[str, A
 
 def _window(chain: Chain, name: str, level: int, ends: Sequence[int]) -> dict[str, Any]:
     """Return the kick of a level as shipped: its range of speeds, its room and its energy."""
-    settings = preset(name).settings
-    speed = settings.kick.by_level[level]
-    nearest = int(np.abs(np.log(SPEEDS / speed)).argmin())
-    low = high = nearest
-    while low > 0 and ends[low - 1] == level:
-        low -= 1
-    while high < len(ends) - 1 and ends[high + 1] == level:
-        high += 1
-    room = min(speed / SPEEDS[low], SPEEDS[high] / speed) - 1.0 if ends[nearest] == level else 0.0
-    holds = [after_kick(chain, speed, hold) for hold in (0.0, 10.0, 40.0, 100.0)]
+    shape = preset(name).settings.kick
+    speed = shape.by_level[level]
+    low, high = (_edge(chain, shape, level, ends, way) for way in (-1, 1))
+    shapes = [replace(shape, hold=hold) for hold in (0.0, 10.0, 40.0, 100.0)]
     return {
-        'level': level, 'speed': speed, 'low': SPEEDS[low].round(5), 'high': SPEEDS[high].round(5),
-        'room': round(float(room), 3), 'holds': holds,
-        'energy': round(_stored(chain, speed, settings.kick.hold), 3),
-        'peak_speed': PEAK_SPEED * speed,
+        'level': level, 'speed': speed, 'low': round(low, 5), 'high': round(high, 5),
+        'room': round(min(speed / low, high / speed) - 1.0, 3),
+        'holds': [after_kick(chain, speed, each) for each in shapes],
+        'energy': round(_stored(chain, speed, shape), 3), 'peak_speed': shape.fastest * speed,
     }  # fmt: skip
+
+
+def _edge(chain: Chain, shape: KickSettings, level: int, ends: Sequence[int], way: int) -> float:
+    """Return how far the speed of a level may change to one side, by bisection to `FINE`."""
+    inside = shape.by_level[level]
+    first = int(SPEEDS.searchsorted(inside, 'right' if way > 0 else 'left')) - (way < 0)
+    beyond = range(first, len(SPEEDS) if way > 0 else -1, way)
+    outside = next((float(SPEEDS[k]) for k in beyond if ends[k] != level), 0.0)
+    if not outside:
+        return float(SPEEDS[0 if way < 0 else -1])
+    while abs(outside / inside - 1.0) > FINE:
+        middle = math.sqrt(inside * outside)
+        if after_kick(chain, middle, shape) == level:
+            inside = middle
+        else:
+            outside = middle
+    return inside
 
 
 def drive(chain: Chain, site: int, motion: BoundaryMotion, rest: float) -> int:
@@ -169,10 +183,10 @@ def drive(chain: Chain, site: int, motion: BoundaryMotion, rest: float) -> int:
     return level_of(chain.design, chain.configuration, nearness(chain.specimen))
 
 
-def after_kick(chain: Chain, speed: float, hold: float) -> int:
+def after_kick(chain: Chain, speed: float, shape: KickSettings) -> int:
     """Return where a kick leaves the wall: a level, `BLANK`, or `UNDECODABLE` for elsewhere."""
     chain.place(blank(chain.specimen))
-    motion = Kick(chain.end(1), chain.design.D_s2, speed, hold)
+    motion = Kick(chain.end(1), chain.design.D_s2, speed, shape)
     return drive(chain, 1, motion, DAMPING_TIMES / chain.design.eta)
 
 
@@ -184,11 +198,11 @@ def after_push(chain: Chain, level: int, amplitude: float, name: str) -> int:
     return drive(chain, site, Pulse(chain.end(site), push), DAMPING_TIMES / chain.design.eta)
 
 
-def _stored(chain: Chain, speed: float, hold: float) -> float:
+def _stored(chain: Chain, speed: float, shape: KickSettings) -> float:
     """Return the energy that a kick leaves in the chain when the end is released."""
     chain.place(blank(chain.specimen))
     before = energy(chain).total
-    drive(chain, 1, Kick(chain.end(1), chain.design.D_s2, speed, hold), 0.0)
+    drive(chain, 1, Kick(chain.end(1), chain.design.D_s2, speed, shape), 0.0)
     return energy(chain).total - before
 
 
@@ -200,7 +214,7 @@ def _astray(name: str, alpha: float, elements: int, seed: int) -> int:
         made: Specimen = scattered(design, Scatter(alpha=alpha), seed + k)
         chain = Simulation.of(made, settings.time).chain
         for level, speed in enumerate(settings.kick.by_level):
-            astray += after_kick(chain, speed, settings.kick.hold) != level
+            astray += after_kick(chain, speed, settings.kick) != level
     return astray
 
 

@@ -15,7 +15,7 @@ from ..events import Check
 from ..instrument import LONGEST_RUN, Instrument
 from ..memory import Memory
 from ..motion import Cycle
-from ..moves import PEAK_SPEED, kick_speed
+from ..moves import kick_speed
 from ..progress import LAUNCHING, SETTLING, STRAINING
 from ..reading import Reading
 from ..settings import EraseSettings, WriteSettings
@@ -140,8 +140,8 @@ def kick_to(element: Memory, target: float, speed: float) -> Procedure[None]:
     settings = element.settings.kick
     element.begin_cycle('kicked')
     element.progress.phase = LAUNCHING
-    speed = min(speed, element.settings.transducer.max_speed / PEAK_SPEED)
-    element.transducer.kick(target, speed, settings.hold)
+    speed = min(speed, element.settings.transducer.max_speed / settings.fastest)
+    element.transducer.kick(target, speed)
     while element.transducer.driving:
         yield element.next_look(element.transducer.remaining)
     yield from wait(element, settings.settle)
