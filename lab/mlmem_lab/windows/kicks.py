@@ -104,7 +104,7 @@ def kicks(arguments: argparse.Namespace) -> int:
         try:
             kept = load_kept(arguments.output)
             every = {'presets': kept.get('presets', {}) | found}
-            made = f'mlmem kicks {" ".join(names)} --writes {arguments.writes}'
+            made = f'mlmem kicks {" ".join(every["presets"])} --writes {arguments.writes}'
             save(arguments.output, every, made, arguments.seed, of=names, kept=kept)
         except (OSError, ValueError) as error:
             return complain('kicks', f'the result could not be written; {error}', 1)
