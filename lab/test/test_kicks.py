@@ -27,7 +27,7 @@ def test_the_committed_map_is_that_of_the_code(name):
 
 
 @pytest.mark.parametrize('name', KICKED)
-def test_every_shipped_kick_bears_a_tenth_in_its_speed_and_any_hold(name):
+def test_every_shipped_kick_bears_a_tenth_in_its_speed_and_half_the_hold(name):
     """What bears less is barred."""
     design, settings = preset(name)
     chain = Simulation.of(design, settings.time).chain
@@ -35,7 +35,7 @@ def test_every_shipped_kick_bears_a_tenth_in_its_speed_and_any_hold(name):
         for factor in (1.1, 1.0 / 1.1):
             assert after_kick(chain, factor * speed, settings.kick) == level
         assert MAPPED[name]['levels'][level]['room'] >= 0.1
-        assert set(MAPPED[name]['levels'][level]['holds']) == {level}
+        assert set(MAPPED[name]['levels'][level]['holds'][1:]) == {level}  # 10 and more
 
 
 @pytest.mark.parametrize('name', KICKED)
