@@ -300,7 +300,7 @@ PRESETS |= {
         N=207, eta=1 / 168, right=(0.691, 16.0, 8.7e-4), patience=4500.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
-        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 5 7 9'),
+        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 2 5 7 9 10 11 12 13 14 15'),
         push=PushSettings(A=0.52, omega_c=0.84, sigma=16.0, settle=1200.0),
     )),
 }  # fmt: skip
