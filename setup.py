@@ -34,6 +34,8 @@ EXTRAS = {
         'xacro>=2.0',
     ],
     'docs': ['sphinx>=8.1', 'furo>=2024.8', 'myst-parser>=4.0'],
+    # examples/walking_robot
+    'robot': ['mujoco>=3.2', 'matplotlib>=3.7'],
     'mutation': ['mutmut>=3.8'],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
 }

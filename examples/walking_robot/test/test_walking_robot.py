@@ -1,0 +1,53 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Robot and memory in lockstep: a day with a fall, twice the same to the bit."""
+
+import math
+
+import pytest
+from hexapod import GAITS, STEP, Hexapod
+from walking_robot import FALLS, lived
+
+from mlmem_ros.ros.node import simulator
+from mlmem_ros.session.data import load
+from mlmem_ros.testing import assert_replays
+
+
+@pytest.mark.parametrize('roughness', [0.0, 0.03])
+def test_each_gait_walks_as_far_as_its_steps(roughness):
+    """A foot is 0.22 m from its hip, and swings twice a step; stones and slips cost a part."""
+    for gait in GAITS[1:]:
+        body = Hexapod(roughness)
+        for _ in range(round(4.0 / STEP)):
+            body.step(gait)
+        far, high = body.place
+        reach = 4.0 * gait.frequency * 4 * 0.22 * math.sin(gait.stride)
+        assert 0.5 * reach < far < 1.1 * reach
+        assert high > 0.1  # on its feet
+
+
+def test_without_power_it_lies_on_the_ground():
+    body = Hexapod()
+    body.powered = False
+    for _ in range(round(1.0 / STEP)):
+        body.step(GAITS[2])
+    assert body.place[1] < 0.06
+
+
+def test_a_day_goes_on_after_a_fall_and_is_the_same_again(tmp_path):
+    days = [lived(tmp_path / name) for name in ('first', 'second')]
+    assert days[0] == days[1]
+    assert [what for _, what in days[0].log] == [
+        'the memory says stand: a new robot',
+        'walk is written; 0 falls',
+        'power is back',
+        'the memory says walk, 0 falls',
+        'walk is written; 1 falls',
+    ]
+    assert days[0].word == 1 * FALLS + 2
+    first, second = (load(tmp_path / name) for name in ('first', 'second'))
+    if simulator.types() is not None:  # or they begin at different ticks
+        assert first.stamped == second.stamped
+        hashes = [[(each.tick, each.hash) for each in bag.hashes] for bag in (first, second)]
+        assert hashes[0] == hashes[1] != []
+    assert_replays(tmp_path / 'first').assert_levels([0, 2, 2, FALLS + 2])

@@ -1,0 +1,217 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A robot that shakes its memory: it walks, loses power, falls, and walks on with what it knows.
+
+A hexapod in MuJoCo carries an element, whose base its body shakes. What it must not forget is a
+byte in there: how it walks, and how often it has fallen. World and memory run in lockstep, so that
+the same day has the same bits whenever it is run.
+
+    pip install 'mlmem_ros[robot]'
+    python3 examples/walking_robot/walking_robot.py --output day
+
+draws the day, and leaves its session to `mlmem replay day/session`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from hexapod import GAITS, STEP, Gait, Hexapod
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.utilities import try_shutdown
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+
+from mlmem_ros import MemoryClient
+from mlmem_ros.ros.qos import RELIABLE
+from mlmem_ros.testing import memory_node
+
+MEMORY = {'design.preset': 'byte', 'publish.field_every': 0, 'publish.wall_every': 0}
+
+FALLS = 16
+"""Most falls that fit into a byte beside the gait."""
+
+
+class Mind:
+    """What runs on the robot's computer: it knows nothing when it starts, but what it can read.
+
+    Attributes:
+        gait: The present gait.
+        falls: How often the robot has lost power while it walked.
+        log: What it said, with the time in seconds.
+    """
+
+    def __init__(self, memory: MemoryClient, log: list[tuple[float, str]]) -> None:
+        """Stand, and ask the memory."""
+        self.gait, self.falls, self.log = 0, 0, log
+        self._memory = memory
+        self._reading: Any = memory.read()
+        self._writing: Any = None
+
+    def think(self, time: float, wanted: int) -> Gait:
+        """Return how to walk now; a new gait is written before it is walked."""
+        if self._reading is not None:
+            if self._reading.done():
+                self._wake(time, self._reading.wait())
+        elif self._writing is not None:
+            if self._writing.done():
+                self.falls, self.gait = divmod(self._writing.wait().level, FALLS)
+                self._writing = None
+                self._say(time, f'{GAITS[self.gait].name} is written; {self.falls} falls')
+        elif wanted != self.gait:
+            self._write(self.falls, wanted)
+        return GAITS[self.gait]
+
+    def _wake(self, time: float, content: Any) -> None:
+        self._reading = None
+        falls, gait = divmod(max(0, content.level), FALLS)
+        if gait == 0:
+            self._say(time, 'the memory says stand: a new robot')
+            return
+        self._say(time, f'the memory says {GAITS[gait].name}, {falls} falls')
+        self._write(falls + 1, gait)  # it was walking when it lost power
+
+    def _write(self, falls: int, gait: int) -> None:
+        self._writing = self._memory.write(min(falls, FALLS - 1) * FALLS + gait)
+
+    def _say(self, time: float, what: str) -> None:
+        self.log.append((round(time, 3), what))
+
+
+class World(Node):
+    """The body and its sensors, and a memory whose time is that of the body."""
+
+    def __init__(self, body: Hexapod, element: str, **options: Any) -> None:
+        """Hold the time of an element; `run` lets it pass."""
+        super().__init__('walker', **options)
+        self.body = body
+        self.memory = MemoryClient(self, element, actions=False)
+        self._imu = self.create_publisher(Imu, f'{element}/disturbance', RELIABLE)
+        self._joints = self.create_publisher(JointState, '~/joint_states', RELIABLE)
+        self._clock = self.create_publisher(Clock, '/clock', RELIABLE)
+        self.memory.ready().wait()
+        self.memory.pause().wait()
+        self._reset(element)
+
+    def _reset(self, element: str) -> None:
+        """Begin at tick 0, if there are types to ask for it; or days begin at different ticks."""
+        try:
+            from simulation_interfaces.srv import ResetSimulation
+        except ImportError:
+            return
+        client = self.create_client(ResetSimulation, f'{element}/reset_simulation')
+        client.wait_for_service()
+        answer = client.call_async(ResetSimulation.Request())
+        executor = SingleThreadedExecutor(context=self.context)
+        rclpy.spin_until_future_complete(self, answer, executor)
+        executor.shutdown()
+
+    def run(self, seconds: float, mind: Mind | None, wanted: int, day: Day) -> None:
+        """Let time pass, for body and memory together; without a mind there is no power."""
+        self.body.powered = mind is not None
+        for _ in range(round(seconds / STEP)):
+            gait = mind.think(self.body.time, wanted) if mind is not None else GAITS[0]
+            self.body.step(gait)
+            self._publish()
+            self.memory.step().wait()  # the messages sent before take effect in this tick
+            day.keep(self.body, gait)
+
+    def _publish(self) -> None:
+        seconds, nanoseconds = divmod(round(self.body.time * 1e9), 10**9)
+        imu, joints, clock = Imu(), JointState(), Clock()
+        for header in (imu.header, joints.header):
+            header.stamp.sec, header.stamp.nanosec = seconds, nanoseconds
+        clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
+        force = imu.linear_acceleration
+        force.x, force.y, force.z = self.body.acceleration
+        angles = self.body.joints
+        joints.name, joints.position = list(angles), list(angles.values())
+        for publisher, message in ((self._clock, clock), (self._imu, imu), (self._joints, joints)):
+            publisher.publish(message)
+
+
+@dataclass
+class Day:
+    """What happened: by step the time in s, the place and the height in m, the acceleration in
+    m/s^2 and the frequency of the gait in Hz; what the robot said; the byte at the end.
+    """
+
+    log: list[tuple[float, str]] = field(default_factory=list)
+    steps: list[tuple[float, float, float, float, float]] = field(default_factory=list)
+    word: int = -1
+
+    def keep(self, body: Hexapod, gait: Gait) -> None:
+        """Keep a step."""
+        self.steps.append((body.time, *body.place, body.acceleration[0], gait.frequency))
+
+
+def lived(session: Path, roughness: float = 0.02) -> Day:
+    """Live a day, recorded into a session, and return it.
+
+    The robot is told to walk, loses power on its way, falls, and wakes a second later.
+    """
+    day = Day()
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    try:
+        with memory_node(MEMORY) as node:
+            world = World(Hexapod(roughness), node.element, context=context)
+            world.memory.record(path=str(session)).wait()
+            world.run(3.0, Mind(world.memory, day.log), 2, day)
+            world.run(1.0, None, 0, day)
+            day.log.append((round(world.body.time, 3), 'power is back'))
+            mind = Mind(world.memory, day.log)
+            world.run(3.0, mind, 2, day)
+            day.word = mind.falls * FALLS + mind.gait
+            world.memory.record(False).wait()
+            world.destroy_node()
+    finally:
+        try_shutdown(context=context)
+    return day
+
+
+def draw(day: Day, path: Path) -> None:
+    """Draw a day: how far the robot came, its height, and what the element felt."""
+    from matplotlib.figure import Figure
+
+    time, far, high, shake, _ = zip(*day.steps, strict=True)
+    figure = Figure(figsize=(8.0, 5.0), layout='constrained')
+    axes = figure.subplots(3, sharex=True)
+    for each, values, label in zip(
+        axes, (far, high, shake), ('way in m', 'height in m', 'acceleration\nin m/s²'), strict=True
+    ):
+        each.plot(time, values, linewidth=0.8)
+        each.set_ylabel(label)
+        for when, _ in day.log:
+            each.axvline(when, color='0.7', linewidth=0.8)
+    above = axes[0].get_xaxis_transform()
+    for number, (when, what) in enumerate(day.log):
+        at = 1.03 + 0.12 * (number % 2)
+        axes[0].text(when, at, what, transform=above, rotation=12, fontsize=7)
+    axes[-1].set_xlabel('time in s')
+    figure.savefig(path, dpi=150)
+
+
+def main() -> int:
+    """Live a day, and show it."""
+    parser = argparse.ArgumentParser(description='A robot that shakes its memory.')
+    parser.add_argument('--output', type=Path, default=Path('day'), help='a new folder')
+    parser.add_argument('--roughness', type=float, default=0.02, help='height of stones in m')
+    options = parser.parse_args()
+    options.output.mkdir(parents=True)
+    day = lived(options.output / 'session', options.roughness)
+    for when, what in day.log:
+        print(f'{when:6.3f} s  {what}')
+    print(f'it came {day.steps[-1][1]:.2f} m; the byte in its memory is {day.word:#04x}')
+    draw(day, options.output / 'day.png')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
