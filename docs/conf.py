@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Settings of Sphinx for this site; `make docs` builds it."""
 
+import dataclasses
+
 from mlmem_ros import __version__
+from mlmem_ros.described import descriptions
 
 project = 'mlmem_ros'
 author = copyright = 'The mlmem_ros authors'
@@ -37,3 +40,16 @@ autodoc_default_options = {'members': True, 'undoc-members': False, 'exclude-mem
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
+
+
+def setup(app):
+    """Let the page of a class have what its fields say of themselves."""
+    app.connect('autodoc-process-docstring', _with_fields)
+
+
+def _with_fields(app, what, name, obj, options, lines):
+    if isinstance(obj, type) and dataclasses.is_dataclass(obj):
+        for field, row in descriptions(obj):
+            unit = f' [{row.unit}]' if row.unit else ''
+            lines.append(f':ivar {field.name}: {row.text}{unit}')
+        lines.append('')

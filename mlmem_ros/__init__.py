@@ -16,7 +16,7 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
-    from .contract.errors import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
+    from .contract.calls import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
     from .ros.client.client import MemoryClient
     from .ros.client.reply import Reply
     from .ros.client.standalone import standalone
@@ -30,14 +30,14 @@ __all__ = [
 
 _HOMES = {
     'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
-    'ros.client.client': ('MemoryClient',),
-    'contract.errors': (
+    'contract.calls': (
         'BankFailed',
         'NoAnswer',
         'RequestError',
         'RequestFailed',
         'RequestRefused',
     ),
+    'ros.client.client': ('MemoryClient',),
     'ros.client.reply': ('Reply',),
     'ros.client.standalone': ('standalone',),
     'ros.node.node': ('MemoryNode',),

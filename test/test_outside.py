@@ -72,7 +72,8 @@ def examples():
     told |= dict.fromkeys(('delay', 'level_margin', 'threshold_margin', 'confidence'), 0.5)
     told |= {'code': '1', 'end': 'left', 'passed': True, 'checks': {'erase': 'blank'}}
     told |= {'failed': ['levels'], 'delays': {'left': [1.0]}, 'paused': True, 'recording': True}
-    told |= {'path': 'bag', 'details': {}}
+    told |= {'path': 'bag', 'details': {}, 'right_delay': 0.5, 'walls': 1, 'reason': 'why'}
+    told |= {'position': 9.5, 'position_std': 0.1, 'cells': '4 9', 'kinds': 'wall', 'shots': 3}
     found = {
         records.Header: json.loads(jazzy.deserialize(header, messages.STRING).data),
         records.StateHash: json.loads(jazzy.deserialize(hashed, messages.STRING).data),
@@ -84,8 +85,8 @@ def examples():
         Hello: dataclasses.asdict(Hello(1, 'rig', 0.25, 80, 1e-5, 1e-2, 1000)),
         element_file._File: Element(Specimen(CASE_II), np.ones(CASE_II.N)).as_dict(),
     }
-    for name in ('Done', 'Decoded', 'Calibrated', 'SelfTested', 'Paused', 'Recorded', 'Stepped'):
-        kind = getattr(answers, name)
+    procedures = (answers.Decoded, *answers.ANSWERS.values())
+    for kind in (*procedures, answers.Paused, answers.Recorded, answers.Stepped):
         found[kind] = {each.name: told[each.name] for each in dataclasses.fields(kind)}
     values = {
         'level': 1,

@@ -17,7 +17,7 @@ from reference_pages.problems import standard_problems_page
 from reference_pages.rig import rig_page
 
 from mlmem_ros.contract import services
-from mlmem_ros.contract.goals import ACTIONS
+from mlmem_ros.contract.services import ACTIONS
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / 'docs' / 'reference'

@@ -1,21 +1,57 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node's answers as typed values: the client's side of `outcomes`."""
+"""How a request ended: what an answer holds, declared once, and every shape that it takes.
+
+A field of an `Answer` made by `told` is all the declaration there is: its name, its type, its unit
+and what stands for it where there is none. From it follow the JSON object of a service and the
+texts of `~/outcome` (`ended`), the result of an action (`result_of`), what a client makes of
+either (`calls`), the line of a command, and the table of the reference.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Any, TypeVar
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, field
+from typing import TYPE_CHECKING, Any
 
-from ..outside import DecodeError, decode, from_json
-from ..words import BLANK
-from . import received
-from .errors import RequestFailed, RequestRefused
+from ..described import Description
+from ..words import BLANK, UNDECODABLE
 
-SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
+if TYPE_CHECKING:
+    from ..device import Outcome
+
+# --- what it holds ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Told(Description):
+    """The description of what an answer holds.
+
+    Attributes:
+        wire: Type of its field in an action's result; empty if it has none of this name.
+        absent: What stands there for none; None: what its type has by default.
+        short: Another name that it goes by as well, in messages.
+        shown: Whether a command prints it on a line of its own.
+    """
+
+    wire: str = ''
+    absent: Any = None
+    short: str = ''
+    shown: bool = True
+
+
+def told(wire: str, text: str, unit: str = '', *, default: Any = MISSING, **more: Any) -> Any:
+    """Return a field of an answer; one with a default is left out where it is not known.
+
+    The device measures it under this name: as an attribute of an outcome or of its reading, or as
+    one of what its procedure has `found`. A mapping is by end, and one field for each of them in
+    an action's result.
+    """
+    row = Told(text, unit, wire=wire, **more)
+    return field(default=default, metadata={'description': row}, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -31,38 +67,62 @@ class Answer:
 
 @dataclass(frozen=True)
 class Done(Answer):
-    """A procedure that succeeded.
+    """A procedure that succeeded."""
 
-    Attributes:
-        attempts: Attempts it took.
-        ticks: Ticks of the device it took.
-    """
-
-    attempts: int
-    ticks: int
+    attempts: int = told('uint32', 'number of attempts', shown=False)
+    ticks: int = told('uint64', 'duration', 'ticks of the device', shown=False)
 
 
 @dataclass(frozen=True)
 class Decoded(Done):
-    """The answer of write, read and erase: the content as decoded from its echo.
+    """The answer of write, read and erase: the content as decoded from its echo."""
 
-    Attributes:
-        level: 0 ... p - 1, or -1 if the element is blank.
-        code: Binary code of the level; empty if blank.
-        end: The probed end: left or right.
-        delay: Echo delay in time units, or None without an echo.
-        level_margin: 1 on the calibrated delay, 0 half-way to the next level.
-        threshold_margin: Greatest v_c over the threshold; above 1 for an echo.
-        confidence: From 0 to 1: the lesser of the level margin and 1 - 1 / threshold margin.
-    """
-
-    level: int
-    code: str
-    end: str
-    delay: float | None
-    level_margin: float
-    threshold_margin: float
-    confidence: float
+    level: int = told(
+        'int64',
+        'content as last read: 0 ... p - 1; -1 blank; -2 undecodable or unknown',
+        absent=UNDECODABLE,
+        shown=False,
+    )
+    code: str = told('string', 'binary code of the level; empty without a level', shown=False)
+    end: str = told('string', 'the end that was probed: left, right or both', shown=False)
+    delay: float | None = told(
+        'float64',
+        'of the echo (of both ends: at the left)',
+        'time units',
+        absent=math.nan,
+        shown=False,
+    )
+    right_delay: float | None = told(
+        'float64',
+        'at the right end, if both were probed',
+        'time units',
+        default=None,
+        absent=math.nan,
+        shown=False,
+    )
+    level_margin: float = told(
+        'float64',
+        '1 at the calibrated delay, 0 half-way to the next level',
+        '1',
+        short='margin',
+        shown=False,
+    )
+    threshold_margin: float = told(
+        'float64', 'greatest envelope v_c over the threshold; above 1: an echo', '1', shown=False
+    )
+    confidence: float = told(
+        'float64', 'how much may be lost before the answer changes, 0 ... 1', '1', shown=False
+    )
+    walls: int | None = told(
+        'int8',
+        'number of walls as the ends show; 3: 3 or more',
+        default=None,
+        absent=-1,
+        shown=False,
+    )
+    reason: str = told(
+        'string', 'why the echo could not be decoded; empty if it could', default='', shown=False
+    )
 
     @property
     def blank(self) -> bool:
@@ -72,13 +132,29 @@ class Decoded(Done):
 
 @dataclass(frozen=True)
 class Calibrated(Decoded):
-    """The answer of calibrate: the restored content and the measured delays.
+    """The answer of calibrate: the restored content and the measured delays."""
 
-    Attributes:
-        delays: Echo delay of every level in time units, by the end that receives it.
-    """
+    delays: Mapping[str, tuple[float, ...]] = told(
+        'float64[]', 'learnt delay of every level, by the end that receives it', 'time units'
+    )
 
-    delays: Mapping[str, tuple[float, ...]]
+
+@dataclass(frozen=True)
+class Located(Decoded):
+    """The answer of locate: the content, and where the walls are."""
+
+    walls: int | None = told('int8', 'number of walls', default=None, absent=-1)
+    position: float | None = told('float64', 'of the wall', 'cells', default=None)
+    position_std: float | None = told('float64', 'its standard deviation', 'cells', default=None)
+    cells: str = told('string', 'of all walls, from the left, if there may be many', default='')
+    kinds: str = told('string', 'of all walls: wall or kink', default='')
+
+
+@dataclass(frozen=True)
+class Surveyed(Decoded):
+    """The answer of survey: the restored content, and what was recorded."""
+
+    shots: int = told('uint32', 'number of pulses whose waveforms were published')
 
 
 @dataclass(frozen=True)
@@ -136,50 +212,104 @@ class Stepped(Answer):
 ANSWERS: dict[str, type[Answer]] = {
     'calibrate': Calibrated,
     'self_test': SelfTested,
+    'locate': Located,
+    'survey': Surveyed,
     'abort': Done,
 }
 """Types of successful answers by procedure; those of all others are `Decoded`."""
 
 
-def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
-    """Return a service's answer, one JSON object, as a value of the type that a success has.
+def held(kind: type[Answer]) -> Iterator[tuple[str, Told]]:
+    """Yield name and description of what an answer holds, in the order of an action's result."""
+    rows = {each.name: each.metadata['description'] for each in _told(kind)}
+    always = [name for name in rows if name in Done.__annotations__]
+    first = [name for name in rows if name in Decoded.__annotations__]
+    yield from ((name, rows[name]) for name in dict.fromkeys((*first, *always, *rows)))
 
-    Raises:
-        RequestRefused: The node refused the request.
-        RequestFailed: It failed, or its answer is malformed.
+
+def _told(kind: type[Answer]) -> Iterator[dataclasses.Field[Any]]:
+    return (each for each in dataclasses.fields(kind) if 'description' in each.metadata)
+
+
+# --- the node's side --------------------------------------------------------------------------
+
+
+def ended(outcome: Outcome) -> dict[str, Any]:
+    """Return what a finished procedure tells, as plain values by name."""
+    values: dict[str, Any] = {'procedure': outcome.procedure}
+    if outcome.error:
+        values['error'] = outcome.error
+    for name, each in everything().items():
+        for owner in (outcome, outcome.reading):
+            value = getattr(owner, name, each.default)
+            if value is not each.default and value not in (each.default, {}):
+                values[name] = _plain(value)
+    if outcome.checks:
+        values['checks'] = {check.name: check.message for check in outcome.checks}
+    values |= outcome.found
+    return values | {
+        row.short: values[name]
+        for name, row in _descriptions().items()
+        if row.short and name in values
+    }
+
+
+def answer(outcome: Outcome, **asked: Any) -> str:
+    """Return the JSON object that answers a service, along with what was asked for."""
+    return json.dumps(ended(outcome) | asked)
+
+
+def refusal(reason: object, **asked: Any) -> str:
+    """Return the JSON object that answers a refused request, with what was asked for."""
+    return json.dumps({'error': str(reason)} | asked)
+
+
+def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
+    """Return a procedure's outcome as the result of an action, with an error code of
+    `kind.Result`.
     """
-    try:
-        return understood(kind, success, decode(dict[str, Any], from_json(message), 'the answer'))
-    except DecodeError as error:
-        raise RequestFailed({'error': str(error)}) from None
+    result = failed(kind, error_code, outcome.error if error_code else '')
+    values = ended(outcome)
+    for name, row in _descriptions().items():
+        if values.get(name) is None:
+            continue
+        for field_name, end in on_wire(name, row):
+            if hasattr(result, field_name):
+                value = values[name].get(end, []) if end else values[name]
+                setattr(result, field_name, value)
+    return result
 
 
-def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -> SomeAnswer:
-    """Return a node's answer, given as values by name; raises as `parse` does."""
-    if not success:
-        raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
-    known = (each.name for each in dataclasses.fields(kind))
-    values = {name: said[name] for name in known if name in said}
-    try:
-        answer: SomeAnswer = decode(kind, {**values, 'details': said}, 'the answer')
-    except DecodeError as error:
-        raise RequestFailed({**said, 'error': str(error)}) from None
-    return answer
+def failed(kind: Any, error_code: int, error: str) -> Any:
+    """Return the result of an action with nothing but an error."""
+    result = kind.Result(error_code=error_code, error=error)
+    for name, row in _descriptions().items():
+        if row.absent is not None and hasattr(result, name):
+            setattr(result, name, row.absent)
+    return result
 
 
-def parse_self_test(response: Any) -> SelfTested:
-    """Return the answer in a diagnostic_msgs/SelfTest response.
+def everything() -> dict[str, dataclasses.Field[Any]]:
+    """Return all that any answer holds."""
+    kinds: list[type[Answer]] = [Decoded, *ANSWERS.values()]
+    return {each.name: each for kind in kinds for each in _told(kind)}
 
-    Raises:
-        RequestRefused: The test did not run.
-    """
-    found = {status.name.rpartition(': ')[2]: status for status in response.status}
-    if 'self_test' in found:
-        raise RequestRefused({'error': found['self_test'].message})
-    values = {name: received.values(status) for name, status in found.items()}
-    return SelfTested(
-        MappingProxyType(values),
-        passed=response.passed not in (False, b'\0'),
-        checks=MappingProxyType({name: status.message for name, status in found.items()}),
-        failed=tuple(name for name, status in found.items() if status.level != b'\0'),
-    )
+
+def _descriptions() -> dict[str, Told]:
+    return {name: each.metadata['description'] for name, each in everything().items()}
+
+
+def on_wire(name: str, row: Told) -> Iterator[tuple[str, str]]:
+    """Yield the fields of an action's result, with the end that each is of."""
+    if row.wire.endswith('[]'):
+        yield from ((f'{end}_{name}', end) for end in ('left', 'right'))
+    else:
+        yield row.short or name, ''
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return round(value, 4)
+    if isinstance(value, Mapping):
+        return {name: _plain(each) for name, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, tuple) else value

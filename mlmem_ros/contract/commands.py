@@ -16,7 +16,7 @@ from ..device.units import Units
 from ..procedures import PROCEDURES
 from ..words import JOINT
 from . import topics
-from .requests import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
+from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 
 
 @dataclass(frozen=True)

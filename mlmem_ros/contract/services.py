@@ -1,10 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services of a memory node: names, types and meanings."""
+"""The services and actions of a memory node, what `~/request` takes, and how a client fills it in.
+
+Messages check their fields only if ROS_PYTHON_CHECK_FIELDS is 1, and never under `python -O`.
+Without a check 65541 becomes 5 in a uint16, and a text where a number belongs may end the process.
+So values are checked here (`fitted`) before they are converted.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple
 
 from ..procedures import PROCEDURES, Procedure
 
@@ -97,3 +103,63 @@ SIMULATOR = tuple(
     )
 )
 """What a node answers as a simulator, where `simulation_interfaces` is installed."""
+
+# --- actions ----------------------------------------------------------------------------------
+
+ACTIONS = {name: row.command.__name__ for name, row in PROCEDURES.items() if row.action}
+"""The requests that are also actions, with the names of their types."""
+
+
+def action_types() -> dict[str, Any]:
+    """Return the types of `ACTIONS` by request; none if the interfaces are not built."""
+    try:
+        module = import_module('mlmem_interfaces.action')
+    except ImportError:  # a checkout has their source, without types
+        return {}
+    return {name: getattr(module, kind) for name, kind in ACTIONS.items() if hasattr(module, kind)}
+
+
+def fields(message: Any) -> list[str]:
+    """Return the names of the fields of a message."""
+    return list(message.get_fields_and_field_types())
+
+
+# --- requests ---------------------------------------------------------------------------------
+
+NAME = 'request'
+"""The parameter that names the request; all others are its arguments."""
+
+DEADLINE = 'deadline'
+"""The parameter with the seconds within which a procedure must begin, if others run."""
+
+
+class Type(NamedTuple):
+    """A type of rcl_interfaces/msg/ParameterValue.
+
+    Attributes:
+        name: Its name, which is also that of its field.
+        number: Its number in rcl_interfaces/msg/ParameterType.
+    """
+
+    name: str
+    number: int
+
+    def of(self, value: Any) -> Any:
+        """Return a ParameterValue's value of this type."""
+        return getattr(value, f'{self.name}_value')
+
+
+BOOL, INTEGER, STRING = Type('bool', 1), Type('integer', 2), Type('string', 4)
+DOUBLE, DOUBLE_ARRAY = Type('double', 3), Type('double_array', 8)
+
+_TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
+
+REQUESTS: dict[str, dict[str, Type]] = {
+    **{
+        name: {argument: _TYPES[kind] for argument, kind, *_ in row.arguments}
+        for name, row in PROCEDURES.items()
+    },
+    'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
+    'record': {'on': BOOL, 'path': STRING},
+}
+"""All requests, with the types of their arguments."""

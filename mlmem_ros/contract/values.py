@@ -25,7 +25,7 @@ from ..device import (
 from ..physics import walls
 from ..physics.potential import Array
 from . import topics
-from .outcomes import ended
+from .answers import ended
 from .topics import Topic
 
 SHOT_HEAD = 9

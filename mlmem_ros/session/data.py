@@ -18,7 +18,7 @@ from ..bag.errors import BagError
 from ..bag.metadata import LOST
 from ..bag.reader import BagReader
 from ..clipped import clipped
-from ..contract import received, topics
+from ..contract import calls, topics
 from ..contract.commands import OF_TOPIC, Make
 from ..contract.values import SHOT_HEAD, numbers
 from ..device import Command, End, Refused, Settings, Shot
@@ -233,13 +233,13 @@ class _Collector:
         self._session.streams.setdefault(topic.name, []).append((self._hashed, content))
 
     def _joint_states(self, seconds: float, message: Any) -> None:
-        self._session.end_displacement.append(received.displacement(message))
+        self._session.end_displacement.append(calls.displacement(message))
         self._session.strain_time.append(seconds)
         parts = message.position, message.velocity, message.effort
         self._stream(topics.JOINT_STATES, np.concatenate(parts))
 
     def _echo(self, seconds: float, message: Any) -> None:
-        t, v_m, v_c = received.echo(message)
+        t, v_m, v_c = calls.echo(message)
         self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, None))
         self._level_is_due = True
 
@@ -259,12 +259,12 @@ class _Collector:
             self._level_is_due = False
 
     def _content(self, seconds: float, message: Any) -> None:
-        values = received.values(message)
+        values = calls.values_of(message)
         self._session.contents.append((seconds, message.message, values))
         self._stream(topics.CONTENT, (message.message, values))
 
     def _outcome(self, seconds: float, message: Any) -> None:
-        values = received.values(message)
+        values = calls.values_of(message)
         if _is_decoded(values):  # from the echo just before
             self._set_level(int(values['level']))
         self._session.outcomes.append((seconds, values))

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..bag.contents import NOT_CLOSED
+from ..contract.answers import ended
 from ..device import BLANK, UNDECODABLE, Outcome
 from .streams import ROUNDING, Compared
 
@@ -75,7 +76,7 @@ class ReplayReport:
     @property
     def endings(self) -> list[str]:
         """How the procedures ended in the replay, as `recorded_endings`."""
-        return [ending(outcome.as_dict()) for outcome in self.outcomes]
+        return [ending(ended(outcome)) for outcome in self.outcomes]
 
     @property
     def compared(self) -> bool:

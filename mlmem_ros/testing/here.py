@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.context import Context
 from rclpy.utilities import try_shutdown
 
-from ..contract.errors import RequestRefused
+from ..contract.calls import RequestRefused
 from ..device.mailbox import Steps
 from ..host import REFUSALS
 from ..ros.node.command_line import ros_arguments

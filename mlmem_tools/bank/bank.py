@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.node import Node
 
 from mlmem_ros.contract.answers import Decoded
-from mlmem_ros.contract.errors import BankFailed, RequestError, RequestFailed, RequestRefused
+from mlmem_ros.contract.calls import BankFailed, RequestError, RequestFailed, RequestRefused
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.line import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps

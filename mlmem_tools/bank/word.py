@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from mlmem_ros.contract.answers import Decoded
-from mlmem_ros.contract.errors import BankFailed, RequestError
+from mlmem_ros.contract.calls import BankFailed, RequestError
 from mlmem_ros.words import BLANK
 
 from .word_code import WordCode, WordError

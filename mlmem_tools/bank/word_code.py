@@ -23,7 +23,7 @@ from collections.abc import Mapping, Sequence
 from math import comb
 from threading import Lock
 
-from mlmem_ros.contract.errors import RequestError
+from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.packages import missing
 from mlmem_ros.words import BLANK
 

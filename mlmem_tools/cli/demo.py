@@ -54,7 +54,7 @@ class Written:
 )
 def demo(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level read is the one written."""
-    from mlmem_ros.contract.errors import RequestError
+    from mlmem_ros.contract.calls import RequestError
     from mlmem_ros.ros.node_process import node_arguments, node_process
     from mlmem_ros.session.data import load
 

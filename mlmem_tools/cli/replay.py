@@ -88,7 +88,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
 
 
 def _into_node(arguments: argparse.Namespace) -> int:
-    from mlmem_ros.contract.errors import RequestError
+    from mlmem_ros.contract.calls import RequestError
     from mlmem_ros.ros.client.play import play
     from mlmem_ros.session.data import load
 

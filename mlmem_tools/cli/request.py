@@ -38,7 +38,7 @@ def _request(
     """
 
     def run(arguments: argparse.Namespace) -> int:
-        from mlmem_ros.contract.errors import RequestError, RequestFailed
+        from mlmem_ros.contract.calls import RequestError, RequestFailed
         from mlmem_ros.ros.client.standalone import standalone
 
         try:
@@ -64,7 +64,9 @@ def _as_dict(answer: Answer) -> dict[str, Any]:
     """Return an answer as plain values: the parsed ones, and everything from the node."""
     fields = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
     said = fields.pop('details')
-    return {**fields, 'measured': said} if 'checks' in fields else {**said, **fields}
+    if 'checks' in fields:
+        return {**fields, 'measured': said}
+    return {name: fields.get(name, value) for name, value in said.items()}
 
 
 def _decoded(answer: Decoded) -> str:
@@ -109,16 +111,15 @@ def _recorded(answer: Recorded) -> str:
 
 def _found(answer: Decoded) -> str:
     """Return a decoded content, and whatever else was measured, one line each."""
-    usual = {field.name for field in dataclasses.fields(answer)} | USUAL
-    others = [f'{name} {value}' for name, value in answer.details.items() if name not in usual]
-    return '\n'.join([_decoded(answer), *others])
+    from mlmem_ros.contract.answers import held
 
+    shown = [name for name, row in held(type(answer)) if row.shown]
+    others = {name: getattr(answer, name) for name in shown}
+    lines = (f'{name} {value}' for name, value in others.items() if value not in (None, ''))
+    return '\n'.join([_decoded(answer), *lines])
 
-USUAL = {'procedure', 'margin', 'reason', 'right_delay', 'asked', 'error'}
-"""Names in an answer that its line leaves out."""
 
 DESCRIBED: dict[str, Callable[[Any], str]] = {
-    **dict.fromkeys(('write', 'read', 'erase'), _decoded),
     'abort': _stopped,
     'calibrate': _calibrated,
     'self_test': _tested,

@@ -34,7 +34,7 @@ def watch(arguments: argparse.Namespace) -> int:
     """Show the element; return the exit status."""
     from rich.live import Live
 
-    from mlmem_ros.contract.errors import RequestError
+    from mlmem_ros.contract.calls import RequestError
     from mlmem_ros.ros.client.monitor import WANTED, Monitor
     from mlmem_ros.ros.client.standalone import standalone, wait_until
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.contract import received
+from mlmem_ros.contract import calls
 
 COUNTS = 8000
 """The active phase in a picture of integers; the inactive phase is 0."""
@@ -65,7 +65,7 @@ def thinned(message: Any) -> NDArray[np.float32]:
     Raises:
         ValueError: It is not an echo.
     """
-    t, _, v_c = received.echo(message)
+    t, _, v_c = calls.echo(message)
     group = math.ceil(len(t) / SAMPLES)
     whole = len(t) // group * group
     t, v_c = t[:whole].reshape(-1, group)[:, -1], v_c[:whole].reshape(-1, group).max(axis=1)

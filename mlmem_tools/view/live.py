@@ -12,8 +12,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.contract import topics
-from mlmem_ros.contract.errors import RequestError
-from mlmem_ros.contract.goals import action_types
+from mlmem_ros.contract.calls import RequestError
+from mlmem_ros.contract.services import action_types
 from mlmem_ros.ros.client.monitor import Status, components, listen
 from mlmem_ros.ros.qos import RELIABLE
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.contract import received, topics
+from mlmem_ros.contract import calls, topics
 
 from .about import About
 from .frames import counts, packed
@@ -66,7 +66,7 @@ class Pictures:
     def make(self, about: About, doing: dict[str, Any]) -> bytes | None:
         """Return a picture of the newest messages; None if it is like that of a moment ago."""
         field, joints = self._newest.get(topics.FIELD), self._newest.get(topics.JOINT_STATES)
-        strain = 0.0 if joints is None else received.displacement(joints) / about.length
+        strain = 0.0 if joints is None else calls.displacement(joints) / about.length
         column = None  # a real element publishes none
         if field is not None and len(field.data) == about.design.N:
             column = counts(np.asarray(field.data)[:: about.stride], about.phases)

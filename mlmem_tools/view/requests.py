@@ -11,7 +11,7 @@ from pathlib import Path
 from time import strftime
 from typing import TYPE_CHECKING, Any
 
-from mlmem_ros.contract.errors import NoAnswer, RequestError, RequestRefused
+from mlmem_ros.contract.calls import NoAnswer, RequestError, RequestRefused
 from mlmem_ros.described import descriptions, problems
 from mlmem_ros.device import Faults
 from mlmem_ros.device.timetable import FASTEST, checked_speed

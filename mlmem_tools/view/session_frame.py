@@ -14,7 +14,7 @@ import numpy as np
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.clipped import clipped
-from mlmem_ros.contract import received, topics
+from mlmem_ros.contract import calls, topics
 from mlmem_ros.contract.commands import OF_REQUEST
 from mlmem_ros.device import (
     Command,
@@ -171,7 +171,7 @@ class _Collector:
         self._fields.add(t, counts(data, self._about.phases))
 
     def _joints(self, t: float, message: Any) -> None:
-        self._strains.add(t, round(received.displacement(message) / self._about.length, 6))
+        self._strains.add(t, round(calls.displacement(message) / self._about.length, 6))
 
     def _wall(self, t: float, message: Any) -> None:
         self._walls.add(t, [round(float(site), 3) for site in message.data])
@@ -181,7 +181,7 @@ class _Collector:
             self._levels.append((t, int(message.data)))
 
     def _content(self, t: float, message: Any) -> None:
-        values = received.values(message)
+        values = calls.values_of(message)
         if 'since' in values:
             self._event(t, 'content', message.message, ok=False, values=values)
 
@@ -192,7 +192,7 @@ class _Collector:
             del self._echoes[1::2]
 
     def _outcome(self, t: float, message: Any) -> None:
-        values, ok = received.values(message), message.level == 0
+        values, ok = calls.values_of(message), message.level == 0
         text = message.message if ok else f'{values["procedure"]} failed: {message.message}'
         self._event(t, 'outcome', text, ok=ok, values=values)
 

@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sampled import sampled
 
+from mlmem_ros.contract.answers import ended
 from mlmem_ros.device import (
     BLANK,
     UNDECODABLE,
@@ -160,7 +161,7 @@ def test_a_failing_write_has_a_bounded_number_of_attempts(attempts):
     trace, outcome = strains(element, Write(3))
     assert not outcome.success
     assert outcome.attempts == attempts
-    assert outcome.as_dict()['attempts'] == attempts
+    assert ended(outcome)['attempts'] == attempts
     seen = ', '.join(['level 1'] * attempts)
     expected = f'level 3 was not reached in {attempts} attempts; read instead: {seen}'
     assert outcome.error == expected

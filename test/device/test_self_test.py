@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem_ros.contract.answers import ended
 from mlmem_ros.device import (
     Abort,
     DelayTable,
@@ -44,8 +45,8 @@ def test_a_sound_element_passes_and_keeps_its_content(written, level):
     assert outcome.reading.level == (-1 if level is None else level)
     heard = [event.reading for event in told if isinstance(event, EchoReceived)]
     assert {reading.level for reading in heard if reading.walls == 1} == set(range(8))
-    assert outcome.as_dict()['checks']['level 7'] == 'read'
-    assert outcome.as_dict()['checks']['erase'] == 'blank'
+    assert ended(outcome)['checks']['level 7'] == 'read'
+    assert ended(outcome)['checks']['erase'] == 'blank'
 
 
 def test_the_delays_at_both_ends_are_told():

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.contract import goals, results, services
+from mlmem_ros.contract import calls, services
 
-if not goals.action_types():
+if not services.action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
 
 import rclpy
@@ -120,7 +120,7 @@ def test_its_feedback_reports_the_progress(tool, robot):
 
 
 def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
-    by_action = results.said('read', tool('read').do().result)
+    by_action = calls.said('read', tool('read').do().result)
     by_service = robot.trigger('read')
     assert by_service.items() - dict(by_action).items() <= {
         (name, by_service[name]) for name in ('delay', 'right_delay', 'ticks')
@@ -295,7 +295,7 @@ def test_without_actions_there_is_no_progress_and_no_cancel(client, memory):
 
 def test_what_an_older_build_of_the_interfaces_lacks_is_no_action(monkeypatch):
     monkeypatch.setitem(sys.modules, 'mlmem_interfaces.action', SimpleNamespace(Write=Write))
-    assert goals.action_types() == {'write': Write}
+    assert services.action_types() == {'write': Write}
 
 
 def test_requests_under_way_are_refused_at_the_end(client, memory):

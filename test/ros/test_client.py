@@ -115,7 +115,8 @@ def test_write_read_and_erase(client):
     assert (written.level, written.code, written.blank) == (3, '011', False)
     read = client.read().wait()
     assert read == dataclasses.replace(
-        written, delay=read.delay, level_margin=read.level_margin, attempts=1,
+        written, delay=read.delay, right_delay=read.right_delay, attempts=1,
+        level_margin=read.level_margin,
         threshold_margin=read.threshold_margin, confidence=read.confidence, ticks=read.ticks,
     )  # fmt: skip
     assert read.delay == pytest.approx(written.delay, abs=10.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from robot import BLANK, SENSOR, Imu, Robot, values
 
-from mlmem_ros.contract.errors import RequestRefused
+from mlmem_ros.contract.calls import RequestRefused
 from mlmem_ros.device import Disturb, Faults, Read, SetFaults
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.client.play import play

@@ -13,7 +13,7 @@ from robot import PATIENCE, Robot
 from std_srvs.srv import Trigger
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
-from mlmem_ros.contract.goals import action_types
+from mlmem_ros.contract.services import action_types
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
 

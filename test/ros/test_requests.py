@@ -8,8 +8,9 @@ import pytest
 from rcl_interfaces.msg import ParameterValue
 from rclpy.parameter import Parameter
 
+from mlmem_ros.contract.calls import message_of
 from mlmem_ros.contract.commands import OF_REQUEST, OF_TOPIC, Record, name_of, requested
-from mlmem_ros.contract.requests import REQUESTS, message_of
+from mlmem_ros.contract.services import REQUESTS
 from mlmem_ros.device import (
     Abort,
     Calibrate,

@@ -9,8 +9,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from mlmem_ros.contract import services
-from mlmem_ros.contract.errors import RequestFailed, RequestRefused
-from mlmem_ros.contract.goals import action_types
+from mlmem_ros.contract.calls import RequestFailed, RequestRefused
+from mlmem_ros.contract.services import action_types
 from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.ros.node import simulator
 

@@ -14,12 +14,13 @@ import numpy as np
 from mlmem_ros import element_file
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.contract import requests, services, topics
-from mlmem_ros.contract.goals import ACTIONS
+from mlmem_ros.contract import answers, services, topics
+from mlmem_ros.contract.services import ACTIONS
 from mlmem_ros.contract.topics import Topic
 from mlmem_ros.device import Read, new_element, preset
 from mlmem_ros.device.loop import Loop
 from mlmem_ros.host import ThrottledLog
+from mlmem_ros.procedures import PROCEDURES
 from mlmem_ros.ros.node import components, diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_tools.twin.changes import Change
@@ -68,13 +69,13 @@ def services_page() -> str:
     simulator = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.SIMULATOR]
     asked = [
         [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
-        for name, takes in requests.REQUESTS.items()
+        for name, takes in services.REQUESTS.items()
     ]
     return (
         '# Services\n\n'
         f'{table(["name", "type", "meaning"], rows)}\n\n'
         '## What `~/request` takes\n\n'
-        f'The parameter `{requests.NAME}` (string) names the procedure; the others are its '
+        f'The parameter `{services.NAME}` (string) names the procedure; the others are its '
         'arguments.\n\n'
         f'{table(["procedure", "arguments"], asked)}\n\n'
         '`end` is `left`, `right` or `both`, by default `read.end`. `follow` moves the strain '
@@ -85,8 +86,28 @@ def services_page() -> str:
         'Where `simulation_interfaces` is installed (`ros-jazzy-simulation-interfaces`), each '
         'node, those of a bank too, answers its services; a step is a tick. The action '
         f'`~/{services.STEPS}` tells of every step, and its cancel ends it with the next one.\n\n'
-        f'{table(["name", "type", "meaning"], simulator)}\n'
+        f'{table(["name", "type", "meaning"], simulator)}\n\n'
+        '## What an answer holds\n\n'
+        'The JSON object of a service, the texts of `~/outcome` and the result of an action hold '
+        'these values, and so does what a client makes of them; `[1]` marks a number without '
+        'unit. What is not known is left out, or is null.\n\n'
+        f'{table(["value", "answer of", "meaning"], _held())}\n'
     )
+
+
+def _held() -> Iterator[list[str]]:
+    """Yield a row for every value that an answer of a procedure holds."""
+    known = {name: answers.ANSWERS.get(name, answers.Decoded) for name in PROCEDURES}
+    rows = {name: dict(answers.held(kind)) for name, kind in known.items()}
+    told = {(key, row): None for each in rows.values() for key, row in each.items()}
+    for key, row in told:
+        by = [name for name, each in rows.items() if each.get(key) == row]
+        rest = [name for name in rows if name not in by]
+        few = len(by) < len(rest)
+        whose = ', '.join(f'`{name}`' for name in (by if few else rest))
+        names = f'`{key}`' + (f', `{row.short}`' if row.short else '')
+        unit = f' [{row.unit}]' if row.unit else ''
+        yield [names, whose if few else f'all but {whose}', row.text + unit]
 
 
 def actions_page() -> str:

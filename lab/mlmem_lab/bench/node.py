@@ -23,7 +23,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mlmem_ros.contract.goals import action_types
+from mlmem_ros.contract.services import action_types
 
 from ..results import load_kept, save
 from .comparison import Comparison

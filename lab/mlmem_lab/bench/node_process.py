@@ -112,7 +112,7 @@ def beyond(ask: Callable[[], Any]) -> float:
     Args:
         ask: Sends it and returns its `Reply`. One that the node refuses takes no ticks.
     """
-    from mlmem_ros.contract.errors import RequestRefused
+    from mlmem_ros.contract.calls import RequestRefused
 
     time.sleep(random.uniform(0.02, 0.06))  # at a random time within a tick
     ticks, begun = 0.0, time.monotonic()

@@ -27,13 +27,9 @@ from ...contract.answers import (
     Recorded,
     SelfTested,
     Stepped,
-    parse,
-    parse_self_test,
 )
-from ...contract.errors import RequestRefused
-from ...contract.fields import fitted, parameter
-from ...contract.goals import action_types
-from ...contract.requests import DEADLINE, message_of
+from ...contract.calls import RequestRefused, fitted, message_of, parameter, parse, parse_self_test
+from ...contract.services import DEADLINE, action_types
 from ...procedures import PROCEDURES
 from .line import Call, Connection
 from .reply import Action, Goal, Reply, Steps, seconds
@@ -227,7 +223,7 @@ class MemoryClient:
         return Reply(self._connection, 'set_parameters', steps, timeout)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
-        """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
+        """Send any request that `~/request` takes, with its arguments; see `contract.services`.
 
         Raises:
             ValueError: An argument is not of its type.

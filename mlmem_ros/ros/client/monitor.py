@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contract import received, topics
+from ...contract import calls, topics
 from ..qos import SENSOR_DATA, profile
 from .client import MemoryClient
 
@@ -36,7 +36,7 @@ class Status:
     @classmethod
     def of(cls, message: Any) -> Status:
         """Return the status in a message."""
-        return cls(message.level[0], message.message, received.values(message))
+        return cls(message.level[0], message.message, calls.values_of(message))
 
 
 @dataclass
@@ -136,7 +136,7 @@ class Monitor:
         self.view.outcome = Status.of(message)
 
     def _on_echo(self, message: Any) -> None:
-        t, _, v_c = received.echo(message)
+        t, _, v_c = calls.echo(message)
         self.view.echo = (v_c * np.exp(self._gain_decay * t)).tolist()
 
     def _on_wall(self, message: Any) -> None:
@@ -144,7 +144,7 @@ class Monitor:
         self.view.last_message = time.monotonic()
 
     def _on_joint_states(self, message: Any) -> None:
-        self.view.strain = received.displacement(message) / self._length
+        self.view.strain = calls.displacement(message) / self._length
         self.view.last_message = time.monotonic()
 
     def _on_diagnostics(self, message: Any) -> None:

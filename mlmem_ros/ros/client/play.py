@@ -11,10 +11,10 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from ...contract import received, topics
+from ...contract import calls, topics
+from ...contract.calls import RequestFailed, RequestRefused
 from ...contract.commands import name_of
-from ...contract.errors import RequestFailed, RequestRefused
-from ...contract.requests import REQUESTS
+from ...contract.services import REQUESTS
 from ...device import (
     BLANK,
     Abort,
@@ -115,7 +115,7 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
     begun = 0
 
     def listen(status: DiagnosticStatus) -> None:
-        ended.append(ending(received.values(status)))
+        ended.append(ending(calls.values_of(status)))
 
     def all_ended() -> None:
         wait_until(lambda: len(ended) >= begun, f'the end of a procedure of {name}', PATIENCE)

@@ -23,9 +23,9 @@ from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
 from ...clipped import clipped
-from ...contract import results
-from ...contract.errors import NoAnswer, RequestRefused
-from ...contract.goals import fields
+from ...contract import calls
+from ...contract.calls import NoAnswer, RequestRefused
+from ...contract.services import fields
 from .line import Call, Connection, Link
 
 T = TypeVar('T')
@@ -408,7 +408,7 @@ class Goal(Reply[T]):
             self._action.cancel(number)
         response = yield self._action.result(number)
         goal = self._request.goal
-        answer: T = results.answer_of(self._action.name, kind, response.result, goal)
+        answer: T = calls.answer_of(self._action.name, kind, response.result, goal)
         return answer
 
     def _hear(self, feedback: Any) -> None:

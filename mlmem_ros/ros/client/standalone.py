@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from ...contract.errors import NoAnswer
+from ...contract.calls import NoAnswer
 from ..events import events_executor
 from .client import MemoryClient
 from .line import Line

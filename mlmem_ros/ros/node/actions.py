@@ -20,9 +20,9 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_action_status_default
 
 from ... import threads
-from ...contract import goals, messages
+from ...contract import answers, messages, services
 from ...contract.commands import OF_REQUEST
-from ...contract.requests import REQUESTS
+from ...contract.services import REQUESTS
 from ...device import Outcome
 from ...device.request import Request
 from ...host import Host
@@ -46,7 +46,7 @@ class Actions:
     """The actions of a node, if their types are built and the node is to serve them."""
 
     def __init__(self, node: Node, host: Host) -> None:
-        kinds = goals.action_types() if node.get_parameter('actions').value else {}
+        kinds = services.action_types() if node.get_parameter('actions').value else {}
         self._host = host
         self._open: dict[Goal, Action] = {}  # goals whose procedure has not ended
         self._reported = 0.0
@@ -221,14 +221,14 @@ class Action:
             return self._failed(REFUSED, refusal)
         outcome: Outcome = done.result()
         good = outcome.success or bool(outcome.checks)  # a self-test is complete if it failed, too
-        result = goals.result_of(self._kind, outcome, NONE if good else FAILED)
+        result = answers.result_of(self._kind, outcome, NONE if good else FAILED)
         if outcome.checks:
             name = self._node.get_fully_qualified_name()
             result.passed, result.status = outcome.success, messages.test_statuses(outcome, name)
         return result, GoalStatus.STATUS_SUCCEEDED if good else GoalStatus.STATUS_ABORTED
 
     def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
-        return goals.failed(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
+        return answers.failed(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
 
     def _canceled(self, result: Any, status: int) -> int:
         """Say in the result of a canceled goal that it was; return its status."""
@@ -259,7 +259,7 @@ class Action:
         """Publish the feedback of a goal, by name of its fields."""
         message = self._kind.Impl.FeedbackMessage()
         message.goal_id = goal.info.goal_id
-        known = goals.fields(self._kind.Feedback)  # of an older build, maybe
+        known = services.fields(self._kind.Feedback)  # of an older build, maybe
         said = {name: value for name, value in feedback.items() if name in known}
         message.feedback = self._kind.Feedback(**said)
         self._feedback.publish(message)

@@ -25,7 +25,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.timer import Timer
 
-from ...contract import outcomes
+from ...contract import answers
 from ...host import REFUSALS, ThrottledLog
 
 T = TypeVar('T')
@@ -210,7 +210,7 @@ def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
 
     Services of our `own` answer with a JSON object.
     """
-    reason = outcomes.refusal(why) if own else why
+    reason = answers.refusal(why) if own else why
     failed = SetParametersResult(successful=False, reason=reason)
     if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as requested
         response.results += [failed] * (len(request.parameters) - len(response.results))

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 
-from ...contract import messages, outcomes
+from ...contract import answers, messages
 from ...contract.commands import Record, name_of, requested, wait_of
 from ...device import Command, Refused, SelfTest, Write
 from ...host import REFUSALS, Host, SessionPlan
@@ -128,7 +128,7 @@ class Services:
             return self._refused(name_of(command), failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
             return True, '{}'
-        return outcome.success, outcomes.answer(outcome, **asked)
+        return outcome.success, answers.answer(outcome, **asked)
 
     async def _recorded(self, asked: Record) -> tuple[bool, str]:
         try:
@@ -165,4 +165,4 @@ class Services:
     def _refused(self, what: str, reason: object, **asked: Any) -> tuple[bool, str]:
         """Log a refusal; return the answer, along with what was asked for."""
         self._host.log.refused(what, reason)
-        return False, outcomes.refusal(reason, **asked)
+        return False, answers.refusal(reason, **asked)

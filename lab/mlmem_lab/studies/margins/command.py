@@ -19,6 +19,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mlmem_ros.contract.answers import ended
 from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
@@ -161,8 +162,7 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
     console.print('passes' if climb.passed else f'fails at level {climb.reached}')
     if as_json:
         steps = [
-            {'asked': each.asked, 'wall': each.wall, 'failure': each.failure}
-            | each.outcome.as_dict()
+            {'asked': each.asked, 'wall': each.wall, 'failure': each.failure} | ended(each.outcome)
             for each in climb.writes
         ]
         print_json({'point': point, 'passed': climb.passed, 'steps': steps})

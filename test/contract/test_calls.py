@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.contract.fields import fitted
+from mlmem_ros.contract.calls import fitted
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,132 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What an answer holds is declared once: every shape that it takes follows."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from mlmem_ros.contract import answers, calls, values
+from mlmem_ros.contract.answers import Calibrated, Decoded, ended, held, told
+from mlmem_ros.contract.services import ACTIONS
+from mlmem_ros.device import Outcome, Reading, describe_level
+from mlmem_tools.cli import request
+
+DEFINITIONS = Path(__file__).parents[2] / 'mlmem_interfaces' / 'action'
+
+
+def test_an_outcome_becomes_plain_values():
+    reading = Reading(5, '101', 'left', 694.25004, 0.93841234, 2.14264321, 149.0)
+    outcome = Outcome('write', True, '', reading, 2, 100, 368)
+    assert json.loads(answers.answer(outcome, asked=5)) == {
+        'procedure': 'write', 'level': 5, 'code': '101', 'delay': 694.25, 'asked': 5,
+        'level_margin': 0.9384, 'margin': 0.9384, 'threshold_margin': 2.1426,
+        'confidence': 0.5333, 'end': 'left', 'attempts': 2, 'ticks': 268,
+    }  # fmt: skip
+
+
+def test_the_readings_of_both_ends_are_reported():
+    reading = Reading(5, '101', 'both', 694.25, 0.9, 2.1, 149.0, walls=2, right_delay=84.12344)
+    values = ended(Outcome('read', True, '', reading, 1, 0, 60))
+    assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
+
+
+def test_a_failure_is_reported_with_its_reason_and_without_infinity():
+    reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
+    values = ended(Outcome('read', False, 'no echo came back', reading, 1, 7, 9))
+    assert values['error'] == values['reason'] == 'no echo came back'
+    assert values['delay'] is None
+    json.dumps(values, allow_nan=False)
+
+
+def test_an_outcome_without_a_reading_is_short():
+    values = ended(Outcome('abort', True, '', None, 1, 3, 8))
+    assert values == {'procedure': 'abort', 'attempts': 1, 'ticks': 5}
+
+
+def test_levels_are_described_in_words():
+    assert [describe_level(n) for n in (-2, -1, 0, 7)] == [
+        'undecodable', 'blank', 'level 0', 'level 7'
+    ]  # fmt: skip
+
+
+# --- a field more -----------------------------------------------------------------------------
+
+READING = Reading(5, '101', 'both', 694.25, 0.9, 2.5, 149.0, right_delay=84.125)
+
+
+def result_type(kind):
+    """Return what stands for the type of an action whose result has all that `kind` holds."""
+    fields = {
+        name: {'float64': 0.0, 'string': '', 'float64[]': []}.get(row.wire, 0)
+        for answer, row in held(kind)
+        for name, _ in answers.on_wire(answer, row)
+    }
+
+    def result(**given):
+        return SimpleNamespace(**{**fields, 'REFUSED': 2, **given})
+
+    return SimpleNamespace(Result=result)
+
+
+def test_a_field_more_is_declared_once_and_follows_everywhere(monkeypatch):
+    @dataclass(frozen=True)
+    class Warmed(Decoded):
+        """Decoded, with a temperature for each end, and one of the substrate."""
+
+        warmth: float | None = told('float64', 'of it', 'K', default=None, absent=math.nan)
+        warmths: dict[str, tuple[float, ...]] = told('float64[]', 'ends', 'K', default=None)
+
+    monkeypatch.setitem(answers.ANSWERS, 'read', Warmed)
+    measured = {'warmth': 293.5, 'warmths': {'left': [1.0, 2.0], 'right': [3.0]}}
+    outcome = Outcome('read', True, '', READING, 1, 0, 60, found=measured)
+    _, texts = values.told(outcome)
+    assert (texts['warmth'], texts['warmths_left']) == ('293.5', '1 2')
+    by_service = calls.parse(Warmed, True, answers.answer(outcome))
+    result = answers.result_of(result_type(Warmed), outcome, 0)
+    assert (result.warmth, result.left_warmths, result.right_warmths) == (293.5, [1.0, 2.0], [3.0])
+    by_action = calls.answer_of('read', Warmed, result, SimpleNamespace())
+    for answer in (by_service, by_action):
+        assert (answer.warmth, answer.warmths['right'], answer.level) == (293.5, (3.0,), 5)
+        assert 'warmth 293.5' in request._found(answer)
+    assert [name for name, _ in held(Warmed)][-2:] == ['warmth', 'warmths']
+
+
+@pytest.mark.parametrize('reading', [READING, None])
+def test_a_result_says_what_a_service_says(reading):
+    outcome = Outcome('calibrate', True, '', reading, 1, 0, 60, delays={'left': (1.5, 2.5)})
+    result = answers.result_of(result_type(Calibrated), outcome, 0)
+    assert (result.left_delays, result.right_delays) == ([1.5, 2.5], [])
+    said = calls.said('calibrate', result)
+    assert said.items() >= (json.loads(answers.answer(outcome)).items() if reading else set())
+    assert said['level'] == (5 if reading else -2)
+
+
+def test_what_is_absent_from_a_result_is_none():
+    result = answers.failed(result_type(Decoded), 1, 'no echo')
+    assert (result.level, result.walls) == (-2, -1)
+    assert math.isnan(result.delay)
+    assert math.isnan(result.right_delay)
+    assert calls.said('read', result).items() >= {'delay': None, 'error': 'no echo'}.items()
+    assert {'walls', 'right_delay', 'reason'}.isdisjoint(calls.said('read', result))
+
+
+@pytest.mark.parametrize('name', [name for name in ACTIONS if name != 'self_test'])
+def test_the_definition_of_an_action_holds_what_is_declared(name):
+    """In this order, with these types and comments; by end, a field for each."""
+    text = (DEFINITIONS / f'{ACTIONS[name]}.action').read_text(encoding='utf-8').split('---\n')[1]
+    lines = [line.partition('#') for line in text.splitlines() if '=' not in line.split('#')[0]]
+    found = [(code.split(), comment.strip()) for code, _, comment in lines][2:]  # an error
+    wanted = [
+        ([row.wire, field], row)
+        for each, row in held(answers.ANSWERS.get(name, Decoded))
+        for field, _ in answers.on_wire(each, row)
+    ]
+    assert [code for code, _ in found] == [code for code, _ in wanted]
+    for (_, comment), (_, row) in zip(found, wanted, strict=True):
+        unit = f'[{row.unit}]' if row.unit else ''
+        assert '[]' in row.wire or comment.startswith(f'{row.text} {unit}'.strip())
