@@ -27,6 +27,7 @@ class Description:
         high: Largest legal value, or None.
         choices: The legal words of a text field; empty if every word is legal.
         null: What a file's null stands for: JSON has no infinity.
+        listed: Whether every node lists the parameter; None: as its group.
     """
 
     text: str
@@ -35,13 +36,14 @@ class Description:
     high: float | None = None
     choices: tuple[str, ...] = ()
     null: Any = None
+    listed: bool | None = None
 
 
-def described(default: Any, text: str, **more: Any) -> Any:
+def described(default: Any, text: str, kind: type[Description] = Description, **more: Any) -> Any:
     """Return a dataclass field with a default (`dataclasses.MISSING` if it is required), and with
-    a `Description`.
+    a description of some kind.
     """
-    return dataclasses.field(default=default, metadata={'description': Description(text, **more)})
+    return dataclasses.field(default=default, metadata={'description': kind(text, **more)})
 
 
 def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Description]]:

@@ -16,11 +16,25 @@ from typing import Any
 import numpy as np
 
 from ..chance import Stream, happens, normal
-from ..described import described
+from ..described import Description, described, descriptions
 from ..physics import Scatter, Specimen, scattered
 from ..physics.potential import Array
 from .errors import SettingsError
 from .settings import Checked
+
+
+@dataclass(frozen=True)
+class OfMaterial(Description):
+    """The description of a fault of the material, which a real element cannot be given.
+
+    No node lists its parameter unless it was given.
+
+    Attributes:
+        cell: Whether its value is the site of a cell, 0 for none.
+    """
+
+    listed: bool | None = False
+    cell: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,24 +63,47 @@ class Faults(Checked):
     missed_cycle: float = described(
         0.0, 'probability that the grip slips for a whole strain cycle', low=0.0, high=1.0
     )
-    weak_cell: int = described(0, 'site of a weak cell; 0: none', low=0, high=100_000)
+    weak_cell: int = described(
+        0, 'site of a weak cell; 0: none', low=0, high=100_000, kind=OfMaterial, cell=True
+    )
     weak_factor: float = described(
-        0.5, 'on-site stiffness of the weak cell, relative to nominal', low=0.01, high=1.0
+        0.5,
+        'on-site stiffness of the weak cell, relative to nominal',
+        low=0.01,
+        high=1.0,
+        kind=OfMaterial,
     )
     stuck_cell: int = described(
-        0, 'site of a cell that sticks to its substrate cell; 0: none', low=0, high=100_000
+        0,
+        'site of a cell that sticks to its substrate cell; 0: none',
+        low=0,
+        high=100_000,
+        kind=OfMaterial,
+        cell=True,
     )
     disorder_alpha: float = described(
-        0.0, 'standard deviation of every on-site stiffness, relative', low=0.0, high=0.5
+        0.0,
+        'standard deviation of every on-site stiffness, relative',
+        low=0.0,
+        high=0.5,
+        kind=OfMaterial,
     )
     disorder_k_r: float = described(
-        0.0, 'standard deviation of every coupling spring, relative', low=0.0, high=0.5
+        0.0,
+        'standard deviation of every coupling spring, relative',
+        low=0.0,
+        high=0.5,
+        kind=OfMaterial,
     )
     disorder_s: float = described(
-        0.0, 'standard deviation of every substrate spring, relative', low=0.0, high=0.5
+        0.0,
+        'standard deviation of every substrate spring, relative',
+        low=0.0,
+        high=0.5,
+        kind=OfMaterial,
     )
     damping_factor: float = described(
-        1.0, "damping, relative to the design's", low=0.0, high=100.0
+        1.0, "damping, relative to the design's", low=0.0, high=100.0, kind=OfMaterial
     )
     seed: int = described(
         0, 'seed of the random numbers: noise, drop-out, slips, disorder', low=0, high=2**31 - 1
@@ -86,21 +123,22 @@ class Faults(Checked):
             and field.name not in aside
         }
 
-    def of_the_material(self) -> tuple[str, ...]:
-        """Return the names of active faults that a real element cannot have."""
-        return tuple(name for name in self.active() if name.startswith(MATERIAL))
+    def of_the_material(self) -> dict[str, Any]:
+        """Return the active faults that a real element cannot have, by name."""
+        active = self.active()
+        rows = descriptions(self)
+        return {
+            field.name: active[field.name]
+            for field, row in rows
+            if isinstance(row, OfMaterial) and field.name in active
+        }
 
     def same_material(self, other: Faults) -> bool:
         """Whether the material is the same with other faults."""
-        material, others = (
-            {name: value for name, value in faults.active().items() if name.startswith(MATERIAL)}
-            for faults in (self, other)
-        )
-        return material == others and (self.seed == other.seed or not material)
+        material = self.of_the_material()
+        same = material == other.of_the_material()
+        return same and (self.seed == other.seed or not material)
 
-
-MATERIAL = ('weak_', 'stuck_', 'disorder_', 'damping_')
-"""Prefixes of the names of material faults."""
 
 HEALTHY = Faults()
 

@@ -41,7 +41,9 @@ class ActuatorSettings(Checked):
     """The actuator that strains the substrate."""
 
     present: bool = described(
-        True, 'whether there is one: without, an element is written by kicks and pushes alone'
+        True,
+        'whether there is one: without, an element is written by kicks and pushes alone',
+        listed=True,
     )
     max_strain: float = described(
         0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
@@ -103,6 +105,7 @@ class WriteSettings(CycleSettings):
         'strain: by strain cycles, as in the paper; kick: by kicks and pushes, with strain only '
         'where no kick reaches; auto: by whichever is fastest',
         choices=('strain', 'kick', 'auto'),
+        listed=True,
     )
     compression: float = described(
         -0.034, 'peak strain at levels where compression frees the wall', low=-0.5, high=-1e-6
@@ -127,7 +130,7 @@ class WriteSettings(CycleSettings):
         'make each ramp of a step up in two halves, half a period of the cells at the right end '
         'apart: the cells ring less, and the level can be read sooner',
     )
-    attempts: int = described(3, 'most attempts of a write', low=1, high=100)
+    attempts: int = described(3, 'most attempts of a write', low=1, high=100, listed=True)
     escalation: float = described(
         1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
     )
@@ -154,6 +157,7 @@ class EraseSettings(CycleSettings):
         'kink',
         'kink: drive a kink across; pulse: throw the wall out, with a kink if that fails',
         choices=('kink', 'pulse'),
+        listed=True,
     )
     compression: float = described(
         -0.042, 'peak strain at levels where compression frees the kink', low=-0.5, high=-1e-6
@@ -352,7 +356,10 @@ class ReadSettings(Checked):
     """When an end is probed, and how its echo is judged."""
 
     end: str = described(
-        'left', 'end that a read probes from, or both', choices=('left', 'right', 'both')
+        'left',
+        'end that a read probes from, or both',
+        choices=('left', 'right', 'both'),
+        listed=True,
     )
     quiet: float = described(
         0.33,

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.chance import Stream, happens, normal
+from mlmem_ros.described import descriptions
 from mlmem_ros.device import (
     Abort,
     Erase,
@@ -26,7 +27,7 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.end import End
-from mlmem_ros.device.faults import with_faults
+from mlmem_ros.device.faults import OfMaterial, with_faults
 from mlmem_ros.device.presets import preset
 from mlmem_ros.device.settings import WriteSettings
 from mlmem_ros.physics import CASE_II, Specimen, StateError
@@ -100,6 +101,25 @@ def test_faults_of_another_design_are_refused_and_change_nothing(wrong, message)
     with pytest.raises(Refused, match=message):
         suffering(element, **wrong)
     assert (rig.bits(element), element.faults, element.chain.specimen) == before
+
+
+@pytest.mark.parametrize('field', dataclasses.fields(Faults), ids=lambda field: field.name)
+def test_a_fault_of_the_material_is_declared_as_one_and_changes_it(field):
+    """And no other does."""
+    (row,) = (row for each, row in descriptions(Faults) if each.name == field.name)
+    others = {'weak_cell': 7} if field.name == 'weak_factor' else {}
+    value = True if field.type == 'bool' else 7 if field.type == 'int' else row.high
+    faults = Faults(**{**others, field.name: value})
+    made = Specimen(CASE_II)
+    before = with_faults(made, Faults(**others))
+    after = with_faults(made, faults)
+    changed = any(
+        np.any(getattr(before, name) != getattr(after, name))
+        for name in ('alpha_factor', 'k_r_factor', 's_factor', 'stuck', 'eta_factor')
+    )
+    assert changed == isinstance(row, OfMaterial)
+    assert faults.same_material(Faults(**others)) != changed
+    assert (field.name in faults.of_the_material()) == changed
 
 
 def test_a_specimen_that_needs_a_shorter_step_is_refused():

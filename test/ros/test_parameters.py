@@ -171,6 +171,8 @@ def test_a_node_lists_what_a_robot_builder_changes(start):
     assert len(names) <= 60
     assert {'design.preset', 'scale.time', 'write.attempts', 'faults.actuator_stuck'} <= set(names)
     assert not [name for name in names if name.startswith(('down_', 'up_', 'throw.', 'probe'))]
+    assert 'queue.most' in names  # a group that no preset brings
+    assert 'faults.weak_cell' not in names  # which no real element can be given
 
 
 def test_a_parameter_that_is_not_listed_is_told_with_its_type_and_range(declared):

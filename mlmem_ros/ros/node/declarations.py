@@ -39,7 +39,7 @@ DIGEST = 'design.digest'
 OF_THE_NODE = {
     'autostart': (True, Description('configure and activate at start')),
     'actions': (True, Description(
-        'serve procedures as actions, too, if mlmem_interfaces is built'
+        'serve procedures as actions, too, if mlmem_interfaces is built', listed=False
     )),
     'view': (False, Description(
         'serve the page of this element while the node runs: `mlmem view`'
@@ -72,17 +72,15 @@ OF_A_PRESET = (
 """Groups that a preset sets; the others are the robot's."""
 
 
-LISTED = {
-    *LIVE, *OF_THE_NODE, 'device', 'actuator.present', 'disturbance', 'scale', 'publish', 'record',
-    'state', 'files', 'faults', 'write.attempts', 'write.method', 'erase.method', 'read.end',
-} - {'actions'}  # fmt: skip
-"""Groups and names that every node lists: what a robot builder changes. All others come with the
-preset or a file; a node that was given one lists that, too."""
+def is_listed(name: str, description: Description) -> bool:
+    """Return whether every node lists a parameter: what a robot builder changes.
 
-
-def is_listed(name: str) -> bool:
-    """Return whether every node lists a parameter."""
-    return name in LISTED or name.partition('.')[0] in LISTED
+    That is the node's own, the groups of the robot, and what says so; all others come with the
+    preset or a file. A node that was given one lists that, too.
+    """
+    if description.listed is not None:
+        return description.listed
+    return name in LIVE or name in OF_THE_NODE or name.partition('.')[0] not in OF_A_PRESET
 
 
 def groups(chosen: Preset | None = None) -> dict[str, Any]:

@@ -89,7 +89,7 @@ class ParameterSet:
         for name, default, description in declarations(first):
             if not node.has_parameter(name):
                 self._declare(name, own.get(name, default), description)
-            if not (is_listed(name) or name in self._given):
+            if not (is_listed(name, description) or name in self._given):
                 self.hidden.add(name)
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))

@@ -144,15 +144,15 @@ export class Controls {
 
   /** Make the control of every fault: a button that is pressed, for a cell or the device, or a number. */
   offerFaults() {
-    for (const [name, { healthy, type, text, unit, low, high }] of Object.entries(this.faults)) {
+    for (const [name, { healthy, type, text, unit, low, high, cell }] of Object.entries(this.faults)) {
       const title = unit ? `${text}, in ${unit}` : text, words = name.replaceAll('_', ' ');
       const set = async (control, value) => {
         const { ok } = await this.ask(control, { do: 'fault', name, value });
         if (!ok) control.value = this.faults[name].value;
       };
-      if (type === 'bool' || ofCell(name)) {
+      if (type === 'bool' || cell) {
         const button = make('button', { title }, spelt(words.replace(/ cell$/, '')));
-        button.onclick = () => set(button, this.pressed(name) ? healthy : ofCell(name) ? Number(find('cell').value) : true);
+        button.onclick = () => set(button, this.pressed(name) ? healthy : cell ? Number(find('cell').value) : true);
         button.dataset.fault = name;
         find('pressed').append(button);
       } else {
@@ -166,8 +166,8 @@ export class Controls {
 
   /** Return whether a fault is present: of a cell, in the chosen one. */
   pressed(name) {
-    const { value, healthy } = this.faults[name];
-    return ofCell(name) ? value === Number(find('cell').value) : value !== healthy;
+    const { value, healthy, cell } = this.faults[name]; // a cell's value is a site, 0 for none
+    return cell ? value === Number(find('cell').value) : value !== healthy;
   }
 
   showFaults() {
@@ -198,7 +198,6 @@ export class Controls {
   }
 }
 
-const ofCell = (name) => name.endsWith('_cell'); // its value is a site, 0 for none
 
 /** Ask whether to do what a button does; resolves to whether the user agrees. */
 function agreed(question, verb) {
