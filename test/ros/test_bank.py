@@ -89,7 +89,9 @@ def test_a_callback_awaits_a_bank(bank):
 def on_a_node_of_its_own():
     context = rclpy.Context()
     rclpy.init(args=[], context=context)
-    yield rclpy.create_node('behaviour', context=context, use_global_arguments=False)
+    node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
+    yield node
+    node.destroy_node()
     rclpy.shutdown(context=context)
 
 

@@ -62,35 +62,41 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     assert state_file.load(state)['reading']['level'] == 0
 
 
-def asks_and_is_killed():
-    """Return a process that reads, says so, and stays; others forget it only after a minute."""
+def asks_and_waits():
+    """Return a process that reads, says so, and waits for a line; when it stands still, others
+    forget it only after a minute.
+    """
     program = """
-import time
+import sys
 from mlmem_ros import standalone
 with standalone() as memory:
     memory.read(timeout=30.0).wait()
     print('read', flush=True)
-    time.sleep(60.0)
+    sys.stdin.readline()
 """
-    command = [sys.executable, '-c', program]
     forgotten_late = os.environ | {profile_variable(os.environ): str(PROFILE)}
-    return subprocess.Popen(command, env=forgotten_late, stdout=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        [sys.executable, '-c', program], env=forgotten_late,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
 
 
 def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
     """One that says no goodbye stays on the graph."""
     node = start({**QUICK, 'linger': 60.0}, apart=True)
-    with Robot() as observer, asks_and_is_killed() as killed:
+    with Robot() as observer, asks_and_waits() as silent:
         on_graph = partial(observer.node.count_clients, '/mlmem/request')
         with standalone() as memory:
-            assert killed.stdout.readline() == 'read\n'
+            assert silent.stdout.readline() == 'read\n'
             assert memory.read(timeout=SOON).wait().blank
-            killed.kill()
+            silent.send_signal(signal.SIGSTOP)
             node.signal(signal.SIGINT)
             time.sleep(SILENT + 1.0)
             assert memory.read(timeout=SOON).wait().blank  # a client that was quiet, and lives
         assert node.exit_status(SOON) == 0
-        assert on_graph() == 1  # the killed one
+        assert on_graph() == 1  # the silent one
+        silent.send_signal(signal.SIGCONT)
+        silent.communicate('\n')
 
 
 @pytest.mark.parametrize('longest', [0.8, 60.0])
@@ -167,6 +173,7 @@ def test_a_node_that_stood_still_answers_its_clients_again(start, context, secon
         time.sleep(max(0.0, begun + seconds - time.monotonic()))
         node.signal(signal.SIGCONT)
         assert [memory.request('read').wait().details['level'] for memory in clients] == [-1] * 5
+    robot.destroy_node()
 
 
 def test_a_node_that_is_shut_down_says_so(start):
