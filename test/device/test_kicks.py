@@ -31,7 +31,8 @@ from mlmem_ros.device.moves import How, route
 from mlmem_ros.device.procedures.blocks import kick, push, run, wait
 from mlmem_ros.device.pulse import Kick
 from mlmem_ros.device.settings import KickSettings
-from mlmem_ros.physics import level_of
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import Scatter, level_of, scattered
 from mlmem_ros.physics.equilibrium import resting_wall
 
 KICKED = ('kick_2', 'kick_3', 'kick_4')
@@ -213,15 +214,44 @@ def test_the_method_can_be_changed_while_time_runs():
         by_strain.apply(SetMethod('luck'))
 
 
-def test_a_kick_that_went_astray_is_corrected_by_what_was_heard():
+@pytest.mark.parametrize('speed', [0.0645, 0.098])
+def test_a_kick_that_went_astray_is_corrected_by_what_was_heard(speed):
+    """Just below the window of level 4 the wall stops at level 3, just above it at 5."""
     speeds = [*preset('kick_3').settings.kick.by_level]
-    speeds[4] = 0.0645  # just below the window of level 4: the wall stops at level 3
+    speeds[4] = speed
     astray = element('kick_3', kick={'speeds': ' '.join(map(str, speeds))})
     outcome = astray.perform(Write(4))
     assert outcome.success
     assert outcome.attempts == 2
     assert level(astray) == 4
     assert astray.chain.V_N == 0.0
+
+
+@pytest.mark.parametrize('wrong', [0.75, 1.3])
+def test_a_calibration_learns_the_speeds_by_bisection(wrong):
+    """With all speeds wrong alike, as by a wrong gain, whose kicks end up to two levels astray."""
+    right = preset('kick_2').settings.kick.by_level
+    learning = element('kick_2', kick={'speeds': ' '.join(f'{wrong * each:g}' for each in right)})
+    outcome = learning.perform(Calibrate())
+    assert outcome.success, outcome.error
+    assert outcome.end_tick - outcome.start_tick < 6000  # twelve seconds at 0.1 ms a time unit
+    for target in (3, 0, 2, 1):
+        outcome = learning.perform(Write(target))
+        assert outcome.attempts == 1, outcome.error
+        assert level(learning) == target
+
+
+def test_a_calibration_learns_the_speeds_of_an_element_with_one_per_cent_of_disorder():
+    design, settings = preset('kick_2')
+    made = scattered(design, Scatter(alpha=0.01), 0)
+    driver = Simulation.of(made, settings.time)
+    learning = MemoryElement(design, settings, calibration('kick_2'), driver)
+    assert learning.perform(Calibrate()).success
+    learnt = learning.calibration.trims
+    assert learnt.steps[0].speed < 0.8  # as set, the first level would be missed
+    for target in (0, 3, 1, 2):
+        assert learning.perform(Write(target)).success
+        assert level_of(design, learning.chain.configuration, design.J / 2) == target
 
 
 @pytest.mark.parametrize('speeds', ['fast', '0.1 -1', '11', '0.1, 0.2', 'nan', '1e-9'])

@@ -35,6 +35,15 @@ def tried(by, seed, what):
     return outcomes(SHORT, Settings(), by, seed, what)
 
 
+def test_kicks_are_tried_from_blank_where_every_level_has_one():
+    design, settings = preset('kick_2')
+    assert outcomes(design, settings, Chance(), 0, 'kick') == (0, 1, 2, 3)
+    lost = outcomes(design, settings, chance('alpha', 0.1), 0, 'kick')
+    assert lost != (0, 1, 2, 3)  # a well of its own in every cell stops walls anywhere
+    with pytest.raises(ValueError, match='tried can be kick only where every level has one'):
+        Tolerance(*preset('case_1'), ('alpha',), ('kick',))
+
+
 def test_an_element_as_designed_does_all_it_should():
     assert tried(Chance(), 0, 'step') == (1,)
     assert tried(Chance(), 0, 'left') == tried(Chance(), 0, 'right') == (0, 1)

@@ -29,6 +29,15 @@ CONFIRMED = 0.2
 """Least margin at the end that does not name levels: far from it, delays of an element that is not
 yet known differ most."""
 
+STRIDE = 1.1
+"""Factor on the speed of a kick until one went too far and one fell short."""
+
+ASTRAY = 1.8
+"""Most by which a speed is changed before the other side is tried."""
+
+CLOSED = 1.004
+"""Ratio of two speeds between which there is no other worth a try."""
+
 BESIDE = 0.1
 """Level margins of a wall at the same place differ by less."""
 
@@ -48,9 +57,10 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
     """
     settings = element.settings
     lessons = [
-        _Lesson(trim, menu(settings, level)[: settings.write.pulses])
+        _Bisection(trim, settings.write.pulses) if kicked(settings, level)
+        else _Lesson(trim, menu(settings, level)[: settings.write.pulses])
         for level, trim in enumerate(element.calibration.pulses(settings))
-    ]
+    ]  # fmt: skip
     heard: dict[int, Reading] = {}
     while place != level:
         if not BLANK <= place < level:
@@ -63,7 +73,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
         margin, why = _margin(element, place + 1, heard[place + 1])
         if lessons[place + 1].passed(margin):
             place += 1
-        elif lessons[place + 1].another(margin):
+        elif lessons[place + 1].another(margin, _beyond(element, place + 1, heard[place + 1])):
             here = _place(heard[place + 1])
             place = here if here <= place else UNDECODABLE  # beyond, a level would be skipped
         else:
@@ -95,8 +105,11 @@ class _Lesson:
         """Return whether the wall has arrived, according to a level margin."""
         return margin > NOWHERE and margin >= self._enough
 
-    def another(self, margin: float) -> bool:
-        """Select another pulse, after the last one the best; return whether there is one."""
+    def another(self, margin: float, beyond: int) -> bool:
+        """Select another pulse, after the last one the best; return whether there is one.
+
+        `beyond` says where the wall is heard: 1 beyond its level, -1 short of it, 0 at it.
+        """
         self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
         if self._menu:
             self.trim = self._menu.pop(0)
@@ -105,6 +118,53 @@ class _Lesson:
         hopeless = best == NOWHERE or self._enough < CLEAR
         self._enough = best - BESIDE
         return not hopeless
+
+
+class _Bisection(_Lesson):
+    """Learning the speed of a kick: slower if the wall went too far, faster if it fell short."""
+
+    def __init__(self, trim: Trim, tries: int) -> None:
+        """Start with the known speed."""
+        super().__init__(trim, ())
+        self._enough, self._tries = CLEAR, tries - 1
+        self._short, self._far, self._way = 0.0, math.inf, 1
+
+    def another(self, margin: float, beyond: int) -> bool:
+        """Halve the interval in which the speed must lie, or step towards it."""
+        speed = self.trim.speed
+        if beyond > 0:
+            self._far = min(self._far, speed)
+        elif beyond < 0:
+            self._short = max(self._short, speed)
+        if self._short and self._far < math.inf:
+            wanted = math.sqrt(self._short * self._far)
+        else:
+            wanted = speed * STRIDE ** -(self._way * (beyond or 1))
+            if self._way > 0 and not 1.0 / ASTRAY < wanted < ASTRAY:
+                # The fastest kicks fall short again: the speed may lie on the other side.
+                self._short, self._far, self._way = 0.0, math.inf, -1
+                wanted = STRIDE if wanted < 1.0 else 1.0 / STRIDE
+        closed = self._far < CLOSED * self._short
+        if self._tries <= 0 or closed or not 0.1 <= wanted <= 10.0:
+            return super().another(margin, beyond)
+        self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
+        self._tries -= 1
+        self.trim = Trim(speed=wanted)
+        return True
+
+
+def _beyond(element: Memory, level: int, reading: Reading) -> int:
+    """Return whether a wall is heard beyond a level, 1, short of it, -1, or neither, 0."""
+    if element.phase(End.LEFT) == 0:
+        return -1  # it fell back
+    if element.phase(End.RIGHT) == 1:
+        return 1  # it ran out
+    for end in element.calibration.ends:
+        delay = reading.left_delay if end is End.LEFT else reading.right_delay
+        if delay is not None:
+            late = delay - element.calibration.table(end).delays[level]
+            return int(math.copysign(1.0, late if end is End.LEFT else -late))
+    return 0
 
 
 def _place(reading: Reading) -> int:

@@ -41,7 +41,8 @@ OPTIONS = (
     ),
     option(
         '--tried', nargs='+', default=(), metavar='WHAT',
-        help='what is tried: step, left, right (a read from that end); all by default',
+        help='what is tried: step, left, right (a read from that end), all by default; or kick, '
+        'from blank to a level',
     ),
     option('--amounts', type=int, default=10, help='amounts per decade'),
     option('--most', type=int, default=3000, help='most trials of an amount'),

@@ -16,7 +16,10 @@ from .element import KINDS
 from .estimate import RARE, Rate, fit, foot
 from .study import Tolerance
 
-WORDS = {'step': 'step up', 'left': 'read from the left', 'right': 'read from the right'}
+WORDS = {
+    'step': 'step up', 'kick': 'kick',
+    'left': 'read from the left', 'right': 'read from the right',
+}  # fmt: skip
 
 COLOURS = dict(zip(KINDS, (S2, '#e69f00', INK, '#56b4e9', S1, '#009e73', '#cc79a7'), strict=True))
 

@@ -19,12 +19,12 @@ import numpy as np
 from mlmem_ros.device import UNDECODABLE, Faults, MemoryElement, SetFaults
 from mlmem_ros.device.errors import ProcedureFailed
 from mlmem_ros.device.procedures import run
-from mlmem_ros.device.procedures.blocks import wait
+from mlmem_ros.device.procedures.blocks import Procedure, kick, wait
 from mlmem_ros.device.procedures.going_to_level import go_to_level
 from mlmem_ros.device.procedures.listening import look
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.physics import Design, Scatter, Specimen, StateError, level_of, scattered
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.equilibrium import blank, resting_wall
 
 from ..bench import Bench
 from ..trace import wall_position
@@ -54,6 +54,9 @@ class Chance:
 
 STEP = 'step'
 """What is tried: a step up. A read is named by its end."""
+
+KICK = 'kick'
+"""Also: a kick from the blank element to a level, with the speed of the ideal one."""
 
 ARRIVED = 1.0
 """Distance in cells from its rest position in this element within which a wall has arrived. One
@@ -91,13 +94,14 @@ def outcomes(
         settings: The instrument's.
         by: What is random.
         seed: Of the element: the same gives the same outcome.
-        tried: `STEP`, or the end that is read from.
+        tried: `STEP`, `KICK`, or the end that is read from.
         levels: The levels to step from or to read; by default all.
 
     Returns:
         For every one of these levels the level to which a write of the next one took the wall, or
-        for reads the decoded level. `UNDECODABLE` if the element pins no wall at the level, and
-        for steps unless exactly one wall ends at rest at a level.
+        for a kick the level where it ended, or for reads the decoded level. `UNDECODABLE` if the
+        element pins no wall at the level, and for steps and kicks unless exactly one wall ends at
+        rest at a level.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -130,15 +134,20 @@ class _Made:
     def outcome(self, level: int, tried: str) -> int:
         """Put the wall at rest at a level, and return what `outcomes` says of it."""
         try:
-            self._element.chain.place(resting_wall(self._specimen, level))
+            wall = blank(self._specimen) if tried == KICK else resting_wall(self._specimen, level)
         except StateError:  # nothing pins it there
             return UNDECODABLE
+        self._element.chain.place(wall)
         self._element.transducer.settle()
-        return self._step(level) if tried == STEP else self._decoded(tried)
+        if tried == STEP:
+            return self._moved(go_to_level(self._element, level, level + 1))
+        if tried == KICK:
+            return self._moved(kick(self._element, level))
+        return self._decoded(tried)
 
-    def _step(self, level: int) -> int:
+    def _moved(self, move: Procedure[None]) -> int:
         element, design = self._element, self._element.design
-        run(element, go_to_level(element, level, level + 1), self._shake)
+        run(element, move, self._shake)
         run(element, wait(element, SETTLED / design.eta), self._shake)
         configuration = element.chain.configuration
         reached = level_of(design, configuration, design.J / 2)

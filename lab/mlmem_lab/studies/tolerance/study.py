@@ -17,7 +17,7 @@ from mlmem_ros.device.end import End
 from mlmem_ros.physics import Design
 
 from ..campaign import Campaign, Ledger, Row, run
-from .element import KINDS, STEP
+from .element import KICK, KINDS, STEP
 from .estimate import Rate, pooled, rare_scatter
 from .point import evaluate, screened, size
 from .screen import DRAWN, HEAVIEST
@@ -60,16 +60,20 @@ class Tolerance:
     def __post_init__(self) -> None:
         if unknown := sorted(set(self.kinds) - set(KINDS)):
             raise ValueError(f'kinds must be of {", ".join(KINDS)}; got {", ".join(unknown)}')
-        possible = (STEP, *(end.value for end in End))
+        usual = (STEP, *(end.value for end in End))
+        possible = (STEP, KICK, *usual[1:])
         if unknown := sorted(set(self.tried) - set(possible)):
             raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
+        kicked = self.settings.kick.by_level
+        if KICK in self.tried and not (len(kicked) == self.design.levels and all(kicked)):
+            raise ValueError('tried can be kick only where every level has one (kick.speeds)')
         if self.amounts < 1 or self.most < 1:
             raise ValueError(
                 f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
             )
         if self.levels < 0:
             raise ValueError(f'levels must be at least 1, or 0 for all; got {self.levels}')
-        object.__setattr__(self, 'tried', self.tried or possible)
+        object.__setattr__(self, 'tried', self.tried or usual)
 
     @cached_property
     def curves(self) -> list[tuple[str, str]]:
