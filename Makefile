@@ -14,7 +14,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo docs figures figures-check interfaces lint lives mutation setup setup-test soak test test-slow uncovered
+.PHONY: bench clean coverage demo docs figures figures-check figures-stale interfaces lint lives mutation setup setup-test soak test test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -22,9 +22,13 @@ demo: setup
 figures: setup-test
 	$(VENV)/mlmem figures
 
-# Numbers of the pages against the result files, and these against the code.
+# Numbers and pictures of the pages against the result files, and these against the code.
 figures-check: setup-test
-	$(VENV)/python -m mlmem_lab.numbers --check
+	$(VENV)/python -m mlmem_lab.numbers --check --code
+
+# What is to be made again, by which command, and how long that takes.
+figures-stale: setup-test
+	@$(VENV)/python -m mlmem_lab.numbers --stale
 
 bench: setup-test
 	$(VENV)/mlmem bench

@@ -12,6 +12,8 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 from xml.sax.saxutils import escape
 
+from mlmem_lab.results import keep_picture
+
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / 'docs' / 'images' / 'architecture.svg'
 SOURCES = {'': ROOT / 'mlmem_ros', 'tools.': ROOT / 'mlmem_tools'}
@@ -156,3 +158,4 @@ def picture() -> str:
 
 if __name__ == '__main__':
     FILE.write_text(picture(), encoding='utf-8')
+    keep_picture(FILE, 'tools/architecture.py', ['picture by tools.architecture'])

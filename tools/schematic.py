@@ -5,6 +5,8 @@
 import itertools
 from pathlib import Path
 
+from mlmem_lab.results import keep_picture
+
 FILE = Path(__file__).resolve().parent.parent / 'docs' / 'images' / 'chains.svg'
 
 CELLS, WALL, SOFT = 9, 4, (2, 6)
@@ -73,3 +75,4 @@ def picture() -> str:
 
 if __name__ == '__main__':
     FILE.write_text(picture(), encoding='utf-8')
+    keep_picture(FILE, 'tools/schematic.py', ['picture by tools.schematic'])

@@ -19,6 +19,8 @@ from pathlib import Path
 
 from PIL import Image
 
+from mlmem_lab.results import keep_picture
+
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT / 'test' / 'view'))
 
@@ -93,6 +95,7 @@ def take(browser: Browser, path: Path, theme: str) -> None:
     time.sleep(0.5)
     browser.driver.save_screenshot(str(path))
     Image.open(path).convert('RGB').save(path, optimize=True)
+    keep_picture(path, 'tools/view_pictures.py', ['picture by tools.view_pictures'])
 
 
 if __name__ == '__main__':

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Place the numbers of lab/results in the pages: python3 -m mlmem_lab.numbers [--check].
+"""Place the numbers of lab/results in the pages: python3 -m mlmem_lab.numbers [--check | --stale].
 
 A comment behind a number, or behind words in italics, says which it is, by file and keys; the
 number keeps its decimals:
@@ -14,8 +14,11 @@ number keeps its decimals:
 
 has a row for each entry and a column for each key (of a list of rows, all keys by default);
 `TABLES` has those that need more. With
---check nothing is written: it fails if a page's number is not that of its file, or if a file is
-older than the code that it measured, or was made with code that was not committed.
+--check nothing is written: it fails if a page's number is not that of its file, if what a memory
+does has changed since, if a picture is not the one that was made, or if code was not committed.
+With --code it also fails if the code of a study has changed (`make figures-check`). --stale lists
+what is to be made again, by which command and in what time, also what --accept took for that of
+today's code.
 """
 
 from __future__ import annotations
@@ -23,14 +26,14 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from . import tables
-from .results import FOLDER, load, outdated
+from .results import BY, FOLDER, PICTURES, ROOT, SHOWN, accept, load, load_kept, outdated
 
-ROOT = FOLDER.parent.parent
+ACCEPT = 'python3 -m mlmem_lab.numbers --accept'
 
 PLACED = re.compile(
     r'(-?(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?(?:e[-+]?\d+)?)|\*[^*\n]+\*)<!-- ([^>]+?) -->'
@@ -148,42 +151,116 @@ def _cell(value: Any) -> str:
     return f'{value:,}'.replace(',', ' ') if isinstance(value, int) else str(value or '')
 
 
-def main(arguments: list[str]) -> int:
-    """Place the numbers, or check them; return 0, or 1 if something is wrong."""
-    parser = argparse.ArgumentParser('python3 -m mlmem_lab.numbers', description=__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument('--check', action='store_true', help='write nothing, and compare')
-    check, wrong = parser.parse_args(arguments).check, False
+class Made(NamedTuple):
+    """A result file, or a picture of a page, and what it says of itself."""
+
+    path: Path
+    name: str | None
+    says: Mapping[str, Any]
+
+    @property
+    def told(self) -> str:
+        """Which it is."""
+        return self.name or str(self.path.relative_to(ROOT))
+
+
+def everything() -> Iterator[Made]:
+    """Yield all results, and all pictures of the pages."""
+    for file in sorted(FOLDER.glob('*.json')):
+        if file.name != PICTURES:
+            yield Made(file, None, load(file))
+    told = load_kept(FOLDER / PICTURES)
+    there = {
+        path.relative_to(ROOT).as_posix()
+        for folder in SHOWN
+        for path in (ROOT / folder).glob('*.*')
+    }
+    for name in sorted(there | set(told)):
+        yield Made(FOLDER / PICTURES, name, told.get(name, {}))
+
+
+def reasons(made: Made, code: bool = True) -> Iterator[str]:
+    """Yield why something is to be made again; without `code`, not that its code has changed."""
+    if not made.says:
+        yield 'no command is known that makes it'
+    old: dict[str, list[str]] = {}
+    for name in outdated(made.says):
+        entry, _, maker = name.partition(BY)
+        if maker and not code:
+            continue
+        if maker:
+            why = f'older than the code: {maker} or what that reaches has changed'
+        elif '/' in name:
+            why = 'with another file than the one that was made, or drawn from'
+        else:
+            why = 'older than the code: what a memory does has changed'
+        old.setdefault(why, []).append(entry)
+    for why, entries in old.items():
+        yield f'it is {why} ({", ".join(entries)})'
+    if changed := made.says.get('uncommitted'):
+        yield f'it was made with code that was not committed ({", ".join(changed)})'
+
+
+def stale() -> None:
+    """Print what is to be made again."""
+    for made in everything():
+        accepted = (f'not made again, {why}' for why in made.says.get('accepted', ()))
+        if why := [*reasons(made), *accepted]:
+            seconds = made.says.get('seconds')
+            took = f'{seconds} s' if seconds else 'not timed'
+            print(f'{made.told}: {"; ".join(why)}\n    {made.says.get("command")} ({took})')
+
+
+def check(write: bool, code: bool) -> bool:
+    """Compare the pages, the results and the pictures; return whether all is well.
+
+    Args:
+        write: Place the numbers of pages that differ.
+        code: Compare the code that made them, too.
+    """
+    well = True
     for page in pages():
         text = page.read_text(encoding='utf-8')
         try:
             made = placed(text, FOLDER)
         except ValueError as error:
             print(f'{page.relative_to(ROOT)}: {error}')
-            wrong = True
+            well = False
             continue
-        if made != text and not check:
+        if made != text and write:
             page.write_text(made, encoding='utf-8')
         for old, new in zip(text.splitlines(), made.splitlines(), strict=False):
             if old != new:
-                print(f'{page.relative_to(ROOT)}: {old}\n{"must be" if check else "now"}: {new}')
-                wrong = wrong or check
+                print(f'{page.relative_to(ROOT)}: {old}\n{"now" if write else "must be"}: {new}')
+                well = well and write
                 break
-    for file in sorted(FOLDER.glob('*.json')):
-        result = load(file)
-        if old_ones := outdated(result):
-            print(
-                f'{file.relative_to(ROOT)} is older than the code: {", ".join(old_ones)} does '
-                f'otherwise now; make it again by "{result["command"]}"'
-            )
-            wrong = True
-        if changed := result.get('uncommitted'):
-            print(
-                f'{file.relative_to(ROOT)} was made with code that was not committed '
-                f'({", ".join(changed)}); make it again by "{result["command"]}"'
-            )
-            wrong = True
-    return int(wrong)
+    for each in everything():
+        for why in reasons(each, code):
+            print(f'{each.told}: {why}; make it again by "{each.says.get("command")}"')
+            print(f'{ACCEPT} {each.told} WHY takes it as it is, until then')
+            well = False
+    return well
+
+
+def main(arguments: list[str]) -> int:
+    """Place the numbers, or check them; return 0, or 1 if something is wrong."""
+    parser = argparse.ArgumentParser('python3 -m mlmem_lab.numbers', description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument('--check', action='store_true', help='write nothing, and compare')
+    parser.add_argument('--code', action='store_true', help='compare their code, too: a release')
+    parser.add_argument('--stale', action='store_true', help='list what is to be made again')
+    parser.add_argument('--accept', nargs=2, metavar=('FILE', 'WHY'), help='take it as it is')
+    asked = parser.parse_args(arguments)
+    if asked.stale:
+        stale()
+        return 0
+    if asked.accept:
+        file, why = asked.accept
+        for made in everything():
+            if file == made.told:
+                print(*accept(made.path, why, made.name), sep='\n')
+        return 0
+    return int(not check(write=not asked.check and not asked.code, code=asked.code))
 
 
 if __name__ == '__main__':

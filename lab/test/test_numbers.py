@@ -7,8 +7,7 @@ import re
 
 import pytest
 
-from mlmem_lab import numbers, results, tables
-from mlmem_lab.designer import proposal
+from mlmem_lab import numbers, reach, results, tables
 from mlmem_lab.numbers import placed
 from mlmem_ros.device import decoding
 
@@ -61,7 +60,7 @@ def test_a_comment_that_names_nothing_of_the_kind_is_refused(folder, text):
 
 def test_the_pages_are_up_to_date(capsys, monkeypatch):
     """Whether the files are older than the code, `make figures-check` tells."""
-    monkeypatch.setattr(numbers, 'outdated', lambda result: [])
+    monkeypatch.setattr(numbers, 'reasons', lambda made, code: [])
     assert numbers.main(['--check']) == 0, capsys.readouterr().out
 
 
@@ -85,7 +84,7 @@ def test_a_result_of_other_code_is_named(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(numbers, 'ROOT', tmp_path)
     monkeypatch.setattr(numbers, 'pages', list)
     assert numbers.main(['--check']) == 1
-    assert re.search('r.json is older .* bits_1 .*"mlmem make"', capsys.readouterr().out)
+    assert re.search(r'r.json: it is older .* \(bits_1\).*"mlmem make"', capsys.readouterr().out)
 
 
 def test_a_fingerprint_tells_elements_apart_and_repeats():
@@ -126,14 +125,128 @@ def test_a_change_of_the_rules_of_reading_leaves_moves_and_ticks_as_they_are(
     assert after == unchanged[0]
 
 
-@pytest.mark.parametrize(('constant', 'factor'), [('GAMMA', 3.0), ('PLACE', 1.05)])
-def test_a_change_of_the_designer_makes_counts_of_designs_old(constant, factor, monkeypatch):
-    before = results.fingerprint(results.DESIGNS)
-    monkeypatch.setattr(proposal, constant, factor * getattr(proposal, constant))
+@pytest.fixture
+def edited(monkeypatch):
+    """A function that edits the text of a module of ours, for those who ask what it reaches."""
+
+    def edit(module, old, new):
+        text = {module: reach.source(module).replace(old, new)}
+        assert text[module] != reach.source(module)
+        known = reach.source
+        monkeypatch.setattr(reach, 'source', lambda name: text.get(name) or known(name))
+        forget()
+
+    def forget():
+        for each in (reach._module, reach._told, results.fingerprint):
+            each.cache_clear()
+
+    yield edit
+    forget()
+
+
+def codes(file):
+    """Return what a file of ours says of code: what it does otherwise takes seconds."""
+    told = results.load(results.FOLDER / file)
+    some = {name: found for name, found in told['fingerprints'].items() if results.BY in name}
+    return told | {'fingerprints': some}
+
+
+@pytest.mark.parametrize(
+    ('module', 'old', 'new', 'aged', 'kept'),
+    [
+        ('mlmem_lab.designer.proposal', 'GAMMA = -3e-5', 'GAMMA = -9e-5', 'reads', 'times'),
+        ('mlmem_lab.twins.element', 'KNOWN = 5e-4', 'KNOWN = 5e-2', 'twin', 'reads'),
+        ('mlmem_lab.windows.window', 'RADII = (0.05,', 'RADII = (0.07,', 'windows', 'twin'),
+    ],
+)  # fmt: skip
+def test_a_change_of_a_constant_makes_what_reaches_it_old(edited, module, old, new, aged, kept):
+    before = {file: results.outdated(codes(f'{file}.json')) for file in (aged, kept)}
+    edited(module, old, new)
+    names = results.outdated(codes(f'{aged}.json'))
+    assert set(names) > set(before[aged])
+    assert results.outdated(codes(f'{kept}.json')) == before[kept]
+    [why, *_] = numbers.reasons(numbers.Made(results.FOLDER, None, codes(f'{aged}.json')))
+    assert 'older than the code' in why
+
+
+def test_words_about_code_make_nothing_old(edited):
+    before = codes('reads.json')
+    edited(
+        'mlmem_lab.designer.proposal', 'GAMMA = -3e-5', 'GAMMA = -3e-5  # of the paper\n"""So."""'
+    )
+    assert results.outdated(codes('reads.json')) == results.outdated(before)
+
+
+@pytest.fixture
+def gallery(tmp_path, monkeypatch):
+    """A checkout with a picture of a page, as a command has just made it."""
+    monkeypatch.setattr(results, 'uncommitted', list)
+    for module in (results, numbers):
+        monkeypatch.setattr(module, 'ROOT', tmp_path)
+        monkeypatch.setattr(module, 'FOLDER', tmp_path / 'lab' / 'results')
+    monkeypatch.setattr(numbers, 'pages', list)
+    picture = tmp_path / 'docs' / 'figures' / 'wall.png'
+    for folder in (picture.parent, results.FOLDER):
+        folder.mkdir(parents=True)
+    picture.write_bytes(b'a wall')
+    results.keep_picture(picture, 'mlmem figures wall', results.by(tables.reads, 'picture'))
+    return picture
+
+
+def checked():
     results.fingerprint.cache_clear()
-    after = results.fingerprint(results.DESIGNS)
+    return numbers.main(['--check', '--code'])
+
+
+def test_a_picture_that_was_replaced_is_named(gallery, capsys):
+    assert checked() == 0
+    gallery.write_bytes(b'another wall')
+    assert checked() == 1
+    assert (
+        'another file than the one that was made, or drawn from (docs/figures/wall.png)'
+        in capsys.readouterr().out
+    )
+    gallery.write_bytes(b'a wall')
+    assert checked() == 0
+    gallery.with_name('stranger.png').write_bytes(b'of nobody')
+    assert checked() == 1
+    assert 'stranger.png: no command is known' in capsys.readouterr().out
+
+
+def test_what_is_drawn_from_a_result_is_old_with_it(gallery, capsys):
+    file = results.save(results.FOLDER / 'r.json', {'reads': 3}, 'mlmem make')
+    results.keep_picture(gallery, 'mlmem draw', ['lab/results/r.json'])
+    results.save(file, {'reads': 3}, 'mlmem make --again')  # the same numbers
+    assert checked() == 0
+    results.save(file, {'reads': 4}, 'mlmem make')
+    assert checked() == 1
+    assert 'drawn from (lab/results/r.json)' in capsys.readouterr().out
+
+
+def test_what_is_stale_is_listed_with_its_command_and_time(gallery, capsys):
+    told = results.load(results.FOLDER / results.PICTURES)
+    told['docs/figures/wall.png'] |= {'seconds': 90}
+    (results.FOLDER / results.PICTURES).write_text(json.dumps(told))
+    assert numbers.main(['--stale']) == 0
+    assert capsys.readouterr().out == ''
+    gallery.write_bytes(b'another wall')
     results.fingerprint.cache_clear()
-    assert after != before
+    assert numbers.main(['--stale']) == 0
+    said = capsys.readouterr().out
+    assert said.startswith('docs/figures/wall.png: ')
+    assert said.endswith('    mlmem figures wall (90 s)\n')
+    assert numbers.main(['--accept', 'docs/figures/wall.png', 'only its frame is new']) == 0
+    assert checked() == 0
+    capsys.readouterr()
+    assert numbers.main(['--stale']) == 0
+    assert 'not made again' in capsys.readouterr().out
+
+
+def test_every_picture_of_the_pages_is_the_one_that_was_made():
+    """Whether it is older than the code, `make figures-check` tells."""
+    for made in numbers.everything():
+        if made.name is not None:
+            assert made.says['fingerprints'][made.name] == results.fingerprint(made.name)
 
 
 @pytest.fixture
@@ -153,18 +266,24 @@ def test_a_subset_updates_its_entries_and_the_command_names_all(study, tmp_path)
     assert study('case_2', 'bits_1') == study('bits_1') == 0
     found = results.load(tmp_path / 'lengths.json')
     assert found['presets'] == {'case_2': 6, 'bits_1': 6}
-    assert found['fingerprints'] == {'case_2': 6, 'bits_1': 6}
+    assert list(found['fingerprints']) == [
+        'case_2',
+        'case_2 by builtins:len',
+        'bits_1',
+        'bits_1 by builtins:len',
+    ]
     assert found['command'] == 'python3 -m mlmem_lab.lengths case_2 bits_1'
     assert found['seed'] == 3
 
 
 def test_without_arguments_a_module_makes_again_what_its_file_has(study, tmp_path, capsys):
     study('case_2', 'bits_1')
-    before = (tmp_path / 'lengths.json').read_text()
+    before = results.load(tmp_path / 'lengths.json')
     capsys.readouterr()
     assert study() == 0
     assert capsys.readouterr().out == 'case_2 6\nbits_1 6\n'
-    assert (tmp_path / 'lengths.json').read_text() == before
+    now = results.load(tmp_path / 'lengths.json')
+    assert now == before | {'seconds': now['seconds']}  # of the longest run of the program
 
 
 @pytest.mark.parametrize('module', ['times', 'forecasts', 'validity'])

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads in a row, counted: the wall tells what is true, whatever the device says."""
 
+import functools
 import json
 from collections import Counter
 
@@ -10,7 +11,7 @@ import pytest
 from mlmem_lab.reads import command, count
 from mlmem_lab.reads.count import IN_A_ROW, Counts, bad_cells, names, rows, total, true_level
 from mlmem_lab.reads.elements import DESIGNED, known
-from mlmem_lab.results import APART, DESIGNS, fingerprint, with_reads
+from mlmem_lab.results import APART, by, fingerprint, with_reads
 from mlmem_ros.device import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_tools.cli.main import main
@@ -30,6 +31,7 @@ def lies(monkeypatch):
 def quick(monkeypatch):
     """Rows that are right and take no time."""
 
+    @functools.wraps(rows)
     def right(name, count, seed, finer=1, specimen=None):
         reads = count * IN_A_ROW
         return Counts(Counter(right=reads), count, ticks=[1] * reads)
@@ -99,10 +101,13 @@ def test_the_command_keeps_what_the_file_has_of_other_elements(tmp_path, capsys,
     both = json.loads(path.read_text())
     assert list(both['elements']) == ['bits_1', 'levels_2', 'all']
     assert both['elements']['all']['reads'] == (3 + 4) * IN_A_ROW
-    assert both['fingerprints'] == {'bits_1': 'old', DESIGNS: fingerprint(DESIGNS)}
+    [code] = by(rows, 'levels_2')
+    assert both['fingerprints'] == {'bits_1': 'old', code: fingerprint(code)}
     assert both['command'].count('mlmem reads') == 2
     assert mlmem_reads('bits_1', '--rows', 1, '--output', path) == 0
-    now = {name: fingerprint(name) for name in [DESIGNS, *with_reads(['bits_1'])]}
+    now = {
+        name: fingerprint(name) for name in [code, *with_reads(['bits_1']), *by(rows, 'bits_1')]
+    }
     assert json.loads(path.read_text())['fingerprints'] == now
     assert 'undecodable' in capsys.readouterr().out
 

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from mlmem_lab.results import fingerprint
+from mlmem_lab.results import BY, fingerprint
 from mlmem_lab.rk4 import Rk4Element
 from mlmem_lab.twins import command, learning, surveyed, watched
 from mlmem_lab.twins.command import Part, twins
@@ -131,7 +131,9 @@ def test_the_command_keeps_what_the_file_has_of_others(tmp_path, capsys, quick):
     kept = json.loads(path.read_text())
     assert [entry['scatter'] for entry in kept['healthy']] == [0.003, 0.01]
     assert kept['healthy'][1] == {'preset': 'bits_1', 'scatter': 0.01, 'seed': 0, 'elements': 2}
-    assert kept['fingerprints'] == {'bits_1': fingerprint('bits_1')}
+    assert kept['fingerprints']['bits_1'] == fingerprint('bits_1')
+    codes = [name.partition(BY)[0] for name in kept['fingerprints'] if BY in name]
+    assert codes == ['healthy bits_1 0.01', 'healthy bits_1 0.003']
     assert 'bits_1' in capsys.readouterr().out
 
 

@@ -32,6 +32,7 @@ from mlmem_tools.cli.output import complain, plain_console, print_json
 )
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
+    from ..results import by, load_kept, save
     from . import load, select
 
     console = plain_console(aside=arguments.json)
@@ -49,7 +50,7 @@ def bench(arguments: argparse.Namespace) -> int:
             console.print(f'{name:10} {load(name).TITLE}', highlight=False)
         return 0
     arguments.output.mkdir(parents=True, exist_ok=True)
-    results, tables = [], {}
+    results, tables, of = [], {}, []
     for name in selected:
         benchmark = load(name)
         with console.status(f'{name}: {benchmark.TITLE}'):
@@ -62,20 +63,15 @@ def bench(arguments: argparse.Namespace) -> int:
             console.print(f'{file}\n', highlight=False)
             if comparison.name != 'node':
                 tables[comparison.name] = comparison.rows()
+                of += by(benchmark.run, comparison.name)
             elif arguments.result is not None:
                 from .node import keep_column
 
                 keep_column(comparison, arguments.result.with_name('node.json'))
     if arguments.json:
         print_json({'comparisons': results})
-    if arguments.result is not None and tables:
-        keep_tables(tables, arguments.result)
+    if result is not None and tables:
+        kept = load_kept(result)
+        told = {'tables': kept.get('tables', {}) | tables}
+        save(result, told, 'mlmem bench --result FILE', of=of, kept=kept)
     return 0
-
-
-def keep_tables(tables: dict[str, list[dict[str, str]]], file: Path) -> None:
-    """Write tables to a result file, beside those of other comparisons that it has."""
-    from ..results import load_kept, save
-
-    kept = load_kept(file).get('tables', {})
-    save(file, {'tables': kept | tables}, 'mlmem bench --result FILE')

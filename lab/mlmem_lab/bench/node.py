@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 from mlmem_ros.contract.services import action_types
 
-from ..results import load_kept, save
+from ..results import by, load_kept, save
 from .comparison import Comparison
 from .host import describe_host
 from .machine_load import QUIET
@@ -200,7 +200,7 @@ def keep_column(comparison: Comparison, file: Path) -> None:
         for name, (goal, value) in found.items()
     }
     rows |= {name: row for name, row in kept.items() if name not in rows}
-    save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE')
+    save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE', of=by(run, 'node'))
 
 
 def _cell(entry: Entry) -> str:

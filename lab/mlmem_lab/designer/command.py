@@ -19,7 +19,7 @@ from mlmem_tools.cli.command import element_of
 from mlmem_tools.cli.design import print_report
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import load_kept, save, with_reads
+from ..results import by, load_kept, save, with_reads
 from ..studies.campaign import CampaignError
 from ..studies.campaign.terminal import evaluated
 from ..studies.proof import Proof, Tally
@@ -132,7 +132,7 @@ def _show(
         made += '' if arguments.sample is None else f' --sample {arguments.sample}'
         made = f'{kept["command"]} && {made}' if kept else made
         proven = {name: dict(proof) for name, proof in zip(names, proofs, strict=True)}
-        of = with_reads(name for name in names if name in PRESETS)
+        of = with_reads(name for name in names if name in PRESETS) + by(Proof, *names)
         save(result_file, {'presets': kept.get('presets', {}) | proven}, made, of=of, kept=kept)
     return 0 if passed else 1
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 )
 def measured(arguments: argparse.Namespace) -> int:
     """Predict; return 0, 1 when a file could not be written, 2 for a wrong argument."""
-    from ..results import LATTICE, save
+    from ..results import LATTICE, by, keep_picture, save
     from .draw import draw_all
     from .runs import ATTRIBUTION
     from .study import studied
@@ -59,10 +59,13 @@ def measured(arguments: argparse.Namespace) -> int:
     if folder is not None:
         made = f'mlmem measured --chains {study.chains} --seed {study.seed}'
         made += ' --full' if arguments.full else ''
+        of = [LATTICE, *by(studied, 'study')]
         result = {'attribution': ATTRIBUTION, **study.as_dict()}
         try:
-            file = save(folder / 'measured.json', result, made, study.seed, of=(LATTICE,))
+            file = save(folder / 'measured.json', result, made, study.seed, of)
             files = [file, *draw_all(study, folder)]
+            for picture in files[1:]:
+                keep_picture(picture, f'{made} --output {folder}', [*of, *by(draw_all, 'picture')])
         except OSError as error:
             return complain('measured', f'a file could not be written; {error}', 1)
         console.print('  '.join(map(str, files)), soft_wrap=True)

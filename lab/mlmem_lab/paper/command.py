@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     "draw the paper's figures from our simulation, judge its claims",
     option('names', nargs='*', metavar='FIGURE', help='such as 2b; all if none is given'),
     option('--output', type=Path, default=Path('reproduction'), help='folder'),
+    option('--pages', action='store_true', help='keep pictures and results for the pages, too'),
     option('--draft', action='store_true', help='coarse sweeps, in seconds: for a quick look'),
     JOBS,
     option('--list', action='store_true', help='list the figures and exit'),
@@ -41,9 +42,10 @@ def figures(arguments: argparse.Namespace) -> int:
     """Draw the figures; return 0 when all were drawn, 1 when a file could not be
     written, 2 for a wrong argument.
     """
+    from ..results import FOLDER
     from .figure import Quality
     from .gallery import BY_NAME, FIGURES, make, select
-    from .verdicts import save_verdicts
+    from .verdicts import keep, save_verdicts
 
     console = plain_console(aside=arguments.json)
     if arguments.list:
@@ -52,6 +54,8 @@ def figures(arguments: argparse.Namespace) -> int:
         return 0
     try:
         figures = select(arguments.names)
+        if arguments.pages and arguments.draft:
+            raise ValueError('--pages takes no draft')
         jobs = cores() if arguments.jobs is None else arguments.jobs
         if jobs < 1:
             raise ValueError(f'--jobs must be at least 1; got {jobs}')
@@ -74,8 +78,12 @@ def figures(arguments: argparse.Namespace) -> int:
         console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
     claims = _print_claims(console, figures, arguments.output)
     if len(figures) == len(FIGURES):
-        found = save_verdicts(arguments.output, quality)
-        console.print(f'claims    {found}', highlight=False, soft_wrap=True)
+        for folder in (arguments.output, *([FOLDER] if arguments.pages else ())):
+            found = save_verdicts(arguments.output, quality, folder)
+            console.print(f'claims    {found}', highlight=False, soft_wrap=True)
+    if arguments.pages:
+        for figure in figures:
+            keep(figure, arguments.output)
     console.print(f'{len(made)} in {time.monotonic() - began:.0f} s', highlight=False)
     if arguments.json:
         print_json({'figures': made, 'claims': claims})

@@ -114,12 +114,14 @@ class Figure:
         seconds: Rough cost at full quality: the long ones begin first.
         claims: The claims, in the order of the file.
         summary: Makes of the data what a result file keeps.
+        of: The presets that it shows.
         ending: Of the picture on a page; empty if there is none.
     """
 
     name: str
     title: str
     seconds: float
+    of: tuple[str, ...] = ('case_2',)
     claims: list[Claim] = field(default_factory=list)
     summary: Callable[[Data], Mapping[str, Any]] | None = None
     ending: str = ''

@@ -7,6 +7,7 @@ The pages take it from lab/results/paper.json.
 
 from __future__ import annotations
 
+import shutil
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -14,12 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ..results import save
+from ..results import BY, ROOT, SHOWN, keep_picture, save
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
 from .gallery import CLAIMS, FIGURES, FOLDER
-
-MEASURED = ('case_1', 'case_2', 'fast', 'bits_4')
-"""The presets that the figures show."""
 
 
 def load_all(output: Path, figures: Iterable[Figure] = FIGURES) -> dict[str, Data]:
@@ -27,10 +25,24 @@ def load_all(output: Path, figures: Iterable[Figure] = FIGURES) -> dict[str, Dat
     return {figure.name: load_data(output / FOLDER / f'{figure.stem}.npz') for figure in figures}
 
 
-def save_verdicts(output: Path, quality: Quality) -> Path:
-    """Write the result file of a complete run; return its path."""
-    command = 'mlmem figures' + quality.pick(' --draft', '')
-    return save(output / 'paper.json', verdicts(load_all(output)), command, of=MEASURED)
+def save_verdicts(output: Path, quality: Quality, folder: Path) -> Path:
+    """Write the result file of a complete run into a folder; return its path."""
+    command = 'mlmem figures' + quality.pick(' --draft', ' --pages')
+    measured = dict.fromkeys(name for figure in FIGURES for name in figure.of)
+    of = [*measured, *(each for figure in FIGURES for each in _code(figure))]
+    return save(folder / 'paper.json', verdicts(load_all(output)), command, None, of)
+
+
+def keep(figure: Figure, output: Path) -> None:
+    """Put the picture of a figure that was made among those of the pages, if it has one."""
+    if figure.ending:
+        picture = ROOT / SHOWN[0] / f'{figure.stem}.{figure.ending}'
+        shutil.copyfile(output / FOLDER / picture.name, picture)
+        keep_picture(picture, f'mlmem figures {figure.name} --pages', [*figure.of, *_code(figure)])
+
+
+def _code(figure: Figure) -> list[str]:
+    return [f'{figure.name}{BY}{figure.compute.__module__}']
 
 
 def verdicts(data: Mapping[str, Data]) -> dict[str, Any]:

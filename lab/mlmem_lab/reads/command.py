@@ -62,7 +62,7 @@ Task = tuple[str, Callable[[], Counts]]
 )
 def reads(arguments: argparse.Namespace) -> int:
     """Count; return 0, 1 if anything was wrong or a file not written, 2 for a wrong argument."""
-    from ..results import DESIGNS, load_kept, save, with_reads
+    from ..results import by, load_kept, save, with_reads
 
     if min(arguments.rows, arguments.every, arguments.workers) < 1 or arguments.specimens < 0:
         return complain('reads', '--rows, --every and --workers must be at least 1', 2)
@@ -80,7 +80,8 @@ def reads(arguments: argparse.Namespace) -> int:
     result = {'elements': found | {'all': total(found)}}
     _print(console, result['elements'])
     if arguments.output is not None:
-        presets = with_reads(name for name in asked if not name.startswith(DESIGNED))
+        of = with_reads(name for name in asked if not name.startswith(DESIGNED))
+        of += by(bad_cells if arguments.cells else rows, *asked)
         try:
             kept = load_kept(arguments.output)
             both = {
@@ -88,12 +89,9 @@ def reads(arguments: argparse.Namespace) -> int:
                 for name, each in kept.get('elements', {}).items()
                 if name != 'all' and name.partition(',')[0] not in asked
             } | found
-            designs = {name for name in both if name.startswith(DESIGNED)}
-            if designs and all(name.partition(',')[0] in asked for name in designs):
-                presets.append(DESIGNS)  # not if some are kept, which may be those of old rules
             made = _made(arguments, kept.get('command', '') if len(both) > len(found) else '')
             more = {'elements': both | {'all': total(both)}}
-            console.print(save(arguments.output, more, made, arguments.seed, presets, kept))
+            console.print(save(arguments.output, more, made, arguments.seed, of, kept))
         except (OSError, ValueError) as error:
             return complain('reads', f'the result could not be written; {error}', 1)
     if arguments.json:

@@ -22,7 +22,7 @@ from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.specimen import Scatter, scattered
 
-from ..results import FOLDER, save, with_reads
+from ..results import FOLDER, by, save, with_reads
 from .count import true_level
 
 NAME, SEED, COUNT = 'byte', 1, 200
@@ -121,7 +121,8 @@ def main(arguments: list[str]) -> int:
         total.update(each)
     result['all'] = {'reads': total.total(), **total}
     command = f'python3 -m mlmem_lab.reads.words {count}'
-    save(FILE, result, command, SEED, with_reads([NAME]))
+    of = [*with_reads([NAME]), *by(reads, 'reads'), *by(writes, 'writes')]
+    save(FILE, result, command, SEED, of)
     return 0
 
 

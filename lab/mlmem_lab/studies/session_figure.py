@@ -15,6 +15,7 @@ from mlmem_ros.device.units import Units
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import SessionData
 
+from ..results import by, keep_picture
 from . import style
 
 ROWS = 8
@@ -41,6 +42,7 @@ def draw(session: SessionData, path: str | Path) -> Path:
     """
     with style.styled():
         figure_of(session).savefig(path)
+    keep_picture(Path(path), f'mlmem inspect SESSION --plot {path}', by(draw, 'picture'))
     return Path(path)
 
 

@@ -22,7 +22,7 @@ from mlmem_ros.device.presets import PRESETS
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import load_kept, save
+from ..results import BY, by, load_kept, save
 from ..studies.campaign.terminal import mapped
 from .learning import WAYS, compared
 from .learning import summary as summary_of_learning
@@ -159,10 +159,12 @@ def _keep(path: Path, part: str, entry: dict[str, Any]) -> None:
     others = [e for e in parts[part] if any(e.get(key) != entry.get(key) for key in same)]
     parts[part] = [*others, entry]
     presets = dict.fromkeys(e['preset'] for entries in parts.values() for e in entries)
-    save(path, parts, made(parts), of=[entry['preset']], kept={
-        'fingerprints': {name: each for name, each in kept.get('fingerprints', {}).items()
-                         if name in presets}
-    })  # fmt: skip
+    told = ' '.join([part, *(str(entry[key]) for key in same if key in entry)])
+    fingerprints = kept.get('fingerprints', {}).items()
+    kept['fingerprints'] = {
+        name: each for name, each in fingerprints if BY in name or name in presets
+    }
+    save(path, parts, made(parts), None, [entry['preset'], *by(PARTS[part].one, told)], kept)
 
 
 def made(parts: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:

@@ -34,7 +34,7 @@ from mlmem_ros.physics.specimen import Specimen, scattered
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import load, load_kept, save
+from ..results import by, keep_picture, load, load_kept, save
 from ..studies import style
 from ..studies.bench import nearness
 from ..studies.campaign.terminal import mapped
@@ -79,6 +79,8 @@ def kicks(arguments: argparse.Namespace) -> int:
         if arguments.output is None or not arguments.output.exists():
             return complain('kicks', '--figure needs the result file that --output names', 2)
         draw(load(arguments.output)['presets'], arguments.figure)
+        made = f'mlmem kicks --output {arguments.output} --figure {arguments.figure}'
+        keep_picture(arguments.figure, made, [*by(draw, 'picture'), 'lab/results/kicks.json'])
         return 0
     names = arguments.presets or list(KICKED)
     if strained := [name for name in names if not preset(name).settings.kick.by_level]:
@@ -105,7 +107,8 @@ def kicks(arguments: argparse.Namespace) -> int:
             kept = load_kept(arguments.output)
             every = {'presets': kept.get('presets', {}) | found}
             made = f'mlmem kicks {" ".join(every["presets"])} --writes {arguments.writes}'
-            save(arguments.output, every, made, arguments.seed, of=names, kept=kept)
+            of = [*names, *by(measured, *names)]
+            save(arguments.output, every, made, arguments.seed, of, kept)
         except (OSError, ValueError) as error:
             return complain('kicks', f'the result could not be written; {error}', 1)
     if arguments.json:

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mlmem_lab.studies.shaken import Counts, G, Shaking, count
+from mlmem_lab.shaken import Counts, G, Shaking, count
 from mlmem_ros.device import Settings
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II

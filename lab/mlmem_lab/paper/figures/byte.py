@@ -19,7 +19,9 @@ from mlmem_ros.physics import Specimen
 from ...studies import style
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure('byte', 'Many walls in one element: a byte is written and heard', seconds=60)
+FIGURE = Figure(
+    'byte', 'Many walls in one element: a byte is written and heard', seconds=60, of=('byte',)
+)
 
 WORD = 0xA7
 

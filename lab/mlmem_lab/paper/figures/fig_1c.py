@@ -19,6 +19,7 @@ FIGURE = Figure(
     '1c',
     'Fig. 1c: potential, stiffness and wall profiles',
     seconds=1,
+    of=('case_1', 'case_2'),
 )
 
 

@@ -19,6 +19,7 @@ FIGURE = Figure(
     '2c',
     'Fig. 2c: stiffness of the substrate',
     seconds=1,
+    of=('case_1',),
 )
 
 

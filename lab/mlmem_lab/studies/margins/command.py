@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,6 +56,7 @@ OPTIONS = (
         'design',
     ),
     option('--output', type=Path, help='folder; margins/X-Y by default'),
+    option('--figure', type=Path, metavar='PNG', help='draw the map here, too'),
     *campaigns.OPTIONS,
     JSON,
 )  # fmt: skip
@@ -96,17 +98,25 @@ def _report(
     console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, arguments: argparse.Namespace
 ) -> None:
     """Save table, margins and map, and print a summary."""
+    from mlmem_ros.device.presets import PRESETS
     from mlmem_ros.durable import write_atomically
 
+    from ...results import by, keep_picture
     from ..campaign import save_table
     from ..style import save_figure, styled
-    from . import draw, measure
+    from . import Shmoo, draw, measure
 
     margins = measure(shmoo, rows)
     files = [save_table(rows, folder / 'points.csv'), folder / 'margins.json']
     write_atomically(files[-1], json.dumps(margins.as_dict(), indent=2) + '\n')
     with styled():
         files += save_figure(draw(shmoo, rows, margins), folder / 'map')
+    if arguments.figure is not None:
+        shutil.copyfile(folder / 'map.png', arguments.figure)
+        made = f'mlmem margins --x {arguments.x} --y {arguments.y} --size {arguments.size} '
+        made += f'--design {arguments.design} --figure {arguments.figure}'
+        of = [*([arguments.design] if arguments.design in PRESETS else ()), *by(Shmoo, 'points')]
+        keep_picture(arguments.figure, made, [*of, *by(draw, 'picture')])
     for line in (*_words(margins), '  '.join(map(str, files))):
         console.print(line, highlight=False, soft_wrap=True)
     if arguments.json:

@@ -15,6 +15,7 @@ is needed.
 from __future__ import annotations
 
 import argparse
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +57,7 @@ OPTIONS = (
         'level may spoil all, so for large elements a few levels of many elements tell more',
     ),
     option('--output', type=Path, default=Path('tolerance'), help='folder'),
+    option('--figure', type=Path, metavar='PNG', help='draw the figure here, too'),
     option('--result', type=Path, help='result file; what it has of other designs is kept'),
     *campaigns.OPTIONS,
     JSON,
@@ -113,6 +115,18 @@ def _report(
     files = [save_table(rows, arguments.output / 'batches.csv')]
     with styled():
         files += save_figure(draw(study, rows), arguments.output / 'tolerance')
+    if arguments.figure is not None:
+        from mlmem_ros.device.presets import PRESETS
+
+        from ...results import by, keep_picture
+
+        shutil.copyfile(arguments.output / 'tolerance.png', arguments.figure)
+        made = f'mlmem tolerance --design {arguments.design} --most {arguments.most}'
+        made += ' --screen' * arguments.screen + f' --figure {arguments.figure}'
+        of = [*([arguments.design] if arguments.design in PRESETS else ())]
+        keep_picture(
+            arguments.figure, made, [*of, *by(type(study), 'batches'), *by(draw, 'picture')]
+        )
     console.print('  '.join(map(str, files)), highlight=False, soft_wrap=True)
     rates = {
         kind: {tried: {'amount': amount, 'text': text} for tried, (amount, text) in found.items()}
@@ -128,7 +142,8 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     """Add the rates of this design to a result file."""
     from mlmem_ros.device.presets import PRESETS
 
-    from ...results import load_kept, outdated, save
+    from ...results import by, load_kept, outdated, save
+    from .study import Tolerance
 
     kept = load_kept(arguments.result)
     name, designs = str(arguments.design), kept.get('designs', {})
@@ -136,7 +151,7 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     designs = designs | {name: known | rates}
     made = f'mlmem tolerance --design DESIGN --most {arguments.most}'
     made += ' --screen' if arguments.screen else ''
-    of = [name] if name in PRESETS else []
+    of = [*([name] if name in PRESETS else ()), *by(Tolerance, name)]
     save(arguments.result, {'designs': designs}, made, arguments.seed, of, kept)
 
 

@@ -2,22 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Count what becomes of reads when one end is wrong, over presets, levels and `read.end`.
 
-.venv/bin/python lab/tools/one_end_reads.py --draws 20 --output lab/results/one_end.json
+python3 -m mlmem_lab.one_end [PRESET ...] makes lab/results/one_end.json.
 
 Every level is probed once with its wall at rest. The echo of one end is then spoiled: late or
 early, on another clock, louder or weaker, silent, or behind a burst; the other one's is as it was.
 Reads with eight times the damping are probed anew.
 """
 
-import argparse
+from __future__ import annotations
+
+import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from mlmem_lab.results import APART, save, with_reads
 from mlmem_ros.device import Faults, MemoryElement, Read, SetFaults, new_element, preset
 from mlmem_ros.device.decoding import decode
 from mlmem_ros.device.echo import Echo, blanking, threshold
@@ -27,6 +28,11 @@ from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
+
+from .results import APART, run, with_reads
+
+SEED, DRAWS = 1, 8
+"""Of all chance; of every error, level and end."""
 
 NAMES = ('left', 'right', 'both')
 """Settings of `read.end`."""
@@ -95,11 +101,11 @@ def probed(element: MemoryElement, level: int, faults: Faults) -> dict[End, Echo
             return found
 
 
-def counted(name: str, draws: int, seed: int) -> dict[str, Counter[str]]:
+def counted(name: str) -> dict[str, Counter[str]]:
     """Return how the reads of a preset ended, by what was wrong and `read.end`."""
     design, settings = preset(name)
-    element, found = new_element(preset(name)), {}
-    random = np.random.Generator(np.random.PCG64(seed))
+    element, found = new_element(preset(name)), dict[str, Counter[str]]()
+    random = np.random.Generator(np.random.PCG64(SEED))
     step = max(1, design.levels // 32)
     for level in range(0, design.levels, step):
         sound = probed(element, level, Faults())
@@ -112,7 +118,7 @@ def counted(name: str, draws: int, seed: int) -> dict[str, Counter[str]]:
                 (what, {**sound, end: spoil(random, sound[end])})
                 for what, spoil in SPOILED.items()
                 for end in End
-                for _ in range(draws)
+                for _ in range(DRAWS)
             ]
             for what, echoes in tried:
                 said = decode(design, read, element.calibration, echoes, PHASES).level
@@ -122,28 +128,23 @@ def counted(name: str, draws: int, seed: int) -> dict[str, Counter[str]]:
     return found
 
 
-def main() -> None:
-    """Run the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('--draws', type=int, default=20, help='of every error, level and end')
-    parser.add_argument('--seed', type=int, default=1, help='of all chance')
-    parser.add_argument('--output', type=Path, help='result file to write')
-    arguments = parser.parse_args()
-    presets = [name for name in PRESETS if name not in APART]
-    told: dict[str, Counter[str]] = {'all': Counter(reads=0, right=0, undecodable=0, wrong=0)}
-    for name in presets:
-        for what, counts in counted(name, arguments.draws, arguments.seed).items():
-            told.setdefault(what, Counter(reads=0, right=0, undecodable=0, wrong=0)).update(counts)
-            told['all'].update(counts)
-        print(name, dict(told['all']), flush=True)
-    for what, counts in told.items():
-        print(what, dict(counts))
-    if arguments.output is not None:
-        sound = sum((told[f'sound, {names}'] for names in NAMES), Counter())
-        result = {'all': dict(told['all']), 'sound': {'undecodable': 0, **sound}, 'errors': told}
-        made = f'lab/tools/one_end_reads.py --draws {arguments.draws}'
-        save(arguments.output, result, made, arguments.seed, with_reads(presets))
+def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+    """Return the counts of every preset, and of all together."""
+    presets = kept.get('presets', {}) | {name: found}
+    errors = {what: _sum(each[what] for each in presets.values()) for what in found}
+    sound = _sum(errors[f'sound, {names}'] for names in NAMES)
+    return {
+        'all': _sum(errors.values()), 'sound': sound, 'errors': errors, 'presets': presets,
+    }  # fmt: skip
+
+
+def _sum(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
+    total = Counter({'reads': 0, 'right': 0, 'undecodable': 0, 'wrong': 0})
+    for each in counts:
+        total.update(each)
+    return dict(total)
 
 
 if __name__ == '__main__':
-    main()
+    presets = {name: with_reads([name]) for name in PRESETS if name not in APART}
+    sys.exit(run('one_end', __doc__, counted, SEED, joined, presets))

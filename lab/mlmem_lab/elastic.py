@@ -1,24 +1,27 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Keep the books of seven fast steps on a substrate of springs, where the pages' are rigid.
+"""Keep the books of seven steps on a substrate of springs, where the pages' are rigid.
 
-.venv/bin/python lab/tools/elastic_energy.py
+python3 -m mlmem_lab.elastic [PRESET] makes lab/results/elastic.json.
 """
 
-import argparse
-from dataclasses import replace
+from __future__ import annotations
 
-from mlmem_lab.paper.meter import fit_meter
-from mlmem_lab.results import FOLDER, save
+import sys
+from dataclasses import replace
+from typing import Any
+
 from mlmem_ros.device import Write, new_element, preset
 from mlmem_ros.device.moves import paper_way
 from mlmem_ros.physics import level_of
 
+from .paper.meter import fit_meter
+from .results import run
 
-def main() -> None:
-    """Write level 0, then 7, and save what the steps took."""
-    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
-    design, settings = preset('fast')
+
+def books(name: str) -> dict[str, Any]:
+    """Write level 0, then the last, and return what the steps took."""
+    design, settings = preset(name)
     design = replace(design, substrate='elastic')
     element = new_element(design, paper_way(settings))
     meter = fit_meter(element)
@@ -29,11 +32,8 @@ def main() -> None:
     assert level_of(design, element.chain.configuration) == design.levels - 1
     actuator, transducer, heat, stored = map(float, meter.books() - before)
     steps = {'actuator': actuator, 'transducer': transducer, 'heat': heat, 'stored': stored}
-    level = heat / (design.levels - 1)
-    result = {'s_min': design.s_min, 'fast': {'steps': steps, 'level': level}}
-    save(FOLDER / 'elastic.json', result, 'lab/tools/elastic_energy.py', of=['fast'])
-    print(result)
+    return {'steps': steps, 'level': heat / (design.levels - 1), 's_min': design.s_min}
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run('elastic', __doc__, books))

@@ -1,14 +1,19 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads of an element on a shaking base or with noisy sensors: right, undecodable, wrong."""
+"""Reads of an element on a shaking base or with noisy sensors: right, undecodable, wrong.
+
+python3 -m mlmem_lab.shaken [PRESET ...] makes lab/results/shaken.json.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -21,12 +26,20 @@ from mlmem_ros.device import (
     Read,
     SetFaults,
     Settings,
+    preset,
 )
+from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.physics import Design, Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 
-from .bench import Bench
-from .tolerance.estimate import Rate
+from .results import run, with_reads
+from .studies.bench import Bench
+from .studies.tolerance.estimate import Rate
+
+SEED = 1
+
+READS, BLOCK = 200, 20
+"""Of every case; in a row of one wall, during one course of the base."""
 
 G = 9.81
 """Standard gravity in m/s^2, the unit of accelerations here."""
@@ -39,6 +52,7 @@ HARMONICS = 8
 SLAM_EVERY = 0.3
 
 SPECTRA = ('white', 'walk', 'slams', 'sine', 'noise')
+
 
 BINS = 10
 """Bins of the confidence, from 0 to 1."""
@@ -211,3 +225,61 @@ def _tick(element: MemoryElement, acceleration: float) -> list[Event]:
     if acceleration != element.base.state.target:
         element.apply(Disturb(acceleration))
     return element.advance()
+
+
+CASES = [
+    *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
+    *(('left', Shaking('sine', g, hz)) for g, hz in (
+        (30.0, 16.0), (22.0, 95.0), (11.0, 110.0), (2.5, 125.0), (12.0, 125.0), (12.0, 229.0),
+    )),
+    *(('left', Shaking('walk', g)) for g in (3.0, 50.0)),
+    ('left', Shaking('slams', 40.0)),
+    *(('left', Shaking('noise', cells)) for cells in (1.5e-5, 2.1e-5)),
+    *(('right', Shaking('white', g)) for g in (1.5, 14.0)),
+    *(('right', Shaking('sine', g, hz)) for g, hz in (
+        (40.0, 16.0), (28.0, 125.0), (14.0, 190.0), (3.0, 229.0), (4.2, 247.0), (4.0, 250.0),
+    )),
+    *(('right', Shaking('walk', g)) for g in (3.0, 50.0)),
+    ('right', Shaking('slams', 40.0)),
+    *(('right', Shaking('noise', cells)) for cells in (1.5e-4, 2e-4)),
+    ('both', Shaking('white', 10.0)),
+    ('both', Shaking('walk', 20.0)),
+]  # fmt: skip
+
+
+def counted(name: str) -> list[dict[str, Any]]:
+    """Return how reads of a preset at random levels ended, case by case."""
+    design, settings = preset(name)
+    found = []
+    for number, (end, shaking) in enumerate(CASES):
+        random = np.random.default_rng(SEED + 1000 * number)
+        counts = Counts()
+        while counts.reads + counts.moved < READS:
+            level, chance = int(random.integers(design.levels)), int(random.integers(2**31))
+            counts.add(count(design, settings, shaking, end, level, BLOCK, chance))
+        found.append({'preset': name, 'end': end, 'shaking': str(shaking), **_told(counts)})
+    return found
+
+
+def _told(counts: Counts) -> dict[str, Any]:
+    """Return the counts of a case as a result file has them."""
+    keys = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
+    return {key: getattr(counts, key) for key in keys} | {
+        'wrong blocks, at most (95 %)': counts.lies.interval[1] if counts.blocks else None,
+        'ticks': counts.ticks / counts.reads if counts.reads else None,
+    }
+
+
+def joined(kept: Mapping[str, Any], name: str, found: Sequence[Any]) -> dict[str, Any]:
+    """Return the cases of all presets, and their sum."""
+    others = (one for one in kept.get('cases', ()) if one.get('preset') not in (None, name))
+    cases = [*others, *found]
+    total = {
+        key: sum(one[key] for one in cases) for key in ('reads', 'moved', 'undecodable', 'wrong')
+    }
+    return {'cases': [*cases, {'end': 'all', 'shaking': 'all of these', **total}]}
+
+
+if __name__ == '__main__':
+    presets = {name: with_reads([name]) for name in PRESETS}
+    sys.exit(run('shaken', __doc__, counted, SEED, joined, presets))

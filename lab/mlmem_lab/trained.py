@@ -1,0 +1,95 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Verified writes of random elements, trained by a calibration or not.
+
+python3 -m mlmem_lab.trained [PRESET ...] makes lab/results/trained.json. Into every element 16
+random levels are written in a row. A write fails if it says so, and is wrong if the true wall is
+nearer to another level.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Calibrate, Write
+from mlmem_ros.device.presets import preset
+from mlmem_ros.physics import Scatter, level_of, scattered
+
+from .results import run
+from .studies.bench import Bench
+from .studies.style import S1, S2, label, new_figure
+
+SEED, ELEMENTS, WRITES = 1000, 20, 16
+"""Of the first element; elements of each scatter; writes into each."""
+
+SHOWN = {
+    'case_2': ('a', "the paper's Case II", (1.5e-4, 3e-4, 8e-4, 3e-3)),
+    'bits_4': ('b', 'bits_4', (4e-3, 8e-3, 1.2e-2, 2e-2)),
+}
+"""Panel, title, and scatters of alpha, by preset."""
+
+
+def counted(name: str) -> list[dict[str, Any]]:
+    """Return how often writes into the elements of a preset failed, by scatter and training."""
+    return [_count(name, alpha, trained) for alpha in SHOWN[name][2] for trained in (False, True)]
+
+
+def _count(name: str, alpha: float, trained: bool) -> dict[str, Any]:
+    """Write into elements whose alpha scatters, and return how often that failed."""
+    design, settings = preset(name)
+    found = {'failed': 0, 'wrong': 0, 'again': 0, 'elements failing': 0, 'calibrations failed': 0}
+    times, calibrating = [], []
+    for number in range(SEED, SEED + ELEMENTS):
+        element = Bench(design, settings).device()
+        element.chain.set_specimen(scattered(design, Scatter(alpha=alpha), number))
+        if trained:
+            outcome = element.perform(Calibrate())
+            calibrating.append((outcome.end_tick - outcome.start_tick) * element.tick)
+            found['calibrations failed'] += not outcome.success
+        before = found['failed'] + found['wrong']
+        for level in map(int, np.random.default_rng(number).integers(design.levels, size=WRITES)):
+            outcome = element.perform(Write(level))
+            there = level_of(design, element.chain.configuration, design.J / 2) == level
+            found['failed'] += not outcome.success
+            found['wrong'] += outcome.success and not there
+            found['again'] += outcome.attempts > 1
+            times.append((outcome.end_tick - outcome.start_tick) * element.tick)
+        found['elements failing'] += found['failed'] + found['wrong'] > before
+    return {
+        'preset': name, 'alpha': alpha, 'trained': trained, 'elements': ELEMENTS,
+        'writes': ELEMENTS * WRITES, **found, 'mean time': round(float(np.mean(times))),
+        'mean calibration': round(float(np.mean(calibrating))) if calibrating else 0,
+    }  # fmt: skip
+
+
+def draw(result: Mapping[str, Any]) -> Any:
+    """Draw the share of writes that failed or were wrong; where none was, its bound 3 / n."""
+    figure = new_figure(3.4)
+    panels = zip(figure.subplots(1, 2, sharey=True), SHOWN.items(), strict=True)
+    for axes, (name, (letter, title, amounts)) in panels:
+        for trained, colour in ((False, S1), (True, S2)):
+            rows = [each for each in result['presets'][name] if each['trained'] == trained]
+            alpha = [each['alpha'] for each in rows]
+            lost = np.array([each['failed'] + each['wrong'] for each in rows])
+            share = np.maximum(lost, 3.0) / [each['writes'] for each in rows]
+            words = 'trained' if trained else 'untrained'
+            axes.plot(alpha, share, color=colour, label=words)
+            for none, mark in ((False, 'o'), (True, 'v')):
+                which = (lost == 0) == none
+                axes.plot(np.array(alpha)[which], share[which], mark, color=colour, ms=6)
+        axes.set(xscale='log', yscale='log', ylim=(1e-3, 1.3), xlabel=r'scatter of $\alpha_j$')
+        axes.set_xticks(amounts, [f'{each:g}' for each in amounts])
+        axes.minorticks_off()
+        label(axes, letter, title)
+    figure.axes[0].set_ylabel('share of writes that fail')
+    figure.axes[0].legend(loc='lower right')
+    return figure
+
+
+if __name__ == '__main__':
+    shown = {name: [name] for name in SHOWN}
+    sys.exit(run('trained', __doc__, counted, SEED, entries=shown, draw=draw))
