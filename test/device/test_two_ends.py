@@ -10,6 +10,7 @@ from mlmem_ros.device import (
     UNDECODABLE,
     EchoReceived,
     Read,
+    SelfTest,
     SetStrain,
     Write,
     new_element,
@@ -164,3 +165,20 @@ def test_a_wall_that_swings_after_a_strain_by_hand_is_not_accused(written, strai
     rig.ticks(element, 400)
     element.apply(SetStrain(0.0))
     assert rig.succeed(element, Read()).level == 4
+
+
+@pytest.mark.parametrize('command', [Write(2), SelfTest()], ids=['write', 'self-test'])
+def test_what_writes_listens_first_as_a_read_does(written, command):
+    """A wall that swings after a strain by hand says nothing at first; it is heard once more."""
+    element = written(2)
+    for strain in (0.03, 0.0):
+        element.apply(SetStrain(strain))
+        while element.actuator.moving:
+            element.advance()
+    cycles, readings = element.statistics.cycles, []
+    element.apply(command)
+    while len(readings) < 4 and element.procedure:
+        told = element.advance()
+        readings += [event.reading for event in told if isinstance(event, EchoReceived)]
+    assert [reading.level for reading in readings] == [UNDECODABLE, UNDECODABLE, 2, 2]
+    assert element.statistics.cycles == cycles

@@ -15,7 +15,7 @@ from ..reading import BLANK
 from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
 from .erasing import erase
-from .listening import look
+from .listening import listen
 from .writing import restore, write
 
 
@@ -35,7 +35,7 @@ def calibrate(element: Memory) -> Procedure[Result]:
     yield from return_to_zero(element)
     if element.waveforms is not None:
         return (yield from _verify(element))
-    content, known = (yield from look(element)), element.calibration
+    content, known = (yield from listen(element)), element.calibration
     try:
         element.calibration = yield from _learn(element)
     except ProcedureFailed as failure:
@@ -52,7 +52,7 @@ def calibrate(element: Memory) -> Procedure[Result]:
 
 def _verify(element: Memory) -> Procedure[Result]:
     """Write one wall to every level that can be used: what is heard is as forecast."""
-    content = yield from look(element)
+    content = yield from listen(element)
     for word in element.register.code.each if element.register else element.levels:
         yield from write(element, word)
     return (yield from restore(element, content))

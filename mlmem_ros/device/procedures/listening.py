@@ -257,21 +257,29 @@ def _swinging(element: Instrument) -> float:
     return SWING / element.design.eta - (element.ticks - element.stirred) * element.tick
 
 
-def read(element: Memory, end: str = '') -> Procedure[Result]:
-    """Probe both ends, decode the echoes, and answer with the delay at one of them.
+def listen(element: Memory, end: str = '') -> Procedure[Reading]:
+    """Probe both ends and return the reading, of a wall that stands still if it must.
 
-    The end is 'left', 'right' or 'both'; empty means the one in the settings. A wall that still
-    swings after a strain is heard too loud, too early or too late: before anything is said against
-    the element, it is heard once more when it stands still.
-
-    Raises:
-        ProcedureFailed: The echoes cannot be decoded, or the element does not come to rest.
+    One that still swings after a strain is heard too loud, too early or too late: before anything
+    is said against the element, or done to it, it is heard once more when it has come to rest.
     """
     reading = yield from look(element, end)
     answers = reading.left_delay is not None or reading.right_delay is not None
     if answers and reading.level == UNDECODABLE and (swinging := _swinging(element)) > 0.0:
         yield from wait(element, swinging)
         reading = yield from look(element, end)
+    return reading
+
+
+def read(element: Memory, end: str = '') -> Procedure[Result]:
+    """Probe both ends, decode the echoes (see `listen`), and answer with the delay at one of them.
+
+    The end is 'left', 'right' or 'both'; empty means the one in the settings.
+
+    Raises:
+        ProcedureFailed: The echoes cannot be decoded, or the element does not come to rest.
+    """
+    reading = yield from listen(element, end)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     return Result(reading)

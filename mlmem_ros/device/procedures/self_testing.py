@@ -19,7 +19,7 @@ from ..reading import UNDECODABLE, Reading, describe_level
 from ..trims import kicked
 from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
 from .erasing import erase
-from .listening import look, noise_floor, quiet
+from .listening import listen, look, noise_floor, quiet
 from .writing import restore, write
 
 TEST_STRAIN = 0.01
@@ -44,7 +44,7 @@ def self_test(element: Memory) -> Procedure[Result]:
             written.
     """
     yield from return_to_zero(element)
-    content = yield from look(element)
+    content = yield from listen(element)
     if content.level == UNDECODABLE:
         raise ProcedureFailed(
             f'not tested: the content cannot be read now ({content.reason}) and so could not be '

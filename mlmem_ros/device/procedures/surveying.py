@@ -24,7 +24,7 @@ from .blocks import Procedure, Result, ramp, return_to_zero, wait
 from .erasing import erase
 from .estimates import RECORD, SILENCE
 from .going_to_level import go_to_level
-from .listening import look, quiet
+from .listening import listen, quiet
 from .writing import restore
 
 AMPLITUDE = 0.01
@@ -99,7 +99,7 @@ def survey(element: Memory) -> Procedure[Result]:
     if element.bad_cells is not None:
         raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
     yield from return_to_zero(element)
-    content = yield from look(element)
+    content = yield from listen(element)
     yield from erase(element)
     yield from _shoot_all(element, 0, BLANK_SHOTS)
     shots, place = len(BLANK_SHOTS), (yield from _launched(element))

@@ -11,7 +11,7 @@ from . import estimates
 from .blocks import Procedure, Result, return_to_zero
 from .erasing import erase
 from .going_to_level import go_to_level
-from .listening import look
+from .listening import listen, look
 
 NUDGE = 1.06
 """Factor on the speed of a kick after one that fell short: about a quarter of the way to the next
@@ -37,7 +37,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     yield from return_to_zero(element)
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
-        reading = yield from look(element)
+        reading = yield from listen(element)
     learnt = element.calibration.trims is not None
     present, seen, nudge = reading.level, [], 1.0
     method = element.settings.write.method
