@@ -155,7 +155,19 @@ class MemoryElement(Memory):
             raise Refused(f'level {wanted["level"]} {why}')
         return wanted
 
+    def _bear(self) -> None:
+        """Raise `Refused` if a pulse may move the wall, which only a push may."""
+        for end, loudest in self.loudest.items():
+            if (A := self.transducer.probes[end].A) > loudest:
+                group = 'probe' if end is End.LEFT else 'probe_right'
+                raise Refused(
+                    f'{group}.A must be at most {loudest:.3g}, or a pulse may move the wall; got '
+                    f'{A:g}. To push a wall out set push.A and write.method to kick, and erase'
+                )
+
     def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
+        if not isinstance(command, Abort):  # all others listen
+            self._bear()
         steps = procedures.steps(name)
         before, self.progress = self.progress, Progress(name, self.ticks)
         try:

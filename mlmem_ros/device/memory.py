@@ -42,6 +42,7 @@ class Memory(Instrument):
         bad_cells: What it answers at every level with known bad cells; None without any.
         reading: The last reading; None while the content is unknown.
         unknown: Why and since when it is, if it was known before.
+        loudest: The loudest pulse that moves nothing, in cells, by end, where that is known.
         statistics: The history of the element.
     """
 
@@ -63,6 +64,7 @@ class Memory(Instrument):
         self.forecast: Calibration | None = None
         self.reading: Reading | None = None
         self.unknown: Unknown | None = None
+        self.loudest: Mapping[End, float] = {}
         self.register: Register | None = None
         self.bad_cells: BadCells | None = None
         if settings.register.spacing:

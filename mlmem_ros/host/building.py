@@ -62,7 +62,7 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: 
     twin = _known('twin', given.device.twin, given, disk)
     if twin is not None:
         given = replace(given, settings=given.settings.with_stuck(twin.specimen.stuck))
-    check_design(given.design, given.settings, given.check, log)
+    loudest = check_design(given.design, given.settings, given.check, log)
     with ExitStack() as undo:
         specimen = _known('specimen', given.device.specimen, given, disk)
         try:
@@ -77,6 +77,7 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: 
         store = _store(given, log, disk, name)
         undo.callback(store.close)
         element = store.new_element(given.design, given.settings, driver)
+        element.loudest = loudest
         watcher = None
         if twin is not None:
             from ..packages import tool  # most nodes have none

@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..device import Settings
+from ..device import End, Settings
 from ..packages import tool
 from ..physics import NOH_BATHE, Design, DesignError
 from ..physics.jit import cache_folder
@@ -28,8 +28,11 @@ if TYPE_CHECKING:  # the choices are known without ROS
 CHOICES = ('refuse', 'warn', 'skip')
 """Whether to refuse to configure a design that fails, to warn, or to skip the check."""
 
-Found = tuple[str, str, str]
-"""A finding: its name, verdict and text."""
+Found = tuple[str, str, str, dict[str, float]]
+"""A finding: its name, verdict, text and values."""
+
+DISTURB = 'read_disturb'
+"""The finding on the loudest pulses that move nothing, which are kept whatever they are."""
 
 FILE_NAME = 'design_checks.json'
 
@@ -44,16 +47,23 @@ SERVES = ('bag', 'contract', 'host', 'rig', 'ros', 'session', 'testing')
 """Packages of ours that no check reaches."""
 
 
-def check_design(design: Design, settings: Settings, mode: str, log: ThrottledLog) -> None:
+def check_design(
+    design: Design, settings: Settings, mode: str, log: ThrottledLog
+) -> dict[End, float]:
     """Check a design in a mode of `CHOICES`, and log every finding that is not a pass.
+
+    Returns:
+        The loudest pulse that moves nothing, in cells, by end; nothing if that is not known.
 
     Raises:
         DesignError: The design fails, and the mode is 'refuse'.
     """
     if mode == 'skip':
-        return
+        return {}
     found = findings(design, settings)
-    failed = [f'{name}: {text}' for name, verdict, text in found if verdict == Verdict.FAIL.value]
+    failed = [
+        f'{name}: {text}' for name, verdict, text, _ in found if verdict == Verdict.FAIL.value
+    ]
     if failed and mode == 'refuse':
         raise DesignError(
             f'the design fails its check ({"; ".join(failed)}). `mlmem design check` shows '
@@ -61,14 +71,20 @@ def check_design(design: Design, settings: Settings, mode: str, log: ThrottledLo
         )
     for text in failed:
         log.error(f'design check: {text}')
-    for name, verdict, text in found:
+    for name, verdict, text, _ in found:
         if verdict == Verdict.WARN.value:
             log.warning(f'design check: {name}: {text}')
+    return {
+        End(end): amplitude
+        for name, *_, values in found
+        if name == DISTURB
+        for end, amplitude in values.items()
+    }
 
 
 @lru_cache(maxsize=16)  # nodes are mostly configured again without changes
 def findings(design: Design, settings: Settings) -> list[Found]:
-    """Return the findings that are not a pass, new or from the disk."""
+    """Return the findings that are not a pass, and that on read disturb, new or from the disk."""
     path, key = _path(), _key(design, settings)
     cached = _read(path)
     if key not in cached:
@@ -77,9 +93,9 @@ def findings(design: Design, settings: Settings) -> list[Found]:
         check = tool(CHECK).load()
 
         cached[key] = [
-            (each.name, each.verdict.value, each.text)
+            (each.name, each.verdict.value, each.text, dict(each.values))
             for each in check(design, settings).findings
-            if each.verdict is not Verdict.PASS
+            if each.verdict is not Verdict.PASS or each.name == DISTURB
         ]
         if path is not None:
             with contextlib.suppress(OSError):

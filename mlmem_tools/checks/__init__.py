@@ -17,6 +17,7 @@ from mlmem_ros.physics import Design
 from mlmem_ros.verdict import Verdict
 
 from . import (
+    disturb,
     drift,
     echo_range,
     echoes,
@@ -45,6 +46,7 @@ CONCERNS = (
     steps,
     echo_range,
     echoes,
+    disturb,
     words,
 )
 """Modules with `check(subject)`, in the order of a report."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A design is checked before it is built, once in a process."""
 
-from mlmem_ros.device import Settings
+from mlmem_ros.device import End, Settings, preset
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.host import design_check
 from mlmem_ros.host.design_check import check_design
@@ -35,15 +35,19 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
 
     def check(design, settings):
         checked.append(design)
-        verdicts = {'mass': Verdict.PASS, 'carrier': Verdict.WARN}
-        found = (Finding(name, {}, '', verdicts[name], 'text', '') for name in verdicts)
-        return Report(tuple(found))
+        found = (
+            Finding('mass', {'m': 1.0}, '', Verdict.PASS, 'text', ''),
+            Finding('carrier', {}, '', Verdict.WARN, 'text', ''),
+            Finding('read_disturb', {'left': 0.25}, '', Verdict.PASS, 'text', ''),
+        )
+        return Report(found)
 
     def asked_anew(design):
         design_check.findings.cache_clear()
         before = len(checked)
-        ((name, verdict, text),) = design_check.findings(design, Settings())
-        assert (name, verdict, text) == ('carrier', 'warn', 'text')
+        warned, disturb = design_check.findings(design, Settings())
+        assert tuple(warned) == ('carrier', 'warn', 'text', {})
+        assert tuple(disturb) == ('read_disturb', 'pass', 'text', {'left': 0.25})
         return len(checked) > before
 
     monkeypatch.setattr(checks, 'check', check)
@@ -57,3 +61,9 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
         path.write_text(damaged)
         assert asked_anew(CASE_II)
     design_check.findings.cache_clear()
+
+
+def test_the_loudest_pulse_that_moves_nothing_is_known_from_the_start(throttled):
+    found = check_design(*preset('case_2'), 'refuse', throttled)
+    assert [0.15 < found[end] < 0.25 for end in End] == [True, True]
+    assert check_design(*preset('case_2'), 'skip', throttled) == {}

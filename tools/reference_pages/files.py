@@ -95,7 +95,7 @@ def files_page() -> str:
         '## Design checks',
         f'`{design_check.FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
         f'of the latest {design_check.MOST} designs: by a hash of sources, design and settings, a '
-        'list of findings (name, verdict, text).',
+        'list of findings (name, verdict, text, values) that are no pass, and of read disturb.',
         '## Parameter files',
         'YAML as for any ROS node: `/**`, `ros__parameters`, and below it the '
         '[parameters](parameters.md) that differ from the preset in `design.preset`. A launch '

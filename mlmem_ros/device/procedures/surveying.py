@@ -156,7 +156,7 @@ def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     yield from quiet(element)
     yield from wait(element, SILENCE / element.design.eta)
     yield from _faded(element)
-    probe = ProbeSettings(omega_c=carrier(element.design, wall, aim), A=AMPLITUDE, sigma=aim.sigma)
+    probe = pulse(element.design, wall, aim)
     transducer = element.transducer
     tape = transducer.shoot(aim.end, probe)
     element.progress.phase = LISTENING
@@ -181,8 +181,9 @@ def _faded(element: Memory) -> Procedure[None]:
         yield from wait(element, step)
 
 
-def carrier(design: Design, wall: float, aim: Aim) -> float:
-    """Return the carrier frequency of a pulse: in the band of the phase of its end."""
+def pulse(design: Design, wall: float, aim: Aim) -> ProbeSettings:
+    """Return a pulse, with its carrier in the band of the phase of its end."""
     active = wall and aim.end is End.LEFT
     low, high = band(design.k_s2 if active else design.k_s1)
-    return low + aim.carrier * (high - low)
+    carrier = low + aim.carrier * (high - low)
+    return ProbeSettings(omega_c=carrier, A=AMPLITUDE, sigma=aim.sigma)

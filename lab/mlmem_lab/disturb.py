@@ -1,0 +1,75 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Read disturb: the loudest pulse that moves nothing, over the loudest that is used.
+
+python3 -m mlmem_lab.disturb [PRESET ...] makes lab/results/disturb.json. Pulses of growing
+amplitude, a tenth louder each, are fired from rest at every level and at a blank element, from
+either end: those of a read, which self-tests and `locate` use too, and those of a survey. At the
+first that moves the wall the series ends.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from mlmem_ros.device import End, preset
+from mlmem_ros.device.procedures import surveying
+from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.physics import Chain, Design, Specimen
+from mlmem_ros.words import BLANK
+from mlmem_tools.checks import check, disturb
+
+from .results import run
+
+STEPS = tuple(1.1**k for k in range(50))
+"""Amplitudes over that of the pulse."""
+
+
+def measured(name: str) -> dict[str, Any]:
+    """Return the ratios of a preset: by end and level, the least ones, and the design check's."""
+    design, settings = preset(name)
+    chain = disturb.bare(Specimen(design), settings.time)
+    places = [BLANK, *range(design.levels)]
+    ratios = {
+        end: [
+            _ratio(chain, level, end, end.probe(settings)) for level in places[end is End.LEFT :]
+        ]
+        for end in End
+    }
+    forecast = check(design, settings)[disturb.NAME].values
+    return {
+        **{f'read, {end}': min(of_levels) for end, of_levels in ratios.items()},
+        'read, checked': min(forecast[end.value] / end.probe(settings).A for end in End),
+        'survey': min(_ratio(chain, *shot) for shot in _shots(design)),
+        **{f'by level, {end}': of_levels for end, of_levels in ratios.items()},
+    }
+
+
+def _shots(design: Design) -> list[tuple[int, End, ProbeSettings]]:
+    """Return level, end and pulse of every shot of a survey."""
+    levels = design.levels
+    states = (
+        (BLANK, surveying.BLANK_SHOTS),
+        (0, surveying.FIRST_SHOTS),
+        (levels // 2, surveying.MIDDLE_SHOTS),
+        (levels - 1, surveying.LAST_SHOTS),
+    )
+    return [
+        (
+            level,
+            aim.end,
+            surveying.pulse(design, 0 if level == BLANK else design.defect(level), aim),
+        )
+        for level, aims in states
+        for aim in aims
+    ]
+
+
+def _ratio(chain: Chain, level: int, end: End, probe: ProbeSettings) -> float:
+    """Return the loudest pulse that moves nothing over one as loud as it is used."""
+    return round(disturb.harmless(chain, [level], end, probe, STEPS) / probe.A, 2)
+
+
+if __name__ == '__main__':
+    sys.exit(run('disturb', __doc__, measured))

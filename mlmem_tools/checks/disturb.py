@@ -1,0 +1,138 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Read disturb: the loudest pulse that moves nothing, over that of a read.
+
+A louder one pulls the wall to the left, or starts one at a blank end: that is a push, and no read.
+Found by simulation from rest on the bare chain, for the waveform of either end's own pulse. The
+nearer the wall, the less it takes (`python3 -m mlmem_lab.disturb` tries every level), so here it
+is at the two levels nearest to the end: one of either kind of site.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from mlmem_ros.device.end import End
+from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.device.settings import ProbeSettings, TimeSettings
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import (
+    Chain,
+    HeldCell,
+    Specimen,
+    StateError,
+    level_of,
+    substep_times,
+)
+from mlmem_ros.physics.equilibrium import blank, resting_wall
+from mlmem_ros.words import BLANK, UNDECODABLE
+
+from .bare import REST
+from .finding import Finding, graded, judged
+from .subject import Subject
+
+NAME = 'read_disturb'
+
+STEPS = tuple(1.25**k for k in range(24))
+"""Amplitudes that are tried, over that of the pulse: up to 170 times."""
+
+NEAREST = 2
+"""Levels that are tried at either end."""
+
+MOST = 0.5
+"""Largest amplitude that is tried, in cells; no read may be set to more."""
+
+ROOM = 2.0
+"""Least ratio of the loudest harmless pulse to that of a read that gets no warning."""
+
+SOURCE = (
+    'a non-destructive read-out: small amplitude harmonic pulses, which the transition wave '
+    'reflects (p. 5)'
+)
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the finding on what a read does to the wall; none of an element with many walls, which
+    is read by another pulse.
+    """
+    settings = subject.settings
+    if settings.register.spacing:
+        return
+    probes = {end: end.probe(settings) for end in End}
+    chain, count = bare(subject.made, settings.time), subject.design.levels
+    near = {
+        End.LEFT: range(count)[:NEAREST],
+        End.RIGHT: (*range(count)[: -NEAREST - 1 : -1], BLANK),
+    }
+    loudest = {end: harmless(chain, near[end], end, probe) for end, probe in probes.items()}
+    ratios = {end: loudest[end] / probe.A for end, probe in probes.items()}
+    worst = min(ratios, key=lambda end: ratios[end])
+    yield graded(
+        NAME,
+        {end.value: amplitude for end, amplitude in loudest.items()},
+        'cells',
+        judged(ratios[worst], 1.0, ROOM),
+        f'a pulse moves nothing up to {ratios[worst]:.3g} times the amplitude of a read',
+        f'a pulse may move the wall beyond {ratios[worst]:.3g} times the amplitude of a read, '
+        f'from the {worst} end: choose a smaller A there, and a smaller v_th with it',
+        SOURCE,
+    )
+
+
+def bare(made: Specimen, time: TimeSettings) -> Chain:
+    """Return the chain of an element as the device steps it: how a loud pulse fades depends on
+    that. Its substrate is rigid, as a soft one takes a hundred times as long.
+    """
+    design = dataclasses.replace(made.design, substrate='rigid')
+    return Simulation.of(dataclasses.replace(made, design=design), time).chain
+
+
+def harmless(
+    chain: Chain,
+    levels: Sequence[int],
+    end: End,
+    probe: ProbeSettings,
+    steps: Sequence[float] = STEPS,
+) -> float:
+    """Return the largest amplitude up to which pulses of an end leave the wall of every one of
+    some levels, or none (`BLANK`), where it is.
+
+    `steps` are the amplitudes to try, over that of the probe, from 1 on; if that moves the wall,
+    fainter ones are tried. A blank element is probed from the right alone.
+    """
+    least = MOST
+    for level in levels:
+        if level == BLANK and end is End.LEFT:
+            continue
+
+        def bears(amplitude: float, level: int = level) -> bool:
+            return after(chain, level, end, dataclasses.replace(probe, A=amplitude)) == level
+
+        louder = (step * probe.A for step in steps if step * probe.A <= max(least, probe.A))
+        found = [*itertools.takewhile(bears, louder)]
+        fainter = (probe.A / step for step in steps)
+        least = min(least, found[-1] if found else next(filter(bears, fainter), 0.0))
+    return least
+
+
+def after(chain: Chain, level: int, end: End, probe: ProbeSettings) -> int:
+    """Return where a pulse leaves the wall of a level, or none: a level, `BLANK`, or `UNDECODABLE`
+    for anything else.
+    """
+    made, site = chain.specimen, end.site(chain.design)
+    try:
+        chain.place(blank(made) if level == BLANK else resting_wall(made, level))
+        pulse = Pulse(chain.end(site), probe)
+        steps = math.ceil((pulse.duration + REST) / chain.dt)
+        times = substep_times(steps, chain.dt, chain.integrator)
+        held = HeldCell(site, pulse.at(times[times <= pulse.duration]))
+        chain.advance(np.zeros(steps * chain.integrator.substeps), held)
+    except StateError:  # driven so hard that it diverges, or the level pins no wall
+        return UNDECODABLE
+    near = 1.0 if made.ideal else 0.5 * made.design.J
+    return level_of(chain.design, chain.configuration, near)

@@ -1,0 +1,84 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Read disturb: how loud a pulse may be, forecast on a bare chain and tried on the device."""
+
+import dataclasses
+
+import pytest
+
+from mlmem_ros.device import (
+    Abort,
+    Erase,
+    Locate,
+    Read,
+    Refused,
+    SetStrain,
+    Write,
+    factory_calibration,
+    new_element,
+    preset,
+    snapshot,
+)
+from mlmem_ros.device.end import End
+from mlmem_ros.physics import Specimen, level_of
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_tools.checks import Verdict, check, disturb
+from mlmem_tools.checks.subject import Subject
+
+GROUPS = {End.LEFT: 'probe', End.RIGHT: 'probe_right'}
+
+
+def as_loud(name, end, A):
+    """Return a preset whose pulse of an end has an amplitude; the threshold rises with it."""
+    design, settings = preset(name)
+    probe = end.probe(settings)
+    louder = dataclasses.replace(probe, A=A, v_th=min(1.0, probe.v_th * A / probe.A))
+    return design, dataclasses.replace(settings, **{GROUPS[end]: louder})
+
+
+def forecast(design, settings):
+    (finding,) = disturb.check(Subject(design, settings))
+    return finding
+
+
+@pytest.mark.parametrize(('name', 'end', 'level'), [
+    ('case_2', End.LEFT, 0), ('case_2', End.RIGHT, 7), ('bits_2', End.LEFT, 0),
+    ('bits_2', End.RIGHT, 3), ('kick_2', End.LEFT, 0),
+])  # fmt: skip
+def test_pulses_as_loud_as_forecast_move_nothing_and_louder_ones_do(name, end, level):
+    """On the whole device: it fires from either end, and rests in between."""
+    limit = forecast(*preset(name)).values[end.value]
+    stayed = []
+    for share in (1.0, 1.6):
+        louder = as_loud(name, end, min(0.5, share * limit))
+        element = new_element(*louder, factory_calibration(*preset(name)))
+        element.chain.place(resting_wall(Specimen(element.design), level))
+        element.transducer.settle()
+        element.perform(Read())
+        element.advance(500)
+        stayed.append(level_of(element.design, element.chain.configuration) == level)
+    assert stayed == [True, False]
+
+
+def test_a_read_that_moves_the_wall_fails_the_check():
+    for A, verdict in ((0.01, Verdict.PASS), (0.15, Verdict.WARN), (0.4, Verdict.FAIL)):
+        finding = forecast(*as_loud('case_2', End.LEFT, A))
+        assert finding.verdict is verdict
+        assert 0.15 < finding.values['left'] < 0.25  # whatever is set
+    assert check(*preset('kick_4'))[disturb.NAME].verdict is Verdict.PASS
+
+
+def test_of_many_walls_nothing_is_said():
+    assert list(disturb.check(Subject(*preset('byte')))) == []
+
+
+@pytest.mark.parametrize('command', [Read(), Locate(), Write(3), Erase()])
+def test_a_pulse_that_may_move_the_wall_is_refused_and_changes_nothing(command):
+    element = new_element(*as_loud('case_2', End.LEFT, 0.4))
+    element.loudest = {End.LEFT: 0.28, End.RIGHT: 0.2}
+    before = snapshot.take(element)
+    with pytest.raises(Refused, match=r'probe.A must be at most 0.28.*To push a wall out'):
+        element.apply(command)
+    assert snapshot.take(element) == before
+    element.apply(SetStrain(0.001))
+    assert element.perform(Abort()).success
