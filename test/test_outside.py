@@ -37,7 +37,7 @@ from mlmem_ros.outside import LONGEST, DecodeError, decode, from_json, from_yaml
 from mlmem_ros.parameter_file import ParameterFileError
 from mlmem_ros.parameter_file import load as load_parameters
 from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.rig.hello import Hello
+from mlmem_ros.rig.frames import Hello
 from mlmem_ros.session import messages, records
 from mlmem_tools.cli.main import main
 

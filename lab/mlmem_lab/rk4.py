@@ -19,7 +19,7 @@ from mlmem_ros.physics.energy import end_force
 from mlmem_ros.physics.equilibrium import relax
 from mlmem_ros.physics.formulas import on_site
 from mlmem_ros.physics.jit import inlined, kernel
-from mlmem_ros.physics.methods.arrays import Cells
+from mlmem_ros.physics.methods.integrator import Cells
 from mlmem_ros.physics.potential import Array
 
 STEP = 0.0625

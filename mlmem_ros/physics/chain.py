@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from .design import Design
+from .equilibrium import metamaterial_force, substrate_force
 from .errors import DesignError, StateError
 from .inputs import FREE, HeldCell, Inputs
 from .jit import in_cache
 from .methods import NOH_BATHE, Integrator
-from .methods.arrays import Cells, Chained, Forcing, aligned
+from .methods.integrator import Cells, Chained, Forcing, aligned
 from .methods.rest import REST, balanced
 from .potential import Array
 from .specimen import LARGEST_OFFSET, Specimen
-from .statics import metamaterial_force, substrate_force
 from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step
 
 

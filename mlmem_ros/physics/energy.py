@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chain import Chain
+from .equilibrium import energies, metamaterial_force, substrate_force
 from .potential import Array
 from .specimen import Specimen
-from .statics import energies, metamaterial_force, substrate_force
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Static equilibria of the metamaterial over a fixed substrate, by Newton's method."""
+"""Statics: energies and forces at rest, defined once, and equilibria by Newton's method.
+
+Displacements v of the metamaterial and V of the substrate have shape (..., N): one state, or any
+number of them at once. Energies are in k_r (lattice constant)^2. An equilibrium is that of the
+metamaterial over a fixed substrate; its linear systems are tridiagonal.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +16,80 @@ from numpy.typing import NDArray
 
 from .design import Design
 from .errors import StateError
+from .jit import kernel
 from .potential import Array
 from .specimen import Specimen
-from .statics import metamaterial_force, stiffness
-from .tridiagonal import solve
 from .wall import walls
+
+
+def energies(specimen: Specimen, v: Array, V: Array) -> tuple[Array, Array, Array]:
+    """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
+    on_site = specimen.alpha * specimen.potential.energy(v - (V + specimen.offsets))
+    return (
+        np.asarray(0.5 * np.sum(specimen.k_r * np.diff(v) ** 2, axis=-1)),
+        np.asarray(np.sum(on_site, axis=-1)),
+        np.asarray(0.5 * np.sum(specimen.s * np.diff(V) ** 2, axis=-1)),
+    )
+
+
+def metamaterial_force(specimen: Specimen, v: Array, V: Array) -> Array:
+    """Return the force on every cell, -dU/dv_j of Eq. (1a), shape (..., N)."""
+    return _with_springs(-_on_site(specimen, v, V), specimen.k_r * np.diff(v))
+
+
+def substrate_force(specimen: Specimen, v: Array, V: Array) -> Array:
+    """Return the force on every substrate site, -dU/dV_j of Eq. (1b), shape (..., N)."""
+    return _with_springs(_on_site(specimen, v, V), specimen.s * np.diff(V))
+
+
+def stiffness(specimen: Specimen, v: Array, V: Array) -> Array:
+    """Return d2U/dv_j2, shape (..., N): the diagonal of a matrix with -k_r beside it."""
+    on_site = specimen.alpha * specimen.potential.stiffness(v - (V + specimen.offsets))
+    diagonal = on_site + specimen.tied
+    diagonal[..., [0, -1]] -= specimen.k_r[[0, -1]]
+    return np.asarray(diagonal)
+
+
+def _on_site(specimen: Specimen, v: Array, V: Array) -> Array:
+    """Return the pull of the on-site springs on the substrate, shape (..., N)."""
+    slope = specimen.potential.slope(v - (V + specimen.offsets))
+    return np.asarray(specimen.alpha * slope)
+
+
+def _with_springs(force: Array, tension: Array) -> Array:
+    """Add the pull of springs in series, tensions of shape (..., N - 1)."""
+    force[..., :-1] += tension
+    force[..., 1:] -= tension
+    return force
+
+
+@kernel
+def solve(diagonal: Array, beside: Array, right: Array) -> bool:
+    """Solve a system for several right sides if its matrix is positive definite.
+
+    Args:
+        diagonal: Diagonal of the matrix, shape (n,); the pivots of the elimination afterwards.
+        beside: The off-diagonal, shape (n - 1,).
+        right: Right sides, shape (k, n); the solutions afterwards.
+
+    Returns:
+        Whether the matrix is positive definite; if not, there are no solutions.
+    """
+    n = len(diagonal)
+    for j in range(n):
+        if j > 0:
+            factor = beside[j - 1] / diagonal[j - 1]
+            diagonal[j] -= factor * beside[j - 1]
+            for i in range(len(right)):
+                right[i, j] -= factor * right[i, j - 1]
+        if diagonal[j] <= 0.0:  # NaN passes through, for the caller to see
+            return False
+    for i in range(len(right)):
+        right[i, n - 1] /= diagonal[n - 1]
+        for j in range(n - 2, -1, -1):
+            right[i, j] = (right[i, j] - beside[j] * right[i, j + 1]) / diagonal[j]
+    return True
+
 
 TOLERANCE = 1e-12
 """Largest residual force per cell, over the stiffness of the stiffest cell."""

@@ -23,10 +23,8 @@ from ..clipped import printable
 from ..device import Driver, DriverError, Settings, SettingsError
 from ..physics import Design, HeldCell
 from ..physics.potential import Array
-from .frames import VERSION, Frame, Kind, play, played
-from .hello import STRAIN, Hello
-from .link import Link
-from .transport import Transport, opened, option
+from .frames import STRAIN, VERSION, Frame, Hello, Kind, play, played
+from .link import Link, Transport, opened, option
 
 LEAD = 0.05
 """Seconds by which set-points are sent ahead, unless the address has the option `lead`."""

@@ -21,7 +21,7 @@ from mlmem_ros.device.settings import EraseSettings, RegisterSettings, WriteSett
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.trims import trimmed
 from mlmem_ros.physics import StateError, walls
-from mlmem_ros.physics.excerpt import excerpt
+from mlmem_ros.physics.held_wall import excerpt
 from mlmem_ros.verdict import Verdict
 
 from .finding import Finding

@@ -12,8 +12,7 @@ import numpy as np
 from mlmem_ros.physics.design import Design, stiffness_profile
 from mlmem_ros.physics.equilibrium import relax, wall_profile
 from mlmem_ros.physics.errors import StateError
-from mlmem_ros.physics.excerpt import excerpt, uniform
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import excerpt, hold_walls, uniform
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.specimen import Specimen
 from mlmem_ros.physics.wall import walls

@@ -14,8 +14,7 @@ from mlmem_ros.device import Driver, Settings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import Chain, Design, HeldCell
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.rig.frames import PLAY, SAMPLES, VERSION, Frame, Kind
-from mlmem_ros.rig.hello import NEEDED, STRAIN, Hello
+from mlmem_ros.rig.frames import NEEDED, PLAY, SAMPLES, STRAIN, VERSION, Frame, Hello, Kind
 from mlmem_ros.rig.link import Link
 
 from .sensors import Sensors

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from mlmem_ros import threads
 from mlmem_ros.device import DriverError
 from mlmem_ros.rig.frames import Parser, encode
-from mlmem_ros.rig.transport import MOST
+from mlmem_ros.rig.link import MOST
 
 from .emulated import EmulatedRig
 

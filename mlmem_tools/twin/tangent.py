@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mlmem_ros.physics.equilibrium import solve
 from mlmem_ros.physics.formulas import INVERSE_TURN, wave
 from mlmem_ros.physics.jit import inlined, kernel
 from mlmem_ros.physics.methods.pefrl import DRIFTS, KICKS
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.physics.tridiagonal import solve
 
 Single = NDArray[np.float32]
 

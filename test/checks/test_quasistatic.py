@@ -12,8 +12,7 @@ from scipy.optimize import minimize
 
 from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError
 from mlmem_ros.physics.equilibrium import relax, resting_wall
-from mlmem_ros.physics.excerpt import excerpt
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import excerpt, hold_walls
 from mlmem_tools.checks.quasistatic import (
     depinning_strain,
     held_landscape,

@@ -21,7 +21,7 @@ import pytest
 import uniform_chain
 
 from mlmem_ros.physics import CASE_II, NOH_BATHE
-from mlmem_ros.physics.methods.arrays import Cells, Forcing
+from mlmem_ros.physics.methods.integrator import Cells, Forcing
 from mlmem_ros.physics.methods.noh_bathe import advance, coefficients
 
 

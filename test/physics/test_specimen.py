@@ -23,8 +23,7 @@ from mlmem_ros.physics import (
     substep_times,
 )
 from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.equilibrium import relax, resting_wall
-from mlmem_ros.physics.statics import energies, metamaterial_force
+from mlmem_ros.physics.equilibrium import energies, metamaterial_force, relax, resting_wall
 from mlmem_ros.physics.stepping import highest_frequency, stable_step
 
 SMALL = dataclasses.replace(CASE_II, N=51)

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.physics.tridiagonal import solve
+from mlmem_ros.physics.equilibrium import solve
 
 
 @pytest.mark.parametrize('n', [1, 2, 3, 50])

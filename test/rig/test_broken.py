@@ -25,8 +25,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.rig.frames import HEADER, SAMPLES, Kind, encode
-from mlmem_ros.rig.hello import Hello
+from mlmem_ros.rig.frames import HEADER, SAMPLES, Hello, Kind, encode
 
 from .lines import Line, calibration, driven, emulated
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.node import compiling
+from mlmem_ros.ros.node import starting
 
 NODE = SimpleNamespace(get_logger=lambda: logging.getLogger('test'))
 TEXT = 'compiling the kernels of the rigid substrate (pefrl)'
@@ -18,7 +18,7 @@ TEXT = 'compiling the kernels of the rigid substrate (pefrl)'
 @pytest.fixture
 def cached(monkeypatch):
     """Set whether the kernels are in the compiler's cache: cached(True)."""
-    return lambda answer: monkeypatch.setattr(compiling, 'kernel_in_cache', lambda *_: answer)
+    return lambda answer: monkeypatch.setattr(starting, 'kernel_in_cache', lambda *_: answer)
 
 
 def test_cached_kernels_are_not_reported(cached, caplog):
@@ -26,7 +26,7 @@ def test_cached_kernels_are_not_reported(cached, caplog):
     told = []
     with (
         caplog.at_level('INFO'),
-        compiling.telling_compilation(NODE, CASE_II, 'pefrl', told.append),
+        starting.telling_compilation(NODE, CASE_II, 'pefrl', told.append),
     ):
         pass
     assert told == []
@@ -35,7 +35,7 @@ def test_cached_kernels_are_not_reported(cached, caplog):
 
 def test_compiling_is_reported_until_it_ends(cached, caplog, monkeypatch):
     cached(False)
-    monkeypatch.setattr(compiling, 'REMINDER', 0.001)
+    monkeypatch.setattr(starting, 'REMINDER', 0.001)
     told, thrice = [], threading.Event()
 
     def report(text):
@@ -43,7 +43,7 @@ def test_compiling_is_reported_until_it_ends(cached, caplog, monkeypatch):
         if len(told) == 3:
             thrice.set()
 
-    with caplog.at_level('INFO'), compiling.telling_compilation(NODE, CASE_II, 'pefrl', report):
+    with caplog.at_level('INFO'), starting.telling_compilation(NODE, CASE_II, 'pefrl', report):
         assert thrice.wait(10.0)
     assert set(told) == {TEXT}
     assert caplog.messages[0].startswith(TEXT)
@@ -53,6 +53,6 @@ def test_compiling_is_reported_until_it_ends(cached, caplog, monkeypatch):
 
 def test_a_failure_ends_the_reminders(cached):
     cached(False)
-    with pytest.raises(RuntimeError), compiling.telling_compilation(NODE, CASE_II, 'pefrl', print):
+    with pytest.raises(RuntimeError), starting.telling_compilation(NODE, CASE_II, 'pefrl', print):
         raise RuntimeError
     assert 'mlmem-compiling' not in [thread.name for thread in threading.enumerate()]

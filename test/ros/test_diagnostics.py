@@ -20,9 +20,8 @@ from mlmem_ros.device.loop_statistics import LoopStatistics
 from mlmem_ros.device.pacing import SteadyPacer
 from mlmem_ros.host import State
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.node import components, diagnostics
-from mlmem_ros.ros.node.components import ERROR, OK, WARN, Health, Hysteresis
-from mlmem_ros.ros.node.diagnostics import Pace
+from mlmem_ros.ros.node import diagnostics
+from mlmem_ros.ros.node.diagnostics import ERROR, OK, WARN, Health, Hysteresis, Pace
 
 TICKING = SimpleNamespace(settings=Settings())
 """An element of the default tick, as far as the pace reads it."""
@@ -86,7 +85,7 @@ def element():
 def test_the_energies_of_a_strained_chain(element):
     element.apply(SetStrain(0.02))
     element.advance()
-    health = components.material(element)
+    health = diagnostics.material(element)
     assert health.level == OK
     assert health.values['stored_energy'] > health.values['kinetic_energy'] > 0.0
     assert 0.0 < health.values['stability_margin'] < 1.0
@@ -100,7 +99,7 @@ def test_looking_changes_no_bit(element):
         device.transducer.fire(End.RIGHT)
     for _ in range(20):
         element.advance()
-        for look in components.ELEMENT.values():
+        for look in diagnostics.ELEMENT.values():
             look(element)
         other.advance()
     assert element.chain.state().tobytes() == other.chain.state().tobytes()
@@ -111,29 +110,29 @@ def test_two_walls_at_rest_are_a_warning(element):
     sites = CASE_II.sites
     between = (sites > 50) & (sites <= 125)
     element.chain.place(np.where(between, CASE_II.D_s1, CASE_II.D_s2))
-    health = components.material(element)
+    health = diagnostics.material(element)
     assert health.level == WARN
     assert health.text.startswith('2 walls')
     element.apply(SetStrain(0.02))
     element.advance()
-    assert components.material(element).level == OK  # not while it is driven
+    assert diagnostics.material(element).level == OK  # not while it is driven
 
 
 def test_missed_samples_of_a_real_element_are_a_warning():
     reports = [Health(OK, 'a real element', {'missed_samples': missed}) for missed in (0, 3, 3)]
-    compared = map(components.compared, reports, [components.INACTIVE, *reports])
+    compared = map(diagnostics.compared, reports, [diagnostics.INACTIVE, *reports])
     assert [health.level for health in compared] == [OK, WARN, OK]
-    assert components.compared(reports[1], reports[0]).text == '3 samples were missed'
+    assert diagnostics.compared(reports[1], reports[0]).text == '3 samples were missed'
 
 
 def test_a_fault_that_is_set_is_a_warning(element):
-    assert components.faults(element) == Health(OK, 'healthy')
+    assert diagnostics.faults(element) == Health(OK, 'healthy')
     element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.4, seed=3)))
-    health = components.faults(element)
+    health = diagnostics.faults(element)
     assert health.level == WARN
     assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.4}
     element.apply(SetFaults(Faults(seed=3)))
-    assert components.faults(element).level == OK
+    assert diagnostics.faults(element).level == OK
 
 
 # The reports on failures
@@ -219,17 +218,17 @@ def heard(element):
 
 
 def test_a_weak_echo_of_a_level_is_a_warning(heard):
-    health = components.transducer(heard(3, 1.2))
+    health = diagnostics.transducer(heard(3, 1.2))
     assert (health.level, health.text) == (WARN, 'a weak echo: 1.2 times the threshold')
-    assert components.transducer(heard(3, 1.5)).level == OK
-    assert components.transducer(heard(-2, 1.2)).level == OK  # reported by the memory
+    assert diagnostics.transducer(heard(3, 1.5)).level == OK
+    assert diagnostics.transducer(heard(-2, 1.2)).level == OK  # reported by the memory
 
 
 def test_an_undecodable_echo_is_a_warning_with_the_reason(element, heard):
-    assert components.memory(element) == Health(OK, 'not read yet', ANY)
-    health = components.memory(heard(-2, 1.2))
+    assert diagnostics.memory(element) == Health(OK, 'not read yet', ANY)
+    health = diagnostics.memory(heard(-2, 1.2))
     assert (health.level, health.text) == (WARN, 'between two levels')
-    assert components.memory(heard(3, 1.2)).text == 'level 3'
+    assert diagnostics.memory(heard(3, 1.2)).text == 'level 3'
 
 
 # On a live node

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from robot import Robot
 
-from mlmem_ros.ros.node import duplicate_name_check
+from mlmem_ros.ros.node import starting
 from mlmem_ros.testing import memory_node
 
 BY_HAND = {'autostart': False}
@@ -16,12 +16,12 @@ BY_HAND = {'autostart': False}
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr(duplicate_name_check, 'PERIOD', 0.1)
+    monkeypatch.setattr(starting, 'PERIOD', 0.1)
 
 
 def looked():
     """Wait until every node has done all its checks."""
-    time.sleep(1.5 * duplicate_name_check.LOOKS * duplicate_name_check.PERIOD)
+    time.sleep(1.5 * starting.LOOKS * starting.PERIOD)
 
 
 def test_a_second_node_of_the_same_name_is_logged_once():
@@ -47,7 +47,7 @@ def test_calls_of_an_overdue_timer_log_once():
         destroy_timer=destroyed.append,
     )
     callback_guard = SimpleNamespace(every=lambda *_: 'timer')
-    checks = duplicate_name_check.DuplicateNameCheck(
+    checks = starting.DuplicateNameCheck(
         node, SimpleNamespace(warning=logged.append), callback_guard
     )
     for _ in range(3):

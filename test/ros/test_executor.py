@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.node.callback_guard import CallbackGuard, settled
-from mlmem_ros.ros.node.executor import GuardedExecutor
+from mlmem_ros.ros.node.run import GuardedExecutor
 
 SOON = 30.0
 

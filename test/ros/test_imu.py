@@ -8,7 +8,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu
 
-from mlmem_ros.ros.node.imu import decoded
+from mlmem_ros.ros.node.topics import decoded
 
 SHORT = Imu()
 SHORT.linear_acceleration.x = 9.81

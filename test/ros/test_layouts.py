@@ -22,7 +22,7 @@ from mlmem_ros.contract import topics
 from mlmem_ros.device import Settings, new_element
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.views.markers import ChainMarkers
+from mlmem_ros.ros.views import ChainMarkers
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / 'config'

@@ -16,8 +16,7 @@ from robot import Robot
 from mlmem_ros.device import PRESETS, SettingsError, preset
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.parameter_file import text_of
-from mlmem_ros.ros.node.parameters import ParameterSet
-from mlmem_ros.ros.node.unlisted import UnlistedParameters
+from mlmem_ros.ros.node.parameters import ParameterSet, UnlistedParameters
 
 
 @pytest.fixture(scope='module')

@@ -23,7 +23,7 @@ from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import node as node_module
-from mlmem_ros.ros.node.retries import Retries
+from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import replay

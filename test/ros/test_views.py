@@ -19,9 +19,20 @@ from visualization_msgs.msg import Marker, MarkerArray
 from mlmem_ros.device import Outcome, Settings, Write, new_element
 from mlmem_ros.host.settings import IMAGE_COLUMNS, PublishSettings
 from mlmem_ros.physics import CASE_II, walls
-from mlmem_ros.ros.views.image import EMPTY, ROWS, Contour
-from mlmem_ros.ros.views.markers import CELLS, LABELS, WALLS, ChainMarkers
-from mlmem_ros.ros.views.palette import BLUE, COLOURS, RED, WHITE, Palette
+from mlmem_ros.ros.views import (
+    BLUE,
+    CELLS,
+    COLOURS,
+    EMPTY,
+    LABELS,
+    RED,
+    ROWS,
+    WALLS,
+    WHITE,
+    ChainMarkers,
+    Contour,
+    Palette,
+)
 
 NOW = Time(sec=12, nanosec=34)
 

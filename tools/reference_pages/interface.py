@@ -21,7 +21,7 @@ from mlmem_ros.device import Read, new_element, preset
 from mlmem_ros.device.loop import Loop
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.procedures import PROCEDURES
-from mlmem_ros.ros.node import components, diagnostics
+from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_tools.twin.changes import Change
 from mlmem_tools.twin.watcher import Watcher
@@ -140,7 +140,7 @@ def diagnostics_page() -> str:
         host.sessions = SimpleNamespace(current=recording, status=recorder.status)
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
-            **{name: (tell, tell(element)) for name, tell in components.ELEMENT.items()},
+            **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT.items()},
             'twin': (diagnostics.twin, diagnostics.twin(host)),
             'recorder': (diagnostics.recorder, diagnostics.recorder(host)),
         }
@@ -151,7 +151,7 @@ def diagnostics_page() -> str:
     return (
         '# Diagnostics\n\n'
         'The node publishes one status for each component on `/diagnostics`, once a second. '
-        f'`hardware_id` is its full name. A warning stays for {components.HOLD} reports after '
+        f'`hardware_id` is its full name. A warning stays for {diagnostics.HOLD} reports after '
         'its cause has gone.\n\n'
         f'{table(["status", "values", "meaning"], rows)}\n\n'
         '`faults` has a value for each fault that is set.\n'

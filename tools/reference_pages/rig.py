@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from mlmem_ros.described import wanted
-from mlmem_ros.rig import driver, frames, hello
+from mlmem_ros.rig import driver, frames
 
 from .table import table
 
@@ -86,7 +86,7 @@ def rig_page() -> str:
             '' if field.default is dataclasses.MISSING else f'`{json.dumps(field.default)}`',
             _meaning(field),
         ]
-        for field in dataclasses.fields(hello.Hello)
+        for field in dataclasses.fields(frames.Hello)
     ]
     return (
         '# The line to a rig\n\n'

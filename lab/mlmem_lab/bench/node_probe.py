@@ -24,9 +24,8 @@ import numpy as np
 from mlmem_ros.device.loop_statistics import LoopStatistics
 from mlmem_ros.ros.fast_dds import use_profile
 from mlmem_ros.ros.node.command_line import bank_arguments
-from mlmem_ros.ros.node.executor import GuardedExecutor
 from mlmem_ros.ros.node.node import MemoryNode
-from mlmem_ros.ros.node.run import ONE, begin, end
+from mlmem_ros.ros.node.run import ONE, GuardedExecutor, begin, end
 
 
 class Watched(LoopStatistics):

@@ -22,8 +22,7 @@ import numpy as np
 from mlmem_ros.physics.design import Design
 from mlmem_ros.physics.equilibrium import relax
 from mlmem_ros.physics.errors import StateError
-from mlmem_ros.physics.excerpt import uniform
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import hold_walls, uniform
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.specimen import Specimen
 

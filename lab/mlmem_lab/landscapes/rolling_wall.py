@@ -20,8 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from mlmem_ros.physics.design import Design
-from mlmem_ros.physics.excerpt import excerpt
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import excerpt, hold_walls
 from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.specimen import Specimen

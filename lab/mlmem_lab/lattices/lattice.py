@@ -19,7 +19,7 @@ from mlmem_ros.physics.errors import StateError
 from mlmem_ros.physics.inputs import FREE, HeldCell
 from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.methods import NOH_BATHE, Integrator
-from mlmem_ros.physics.methods.arrays import Cells, Forcing, aligned
+from mlmem_ros.physics.methods.integrator import Cells, Forcing, aligned
 from mlmem_ros.physics.potential import Array
 
 from .law import Coupling, Friction, OnSite

@@ -11,9 +11,9 @@ from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
 from mlmem_ros.physics.energy import end_force, energy
+from mlmem_ros.physics.equilibrium import metamaterial_force
 from mlmem_ros.physics.inputs import Inputs
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.physics.statics import metamaterial_force
 
 
 class MeteredChain(Chain):

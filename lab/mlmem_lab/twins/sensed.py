@@ -12,7 +12,7 @@ from mlmem_ros.device import Driver
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import HeldCell
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.rig.transport import Tcp
+from mlmem_ros.rig.link import Tcp
 from mlmem_tools.rig.emulated import EmulatedRig
 from mlmem_tools.rig.sensors import Sensors
 

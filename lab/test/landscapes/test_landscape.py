@@ -29,8 +29,7 @@ from mlmem_lab.landscapes.landscape import (
 )
 from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError, walls
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.excerpt import uniform
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import hold_walls, uniform
 
 ZERO = np.zeros(CASE_I.N)
 

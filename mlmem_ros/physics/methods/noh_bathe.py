@@ -28,8 +28,7 @@ import numpy as np
 from ..formulas import coupling, joined, on_site, rub
 from ..jit import fma, kernel
 from ..potential import Array
-from .arrays import Cells, Chained, Forcing, displacements, per_cell
-from .integrator import Complex, Integrator
+from .integrator import Cells, Chained, Complex, Forcing, Integrator, displacements, per_cell
 from .rest import slow
 
 P = 0.54

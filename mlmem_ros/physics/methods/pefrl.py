@@ -20,8 +20,16 @@ from ..formulas import coupling, joined, on_site, rub
 from ..jit import fma, kernel
 from ..portable import exponential
 from ..potential import Array
-from .arrays import Cells, Chained, Forcing, aligned, displacements, per_cell
-from .integrator import Complex, Integrator
+from .integrator import (
+    Cells,
+    Chained,
+    Complex,
+    Forcing,
+    Integrator,
+    aligned,
+    displacements,
+    per_cell,
+)
 from .rest import slow
 
 XI, LAMBDA, CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849

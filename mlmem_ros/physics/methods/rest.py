@@ -7,7 +7,7 @@ from __future__ import annotations
 from ..formulas import coupling, on_site
 from ..jit import fma, inlined, kernel
 from ..potential import Array
-from .arrays import Cells
+from .integrator import Cells
 
 REST = 1e-13
 """Speed and acceleration below which a cell rests.

@@ -18,17 +18,12 @@ from ...host import REFUSALS, Host
 from ..qos import ALIVE, HEARD, heard_within
 from .actions import Actions
 from .callback_guard import CallbackGuard
-from .compiling import telling_compilation
 from .diagnostics import Diagnostics
-from .duplicate_name_check import DuplicateNameCheck
-from .parameters import ParameterSet
-from .publishers import Publishers
-from .retries import Retries
-from .services import Clients, Services
-from .session_plan import session_plan
+from .parameters import ParameterSet, UnlistedParameters
+from .services import Clients, Services, session_plan
 from .simulator import Simulator
-from .subscriptions import Subscriptions
-from .unlisted import UnlistedParameters
+from .starting import DuplicateNameCheck, Retries, telling_compilation
+from .topics import Publishers, Subscriptions
 
 REQUESTED = {'send_goal', *(service.name for service in SERVICES)}
 """Services whose clients want something of the element, unlike those of its parameters."""

@@ -1,6 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node's parameters, declared from the descriptions of the settings that they fill."""
+"""The node's parameters, declared from the descriptions of the settings that they fill.
+
+Those of a preset that a robot leaves alone are not listed: 170 names hide the twenty that a robot
+builder changes. By name they are told and set like any; what was set is listed.
+"""
 
 from __future__ import annotations
 
@@ -29,15 +33,7 @@ from ...device.timetable import checked_speed
 from ...host import Host
 from ...host.settings import Parameters
 from ...physics import DesignError
-from .declarations import (
-    DIGEST,
-    LIVE,
-    OF_A_PRESET,
-    OF_THE_NODE,
-    declarations,
-    groups,
-    is_listed,
-)
+from .declarations import DIGEST, LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups, is_listed
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""
@@ -353,3 +349,23 @@ def descriptor(description: Description, default: Any) -> ParameterDescriptor:
     else:
         result.integer_range = [IntegerRange(**ends, step=1)]
     return result
+
+
+class UnlistedParameters(Node):
+    """A node with such parameters; rclpy's services of parameters call these methods."""
+
+    known: ParameterSet | None = None
+
+    def list_parameters(self, prefixes: list[str], depth: int) -> Any:
+        """Return the names of parameters that are listed, and their prefixes."""
+        found = super().list_parameters(prefixes, depth)
+        if self.known is not None:
+            found.names = [name for name in found.names if name not in self.known.hidden]
+            found.prefixes = sorted({n.rpartition('.')[0] for n in found.names if '.' in n})
+        return found
+
+    def get_parameter(self, name: str) -> Any:
+        """Return a parameter; the digest is that of the present values."""
+        if name == DIGEST and self.known is not None:
+            return Parameter(name, value=self.known.digest())
+        return super().get_parameter(name)

@@ -1,25 +1,33 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Running memory nodes, one or several in a process, from start to last answer."""
+"""Running memory nodes, one or several in a process, from start to last answer.
+
+Their executor survives any message, and signals wake it.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import gc
 import signal
+import socket
+import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 from rclpy.logging import get_logger
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
-from ...host import REFUSALS
-from ..deadline import exit_within
-from .executor import GuardedExecutor
+from ...host import REFUSALS, ThrottledLog
+from ..events import events_executor
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
@@ -185,3 +193,123 @@ def end(
         node.destroy_node()
     rclpy.try_shutdown(context=nodes[0].context)
     return status
+
+
+MOST = 1000
+"""Requests taken at once from a service, after one that could not be decoded."""
+
+
+class GuardedExecutor:
+    """Spins nodes, whose callbacks let no exception out; what raises is a message."""
+
+    def __init__(self, context: Context | None = None) -> None:
+        self._events = events_executor(context)
+        self._logs: dict[Node, ThrottledLog] = {}
+        self._interrupted = Future()
+
+    def add_node(self, node: Node, log: ThrottledLog) -> None:
+        """Spin a node from now on, and log what cannot be decoded in its journal."""
+        self._logs[node] = log
+        self._events.add_node(node)
+
+    def turn(self, seconds: float) -> None:
+        """Run callbacks for a time, or until interrupted."""
+        try:
+            self._events.spin_until_future_complete(self._interrupted, seconds)
+        except Exception as error:  # the executor forgets requests that came with it
+            for node, log in self._logs.items():
+                _refuse(log, error)
+                _catch_up(node, log)
+        if self._interrupted.done():
+            self._interrupted = Future()
+
+    def interrupt(self) -> None:
+        """End this turn, or the next one; from any thread."""
+        self._interrupted.set_result(None)
+
+    @contextmanager
+    def woken_by_signals(self) -> Iterator[None]:
+        """Let every signal that Python handles end a spin of the main thread.
+
+        Python runs a handler in the main thread once it returns from the middleware's wait, which
+        signals do not interrupt. But the interpreter writes a byte when a signal comes, and our
+        thread that waits for this byte wakes the executor.
+        """
+        ours, interpreters = socket.socketpair()
+        interpreters.setblocking(False)
+        before = signal.set_wakeup_fd(interpreters.fileno(), warn_on_full_buffer=False)
+
+        def wake() -> None:
+            while ours.recv(1):
+                self.interrupt()
+
+        thread = threading.Thread(target=wake, name='mlmem-signals', daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            signal.set_wakeup_fd(before)
+            interpreters.close()  # which the thread reads as the end
+            thread.join()
+            ours.close()
+
+    def shutdown(self) -> None:
+        """Stop running callbacks."""
+        self._events.shutdown()
+
+
+def _refuse(log: ThrottledLog, error: Exception) -> None:
+    log.refused('a message', f'it cannot be decoded: {error}')
+
+
+def _catch_up(node: Node, log: ThrottledLog) -> None:
+    """Serve the requests that wait. Topics need no catching up: we take their bytes."""
+    for service in node.services:
+        for _ in range(MOST):
+            try:
+                request, header = service.handle.service_take_request(service.srv_type.Request)
+            except Exception as error:
+                _refuse(log, error)
+            else:
+                if request is None:
+                    break
+                answer = service.callback(request, service.srv_type.Response())
+                service.send_response(answer, header)
+
+
+SIGEV_THREAD = 2
+"""Notify by calling a function in a new thread; see sigevent(3type)."""
+
+
+class _Event(ctypes.Structure):
+    """`struct sigevent` of Linux on 64-bit machines."""
+
+    _fields_ = (
+        ('value', ctypes.c_int64),
+        ('signal', ctypes.c_int),
+        ('notify', ctypes.c_int),
+        ('function', ctypes.c_void_p),
+        ('rest', ctypes.c_char * 40),
+    )
+
+
+class _Times(ctypes.Structure):
+    """`struct itimerspec`: the interval, and the first time, in s and ns."""
+
+    _fields_ = tuple((name, ctypes.c_long) for name in ('again', 'again_ns', 'first', 'first_ns'))
+
+
+def exit_within(seconds: float, status: int) -> None:
+    """End this process with an exit status (0 to 255) after a time in seconds, unless it has ended
+    by then.
+
+    Where the system has no such timer, nothing happens.
+    """
+    with contextlib.suppress(AttributeError, OSError):
+        system = ctypes.CDLL(None)
+        clock = system if hasattr(system, 'timer_create') else ctypes.CDLL('librt.so.1')
+        leave = ctypes.cast(system._exit, ctypes.c_void_p)
+        event = _Event(status, 0, SIGEV_THREAD, leave)
+        timer, times = ctypes.c_void_p(), _Times(0, 0, int(seconds), int(seconds % 1.0 * 1e9))
+        if clock.timer_create(time.CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0:
+            clock.timer_settime(timer, 0, ctypes.byref(times), None)

@@ -8,6 +8,7 @@ import contextlib
 import json
 from collections.abc import Awaitable, Callable, Iterable
 from concurrent.futures import Future
+from dataclasses import replace
 from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
@@ -17,10 +18,11 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 
-from ...contract import answers, messages
+from ...contract import answers, messages, topics
 from ...contract.commands import Record, name_of, requested, wait_of
-from ...device import Command, Refused, SelfTest, Write
+from ...device import Command, Refused, SelfTest, Write, drivers
 from ...host import REFUSALS, Host, SessionPlan
+from ...host.settings import Parameters
 from ...procedures import PROCEDURES, Procedure
 from ..qos import CLIENTS, EVERY_ONE, heard_within
 from .callback_guard import REQUESTER, settled
@@ -166,3 +168,23 @@ class Services:
         """Log a refusal; return the answer, along with what was asked for."""
         self._host.log.refused(what, reason)
         return False, answers.refusal(reason, **asked)
+
+
+def session_plan(node: Node, given: Parameters, path: str = '') -> SessionPlan:
+    """Return what a session of a node records as its parameters say; a path takes the place of
+    theirs.
+    """
+    settings = replace(given.record, path=path) if path else given.record
+    published = topics.STREAMS + (topics.VIEWS if settings.views else ())
+    if given.device.driver != drivers.SIMULATION:
+        published = tuple(topic for topic in published if topic not in topics.OF_A_SIMULATION)
+    return SessionPlan(
+        node.get_fully_qualified_name(),
+        settings,
+        [
+            topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
+            for topic in (*topics.COMMANDS, *published)
+        ],
+        {name: node.get_parameter(name).value for name in node.list_parameters([], 0).names},
+        given.files,
+    )

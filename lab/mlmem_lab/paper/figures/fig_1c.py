@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.physics import CASE_I, CASE_II, Specimen
-from mlmem_ros.physics.excerpt import uniform
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import hold_walls, uniform
 
 from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judged

@@ -9,8 +9,7 @@ import dataclasses
 import numpy as np
 
 from mlmem_ros.physics import CASE_I, Chain, Design, Specimen
-from mlmem_ros.physics.excerpt import uniform
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import hold_walls, uniform
 from mlmem_ros.physics.potential import Array
 
 from ...studies.trace import wall_path

@@ -13,8 +13,7 @@ import numpy as np
 from mlmem_ros.physics import CASE_I, CASE_II, Design, Specimen
 from mlmem_ros.physics.dispersion import band
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.excerpt import uniform
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.held_wall import hold_walls, uniform
 from mlmem_tools.checks.quasistatic import DEPARTURE, depinning_strain
 
 from ...landscapes.landscape import fit_kink

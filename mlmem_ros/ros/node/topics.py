@@ -1,30 +1,104 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics the node publishes, which a session records in serialized form."""
+"""The topics of a node: commands that it hears, and what it publishes and a session keeps."""
 
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from functools import partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import Imu
 
 from ... import threads
 from ...contract import messages, topics
+from ...contract.commands import OF_TOPIC
 from ...contract.topics import Topic
 from ...contract.values import published
 from ...device import Event, MemoryElement
 from ...host import Host
 from ...host.settings import PublishSettings
 from ..qos import profile
-from ..views.image import Contour
-from ..views.markers import ChainMarkers
+from ..views import ChainMarkers, Contour
 
 if TYPE_CHECKING:
     from ...host.recording import Recording
+
+LITTLE_ENDIAN = b'\x00\x01'
+"""How CDR begins on nearly every machine: plain, little-endian."""
+
+NUMBERS, ACCELERATION, COVARIANCE = 37, 25, 28
+"""Numbers after the header; indices where linear acceleration and its covariance begin."""
+
+
+def decoded(cdr: bytes) -> Any:
+    """Return an Imu's linear acceleration along x and first covariance, under its own names.
+
+    Raises:
+        What the middleware raises if the bytes are not an Imu.
+    """
+    if cdr[:2] == LITTLE_ENDIAN and len(cdr) >= 16:
+        header = 12 + struct.unpack_from('<I', cdr, 12)[0]  # stamp, and the name of the frame
+        begin = 4 + (header + 7) // 8 * 8
+        if len(cdr) >= begin + 8 * NUMBERS:
+            x, covariance = (
+                struct.unpack_from('<d', cdr, begin + 8 * place)[0]
+                for place in (ACCELERATION, COVARIANCE)
+            )
+            return SimpleNamespace(
+                linear_acceleration=SimpleNamespace(x=x),
+                linear_acceleration_covariance=(covariance,),
+            )
+    return deserialize_message(cdr, Imu)
+
+
+IN_METRES = (topics.STRAIN_TRAJECTORY, topics.JOINT_COMMANDS)
+
+
+class Subscriptions:
+    """Turns messages into commands, and logs refusals; no message does harm."""
+
+    def __init__(self, node: Node, host: Host) -> None:
+        self._host = host
+        for topic in topics.COMMANDS:
+            name = f'~/{topic.name}'
+            listener = self._listener(topic, name, node.resolve_topic_name(name))
+            node.create_subscription(topic.kind, name, listener, profile(topic.qos), raw=True)
+
+    def _listener(self, topic: topics.Topic, name: str, full: str) -> Callable[[bytes], None]:
+        kind, make = topic.kind, OF_TOPIC[topic.name]
+        whole = partial(deserialize_message, message_type=kind)
+        decode: Callable[[bytes], Any] = decoded if topic is topics.DISTURBANCE else whole
+        log = self._host.log
+
+        def listen(cdr: bytes) -> None:
+            try:
+                message = decode(cdr)
+            except Exception as error:  # the bytes are not such a message
+                log.refused(name, f'the message must be a {kind.__name__}; {error}')
+                return
+            with log.guarded(name):
+                if (recording := self._host.recording) is not None:
+                    recording.put(full, cdr)
+                request = self._host.submit_scaled(lambda units: make(message, units))
+                request.answer.add_done_callback(answered)
+
+        def answered(answer: Future[Any]) -> None:
+            if (refusal := answer.exception()) is not None:
+                unit = ''
+                if topic in IN_METRES and (element := self._host.element) is not None:
+                    unit = f' (a strain of 1 is {element.units.elongation:g} m)'
+                log.refused(name, f'{refusal}{unit}')
+
+        return listen
+
 
 COUNTED = 0.02
 """Seconds for which a count of subscribers holds: the middleware takes microseconds for each."""

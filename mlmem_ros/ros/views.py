@@ -1,21 +1,112 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The element as markers for RViz and Foxglove: cells, substrate, defects, walls and level."""
+"""Views for people, images and markers of a device; no topics here.
+
+A configuration is coloured as in the paper: red for s1, blue for s2, white in between. `Contour`
+is the rolling x-t contour of Fig. 4a, `ChainMarkers` the chain for RViz and Foxglove.
+"""
 
 from __future__ import annotations
 
+import array
 import math
 from itertools import chain, zip_longest
 
+import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Vector3
+from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ...device import MemoryElement, describe_level
-from ...host.settings import PublishSettings
-from ...physics import walls
-from .palette import COLOURS, Palette
+from ..device import MemoryElement, describe_level
+from ..host.settings import PublishSettings
+from ..physics import Design, walls
+from ..physics.potential import Array
+
+RED, WHITE, BLUE = (178, 24, 43), (247, 247, 247), (33, 102, 172)
+
+OVERSHOOT = 0.2
+"""How far the scale reaches beyond either phase, in distances between the phases."""
+
+_STOPS = np.array((RED, WHITE, BLUE), dtype=np.float64).T
+COLOURS = np.stack(
+    [np.interp(np.linspace(0.0, 2.0, 256), range(3), stop) for stop in _STOPS], axis=1
+).astype(np.uint8)
+"""Red, green and blue of every index, shape (256, 3)."""
+
+
+class Palette:
+    """Turns configurations of one design into indices of `COLOURS`."""
+
+    def __init__(self, design: Design) -> None:
+        span = design.D_s2 - design.D_s1
+        self._low = design.D_s1 - OVERSHOOT * span
+        self._scale = 255.0 / ((1.0 + 2.0 * OVERSHOOT) * span)
+
+    def indices(self, configuration: Array) -> np.ndarray:
+        """Return the index of each value's colour, clipped to the scale."""
+        return np.clip((configuration - self._low) * self._scale, 0.0, 255.0).astype(np.uint8)
+
+
+ROWS = 512
+"""Greatest height; of a longer chain, only every second, third ... cell is shown."""
+
+DEFECT_SHADE = 0.8
+"""Brightness of the lines along the defects, where walls rest."""
+
+EMPTY = 128
+"""Grey of the time before the start."""
+
+
+class Contour:
+    """Site over time: site 1 at the bottom, now at the right, a thin line along every defect.
+
+    A column is taken every few ticks, at almost no cost, so that late subscribers see the past,
+    too; columns that fall into one run of ticks are equal. It is coloured only on demand.
+    """
+
+    def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
+        self._element = element
+        self._frame_id = settings.frame_id
+        self._every = settings.column_every
+        self._columns = settings.image_span // self._every
+        self._palette = Palette(element.design)
+        self._stride = math.ceil(element.design.N / ROWS)
+        rows = len(range(0, element.design.N, self._stride))
+        defects = [element.design.defect(level) - 1 for level in range(element.design.levels)]
+        self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
+        # Column by column, and twice as wide as the image: each column is stored twice, one width
+        # apart, so that the latest ones always lie side by side.
+        self._indices = np.zeros((2 * self._columns, rows), dtype=np.uint8)
+        self._taken = 0
+        self._seen = (element.ticks - 1) // self._every
+
+    def take(self) -> None:
+        """Take the columns that were due since the last call: of a run at rest they are equal."""
+        due = self._element.ticks // self._every - self._seen
+        if due <= 0:
+            return
+        self._seen += due
+        shown = self._element.chain.configuration[:: self._stride]
+        places = (self._taken + np.arange(min(due, self._columns))) % self._columns
+        column = self._palette.indices(shown[::-1])
+        self._indices[places] = self._indices[places + self._columns] = column
+        self._taken += len(places)
+
+    def message(self, stamp: Time) -> Image:
+        """Return the image of the latest columns."""
+        begin = self._taken % self._columns
+        pixels = COLOURS.take(self._indices[begin : begin + self._columns].T, axis=0)
+        pixels[self._lines] = pixels[self._lines] * DEFECT_SHADE
+        pixels[:, : max(0, self._columns - self._taken)] = EMPTY
+        height, width, channels = pixels.shape
+        image = Image(height=height, width=width, encoding='rgb8', step=width * channels)
+        image.header.stamp = stamp
+        image.header.frame_id = self._frame_id
+        image.data = array.array('B', pixels.tobytes())
+        return image
+
 
 CELLS = 500
 """Most cells shown; of a longer chain, only every second, third ... cell is."""

@@ -1,0 +1,160 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What may hold up a start: kernels to compile, another node, an element that is off."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from rclpy.node import Node
+
+from ...device import DriverError, DriverHangs
+from ...host import REFUSALS, Host, ThrottledLog
+from ...physics import INTEGRATORS, Design, kernel_in_cache
+from .callback_guard import CallbackGuard
+
+
+class Startable(Protocol):
+    """A node, as far as `Retries` needs it."""
+
+    @property
+    def unconfigured(self) -> bool:
+        """Whether it is in that state."""
+
+    def start(self) -> None:
+        """Configure and activate; raises one of `REFUSALS`."""
+
+
+class Retries:
+    """Tries again at intervals, until the element is back or somebody else configures the node.
+
+    Attributes:
+        waiting: Whether it waits for an element.
+    """
+
+    def __init__(self, node: Startable, host: Host, interval: Callable[[], float]) -> None:
+        """Wait for nothing yet; the interval between two attempts is in seconds, 0 to give up."""
+        self._node, self._host, self._interval = node, host, interval
+        self.waiting = False
+        self._attempts = 0
+        self._since = self._next = -math.inf
+
+    def begin(self, why: BaseException | None) -> bool:
+        """Wait for the element after an error, if that may help; return whether it will."""
+        interval = self._interval()
+        if not _lost(why) or not interval:
+            return False
+        self.waiting, self._attempts, self._since = True, 0, time.monotonic()
+        self._host.log.warning(f'waiting for the element, every {interval:g} s: {why}')
+        self._tell(why, interval)
+        return True
+
+    def on_timer(self) -> None:
+        """Try again if it is time; call it often while the node may change its state."""
+        if not self.waiting:
+            return
+        interval = self._interval()
+        if not (interval and self._node.unconfigured):
+            self.waiting = False
+            return
+        if time.monotonic() < self._next:
+            return
+        self._attempts += 1
+        try:
+            self._node.start()
+        except REFUSALS as error:
+            if _lost(error):
+                self._tell(error, interval)
+                return
+            self.waiting = False
+            self._host.log.error(f'the element is back, but cannot be started: {error}')
+        else:
+            self.waiting = False
+            self._host.log.warning(f'the element is back after {self._waited:.3g} s')
+
+    @property
+    def _waited(self) -> float:
+        return time.monotonic() - self._since
+
+    def _tell(self, why: object, interval: float) -> None:
+        self._next = time.monotonic() + interval
+        waited = f'{self._waited:.0f} s ({self._attempts} attempts)'
+        self._host.stopped = f'waiting for the element since {waited}: {why}'
+
+
+def _lost(why: BaseException | None) -> bool:
+    """Whether the element is away and may come back; a driver that hangs never does."""
+    return isinstance(why, DriverError) and not isinstance(why, DriverHangs)
+
+
+REMINDER = 1.0
+"""Seconds between two reports: a subscriber may have missed the first."""
+
+
+@contextmanager
+def telling_compilation(
+    node: Node, design: Design, integrator: str, report: Callable[[str], None]
+) -> Iterator[None]:
+    """Log it if the body must compile the kernels of a design and a method first.
+
+    Then also call `report` with the text, at once and repeatedly, from another thread.
+    """
+    if kernel_in_cache(design, INTEGRATORS[integrator]):
+        yield
+        return
+    text = f'compiling the kernels of the {design.substrate} substrate ({integrator})'
+    node.get_logger().info(f'{text} (once; it takes some seconds)')
+    begun, over = time.monotonic(), threading.Event()
+
+    def remind() -> None:
+        report(text)
+        while not over.wait(REMINDER):
+            report(text)
+
+    reminder = threading.Thread(target=remind, name='mlmem-compiling', daemon=True)
+    reminder.start()
+    try:
+        yield
+    finally:
+        over.set()
+        reminder.join()
+    node.get_logger().info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
+
+
+PERIOD = 0.5
+"""Seconds between two checks of the graph."""
+
+LOOKS = 10
+"""Number of checks after the start: enough to discover any earlier node."""
+
+
+class DuplicateNameCheck:
+    """Checks the graph for some seconds after the start, and warns once."""
+
+    def __init__(self, node: Node, log: ThrottledLog, callback_guard: CallbackGuard) -> None:
+        self._node = node
+        self._log = log
+        self._left = LOOKS
+        self._timer = callback_guard.every(PERIOD, 'the graph', self.look)
+
+    def look(self) -> None:
+        """Check the graph. An overdue timer may call again after it was destroyed."""
+        if not self._left:
+            return
+        self._left -= 1
+        own = self._node.get_name(), self._node.get_namespace()
+        others = self._node.get_node_names_and_namespaces().count(own) - 1
+        if others > 0:
+            self._log.warning(
+                f'another node named {self._node.get_fully_qualified_name()} is running, or ended '
+                'less than half a minute ago without notice: while it lives both answer every '
+                'request; rename one with "-r __node:=NAME" or "-r __ns:=/NAMESPACE"'
+            )
+            self._left = 0
+        if not self._left:
+            self._node.destroy_timer(self._timer)
