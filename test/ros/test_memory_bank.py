@@ -84,7 +84,9 @@ def test_the_command_line_of_a_bank():
     rest, elements = bank_arguments(
         [*given, '-p', 'view:=true', '-r', '__ns:=/leg/', '-r', 'a:=b']
     )
-    assert rest == ['memory_bank', '--ros-args', '-p', 'view:=true', '-r', 'a:=b']
+    quiet = ['--ros-args', '-p', 'actions:=false']
+    assert rest == ['memory_bank', '--ros-args', '-p', 'view:=true', '-r', 'a:=b', *quiet]
+    assert 'actions:=false' not in bank_arguments(['memory_bank', '--actions'])[0]
     assert elements == [
         {'namespace': f'/leg/element_{place}', 'state.path': f'/var/bank/element_{place}.json'}
         for place in range(2)
