@@ -129,12 +129,54 @@ def test_the_command_keeps_what_the_file_has_of_others(tmp_path, capsys, quick):
         arguments = 'healthy', '--scatter', scatter, '--elements', 2, '--workers', 1
         assert mlmem_twins(*arguments, '--output', path) == 0
     kept = json.loads(path.read_text())
-    assert [entry['scatter'] for entry in kept['healthy']] == [0.003, 0.01]
-    assert kept['healthy'][1] == {'preset': 'bits_1', 'scatter': 0.01, 'seed': 0, 'elements': 2}
+    assert [entry['scatter'] for entry in kept['healthy']] == [0.01, 0.003]
+    assert kept['healthy'][0] == {
+        'preset': 'bits_1', 'scatter': 0.01, 'seed': 0, 'elements': 2,
+        'rows': [{'seed': 0}, {'seed': 1}],
+    }  # fmt: skip
     assert kept['fingerprints']['bits_1'] == fingerprint('bits_1')
     codes = [name.partition(BY)[0] for name in kept['fingerprints'] if BY in name]
     assert codes == ['healthy bits_1 0.01', 'healthy bits_1 0.003']
     assert 'bits_1' in capsys.readouterr().out
+
+
+COUNTED: list[int] = []
+
+
+def counted_row_of(preset, scatter, seed):
+    COUNTED.append(seed)
+    return row_of(preset, scatter, seed)
+
+
+def test_a_count_goes_on_where_it_was_stopped(tmp_path, monkeypatch, quick):
+    path, part = tmp_path / 'twin.json', command.PARTS['healthy']
+    monkeypatch.setitem(command.PARTS, 'healthy', part._replace(one=counted_row_of))
+    COUNTED.clear()
+    for elements in (1, 3):
+        arguments = 'healthy', '--elements', elements, '--workers', 1, '--output', path
+        assert mlmem_twins(*arguments) == 0
+    assert COUNTED == [0, 1, 2]
+    [entry] = json.loads(path.read_text())['healthy']
+    assert entry['elements'] == 3
+
+
+def test_the_commands_of_a_file_make_all_its_entries_again():
+    """Kinds and presets that are counted alike share one."""
+    entries = [
+        {'preset': preset, 'scatter': 0.01, 'kind': kind, 'elements': elements, 'seed': 7}
+        for preset, elements in (('bits_1', 2), ('bits_4', 2), ('case_2', 1))
+        for kind in ('alpha', 'damping 20 %')
+    ]
+    changes = [{'preset': 'bits_4', 'scatter': 0.01, 'change': c, 'elements': 4, 'seed': 0}
+               for c in ('a', 'b')]  # fmt: skip
+    alike = "--kinds alpha 'damping 20 %'"
+    assert command.made({'fits': entries, 'changes': changes}, 'twin.json').split(' && ') == [
+        f'mlmem twins {words} --output lab/results/twin.json' for words in (
+            f'fits --presets bits_1 bits_4 --scatter 0.01 {alike} --elements 2 --seed 7',
+            f'fits --presets case_2 --scatter 0.01 {alike} --elements 1 --seed 7',
+            'changes --presets bits_4 --scatter 0.01 --elements 4 --seed 0',
+        )
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -142,7 +184,7 @@ def test_the_command_keeps_what_the_file_has_of_others(tmp_path, capsys, quick):
     [
         (['twins'], 'a part must be one of fits, healthy, changes, learning; got twins'),
         (['--presets', 'bits_7'], 'got bits_7'),
-        (['--kinds', 'beta'], 'a kind must be one of alpha, springs 0.1 %'),
+        (['--kinds', 'beta'], 'a kind must be one of alpha, of mlmem rig, springs'),
         (['--elements', '0'], '--elements and --workers must be at least 1'),
         (['--scatter', '0'], '--scatter must be above 0'),
     ],

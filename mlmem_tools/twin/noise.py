@@ -41,15 +41,23 @@ def noise_of(samples: Array) -> float:
     return max(FLOOR, middle / (0.674489750196 * gain))
 
 
-def whitened(waveforms: Array | Single, weights: Array) -> Array:
-    """Return weighted waveforms, (2, m, ...), less their mean, but for the rest before them.
+def whitened(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:
+    """Return weighted waveforms, (2, m), or (2, m, n), without slow changes of a transducer.
 
-    So a waveform does not tell where a drifting transducer has its zero; the rest alone does.
+    It may have its zero anywhere, and a gain that drifts moves what is read of an end that rests:
+    a straight line is taken out of the samples while an end is held, which reads what it is set
+    to, and one out of those that follow. The rest before, the first sample, tells the zero alone.
+
+    Args:
+        waveforms: At rest, then sample by sample.
+        weights: Shape (2, m).
+        held: Samples while an end is held.
     """
-    found = np.asarray(weights * waveforms)
-    total = np.sum(weights[:, 1:], axis=1, keepdims=True)
-    mean = np.sum(found[:, 1:], axis=1, keepdims=True)
-    found[:, 1:] -= weights[:, 1:] * np.divide(
-        mean, total, out=np.zeros_like(mean), where=total > 0.0
-    )
-    return found
+    columns = waveforms.reshape(*waveforms.shape[:2], -1)
+    found = np.asarray(weights[..., None] * columns)
+    for part in (slice(1, 1 + held), slice(1 + held, None)):
+        for weight, of_end in zip(weights[:, part], found[:, part], strict=True):
+            times = np.linspace(-1.0, 1.0, len(weight))
+            line = np.linalg.qr(weight[:, None] * np.stack((np.ones_like(times), times), 1))[0]
+            of_end -= line @ (line.T @ of_end)
+    return found.reshape(waveforms.shape)

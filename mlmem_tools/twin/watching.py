@@ -190,7 +190,7 @@ class Watch:
         weights[:, 0] = 1.0 / ZERO
         r = whitened(np.where(weights > 0.0, residual, 0.0), weights)
         rms = np.sqrt(np.mean((spread * r)[:, 1:] ** 2, axis=1))
-        J = whitened(forecast.J[:, :m], weights[..., None])
+        J = whitened(forecast.J[:, :m], weights)
         data, cost = max(1, int(np.count_nonzero(weights))), float(np.sum(r**2))
         J = J.reshape(-1, J.shape[2])
         g, H = J.T @ r.ravel(), J.T @ J

@@ -11,7 +11,6 @@ import numpy as np
 
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.potential import Array
-from mlmem_tools.twin.noise import whitened
 from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
 from .descent import WHOLE
@@ -172,7 +171,7 @@ def _in_band(misfit: Misfit, x: Array) -> float:
     for shot in misfit.shots:
         predicted = forward.predict(shot, WHOLE)
         residual, weights = misfit.residuals(shot, predicted)
-        heard = whitened(predicted, weights)
+        heard = misfit.whitened(shot, predicted, weights)
         left, echo = (np.abs(np.fft.rfft(each[:, 1:])) ** 2 for each in (residual, heard))
         both += float(np.sum(left * echo)) / residual.shape[1]
         power += float(np.sum(echo))

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -116,31 +117,45 @@ class Misfit:
         spread[:, 0] = max(self.drift, blur)
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
-        return self._loosened(whitened(misfit, weights), predicted, weights)[0], weights
+        values = self.whitened(shot, misfit, weights)
+        return self._loosened(values, self.whitened(shot, predicted, weights))[0], weights
 
-    def _loosened(self, values: Array, predicted: Array, weights: Array) -> tuple[Array, float]:
-        """Return whitened values, (2, m, ...), where the gain of either end may be another one.
+    def whitened(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
+        """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
+        sample = shot.dt * Clock.of(shot.dt, self.integrator).stride
+        return whitened(waveforms, weights, math.ceil(shot.pulse.duration / sample))
 
-        To integrate over a gain takes most of the direction of the prediction out of them. The
-        second number is twice what that costs in the logarithm of the evidence.
+    def _loosened(self, values: Array, heard: Array) -> tuple[Array, float]:
+        """Return whitened values, (2, m, ...), where gains may be others than before.
+
+        To integrate over the gain of either sensor, and of the pulse, which a gain of the driven
+        end changes too, takes most of three directions out of them: what each end heard, its rest
+        included, and the waves alone, at both. The second number is twice what that and a zero
+        that drifts cost in the logarithm of the evidence.
         """
+        cost = 4.0 * math.log(self.drift / LEAST_DRIFT)
         if not self.gain_drift:
-            return values, 0.0
-        cost, heard = 0.0, whitened(predicted, weights)
-        for u, of_end in zip(heard, values, strict=True):
-            power = float(u @ u)
-            wide = 1.0 + self.gain_drift**2 * power
-            of_end -= (1.0 - wide**-0.5) / power * np.multiply.outer(u, u @ of_end)
-            cost += float(np.log(wide))
-        return values, cost
+            return values, cost
+        gains = np.zeros((3, *heard.shape))
+        gains[0, 0], gains[1, 1], gains[2, :, 1:] = heard[0], heard[1], heard[:, 1:]
+        way, size, _ = np.linalg.svd(gains.reshape(3, -1).T, full_matrices=False)
+        wide = 1.0 + (self.gain_drift * size) ** 2
+        flat = values.reshape(heard.size, -1)
+        flat -= (way * (1.0 - wide**-0.5)) @ (way.T @ flat)
+        return flat.reshape(values.shape), cost + float(np.sum(np.log(wide)))
 
     def drifting(self, x: Array) -> Misfit:
-        """Return this misfit with the drift that the displacements at rest show."""
+        """Return this misfit with the drift that the displacements at rest show.
+
+        If gains drift, these move them, and of their zeros no more is known.
+        """
+        if self.gain_drift:
+            return replace(self, drift=DRIFT)
         forward = self.forward(x)
         each = [forward.predict(shot, 0.0)[:, 0] - shot.rest for shot in self.shots]
         free = max(1, 2 * len(each) - len(AT_REST))
         found = float(np.sqrt(np.sum(np.square(each)) / free))
-        return replace(self, drift=min(max(found, LEAST_DRIFT), DRIFT))
+        return replace(self, drift=max(found, LEAST_DRIFT))
 
     def only(self, shots: Sequence[Shot]) -> Misfit:
         """Return the misfit of other shots."""
@@ -182,7 +197,8 @@ class Misfit:
             predicted = forward.predict(shot, shot.pulse.duration + window)
             residual, weights = self.residuals(shot, predicted, blur)
             own, loose = self._loosened(
-                whitened(J[:, : predicted.shape[1]], weights[..., None]), predicted, weights
+                self.whitened(shot, J[:, : predicted.shape[1]], weights),
+                self.whitened(shot, predicted, weights),
             )
             flat = own.reshape(-1, J.shape[-1])
             yield Normal(

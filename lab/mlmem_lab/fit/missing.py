@@ -16,7 +16,7 @@ from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import WHOLE
 from .fitted import Fit, doubts
-from .misfit import Misfit, Normal
+from .misfit import DRIFT, Misfit, Normal
 
 TERMS = {
     'latency': 'transducers that are late',
@@ -65,7 +65,7 @@ def has(misfit: Misfit, term: str) -> bool:
 def with_term(misfit: Misfit, term: str) -> Misfit:
     """Return a model with one more term."""
     if term == 'drift':
-        return replace(misfit, gain_drift=GAIN_DRIFT)
+        return replace(misfit, gain_drift=GAIN_DRIFT, drift=DRIFT)
     added: dict[str, Any] = {term: True}
     return replace(misfit, unknowns=replace(misfit.unknowns, **added))
 

@@ -14,6 +14,7 @@ Except in fits a twin knows every alpha to 0.05 %. Nothing is discarded.
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -85,7 +86,7 @@ PARTS = {
     option('--elements', type=int, default=10, help='elements of each kind'),
     option('--seed', type=int, default=0, help='of the first element'),
     option('--workers', type=int, default=2, help='processes'),
-    option('--output', type=Path, help='result file; other entries that it has are kept'),
+    option('--output', type=Path, help='result file; what it has is kept, and not counted again'),
     JSON,
     text=__doc__,
 )  # fmt: skip
@@ -103,7 +104,7 @@ def twins(arguments: argparse.Namespace) -> int:
         return complain('twins', '--elements and --workers must be at least 1, --seed 0', 2)
     if not all(0.0 < scatter < 0.5 for scatter in arguments.scatter):
         return complain('twins', '--scatter must be above 0 and below 0.5', 2)
-    console = plain_console(aside=arguments.json)
+    console, output = plain_console(aside=arguments.json), arguments.output
     seeds = range(arguments.seed, arguments.seed + arguments.elements)
     kinds = [
         (part, {'preset': preset, 'scatter': scatter, **other})
@@ -113,25 +114,27 @@ def twins(arguments: argparse.Namespace) -> int:
         for other in PARTS[part].of
         if other.get('kind') in (None, *(arguments.kinds or KINDS))
     ]
-    tasks = [(part, kind, seed) for part, kind in kinds for seed in seeds]
-    rows: list[Row] = []
-    found: dict[str, list[dict[str, Any]]] = {}
-
-    def take(row: Row) -> None:
-        """Sum up the elements of a kind that are done, and keep that."""
-        part, kind, seed = tasks[len(rows)]
-        rows.append(row)
-        entry = kind | {'seed': arguments.seed}
-        entry |= PARTS[part].summary(rows[seeds.start - seed - 1 :])
-        if arguments.output is not None:
-            _keep(arguments.output, part, entry)
-        if seed == seeds[-1]:
-            found.setdefault(part, []).append(entry)
-
     try:
-        mapped(console, arguments.workers, 'elements', _row, *zip(*tasks, strict=True), then=take)
+        known = [_known(output, part, kind, arguments.seed) for part, kind in kinds]
+        todo = [(k, seed) for seed in seeds for k in range(len(kinds)) if seed not in known[k]]
+        coming = iter(todo)
+
+        def take(row: Row) -> None:
+            """Keep the row of the element that is done next."""
+            k, seed = next(coming)
+            known[k][seed] = row
+            if output is not None:
+                _keep(output, *kinds[k], known[k])
+
+        if todo:
+            tasks = [(*kinds[k], seed) for k, seed in todo]
+            columns = zip(*tasks, strict=True)
+            mapped(console, arguments.workers, 'elements', _row, *columns, then=take)
     except (OSError, ValueError) as error:
         return complain('twins', f'the result could not be written; {error}', 1)
+    found: dict[str, list[dict[str, Any]]] = {}
+    for (part, kind), rows in zip(kinds, known, strict=True):
+        found.setdefault(part, []).append(_entry(part, kind, rows))
     for part, entries in found.items():
         table = plain_table(part, 'preset', '>scatter', *PARTS[part].columns)
         for entry in entries:
@@ -147,34 +150,67 @@ def _row(part: str, kind: Mapping[str, Any], seed: int) -> Row:
     return PARTS[part].one(seed=seed, **kind)
 
 
-def _keep(path: Path, part: str, entry: dict[str, Any]) -> None:
-    """Put an entry into a result file, in place of the one of the same kind.
+def _entry(part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> dict[str, Any]:
+    """Return what the elements of a kind, by seed, have in common."""
+    return {**kind, 'seed': min(rows), **PARTS[part].summary(list(rows.values()))}
+
+
+def _known(path: Path | None, part: str, kind: Mapping[str, Any], seed: int) -> dict[int, Row]:
+    """Return the elements of a kind that a file has, from a first seed, by seed.
+
+    Raises:
+        OSError, ValueError: The file cannot be read.
+    """
+    for entry in load_kept(path).get(part, ()) if path else ():
+        if _same(entry, kind) and entry['seed'] == seed:
+            return {row['seed']: row for row in entry.get('rows', ())}
+    return {}
+
+
+SAME = 'preset', 'scatter', 'change', 'kind'
+"""What tells entries apart."""
+
+
+def _same(entry: Mapping[str, Any], kind: Mapping[str, Any]) -> bool:
+    return all(entry.get(key) == kind.get(key) for key in SAME)
+
+
+def _keep(path: Path, part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> None:
+    """Put the elements of a kind into a result file, in place of what it has of this kind.
 
     Raises:
         OSError, ValueError: The file cannot be read or written.
     """
-    same = ('preset', 'scatter', 'change', 'kind')
-    kept = load_kept(path)
+    kept, entry = load_kept(path), _entry(part, kind, rows) | {'rows': list(rows.values())}
     parts = {name: list(kept.get(name, ())) for name in PARTS}
-    others = [e for e in parts[part] if any(e.get(key) != entry.get(key) for key in same)]
-    parts[part] = [*others, entry]
+    place = next((k for k, each in enumerate(parts[part]) if _same(each, kind)), len(parts[part]))
+    parts[part][place : place + 1] = [entry]
     presets = dict.fromkeys(e['preset'] for entries in parts.values() for e in entries)
-    told = ' '.join([part, *(str(entry[key]) for key in same if key in entry)])
+    told = ' '.join([part, *(str(entry[key]) for key in SAME if key in entry)])
     fingerprints = kept.get('fingerprints', {}).items()
     kept['fingerprints'] = {
         name: each for name, each in fingerprints if BY in name or name in presets
     }
-    save(path, parts, made(parts), None, [entry['preset'], *by(PARTS[part].one, told)], kept)
+    of = [entry['preset'], *by(PARTS[part].one, told)]
+    save(path, parts, made(parts, path.name), None, of, kept)
 
 
-def made(parts: Mapping[str, Sequence[Mapping[str, Any]]]) -> str:
-    """Return the commands that make all entries of a result file again."""
-    commands = {
-        f'mlmem twins {part} --presets {e["preset"]} --scatter {e["scatter"]:g} '
-        f'--elements {e["elements"]} --seed {e["seed"]}': None
-        for part, entries in parts.items()
-        for e in entries
-    }
+def made(parts: Mapping[str, Sequence[Mapping[str, Any]]], name: str) -> str:
+    """Return the commands that make all entries of a result file of some name again."""
+    kinds: dict[tuple[Any, ...], dict[str, list[str]]] = {}
+    for part, entries in parts.items():
+        for e in entries:
+            run = kinds.setdefault((part, e['scatter'], e['elements'], e['seed']), {})
+            run.setdefault(e['preset'], []).extend([e['kind']] if 'kind' in e else [])
+    commands = []
+    for (part, scatter, elements, seed), run in kinds.items():
+        for only in dict.fromkeys(map(tuple, run.values())):
+            presets = [preset for preset, own in run.items() if tuple(own) == only]
+            commands.append(shlex.join([
+                'mlmem', 'twins', part, '--presets', *presets, '--scatter', f'{scatter:g}',
+                *(('--kinds', *only) if only else ()), '--elements', str(elements),
+                '--seed', str(seed), '--output', f'lab/results/{name}',
+            ]))  # fmt: skip
     return ' && '.join(commands)
 
 

@@ -17,11 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration
+from mlmem_ros.device import Driver, MemoryElement, Shot, Survey, factory_calibration
 from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Scatter, scattered
 from mlmem_ros.rig import Rig
+from mlmem_tools.cli.rig import FINER
 from mlmem_tools.rig.emulated import EmulatedRig
 from mlmem_tools.rig.sensors import Sensors
 
@@ -53,8 +55,12 @@ BESIDE = 1.959964
 ALPHA = 'alpha'
 """The kind of element of which nothing else than alpha scatters."""
 
+LINE = 'of mlmem rig'
+"""The kind of element that `mlmem rig` emulates: as designed but for alpha, with ideal sensors."""
+
 KINDS: dict[str, dict[str, float]] = {
     ALPHA: {},
+    LINE: {},
     'springs 0.1 %': {'k_r': 0.001},
     'springs 0.3 %': {'k_r': 0.003},
     'masses 0.3 %': {'mass': 0.003},
@@ -70,6 +76,8 @@ KINDS: dict[str, dict[str, float]] = {
 
 def hidden(design: Design, scatter: float, seed: int, kind: str = ALPHA) -> Element:
     """Return an element whose cells scatter and whose shared values are off, and its clock."""
+    if kind == LINE:
+        return Element(scattered(design, Scatter(alpha=scatter), seed), np.zeros(design.N))
     random = np.random.default_rng([seed, design.N])
 
     def about(value: float) -> float:
@@ -136,14 +144,18 @@ def shots_of(
     gains = 1.0 + GAIN * random.standard_normal(2)
     late = random.integers(1, HiddenElement.PARTS + 1, 2) if 'latency' in amount else (0, 0)
     uneven = 1.0 + amount.get('damping', 0.0) * random.standard_normal(design.N)
-    element = Rk4Element(
-        truth.timed, SAMPLING / HiddenElement.PARTS, damping=np.maximum(uneven, 0.1),
-        friction=amount.get('friction', 0.0), harmonic=amount.get('harmonic', 0.0),
-    )  # fmt: skip
-    sensors = Sensors(gain=(float(gains[0]), float(gains[1])), noise=NOISE, seed=seed)
-    driver = HiddenElement(
-        element, sensors, (int(late[0]), int(late[1])), amount.get('drift', 0.0)
-    )
+    driver: Driver
+    if kind == LINE:
+        driver = Simulation.of(truth.specimen, settings.time, FINER)
+    else:
+        element = Rk4Element(
+            truth.timed, SAMPLING / HiddenElement.PARTS, damping=np.maximum(uneven, 0.1),
+            friction=amount.get('friction', 0.0), harmonic=amount.get('harmonic', 0.0),
+        )  # fmt: skip
+        sensors = Sensors(gain=(float(gains[0]), float(gains[1])), noise=NOISE, seed=seed)
+        driver = HiddenElement(
+            element, sensors, (int(late[0]), int(late[1])), amount.get('drift', 0.0)
+        )
     rig = EmulatedRig(design, settings, driver, at_once=True)
     there = Rig(design, settings, 'tcp://here:1', AtOnce(rig))
     device = MemoryElement(design, settings, factory_calibration(design, settings), there)

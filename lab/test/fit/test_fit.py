@@ -134,6 +134,29 @@ def test_a_wall_is_found_before_its_phase_is_known(fitted):
         assert ranked(misfit, known, same)[0] == pytest.approx(true, abs=0.5)
 
 
+def test_what_drifts_slowly_within_a_pulse_tells_nothing(fitted):
+    """While it is held, an end reads what it is set to; then by ten times the noise too much."""
+    *_, found = fitted
+    drifted = []
+    for shot in found.misfit.shots:
+        times = shot.dt * np.arange(shot.samples.shape[1]) - shot.pulse.duration
+        slow = 10.0 * found.noise * np.maximum(times, 0.0) / times[-1]
+        drifted.append(replace(shot, samples=shot.samples + slow))
+    assert posterior(found.misfit.only(drifted), found.x).chi2 == pytest.approx(
+        found.chi2, abs=0.02
+    )
+
+
+def test_zeros_drift_by_what_is_seen_at_rest(fitted):
+    """However far: taken to be sure to 1e-4 they bent all cells, and none was inside."""
+    *_, found = fitted
+    chance = np.random.default_rng(3)
+    moved = [replace(shot, rest=shot.rest + 1e-3 * chance.standard_normal(2))
+             for shot in found.misfit.shots]  # fmt: skip
+    drift = found.misfit.only(moved).drifting(found.x).drift
+    assert 5e-4 < drift < 3e-3  # seven shots
+
+
 @pytest.mark.parametrize(
     ('bent', 'said'),
     [
