@@ -15,7 +15,7 @@ from mlmem_tools.twin.forward import Clock
 from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import WHOLE
-from .fitted import Fit, doubts
+from .fitted import LARGEST, Fit, doubts
 from .misfit import DRIFT, Misfit, Normal
 
 TERMS = {
@@ -106,7 +106,7 @@ def missing_term(own: Fit) -> tuple[str, str]:
     term = max(gain, key=lambda each: gain[each], default='')
     beyond = max(0.0, normal.cost - normal.data)
     helps = term and gain[term] > max(SURE, HELPS * beyond)
-    if not helps and (late := jitter(own)):
+    if not helps and own.chi2 > LARGEST and (late := jitter(own)):
         return '', (
             'what is left differs from sample to sample, more where the ends are faster: samples '
             f'whose times jitter by {late:.0%} of a sample would explain it'

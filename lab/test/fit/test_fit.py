@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mlmem_lab.fit import missing
+from mlmem_lab.fit.descent import WHOLE
 from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit
 from mlmem_lab.fit.fitted import doubts, posterior
 from mlmem_lab.fit.locating import ranked
@@ -182,6 +184,14 @@ def test_jitter_of_the_samples_is_refused_and_named(fitted):
     jittered = found.misfit.only(jittering(found.misfit.shots))
     with pytest.raises(Misfitting, match=JITTER):
         _explained(posterior(jittered, found.x), print)
+
+
+def test_jitter_does_not_explain_what_the_noise_explains(fitted, monkeypatch):
+    """A fit that is doubted for its cells alone was refused for "jitter by 0 % of a sample"."""
+    monkeypatch.setattr(missing, 'jitter', lambda own: 0.004)
+    found = fitted[2]
+    found = replace(found, slopes=found.misfit.slopes(found.x, WHOLE))
+    assert missing.missing_term(found)[1].startswith('nothing that was tried explains it')
 
 
 @pytest.mark.slow
