@@ -14,8 +14,8 @@ import numpy as np
 
 from .clipped import clipped
 from .described import described
+from .device.pulse_corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
 from .device.settings import Settings
-from .device.trims import AS_SET, Trim, Trims, schedule_of
 from .durable import write_atomically
 from .outside import DecodeError, decode, from_yaml, read
 from .physics import Design, Specimen
@@ -45,7 +45,7 @@ class Element:
         chi2: Misfit per datum of the fit.
         data: Number of data.
         untold: What the data could not tell.
-        plan: Trims of its pulses, or None.
+        plan: PulseCorrections of its pulses, or None.
     """
 
     specimen: Specimen
@@ -55,7 +55,7 @@ class Element:
     chi2: float = 0.0
     data: int = 0
     untold: tuple[str, ...] = ()
-    plan: Trims | None = None
+    plan: PulseCorrections | None = None
 
     @property
     def timed(self) -> Specimen:
@@ -66,7 +66,7 @@ class Element:
         made, unit = self.specimen, self.time_unit
         return replace(made, mass=made.masses / unit**2, eta_factor=made.eta_factor / unit)
 
-    def pulses(self, settings: Settings) -> list[Trim]:
+    def pulses(self, settings: Settings) -> list[PulseCorrection]:
         """Return the trims of launch and steps by level: as planned, or as in the settings."""
         if self.plan is None or self.plan.schedule != schedule_of(settings):
             return [AS_SET] * self.specimen.design.levels
@@ -116,7 +116,7 @@ class _File:
     chi2: float = described(0.0, 'misfit per datum', low=0.0)
     data: int = described(0, 'number of data', low=0, high=2**62)
     untold: tuple[str, ...] = ()
-    plan: Trims | None = None
+    plan: PulseCorrections | None = None
 
     def __post_init__(self) -> None:
         factor, n = self.alpha / self.design.alpha, self.design.N

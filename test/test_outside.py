@@ -29,9 +29,9 @@ from mlmem_ros.device import snapshot as snapshots
 from mlmem_ros.device.commands import KINDS
 from mlmem_ros.device.end import End
 from mlmem_ros.device.motion import Profile, Ramp
+from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections
 from mlmem_ros.device.quick_moves import QuickMoves
 from mlmem_ros.device.reading import Reading
-from mlmem_ros.device.trims import AS_SET, Trims
 from mlmem_ros.element_file import Element, ElementFileError
 from mlmem_ros.outside import LONGEST, DecodeError, decode, from_json, from_yaml, read
 from mlmem_ros.parameter_file import ParameterFileError
@@ -63,7 +63,9 @@ def examples():
         tuple(float(level) for level in range(CASE_II.levels)),
         shapes=((0.5, None, 1.5),) * CASE_II.levels,
     )
-    trims = Trims((AS_SET,) * CASE_II.levels, 'hash', QuickMoves({'throw': {1: 0.5}}, 'hash'))
+    trims = PulseCorrections(
+        (AS_SET,) * CASE_II.levels, 'hash', QuickMoves({'throw': {1: 0.5}}, 'hash')
+    )
     element = MemoryElement(CASE_II, Settings(), Calibration(table, table, trims))
     element.reading = Reading(3, '011', 'left', 1.5, 0.9, 2.0, math.inf, walls=1)
     header = messages.header(element, '/mlmem', {'record.hash_every': 500})

@@ -89,7 +89,7 @@ def probed(element: MemoryElement, level: int, faults: Faults) -> dict[End, Echo
     """Return the echoes of a wall at rest at a level."""
     element.apply(SetFaults(Faults()))
     element.chain.place(resting_wall(Specimen(element.design), level))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     element.apply(SetFaults(faults))
     element.apply(Read())
     found: dict[End, Echo] = {}

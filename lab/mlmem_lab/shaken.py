@@ -194,7 +194,7 @@ def count(
     """
     element = Bench(design, settings).device()
     element.chain.place(resting_wall(Specimen(design), level))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     if shaking.spectrum == 'noise':
         element.apply(SetFaults(Faults(sensor_noise=shaking.amplitude, seed=seed)))
     scale = settings.scale

@@ -18,7 +18,7 @@ from dataclasses import MISSING, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ..described import Description
-from ..words import BLANK, UNDECODABLE
+from ..levels import BLANK, UNDECODABLE
 
 if TYPE_CHECKING:
     from ..device import Outcome

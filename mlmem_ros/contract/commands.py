@@ -13,8 +13,8 @@ from ..clipped import clipped
 from ..device import Command, Disturb, FollowTrajectory, Read, Refused, SetStrain, Write
 from ..device.trajectory import MOST_POINTS
 from ..device.units import Units
+from ..levels import JOINT
 from ..procedures import PROCEDURES
-from ..words import JOINT
 from . import topics
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 

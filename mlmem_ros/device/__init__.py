@@ -4,8 +4,8 @@
 
 from typing import Any
 
+from ..levels import BLANK, UNDECODABLE, describe_level
 from ..procedures import Abort, Calibrate, Erase, Locate, Read, Reset, SelfTest, Survey, Write
-from ..words import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration, DelayTable
 from .commands import Command, Disturb, FollowTrajectory, SetFaults, SetMethod, SetStrain
 from .driver import Driver

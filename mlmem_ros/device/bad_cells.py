@@ -231,7 +231,7 @@ def _astray(found: BadCells, made: Specimen, settings: Settings) -> dict[int, st
         for start, way in ((below, Write(level)), (level, Erase()), (level, Write(max(0, below)))):
             twin.renew()
             twin.chain.place(resting(made, (start,) if start >= 0 else ()))
-            twin.transducer.settle()
+            twin.transducer.assume_rest()
             if not _done(twin, way):
                 lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
                 break

@@ -20,9 +20,9 @@ from ..physics.potential import Array
 from .echo import Crossings, Shape, first_heard
 from .end import End
 from .errors import SettingsError
+from .pulse_corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
 from .quick_moves import QuickMoves
 from .settings import ProbeSettings, Settings
-from .trims import AS_SET, Trim, Trims, schedule_of
 
 DETECTOR = 'carrier 1'
 """Name of the detector that delays depend on: those of another do not apply."""
@@ -177,12 +177,12 @@ class Calibration:
         left: Table of the left end, or None if it is not read from: in a long element only the
             right end hears the echoes, since waves are faster there.
         right: Table of the right end, which also detects a blank element.
-        trims: Trims of launch and steps, or None if all are as in the settings.
+        trims: PulseCorrections of launch and steps, or None if all are as in the settings.
     """
 
     left: DelayTable | None
     right: DelayTable
-    trims: Trims | None = None
+    trims: PulseCorrections | None = None
 
     @property
     def ends(self) -> tuple[End, ...]:
@@ -204,10 +204,10 @@ class Calibration:
         if self.trims is not None and (count := len(self.trims.steps)) != levels:
             raise SettingsError(f'trims must be {levels}, one for every level; got {count}')
 
-    def pulses(self, settings: Settings) -> list[Trim]:
+    def pulses(self, settings: Settings) -> list[PulseCorrection]:
         """Return the trims of launch and steps, by the level to which they take the wall.
 
-        Trims that were learnt with another schedule do not apply.
+        PulseCorrections that were learnt with another schedule do not apply.
         """
         trims = self.trims
         if trims is None or trims.schedule != schedule_of(settings):

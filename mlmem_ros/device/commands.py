@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, get_args
 
+from ..levels import JOINT
 from ..procedures import Procedures
-from ..words import JOINT
 from .faults import Faults
 
 

@@ -72,7 +72,7 @@ class Driver(ABC):
             StateError: The simulated material cannot continue; it is unchanged.
         """
 
-    def rests(self, V_N: float) -> bool:
+    def at_rest(self, V_N: float) -> bool:
         """Return whether nothing changes while the substrate's end stays at a displacement.
 
         It is asked while nothing else moves the element. If it rests, `pass_by` is called for

@@ -55,12 +55,12 @@ class MemoryElement(Memory):
         """Return the progress of the running procedure."""
         progress = self.progress
         share = progress.share(self.ticks)
-        return Feedback(progress.phase, share, self.linkage.encoder, progress.attempts)
+        return Feedback(progress.phase, share, self.transmission.encoder, progress.attempts)
 
     @property
-    def resting(self) -> bool:
+    def still(self) -> bool:
         """Whether no procedure runs, and strain and base stand still."""
-        return not self._running and super().resting
+        return not self._running and super().still
 
     @property
     def at_rest(self) -> bool:
@@ -75,7 +75,7 @@ class MemoryElement(Memory):
         """
         if self._running:
             return self._running.due - self.ticks if self.simulated else 0
-        return FAR if self.simulated or self.resting else 0
+        return FAR if self.simulated or self.still else 0
 
     @property
     def released(self) -> bool:

@@ -104,12 +104,12 @@ def _resting(made: Specimen, level: int) -> Array:
 def _echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:
     """Place a configuration, probe it once, and return the echoes at some ends."""
     twin.chain.place(v)
-    twin.transducer.settle()
+    twin.transducer.assume_rest()
     write = twin.settings.write
     try:
         if twin.design.substrate == 'elastic':  # the wall strains it: let it come to rest
             run(twin, wait(twin, write.settle + write.final_settle))
-            twin.transducer.settle()
+            twin.transducer.assume_rest()
         return run(twin, pulse_echo(twin, ends))
     except ProcedureFailed as error:
         raise SettingsError(f'the ideal element cannot be probed: {error}') from error

@@ -3,7 +3,7 @@
 """Faults of a device. The defaults describe a healthy one.
 
 Each fault acts in one place: on the transducers' signals (`sensed`), between actuator and
-substrate (`linkage`), or in the material (`with_faults`). The device does not know its
+substrate (`transmission`), or in the material (`with_faults`). The device does not know its
 own faults; it has to detect them.
 """
 
@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from ..chance import Stream, happens, normal
 from ..described import Description, described, descriptions
 from ..physics import Scatter, Specimen, scattered
 from ..physics.potential import Array
+from ..rng import Stream, happens, normal
 from .errors import SettingsError
 from .settings import Checked
 

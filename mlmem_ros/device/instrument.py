@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A driver with its actuator, linkage, base and transducers, advanced tick by tick.
+"""A driver with its actuator, transmission, base and transducers, advanced tick by tick.
 
 It knows neither commands nor levels: procedures act on it, and `MemoryElement` runs them.
 """
@@ -24,12 +24,12 @@ from .echo import listening_time
 from .end import End
 from .errors import DriverError, Refused, SettingsError
 from .faults import HEALTHY, Faults, sensed, with_faults
-from .linkage import Linkage, LinkageState
 from .progress import Progress
 from .reverberation import LONG_AGO
 from .settings import Settings
 from .simulation import Simulation
 from .transducer import Transducer
+from .transmission import Transmission, TransmissionState
 from .units import Units
 
 LONGEST_RUN = 50
@@ -54,7 +54,7 @@ class Instrument:
         driver: Strains and measures the element, simulated or real.
         made: What a simulated element is without faults.
         actuator: Sets the strain of the substrate.
-        linkage: Brings that strain to the substrate.
+        transmission: Brings that strain to the substrate.
         base: What carries the element.
         faults: The present faults.
         transducer: Drives and senses the ends.
@@ -62,7 +62,7 @@ class Instrument:
         tick: Length of a tick in time units.
         steps_per_tick: Samples of a tick.
         computed: Tick after which the element rests: nothing but clocks has changed since.
-        stirred: Tick after which substrate, base and material have not moved or changed.
+        last_moved: Tick after which substrate, base and material have not moved or changed.
         substrate_speed: Mean speed of the substrate's end in the last tick.
         progress: Progress of the running procedure.
     """
@@ -85,13 +85,13 @@ class Instrument:
         self.made = self.chain.specimen if self.simulated else Specimen(design)
         self.steps_per_tick = _samples(self.tick, self.driver.dt)
         self.actuator = Actuator(settings.actuator)
-        self.linkage = Linkage(settings.actuator)
+        self.transmission = Transmission(settings.actuator)
         self.base = Base(settings.disturbance, self.tick, design.holding_force)
         self.faults = HEALTHY
         self.transducer = Transducer(design, settings, self.driver)
         self.ticks = 0
         self.computed = 0
-        self.stirred = -LONG_AGO
+        self.last_moved = -LONG_AGO
         self.substrate_speed = 0.0
         self.progress = Progress()
         self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
@@ -121,7 +121,7 @@ class Instrument:
         return Units(self.design, self.settings.scale)
 
     @property
-    def resting(self) -> bool:
+    def still(self) -> bool:
         """Whether strain and base stand still."""
         return not self.actuator.moving and self.base.still
 
@@ -129,18 +129,18 @@ class Instrument:
     def at_rest(self) -> bool:
         """Whether ticks change nothing but clocks until something is set."""
         actuator = self.actuator
-        if actuator.moving or not (self.base.still and self.transducer.flat and self.steady):
+        if actuator.moving or not (self.base.still and self.transducer.at_rest and self.faultless):
             return False
         goal = actuator.goal
         V_N = goal * self.design.end_displacement(1.0)
-        if goal != self.linkage.state.commanded or not self.driver.rests(V_N):
+        if goal != self.transmission.state.commanded or not self.driver.at_rest(V_N):
             return False
         return self.transducer.at_its_samples
 
     @property
-    def steady(self) -> bool:
+    def faultless(self) -> bool:
         """Whether the strain and the samples are free of faults."""
-        return self.linkage.state.true and self.faults == HEALTHY
+        return self.transmission.state.true and self.faults == HEALTHY
 
     def passage(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the far end, at the most."""
@@ -152,7 +152,7 @@ class Instrument:
 
     def phase(self, end: End) -> int | None:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
-        substrate = end.displacement(self.design, self.linkage.encoder)
+        substrate = end.displacement(self.design, self.transmission.encoder)
         return phase_of(self.design, self.transducer.rest(end) - substrate)
 
     def specimen(self, faults: Faults) -> Specimen:
@@ -177,7 +177,7 @@ class Instrument:
         specimen = self.specimen(faults)
         if self.simulated:
             self.chain.set_specimen(specimen)
-            self.stirred = self.ticks
+            self.last_moved = self.ticks
         self.faults = faults
 
     def renew(self) -> None:
@@ -188,10 +188,10 @@ class Instrument:
         """
         self.chain.place(blank(self.made))
         self.actuator.hold(0.0)
-        self.linkage.state = LinkageState()
+        self.transmission.state = TransmissionState()
         self.transducer.release()
-        self.transducer.settle()
-        self.stirred = -LONG_AGO
+        self.transducer.assume_rest()
+        self.last_moved = -LONG_AGO
 
     def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
         """Let ticks pass, with accelerations as for `Base.advance`; while the instrument is
@@ -211,7 +211,7 @@ class Instrument:
             self.substrate_speed = 0.0
             return
         try:
-            if ticks > 1 and self.steady:
+            if ticks > 1 and self.faultless:
                 try:
                     self._pass(ticks, shakes)
                 except StateError:
@@ -227,11 +227,11 @@ class Instrument:
 
     def _pass(self, ticks: int, shakes: Shakes) -> None:
         """Let ticks pass in one run; on `StateError` nothing is changed."""
-        actuator, linkage, transducer = self.actuator, self.linkage, self.transducer
-        before = actuator.state, linkage.state, transducer.held, self.base.state
+        actuator, transmission, transducer = self.actuator, self.transmission, self.transducer
+        before = actuator.state, transmission.state, transducer.held, self.base.state
         shake = self.base.advance(self._progress, ticks, shakes)
         commanded = actuator.advance(self._times, ticks)
-        strain = linkage.advance(commanded, self._substeps, self.faults, self.ticks)
+        strain = transmission.advance(commanded, self._substeps, self.faults, self.ticks)
         held_cell = transducer.held_cell(ticks * self.steps_per_tick)
         V_N = strain * self.design.end_displacement(1.0)
         start = self.driver.V_N
@@ -240,7 +240,7 @@ class Instrument:
         except OSError as error:
             raise DriverError(f'the driver failed: {error}') from error
         except StateError:
-            actuator.state, linkage.state, transducer.held, self.base.state = before
+            actuator.state, transmission.state, transducer.held, self.base.state = before
             raise
         if not self.simulated:
             _check(ends, ticks * self.steps_per_tick)
@@ -249,7 +249,7 @@ class Instrument:
         shaken = 0 if shake is None else len(np.trim_zeros(shake, 'b'))
         strained = before[1].strain * self.design.end_displacement(1.0)
         if moved := max(_last_moved(V_N, strained, self._excites), shaken):
-            self.stirred = self.ticks + math.ceil(moved / len(self._times))
+            self.last_moved = self.ticks + math.ceil(moved / len(self._times))
         last = transducer.recent[:, -1]
         heard = sensed(ends, last, self.faults, self.ticks)
         transducer.record(heard, ticks, self.driver.interrupted)

@@ -23,7 +23,7 @@ class Feedback(NamedTuple):
     Attributes:
         phase: Its present phase, one of the above; empty before its first tick.
         share: Elapsed share of the expected duration, 0 to 1.
-        strain: Strain that the encoder of the linkage reads.
+        strain: Strain that the encoder of the transmission reads.
         attempts: Attempts so far, including the present one.
         place: Place among those that wait, from 1; 0 once it runs.
     """

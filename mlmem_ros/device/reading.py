@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
 
 from ..described import described
-from ..words import BLANK as BLANK
-from ..words import UNDECODABLE as UNDECODABLE
-from ..words import describe_level as describe_level
+from ..levels import BLANK as BLANK
+from ..levels import UNDECODABLE as UNDECODABLE
+from ..levels import describe_level as describe_level
 from .echo import Shape
 from .end import End
 

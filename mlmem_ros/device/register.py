@@ -345,11 +345,11 @@ def heard(
     parts = []
     for v in walls_at:
         twin.chain.place(v)
-        twin.transducer.settle()
-        tape = twin.transducer.shoot(End.LEFT, settings.register.probe)
+        twin.transducer.assume_rest()
+        recorder = twin.transducer.shoot(End.LEFT, settings.register.probe)
         for begin in range(0, listener.ticks, LONGEST_RUN):
             twin.pass_ticks(min(LONGEST_RUN, listener.ticks - begin))
         twin.transducer.release()
-        shot = tape.shot(0.0, 0.0, twin.driver.dt)
+        shot = recorder.shot(0.0, 0.0, twin.driver.dt)
         parts.append(listener.part(shot.samples - shot.rest[:, None], shot.dt))
     return np.array(parts)

@@ -83,9 +83,9 @@ class Simulation(Driver):
         """Advance the chain; see `Chain.advance`."""
         return self.chain.advance(V_N, held_cell, shake, looks)
 
-    def rests(self, V_N: float) -> bool:
+    def at_rest(self, V_N: float) -> bool:
         """Return whether the chain is at rest at a displacement of the substrate's end."""
-        return V_N == self.chain.V_N and self.chain.calm
+        return V_N == self.chain.V_N and self.chain.at_rest
 
     def pass_by(self, steps: int) -> None:
         """Let the clock of the chain go on."""

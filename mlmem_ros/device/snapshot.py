@@ -28,11 +28,11 @@ from .element import MemoryElement
 from .end import End
 from .errors import Refused
 from .faults import Faults
-from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
 from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading, Unknown
 from .reverberation import Returns
+from .transmission import TransmissionState
 
 LINKAGE = {
     'told': 'commanded', 'drive': 'encoder_strain', 'strain': 'strain', 'slipping': 'slipping'
@@ -101,13 +101,15 @@ def take(element: MemoryElement) -> dict[str, Any]:
             end.value: dataclasses.asdict(each.returns)
             for end, each in element.transducer.reverberation.items()
         },
-        'stirred': element.stirred,
+        'stirred': element.last_moved,
         'actuator': {
             **dataclasses.asdict(element.actuator.motion),
             'strain': element.actuator.strain,
             'elapsed': element.actuator.elapsed,
         },
-        'linkage': {key: getattr(element.linkage.state, name) for key, name in LINKAGE.items()},
+        'linkage': {
+            key: getattr(element.transmission.state, name) for key, name in LINKAGE.items()
+        },
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
         'reading': reading,
@@ -148,8 +150,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             element.statistics = statistics
             return
         motion, strain, elapsed = _motion(saved.actuator)
-        linkage = decode(
-            LinkageState, {LINKAGE[key]: it for key, it in saved.linkage.items()}, 'linkage'
+        transmission = decode(
+            TransmissionState, {LINKAGE[key]: it for key, it in saved.linkage.items()}, 'linkage'
         )
         specimen = element.specimen(saved.faults)
         element.base.check(saved.base.acceleration)
@@ -171,19 +173,23 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         == saved.ticks * element.steps_per_tick,
         'its recent samples': saved.recent.shape == element.transducer.recent.shape,
         'its state': bool((np.abs(state) <= MOST).all()),
-        'its strain': linkage.commanded == strain
-        and math.isclose(saved.V_N, element.design.end_displacement(linkage.strain)),
+        'its strain': transmission.commanded == strain
+        and math.isclose(saved.V_N, element.design.end_displacement(transmission.strain)),
     }
     if wrong := [what for what, right in agree.items() if not right]:
         raise StateError(f'this is not a snapshot of such a device: {", ".join(wrong)} must agree')
     element.chain.restore(state, V_N=saved.V_N, steps_done=saved.steps)
     element.chain.set_specimen(specimen)
-    element.linkage.state, element.base.state, element.faults = linkage, saved.base, saved.faults
+    element.transmission.state, element.base.state, element.faults = (
+        transmission,
+        saved.base,
+        saved.faults,
+    )
     element.transducer.recent = saved.recent
     element.transducer.release()
     for end, each in element.transducer.reverberation.items():
         each.returns = saved.returns.get(end, BEFORE_1_1)
-    element.stirred = stirred
+    element.last_moved = stirred
     element.actuator.motion = motion
     element.actuator.strain, element.actuator.elapsed = strain, elapsed
     element.calibration = calibration if same_pulses else element.calibration

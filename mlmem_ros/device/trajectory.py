@@ -10,7 +10,7 @@ import sys
 import numpy as np
 
 from ..clipped import clipped
-from ..words import JOINT
+from ..levels import JOINT
 from .commands import FollowTrajectory, is_number
 from .errors import Refused
 from .motion import Profile

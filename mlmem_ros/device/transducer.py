@@ -19,7 +19,7 @@ from .errors import SettingsError
 from .pulse import BoundaryMotion, Kick, Move, Pulse
 from .reverberation import NOTHING, Reverberation
 from .settings import ProbeSettings, PushSettings, Settings
-from .tape import Tape
+from .waveform_recorder import WaveformRecorder
 
 REST_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest displacement is averaged."""
@@ -50,7 +50,7 @@ class Transducer:
             displacement, and show whether the element is quiet.
         detectors: The detectors that listen, by end.
         reverberation: The waves that may still arrive, by end.
-        tapes: What records both ends, by pulse, in their order.
+        recorders: What records both ends, by pulse, in their order.
         held: The held boundary cell, or None.
         interrupted: Whether listening was interrupted since the pulse.
     """
@@ -82,9 +82,9 @@ class Transducer:
         self.recent: Array = np.empty((2, samples))
         self._recorded: Array | None = None  # `recent`, if it was heard
         self._flat: Array | None = None  # `recent`, if all its samples are the same
-        self.settle()
+        self.assume_rest()
         self.detectors: dict[End, EchoDetector] = {}
-        self.tapes: list[Tape] = []
+        self.recorders: list[WaveformRecorder] = []
         self.interrupted = False
         self._hums: dict[End, float] = {}  # what the filters leave of them
         self._late: dict[End, int] = {}  # ticks still to come of samples from before the pulse
@@ -112,7 +112,7 @@ class Transducer:
 
     # --- sensing -------------------------------------------------------------------------
 
-    def settle(self) -> None:
+    def assume_rest(self) -> None:
         """Assume that both ends have rested where they are."""
         self._recorded = self._flat = None
         for end, reverberation in self.reverberation.items():
@@ -120,9 +120,9 @@ class Transducer:
             reverberation.returns = NOTHING
 
     @property
-    def flat(self) -> bool:
+    def at_rest(self) -> bool:
         """Whether nothing is driven or recorded, and all recent samples of an end are the same."""
-        if self.busy or self.tapes:
+        if self.busy or self.recorders:
             return False
         for each in self.reverberation.values():
             if each.returns.since < each.returns.seen:  # its own drive is still seen
@@ -192,17 +192,17 @@ class Transducer:
         self.detectors[end] = detector
         return detector
 
-    def shoot(self, end: End, probe: ProbeSettings) -> Tape:
+    def shoot(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
         """Fire a pulse of any shape about the rest of an end, and record both ends."""
-        tape = self._record(end, probe)
+        recorder = self._record(end, probe)
         self._hold(end, Pulse(self.rest(end), probe))
-        return tape
+        return recorder
 
-    def _record(self, end: End, probe: ProbeSettings) -> Tape:
-        """Begin a tape."""
-        tape = Tape(end, probe, self.recent, self._driver.lag)
-        self.tapes.append(tape)
-        return tape
+    def _record(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
+        """Begin a recorder."""
+        recorder = WaveformRecorder(end, probe, self.recent, self._driver.lag)
+        self.recorders.append(recorder)
+        return recorder
 
     def move(self, end: End, target: float, speed: float) -> None:
         """Move a boundary cell at constant speed to a displacement, then release it."""
@@ -227,7 +227,7 @@ class Transducer:
         """Release a held cell, and stop listening at both ends."""
         self.held = None
         self.detectors = {}
-        self.tapes = []
+        self.recorders = []
 
     # --- the tick ------------------------------------------------------------------------
 
@@ -260,8 +260,8 @@ class Transducer:
         self.recent = self._recorded = known[:, -width:].copy()  # a view would keep all
         for end, reverberation in self.reverberation.items():
             reverberation.follow(known[end.row, width - reverberation.memory :], ticks)
-        for tape in self.tapes:
-            tape.take(ends, ticks, interrupted)
+        for recorder in self.recorders:
+            recorder.take(ends, ticks, interrupted)
         self.interrupted |= bool(self.detectors) and interrupted
         for end, detector in self.detectors.items():
             late = min(self._late[end], ticks)

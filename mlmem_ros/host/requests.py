@@ -81,7 +81,7 @@ class Requests:
         """
         element = self.element
         if element is not None and (place := request.place):
-            return Feedback(WAITING, 0.0, element.linkage.encoder, 0, place)
+            return Feedback(WAITING, 0.0, element.transmission.encoder, 0, place)
         return element.feedback() if element is not None and element.runs(request.run) else None
 
     def step(self, steps: Steps | None = None) -> Request[int]:

@@ -301,7 +301,7 @@ class Chain:
             Displacements v_1 and v_N after every step done, and whether a cell left its range.
         """
         substeps = self.integrator.substeps
-        if every and self.calm and (ticks := inputs.still(self.V_N) // (substeps * every)):
+        if every and self.at_rest and (ticks := inputs.still(self.V_N) // (substeps * every)):
             steps = every * ticks
             self.pass_by(steps)
             return np.repeat([[self.end(1)], [self.end(self.design.N)]], steps, axis=1), False
@@ -313,7 +313,7 @@ class Chain:
         return ends[:, :steps], strayed
 
     @property
-    def calm(self) -> bool:
+    def at_rest(self) -> bool:
         """Whether every velocity and acceleration is below `REST`.
 
         It follows from the state alone, so it does not matter how time was divided into runs.

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..chance import Stream, generator
+from ..rng import Stream, generator
 from .design import Design, strain_shape
 from .errors import DesignError
 from .potential import Array, Potential

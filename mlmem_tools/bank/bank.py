@@ -12,10 +12,10 @@ from rclpy.node import Node
 
 from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.calls import BankFailed, RequestError, RequestFailed, RequestRefused
+from mlmem_ros.levels import BLANK
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.line import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps
-from mlmem_ros.words import BLANK
 
 from .word import Word, word_of
 from .word_code import Stroke, WordCode

@@ -9,9 +9,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.pulse_corrections import PulseCorrection, trimmed_write
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
 from mlmem_ros.device.settings import WriteSettings, peak
-from mlmem_ros.device.trims import Trim, trimmed_write
 from mlmem_ros.physics import (
     Chain,
     Design,
@@ -87,7 +87,7 @@ def departures(
     *,
     max_rate: float = math.inf,
     dt: float = STEP,
-    trims: Sequence[Trim] = (),
+    trims: Sequence[PulseCorrection] = (),
 ) -> Iterator[float]:
     """Yield, for every step up from one level to another, how far the wall is from its defect.
 

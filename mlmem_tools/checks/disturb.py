@@ -21,6 +21,7 @@ from mlmem_ros.device.end import End
 from mlmem_ros.device.pulse import Pulse
 from mlmem_ros.device.settings import ProbeSettings, TimeSettings
 from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.levels import BLANK, UNDECODABLE
 from mlmem_ros.physics import (
     Chain,
     HeldCell,
@@ -30,7 +31,6 @@ from mlmem_ros.physics import (
     substep_times,
 )
 from mlmem_ros.physics.equilibrium import blank, resting_wall
-from mlmem_ros.words import BLANK, UNDECODABLE
 
 from .bare import REST
 from .finding import Finding, graded, judged

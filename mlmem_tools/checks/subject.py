@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from mlmem_ros.device.pulse_corrections import PulseCorrection
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.trims import Trim
 from mlmem_ros.physics import Design, Specimen, StateError
 
 from .quasistatic import Landscape, depinning_strain, held_landscape
@@ -54,7 +54,7 @@ class Subject:
     design: Design
     settings: Settings
     element: Specimen | None = None
-    trims: tuple[Trim, ...] = ()
+    trims: tuple[PulseCorrection, ...] = ()
     _freeing: dict[tuple[int, float, bool], float] = field(default_factory=dict, repr=False)
 
     @cached_property

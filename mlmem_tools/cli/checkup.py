@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mlmem_ros import doors
+from mlmem_ros import private_api
 from mlmem_ros.packages import advice
 from mlmem_ros.verdict import Verdict
 
@@ -114,9 +114,9 @@ def check_library(name: str) -> Diagnosis:
 
 def _tested(found: Diagnosis, library: str) -> Diagnosis:
     """Return what was found of a library, with a warning if this version is not tested."""
-    if library not in doors.LIBRARIES or doors.tested(library):
+    if library not in private_api.LIBRARIES or private_api.tested(library):
         return found
-    known = doors.LIBRARIES[library]
+    known = private_api.LIBRARIES[library]
     return replace(
         found, verdict=WARN, advice=f'tested with {library} {known.oldest} to {known.newest}'
     )
@@ -231,7 +231,7 @@ def check_node(name: str, wait: float) -> Diagnosis:
 
 
 def _version(name: str) -> str:
-    return doors.installed(name, f'ros-jazzy-{name}') or 'of unknown version'
+    return private_api.installed(name, f'ros-jazzy-{name}') or 'of unknown version'
 
 
 def _existing(folder: Path) -> Path:

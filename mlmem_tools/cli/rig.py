@@ -113,9 +113,9 @@ def rig(arguments: argparse.Namespace) -> int:
 
 
 def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
-    from mlmem_ros.chance import Stream, generator
     from mlmem_ros.device.simulation import Simulation, steps_per_tick
     from mlmem_ros.physics import Scatter, scattered
+    from mlmem_ros.rng import Stream, generator
 
     from ..rig.emulated import EmulatedRig
     from ..rig.sensors import Sensors

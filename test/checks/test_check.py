@@ -322,7 +322,7 @@ def test_the_echoes_of_the_device_are_forecast():
 def test_a_forecast_margin_is_that_of_the_device():
     element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
     element.chain.place(resting_wall(Specimen(CASE_II), 7))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     detector = element.transducer.fire(End.LEFT)
     while detector.time < 1200.0:
         element.advance()

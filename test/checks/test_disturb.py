@@ -53,7 +53,7 @@ def test_pulses_as_loud_as_forecast_move_nothing_and_louder_ones_do(name, end, l
         louder = as_loud(name, end, min(0.5, share * limit))
         element = new_element(*louder, factory_calibration(*preset(name)))
         element.chain.place(resting_wall(Specimen(element.design), level))
-        element.transducer.settle()
+        element.transducer.assume_rest()
         element.perform(Read())
         element.advance(500)
         stayed.append(level_of(element.design, element.chain.configuration) == level)

@@ -27,7 +27,7 @@ def device(level=None, *, design=CASE_II, calibration=None, **settings):
     element = MemoryElement(design, Settings(**settings), calibration)
     if level is not None:
         element.chain.place(resting_wall(Specimen(design), level))
-        element.transducer.settle()
+        element.transducer.assume_rest()
     return element
 
 

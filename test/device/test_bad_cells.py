@@ -52,7 +52,7 @@ def element_with(name, cells, faults):
 def place(element, *levels):
     """Put walls at rest at some levels of the material as it is."""
     element.chain.place(resting(element.chain.specimen, levels))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     element.forget('placed')
 
 

@@ -80,7 +80,7 @@ def test_the_delays_are_the_same_at_half_the_step(level):
     driver = Simulation(Chain(CASE_II, 0.25, PEFRL))
     twin = Instrument(CASE_II, settings, driver)
     twin.chain.place(resting_wall(Specimen(CASE_II), level))
-    twin.transducer.settle()
+    twin.transducer.assume_rest()
     for end, echo in run(twin, listening.pulse_echo(twin, tuple(End))).items():
         assert echo.delay == pytest.approx(known.table(end).delays[level], abs=1.5)
 

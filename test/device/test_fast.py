@@ -36,7 +36,7 @@ def test_a_wall_stuck_between_two_levels_is_detected():
     v[:16] = CASE_II.D_s2
     element.chain.place(v)
     element.chain.rest(20_000)
-    element.transducer.settle()
+    element.transducer.assume_rest()
     assert wall(element) == pytest.approx(65.95, abs=0.05)
     outcome = run(element, Read())
     assert not outcome.success

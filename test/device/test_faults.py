@@ -9,7 +9,6 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.chance import Stream, happens, normal
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import (
     Abort,
@@ -31,6 +30,7 @@ from mlmem_ros.device.faults import OfMaterial, with_faults
 from mlmem_ros.device.presets import preset
 from mlmem_ros.device.settings import WriteSettings
 from mlmem_ros.physics import CASE_II, Specimen, StateError
+from mlmem_ros.rng import Stream, happens, normal
 
 from . import rig
 
@@ -266,12 +266,12 @@ def test_a_drive_freed_after_sticking_in_a_throw_returns_at_the_hand_rate():
     settings = preset('case_2').settings
     element = rig.device(3, **settings.groups())
     element.apply(Erase())
-    while element.linkage.encoder < 0.13:
+    while element.transmission.encoder < 0.13:
         element.advance()
     suffering(element, actuator_stuck=True)
     while element.procedure:
         element.advance()
-    assert element.linkage.encoder > 0.13
+    assert element.transmission.encoder > 0.13
     element.apply(HEALTHY)
     steps = np.abs(np.diff(strains(element, 30)))
     assert steps.max() == pytest.approx(settings.actuator.hand_rate * element.tick)

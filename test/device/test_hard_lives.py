@@ -36,7 +36,7 @@ def live(seed):
         except StateError:
             assert (element.ticks, element.chain.state().tobytes()) == before
             assert not element.procedure
-            assert element.resting
+            assert element.still
             assert_sound(element)
             return True
     assert_sound(element)
@@ -79,7 +79,7 @@ def test_a_device_can_be_saved_and_goes_on_after_a_lost_tick():
     element.apply(SetStrain(0.5))
     with pytest.raises(StateError, match=r'left the range|stopped being finite'):
         rig.ticks(element, 5)
-    assert element.resting
+    assert element.still
     assert rig.holds(element, 3)
     snapshot.restore(other, snapshot.take(element))
     for each in (element, other):

@@ -46,7 +46,7 @@ def test_the_delays_are_free_of_numerical_dispersion():
     heard = {}
     for element in (paper, fourth):
         element.chain.place(resting_wall(Specimen(CASE_II), 7))
-        element.transducer.settle()
+        element.transducer.assume_rest()
         heard[element] = run(element, Read()).reading.left_delay
     exact = forecast_echo(CASE_II, element.chain.v, FOURTH.probe, End.LEFT, dt=0.0).delay
     assert heard[fourth] == pytest.approx(exact, abs=1.0)  # two samples

@@ -61,7 +61,7 @@ def level(element):
 
 def with_wall(element, at):
     element.chain.place(resting_wall(element.chain.specimen, at))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     return element
 
 

@@ -19,12 +19,12 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.procedures import climbing
-from mlmem_ros.device.trims import (
+from mlmem_ros.device.pulse_corrections import (
     AS_SET,
     QUICKER,
     STRONGER,
-    Trim,
-    Trims,
+    PulseCorrection,
+    PulseCorrections,
     menu,
     schedule_of,
     trimmed,
@@ -120,7 +120,7 @@ def test_pulses_of_another_schedule_are_ignored(trained):
 
 
 def test_a_trim_scales_times_and_strains_within_the_actuators_limit():
-    settings = trimmed(BITS_2.settings, Trim(peak=7.0, times=0.5))
+    settings = trimmed(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
     assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
     assert settings.write.ease_to == BITS_2.settings.write.ease_to
     assert settings.write.compression == -BITS_2.settings.actuator.max_strain
@@ -166,5 +166,5 @@ def test_a_file_without_valid_trims_is_refused(trained, tmp_path, trims, message
 
 
 def test_trims_are_values():
-    trims = Trims((AS_SET, Trim(1.3, 1.6)), schedule_of(Settings()))
-    assert decode(Trims, json.loads(json.dumps(trims.as_dict()))) == trims
+    trims = PulseCorrections((AS_SET, PulseCorrection(1.3, 1.6)), schedule_of(Settings()))
+    assert decode(PulseCorrections, json.loads(json.dumps(trims.as_dict()))) == trims

@@ -25,7 +25,7 @@ def with_walls(*positions, design=CASE_II, first_active=True, **options):
         v += (-step if down else step) * rise
     element = rig.device(design=design, **options)
     element.chain.place(relax(Specimen(design), v, np.zeros(design.N)))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     return element
 
 

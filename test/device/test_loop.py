@@ -77,7 +77,7 @@ def until(condition):
 def restless(**settings):
     """Return a device whose material never rests, so that its ticks have to be computed."""
     element = rig.device(**settings)
-    element.driver.rests = lambda _: False
+    element.driver.at_rest = lambda _: False
     return element
 
 
@@ -245,7 +245,7 @@ def test_ticks_of_a_rest_equal_single_ticks(faults):
     for device in devices:
         device.set_faults(faults)
         device.apply(SetStrain(0.01))
-        while not device.resting:
+        while not device.still:
             device.advance()
     rested, other = devices
     for ticks in (1, 10, 3):
@@ -927,7 +927,7 @@ def test_a_resting_loop_without_a_pace_takes_commands(start, batch):
     """Nothing is late without a pace: when a command ends a rest, no ticks are made up for."""
     loop = start(rig.device(), speed=0.0, batch=batch)
     for strain in (0.001, 0.0):
-        until(lambda: loop.element.resting and loop.element.ticks > 100)
+        until(lambda: loop.element.still and loop.element.ticks > 100)
         assert result(loop.submit(SetStrain(strain))) is None
     loop.set_speed(1e6)
     assert result(loop.submit(Read())).reading is not None

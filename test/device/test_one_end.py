@@ -64,7 +64,7 @@ def late(name, level, end, by):
     driver = Late(design, settings.time, end, by)
     element = new_element(design, settings, calibration, driver)
     driver.place(resting_wall(Specimen(design), level), design)
-    element.transducer.settle()
+    element.transducer.assume_rest()
     return element
 
 

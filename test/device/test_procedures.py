@@ -307,7 +307,7 @@ def test_a_wall_that_has_left_the_element_is_reported(written):
     """All cells are active, including the right end."""
     element = rig.device()
     element.chain.place(relax(Specimen(CASE_II), np.full(225, CASE_II.D_s2), np.zeros(225)))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     outcome = rig.run(element, Read())
     assert outcome.error == 'the right end is active: the wall has left the element'
     assert rig.succeed(element, Write(1)).level == 1  # and a write finds a way back
@@ -453,7 +453,7 @@ def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
     guess = guess + 0.5 * beyond * (1.0 + side * np.tanh((design.sites - at) / 1.5))
     element = rig.device()
     element.chain.place(relax(Specimen(design), guess, np.zeros(225)))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     assert element.phase(end) is None
     outcome = rig.run(element, Read())
     assert outcome.error.startswith(f'the {end} end rests in neither phase')

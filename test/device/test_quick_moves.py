@@ -9,8 +9,8 @@ import pytest
 from mlmem_ros.device import Calibrate, Settings, Write, new_element, preset
 from mlmem_ros.device.calibration import Calibration
 from mlmem_ros.device.moves import How, Move, cycle_of, route
+from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections, schedule_of
 from mlmem_ros.device.quick_moves import QuickMoves, quick_schedule
-from mlmem_ros.device.trims import AS_SET, Trims, schedule_of
 from mlmem_ros.outside import DecodeError, decode
 
 DESIGN, SETTINGS = preset('case_2')
@@ -25,7 +25,7 @@ def element_of(name, peaks):
     """Return an element whose calibration has planned strokes and throws."""
     element = new_element(preset(name))
     settings = element.settings
-    trims = Trims(
+    trims = PulseCorrections(
         (AS_SET,) * element.design.levels, schedule_of(settings), planned(peaks, settings)
     )
     element.calibration = replace(element.calibration, trims=trims)

@@ -40,7 +40,7 @@ def place(element, word):
     """Put walls where those of a word rest; all else is at rest."""
     made = Specimen(element.design)
     element.chain.place(resting(made, element.register.code.walls(word)))
-    element.transducer.settle()
+    element.transducer.assume_rest()
 
 
 def levels(element):
@@ -92,7 +92,7 @@ def test_words_are_written_verified_and_read(byte):
         assert (read.reading.level, read.reading.code) == (word, f'{word:08b}')
         assert read.reading.walls == word.bit_count()
     assert byte.actuator.strain == 0.0
-    assert byte.linkage.encoder == 0.0
+    assert byte.transmission.encoder == 0.0
 
 
 def test_what_is_right_of_the_change_stays(byte):

@@ -31,7 +31,7 @@ def lost():
     design = element.design
     beyond = 2.0 * design.D_s2 - design.D_s1
     element.chain.place(np.full(design.N, beyond))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     element.apply(SetStrain(0.001))
     rig.ticks(element, 20)
     return element

@@ -21,7 +21,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.carrier import carried, weights
 from mlmem_ros.device.end import End
-from mlmem_ros.device.procedures.listening import still
+from mlmem_ros.device.procedures.listening import is_quiet
 from mlmem_ros.device.reverberation import LONG_AGO, Returns, Reverberation
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
@@ -185,7 +185,7 @@ def test_ten_reads_in_a_row_are_right_in_a_long_element(end):
     """
     element = new_element(preset('bits_5'))
     element.chain.place(resting_wall(Specimen(element.design), 23))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     for _ in range(11):
         reading = rig.succeed(element, Read(end))
         assert reading.level == 23
@@ -200,7 +200,7 @@ def test_a_strain_set_by_hand_is_waited_for_at_both_ends():
     while not element.transducer.driving:
         element.advance()
     longest = max(element.passage(end) for end in End)
-    assert (element.ticks - element.stirred) * element.tick >= 0.5 * longest
+    assert (element.ticks - element.last_moved) * element.tick >= 0.5 * longest
 
 
 @pytest.mark.parametrize('moment', [3, 10, 20])
@@ -232,10 +232,10 @@ def test_a_restored_device_goes_on_to_the_bit_amid_reverberation(moment):
     rig.ticks(first, moment)
     first.apply(Abort())
     rig.ticks(first, 1)
-    assert not still(first)
+    assert not is_quiet(first)
     snapshot.restore(second, json.loads(json.dumps(snapshot.take(first))))
     for element in (first, second):
-        assert not still(element)
+        assert not is_quiet(element)
         element.told = [str(told) for told in rig.events(element, Read('both'))]
         element.told += [str(rig.run(element, Write(7)))]
     assert first.told == second.told
@@ -248,7 +248,7 @@ def test_a_snapshot_that_knows_nothing_of_waves_expects_them():
     del values['returns'], values['stirred']
     element = rig.device()
     snapshot.restore(element, values)
-    assert not still(element)
+    assert not is_quiet(element)
     element.apply(Read())
     while not element.transducer.driving:
         element.advance()

@@ -121,7 +121,7 @@ def test_a_weak_actuator_is_tested_at_its_own_limit():
         erase=dataclasses.replace(settings.erase, start_strain=-0.005, **peaks),
     )
     element.apply(SelfTest())
-    while element.linkage.encoder < 0.005:
+    while element.transmission.encoder < 0.005:
         element.advance()
     assert element.procedure == 'self_test'
 

@@ -45,7 +45,7 @@ def all_active():
     """Return a device whose wall has left, so that its distance is infinite."""
     element = rig.device()
     element.chain.place(np.full(225, CASE_II.D_s2))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     assert not rig.run(element, Read()).success
     assert element.reading.distance == math.inf
     return element
@@ -64,7 +64,7 @@ def test_a_restored_device_goes_on_to_the_bit(substrate, after):
     known = factory_calibration(design, Settings())
     first, second = (MemoryElement(design, Settings(), known) for _ in range(2))
     first.chain.place(resting_wall(Specimen(design), 1))
-    first.transducer.settle()
+    first.transducer.assume_rest()
     first.apply(SetStrain(-0.03))
     rig.ticks(first, 7)
     assert first.actuator.moving

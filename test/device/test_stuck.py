@@ -21,7 +21,7 @@ def stuck(name, level, cell):
     """Return an element whose wall rests at a level, and a cell of which then sticks."""
     element = new_element(preset(name))
     element.chain.place(resting_wall(Specimen(element.design), level))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     element.apply(SetFaults(Faults(stuck_cell=cell)))
     return element
 

@@ -67,14 +67,14 @@ def test_all_shots_are_foreseen():
 
 def test_samples_after_an_interruption_are_not_there():
     element = new_element(preset('bits_1'))
-    tape = element.transducer.shoot(End.LEFT, element.transducer.probes[End.LEFT])
+    recorder = element.transducer.shoot(End.LEFT, element.transducer.probes[End.LEFT])
     element.pass_ticks(2)
     element.driver.interrupted = True
     element.pass_ticks(1)
     element.driver.interrupted = False
     element.pass_ticks(1)
     per_tick = element.steps_per_tick
-    samples = tape.shot(0.0, 0.0, element.driver.dt).samples
+    samples = recorder.shot(0.0, 0.0, element.driver.dt).samples
     assert np.isfinite(samples[:, : 2 * per_tick]).all()
     assert np.isnan(samples[:, 2 * per_tick :]).all()
 

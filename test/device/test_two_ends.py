@@ -35,7 +35,7 @@ def with_walls(*defects, first_active=True, **settings):
         v += (-step if down else step) * rise
     element = rig.device(**settings)
     element.chain.place(relax(Specimen(design), v, np.zeros(design.N)))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     found = [wall.position for wall in walls(design, element.chain.configuration)]
     assert found == pytest.approx(defects, abs=1.0), 'it does not rest there'
     return element

@@ -50,7 +50,7 @@ def _bite(*replaced):
 def division_by_zero_at_full_speed(_):
     def deferred(self, late, box):
         at_once = self._at_once if self.period else self._batch  # also without a pace
-        if at_once == 1 or not self._element.resting:
+        if at_once == 1 or not self._element.still:
             return 0
         ticks = -(self._element.ticks + 1) % at_once
         return min(ticks, max(0, int(late / self.period))) if box.commands else ticks

@@ -108,8 +108,8 @@ def _quiet(element):
 
 def _undisturbed(element):
     """Return whether the device is healthy and its base and strain are zero."""
-    linkage = element.linkage.state
-    strains = (linkage.commanded, linkage.strain)
+    transmission = element.transmission.state
+    strains = (transmission.commanded, transmission.strain)
     return small.healthy(element.faults) and element.base.still and not any(strains)
 
 

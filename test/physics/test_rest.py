@@ -146,7 +146,7 @@ def test_a_chain_without_motion_moves_if_a_force_acts(method, substrate):
     """At the turning point of every cell at once nothing moves, yet it is no rest."""
     chain = struck(method, substrate)
     assert at_rest(chain)
-    assert not chain.calm
+    assert not chain.at_rest
     pass_ticks(chain, 1)
     assert not at_rest(chain)
 
@@ -164,7 +164,7 @@ def test_no_force_on_a_stuck_cell_disturbs_the_rest(method):
 def test_a_chain_that_is_never_asked_about_ticks_never_rests(method):
     chain = struck(method)
     chain.rest(steps(chain, LONG))
-    assert chain.calm
+    assert chain.at_rest
     assert not at_rest(chain)
 
 

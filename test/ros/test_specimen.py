@@ -10,13 +10,15 @@ from robot import Robot, values
 
 from mlmem_ros import element_file
 from mlmem_ros.device import preset
-from mlmem_ros.device.trims import Trim, Trims, schedule_of
+from mlmem_ros.device.pulse_corrections import PulseCorrection, PulseCorrections, schedule_of
 from mlmem_ros.physics import Scatter, Specimen, scattered
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
 CHOSEN = preset('bits_1')
-PLAN = Trims((Trim(), Trim(peak=1.5, times=1.3)), schedule_of(CHOSEN.settings))
+PLAN = PulseCorrections(
+    (PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)), schedule_of(CHOSEN.settings)
+)
 
 
 @pytest.fixture(scope='module')

@@ -102,11 +102,11 @@ def test_a_clock_that_is_off_is_simulated_by_masses_and_damping():
     file = element_file.Element(unknowns.specimen(x), np.zeros(DESIGN.N), time_unit=1.01)
     time = replace(CHOSEN.settings.time, tick=1.0, integrator='pefrl')
     element = Instrument(DESIGN, replace(CHOSEN.settings, time=time), simulated(file.timed, 0.25))
-    tape = element.transducer.shoot(
+    recorder = element.transducer.shoot(
         End.LEFT, ProbeSettings(omega_c=shot.omega_c, A=shot.A, sigma=shot.sigma)
     )
     element.pass_ticks(100)
-    assert np.abs(tape.shot(0.0, 0.0, 0.25).samples - foretold).max() < 1e-12
+    assert np.abs(recorder.shot(0.0, 0.0, 0.25).samples - foretold).max() < 1e-12
 
 
 def test_a_uniform_substrate_has_rates_too():

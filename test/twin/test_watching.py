@@ -121,7 +121,7 @@ def test_a_gain_that_falls_is_told(bench, end):
     gain = [1.0, 1.0]
     gain[end] = 0.95
     bench.sensors = Sensors(gain=tuple(gain))
-    bench.element.transducer.settle()
+    bench.element.transducer.assume_rest()
     change = bench.told()[-1].change
     assert change.name == ('gain_left', 'gain_right')[end]
     assert change.amount == pytest.approx(-0.05, abs=0.01)

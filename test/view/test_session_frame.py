@@ -12,7 +12,7 @@ import pytest
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.device import new_element, preset
-from mlmem_ros.device.trims import AS_SET, Trims
+from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections
 from mlmem_ros.session import messages
 from mlmem_tools.view import session_frame
 from mlmem_tools.view.differences import MOST, differences
@@ -53,7 +53,7 @@ def test_its_configuration_is_sent_as_integers_between_the_phases(life):
 def test_the_delays_of_an_element_that_has_learnt_its_pulses_are_sent(tmp_path):
     """Its right end alone is read from."""
     element = new_element(preset('bits_1'))
-    trims = Trims((AS_SET,) * element.design.levels, 'a schedule')
+    trims = PulseCorrections((AS_SET,) * element.design.levels, 'a schedule')
     element.calibration = replace(element.calibration, left=None, trims=trims)
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic(f'/mlmem/{messages.HEADER}', messages.STRING)

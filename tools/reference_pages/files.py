@@ -13,7 +13,7 @@ from typing import Any
 
 from mlmem_ros import element_file
 from mlmem_ros.bag import digest, jazzy, mcap_file
-from mlmem_ros.device import Read, new_element, preset, quick_moves, snapshot, trims
+from mlmem_ros.device import Read, new_element, preset, pulse_corrections, quick_moves, snapshot
 from mlmem_ros.host import calibration_file, design_check, state_file
 from mlmem_ros.physics import Specimen
 from mlmem_ros.session import messages
@@ -27,7 +27,10 @@ def files_page() -> str:
     """Return the formats, whose keys are compared with those of an element's files."""
     element = new_element(preset('bits_1'))
     quick = quick_moves.QuickMoves({}, '')
-    taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '', quick)
+    taken, learnt = (
+        snapshot.take(element),
+        pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,), '', quick),
+    )
     calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     known = element_file.Element(
@@ -85,7 +88,7 @@ def files_page() -> str:
         _keys(keys.CALIBRATION, calibrated),
         'A delay table:',
         _keys(keys.TABLE, calibrated['right']),
-        'Trims:',
+        'PulseCorrections:',
         _keys(keys.TRIMS, calibrated['trims']),
         'Strokes and throws that were planned for one element:',
         _keys(keys.QUICK, quick.as_dict()),

@@ -82,7 +82,7 @@ SNAPSHOT = {
     'returns': 'what is known of the waves that either end may still see',
     'stirred': 'tick since when substrate, base and material have not moved or changed',
     'actuator': 'strain, and the motion under way',
-    'linkage': 'state of the linkage between actuator and substrate',
+    'linkage': 'state of the transmission between actuator and substrate',
     'base': 'acceleration of the base, and when it was last heard of',
     'faults': 'the active faults',
     'reading': 'the content as last decoded, or null',
@@ -121,7 +121,7 @@ TRIMS = {
     'schedule': 'hash of the settings that shape the pulses; with others the trims are ignored',
     'quick': 'strokes and throws that were planned for this element; absent if all are as set',
 }
-"""Trims."""
+"""PulseCorrections."""
 
 QUICK = {
     'peaks': 'by stroke or throw: levels from which it begins, factors on its peak; 0: not used',

@@ -15,9 +15,9 @@ from mlmem_ros.device.memory import Memory
 from mlmem_ros.device.presets import Preset
 from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.procedures.going_to_level import go_to_level
+from mlmem_ros.device.pulse_corrections import PulseCorrection, PulseCorrections, menu, schedule_of
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.device.simulation import Simulation
-from mlmem_ros.device.trims import Trim, Trims, menu, schedule_of
 from mlmem_ros.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
 from mlmem_ros.physics.equilibrium import blank, relax, resting_wall
 from mlmem_ros.physics.potential import Array
@@ -44,7 +44,7 @@ class Step:
     """
 
     level: int
-    trim: Trim
+    trim: PulseCorrection
     margin: float
 
 
@@ -60,7 +60,7 @@ class Plan:
 
     steps: tuple[Step, ...]
     strokes: tuple[Stroke, ...]
-    trims: Trims
+    trims: PulseCorrections
 
     @property
     def complete(self) -> bool:
@@ -86,7 +86,7 @@ def plan(
         step, state = _best(tried, state, level)
         steps.append(step)
     found, settings = strokes(specimen, preset, report), preset.settings
-    trims = Trims(
+    trims = PulseCorrections(
         tuple(step.trim for step in steps), schedule_of(settings), quick_moves(found, settings)
     )
     return Plan(tuple(steps), tuple(found), trims)
@@ -94,9 +94,9 @@ def plan(
 
 def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
     """Return the pulse to a level that is farthest from failure, and the state after it."""
-    best, after = Step(level, Trim(), -1.0), tried.at(level)
+    best, after = Step(level, PulseCorrection(), -1.0), tried.at(level)
     known = menu(tried.preset.settings, level)
-    grid = (Trim(peak, times) for times, peak in itertools.product(TIMES, PEAKS))
+    grid = (PulseCorrection(peak, times) for times, peak in itertools.product(TIMES, PEAKS))
     for trim in dict.fromkeys((*known, *grid)):
         reached = tried.arrives(state, level, trim)
         if reached is None:
@@ -141,11 +141,11 @@ class _Trial:
             return self.blank()
         return self._chain.state()
 
-    def arrives(self, state: Array, level: int, trim: Trim) -> Array | None:
+    def arrives(self, state: Array, level: int, trim: PulseCorrection) -> Array | None:
         """Return the state after a pulse if it takes the wall to a level, at rest."""
         memory, chain, design = self._memory, self._chain, self.preset.design
         chain.restore(state, V_N=0.0, steps_done=chain.steps_done)
-        memory.transducer.settle()
+        memory.transducer.assume_rest()
         trims = [trim] * design.levels
         try:
             start = level - 1 if level else BLANK

@@ -100,7 +100,7 @@ def mistaken(name: str, told: str, faults: Faults) -> Counter[str]:
             element.chain.place(resting(made, () if level == BLANK else (level,)))
         except StateError:
             continue
-        element.transducer.settle()
+        element.transducer.assume_rest()
         _read(element, found)
     return found
 

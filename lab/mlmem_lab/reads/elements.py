@@ -75,5 +75,5 @@ def with_bad_cell(name: str, level: int, site: int, kind: str) -> MemoryElement:
     stuck = () if factor else (site,)
     chain.set_specimen(Specimen(design, alpha_factor=alpha, mass=mass, stuck=stuck))
     chain.rest(math.ceil(REST / chain.dt))
-    element.transducer.settle()
+    element.transducer.assume_rest()
     return element

@@ -68,7 +68,7 @@ def reads(faults: Callable[[Rng], Faults], count: int, random: Rng) -> dict[str,
         word, given = int(random.integers(code.words)), faults(random)
         element.set_faults(Faults())
         element.chain.place(resting(Specimen(element.design), code.walls(word)))
-        element.transducer.settle()
+        element.transducer.assume_rest()
         element.set_faults(given)
         outcome = element.perform(Read())
         element.transducer.release()

@@ -115,7 +115,7 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         error = '' if passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
     else:
         element.chain.place(resting_wall(bench.made, values['start']))
-        element.transducer.settle()
+        element.transducer.assume_rest()
         outcomes = [element.perform(command) for command in _commands(values)]
         true = bench.level(element)
         said = [each.reading.level if each.success and each.reading else None for each in outcomes]

@@ -95,7 +95,7 @@ class Bench:
             gains = faults.pop('gain')
             assert isinstance(self.element.driver, SensedSimulation)
             self.element.driver.sensors = Sensors(gain=gains)
-            self.element.transducer.settle()
+            self.element.transducer.assume_rest()
             end = int(gains[1] != 1.0)
             return ('gain_left', 'gain_right')[end], gains[end] - 1.0
         [(name, value)] = faults.items()

@@ -93,7 +93,7 @@ def ramp(
         yield element.next_look(element.actuator.remaining)
     allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
     patience = math.ceil(duration / element.tick)
-    while abs((encoder := element.linkage.encoder) - strain) > allowed:
+    while abs((encoder := element.transmission.encoder) - strain) > allowed:
         if patience == 0:
             raise NotFollowed(
                 f'the actuator does not follow: it is at a strain of {encoder:.4f} instead of '

@@ -12,8 +12,8 @@ from ..decoding import agreement, primary
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
+from ..pulse_corrections import PulseCorrection, kicked, learnt, menu
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
-from ..trims import Trim, kicked, learnt, menu
 from .blocks import Procedure
 from .erasing import erase
 from .going_to_level import go_to_level
@@ -94,7 +94,7 @@ class _Lesson:
         trim: The current pulse.
     """
 
-    def __init__(self, trim: Trim, others: Sequence[Trim]) -> None:
+    def __init__(self, trim: PulseCorrection, others: Sequence[PulseCorrection]) -> None:
         """Start with the known pulse, then try others."""
         self.trim = trim
         self._menu = [other for other in others if other != trim]
@@ -123,7 +123,7 @@ class _Lesson:
 class _Bisection(_Lesson):
     """Learning the speed of a kick: slower if the wall went too far, faster if it fell short."""
 
-    def __init__(self, trim: Trim, tries: int) -> None:
+    def __init__(self, trim: PulseCorrection, tries: int) -> None:
         """Start with the known speed."""
         super().__init__(trim, ())
         self._enough, self._tries = CLEAR, tries - 1
@@ -149,7 +149,7 @@ class _Bisection(_Lesson):
             return super().another(margin, beyond)
         self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
         self._tries -= 1
-        self.trim = Trim(speed=wanted)
+        self.trim = PulseCorrection(speed=wanted)
         return True
 
 

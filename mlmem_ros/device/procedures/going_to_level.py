@@ -10,12 +10,12 @@ from dataclasses import replace
 from ..errors import NotFollowed
 from ..memory import Memory
 from ..moves import How, Move, cycle_of, gentle, half_period, paper_way, route
+from ..pulse_corrections import PulseCorrection, trimmed
 from ..reading import BLANK, UNDECODABLE, describe_level
 from ..settings import Settings
-from ..trims import Trim, trimmed
 from .blocks import Procedure, kick, launch, play
 from .erasing import erase, push_out
-from .listening import settle
+from .listening import wait_for_quiet
 
 
 def go_to_level(
@@ -27,7 +27,7 @@ def go_to_level(
     nudge: float = 1.0,
     plainly: bool = False,
     strained: bool = True,
-    trims: Sequence[Trim] | None = None,
+    trims: Sequence[PulseCorrection] | None = None,
 ) -> Procedure[None]:
     """Drive the wall from the level that was read to another by the fastest moves, open loop.
 
@@ -39,7 +39,7 @@ def go_to_level(
         nudge: Factor on the speed of a kick, within the transducer's limit.
         plainly: Use only steps up and a kink, as in the paper.
         strained: Whether to use the actuator, if there is one.
-        trims: Trims by the level to which a move goes; by default those learnt.
+        trims: PulseCorrections by the level to which a move goes; by default those learnt.
 
     Raises:
         ProcedureFailed: There is no way; `NotFollowed` if there is only one by strain, and the
@@ -73,11 +73,11 @@ def go_to_level(
         except NotFollowed as failure:
             needy = f'a {move.how.value} to {describe_level(move.target)} needs strain'
             raise NotFollowed(f'{needy}, and {failure}') from None
-    yield from settle(element, settings.write.final_settle)
+    yield from wait_for_quiet(element, settings.write.final_settle)
 
 
 def _strain(
-    element: Memory, settings: Settings, move: Move, trim: Trim, force: float
+    element: Memory, settings: Settings, move: Move, trim: PulseCorrection, force: float
 ) -> Procedure[None]:
     """Make a move by strain."""
     design = element.design

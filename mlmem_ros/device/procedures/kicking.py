@@ -127,9 +127,9 @@ def record(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float
                 f'is {math.sqrt(noise / forecasts.quiet):.3g} times as loud as it may be'
             )
     element.progress.phase = LISTENING
-    tape = transducer.shoot(End.LEFT, probe)
+    recorder = transducer.shoot(End.LEFT, probe)
     end = element.ticks + listener.ticks + element.driver.lag
     while element.ticks < end:
         yield end - element.ticks
     transducer.release()
-    return tape.shot(0.0, element.linkage.encoder, element.driver.dt), noise
+    return recorder.shot(0.0, element.transmission.encoder, element.driver.dt), noise

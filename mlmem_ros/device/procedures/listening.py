@@ -76,14 +76,14 @@ def quiet(element: Instrument) -> Procedure[None]:
             yield until - element.ticks
 
 
-def settle(element: Instrument, longest: float) -> Procedure[None]:
+def wait_for_quiet(element: Instrument, longest: float) -> Procedure[None]:
     """Wait until the element is quiet, at most for a given time."""
     end = element.ticks + math.ceil(longest / element.tick)
-    while element.ticks < end and not still(element):
+    while element.ticks < end and not is_quiet(element):
         yield 1
 
 
-def still(element: Instrument) -> bool:
+def is_quiet(element: Instrument) -> bool:
     """Whether nothing is on its way that an echo detector would hear."""
     return element.base.still and not _coming(element) and not _fading(element)[0]
 
@@ -106,7 +106,7 @@ def _coming(element: Instrument) -> int:
         passage = element.passage(end)
         remaining = max(remaining, passage - each.returns.since * element.driver.dt)
         remaining = max(
-            remaining, 0.5 * passage - (element.ticks - element.stirred) * element.tick
+            remaining, 0.5 * passage - (element.ticks - element.last_moved) * element.tick
         )
     return math.ceil(remaining / element.tick)
 
@@ -210,8 +210,8 @@ def _pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[
                 last[end] = min(last[end], detector.delay + TAIL)
     for end, detector in detectors.items():
         detector.louder(0.0 if shaken else noise_floor(element, end))
-    strain, dt = element.linkage.encoder, element.driver.dt
-    shots = {tape.end: tape.shot(0.0, strain, dt) for tape in transducer.tapes}
+    strain, dt = element.transmission.encoder, element.driver.dt
+    shots = {recorder.end: recorder.shot(0.0, strain, dt) for recorder in transducer.recorders}
     transducer.release()
     return {
         end: replace(
@@ -254,7 +254,7 @@ def _swinging(element: Instrument) -> float:
         return 0.0
     if not element.base.still:  # it was heard as often as may be
         return 0.0
-    return SWING / element.design.eta - (element.ticks - element.stirred) * element.tick
+    return SWING / element.design.eta - (element.ticks - element.last_moved) * element.tick
 
 
 def listen(element: Memory, end: str = '') -> Procedure[Reading]:

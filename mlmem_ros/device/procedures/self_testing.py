@@ -15,8 +15,8 @@ from ..errors import ProcedureFailed
 from ..events import Check
 from ..memory import Memory
 from ..moves import pushes
+from ..pulse_corrections import kicked
 from ..reading import UNDECODABLE, Reading, describe_level
-from ..trims import kicked
 from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
 from .erasing import erase
 from .listening import listen, look, noise_floor, quiet
@@ -84,7 +84,7 @@ def _strainless(element: Memory) -> bool:
     """Return whether every level is written without strain, and the strain is zero."""
     settings = element.settings
     kicks = all(kicked(settings, level) for level in range(element.design.levels))
-    return kicks and pushes(settings) and element.linkage.encoder == 0.0
+    return kicks and pushes(settings) and element.transmission.encoder == 0.0
 
 
 def _hear(element: Memory, end: End) -> Procedure[Tested]:

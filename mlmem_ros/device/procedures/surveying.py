@@ -17,9 +17,9 @@ from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..progress import LISTENING
+from ..pulse_corrections import menu
 from ..reading import BLANK
 from ..settings import ProbeSettings
-from ..trims import menu
 from .blocks import Procedure, Result, ramp, return_to_zero, wait
 from .erasing import erase
 from .estimates import RECORD, SILENCE
@@ -158,14 +158,14 @@ def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     yield from _faded(element)
     probe = pulse(element.design, wall, aim)
     transducer = element.transducer
-    tape = transducer.shoot(aim.end, probe)
+    recorder = transducer.shoot(aim.end, probe)
     element.progress.phase = LISTENING
     ticks = math.ceil((12.0 * probe.sigma + RECORD) / element.tick) + element.driver.lag
     end = element.ticks + ticks
     while element.ticks < end:
         yield end - element.ticks
     transducer.release()
-    element.report(tape.shot(wall, element.linkage.encoder, element.driver.dt))
+    element.report(recorder.shot(wall, element.transmission.encoder, element.driver.dt))
     if aim.strain:
         yield from ramp(element, 0.0, times.release)
 

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
-from ... import doors
+from ... import private_api
 from ...clipped import clipped, printable
 from ...contract.answers import (
     ANSWERS,
@@ -69,7 +69,7 @@ class MemoryClient:
             actions: Whether procedures are goals of the node's actions, if it serves them;
                 otherwise they give no feedback.
         """
-        doors.look('rclpy')
+        private_api.look('rclpy')
         self.node = node
         self.name = node.resolve_service_name(name)
         self.group = MutuallyExclusiveCallbackGroup()

@@ -221,7 +221,7 @@ class Line:
         self._pending: set[Pending] = set()
         self.over = False
         self._lock = threading.RLock()
-        self._stirred = Future()
+        self._woken = Future()
         self._thread = threading.Thread(target=self._run, name='mlmem-client', daemon=True)
         self._thread.start()
         atexit.register(self.close)
@@ -283,7 +283,7 @@ class Line:
     def stir(self) -> None:
         """Have the thread look."""
         with self._lock:
-            self._stirred.set_result(None)
+            self._woken.set_result(None)
 
     def close(self, join: bool = True) -> None:
         """End the thread, and with it what pends."""
@@ -301,10 +301,10 @@ class Line:
         while not self.over and self.context.ok():
             turn = POLL if self._pending else IDLE
             with contextlib.suppress(Exception):  # a message that cannot be decoded
-                self._executor.spin_until_future_complete(self._stirred, turn)
+                self._executor.spin_until_future_complete(self._woken, turn)
             with self._lock:
-                if self._stirred.done():
-                    self._stirred = Future()
+                if self._woken.done():
+                    self._woken = Future()
             before, seen = seen, _since_boot()
             self.broken |= seen - before > turn + ASLEEP
             self._look()

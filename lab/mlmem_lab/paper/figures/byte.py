@@ -50,12 +50,12 @@ def compute(quality: Quality) -> Data:
     heard = []
     for word in HEARD:
         element.chain.place(resting(Specimen(byte.design), register.code.walls(word)))
-        element.transducer.settle()
+        element.transducer.assume_rest()
         probe = byte.settings.register.probe
-        tape = element.transducer.shoot(End.LEFT, probe)
+        recorder = element.transducer.shoot(End.LEFT, probe)
         element.pass_ticks(register.listener.ticks)
         element.transducer.release()
-        shot = tape.shot(0.0, 0.0, element.driver.dt)
+        shot = recorder.shot(0.0, 0.0, element.driver.dt)
         detector = EchoDetector(probe, shot.dt)
         detector.feed(shot.samples[0] - shot.rest[0])
         echo = detector.echo(End.LEFT)

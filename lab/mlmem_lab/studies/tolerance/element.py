@@ -138,7 +138,7 @@ class _Made:
         except StateError:  # nothing pins it there
             return UNDECODABLE
         self._element.chain.place(wall)
-        self._element.transducer.settle()
+        self._element.transducer.assume_rest()
         if tried == STEP:
             return self._moved(go_to_level(self._element, level, level + 1))
         if tried == KICK:

@@ -11,11 +11,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.chance import Stream, generator
 from mlmem_ros.device import UNDECODABLE, Settings
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design, DesignError, scattered
 from mlmem_ros.physics.potential import Array
+from mlmem_ros.rng import Stream, generator
 
 from ..campaign import Row
 from ..campaign.campaign import Values

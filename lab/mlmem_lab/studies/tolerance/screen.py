@@ -16,9 +16,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mlmem_ros.chance import Stream, generator
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.potential import Array
+from mlmem_ros.rng import Stream, generator
 
 from .particle import StepForecast
 

@@ -23,7 +23,7 @@ from .settings import Checked, Settings, WriteSettings
 
 
 @dataclass(frozen=True)
-class Trim(Checked):
+class PulseCorrection(Checked):
     """Factors on the pulse of a step up, or of the launch of the wall."""
 
     peak: float = described(1.0, 'on its strains', low=0.1, high=10.0)
@@ -31,13 +31,13 @@ class Trim(Checked):
     speed: float = described(1.0, 'on the speed of a launch', low=0.1, high=10.0)
 
 
-AS_SET = Trim()
+AS_SET = PulseCorrection()
 """The pulse in the settings."""
 
 # The menus: rows of peak, times and, for launches, speed; one column per pulse.
 
 QUICKER = tuple(map(
-    Trim,
+    PulseCorrection,
     (1.0, 0.9, 0.8, 1.0, 0.8, 1.6, 0.9, 1.15, 0.7, 0.6, 1.3, 0.7),
     (0.42, 0.3, 0.5, 0.5, 0.36, 0.42, 0.5, 0.42, 0.2, 0.36, 0.5, 0.42),
 ))  # fmt: skip
@@ -45,14 +45,14 @@ QUICKER = tuple(map(
 it half-way. Faster still, cells at the right end slip into a third ground state."""
 
 STRONGER = tuple(map(
-    Trim,
+    PulseCorrection,
     (1.5, 1.8, 2.2, 1.15, 1.5, 1.3, 0.8, 0.8, 0.9, 1.8, 1.0, 0.9, 2.2, 1.15, 1.15, 0.8),
     (1.3, 1.3, 2.2, 1.0, 2.2, 1.0, 1.0, 1.3, 1.3, 2.2, 1.3, 2.2, 1.6, 1.3, 2.2, 1.6),
 ))  # fmt: skip
 """For cycles that ease the strain, which are as fast as an ideal element allows."""
 
 LAUNCHES = tuple(map(
-    Trim,
+    PulseCorrection,
     (1.25, 2.2, 1.0, 1.5, 0.8, 1.25, 1.0),
     (0.3, 0.3, 0.3, 0.5, 0.5, 0.3, 1.0),
     (2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 2.0),
@@ -60,11 +60,13 @@ LAUNCHES = tuple(map(
 """For a launch before such cycles: after too slow a start the wall turns back."""
 
 
-KICKS = tuple(Trim(speed=speed) for speed in (1.0, 1.04, 0.96, 1.08, 0.92, 1.12, 0.88, 1.17, 0.83))
+KICKS = tuple(
+    PulseCorrection(speed=speed) for speed in (1.0, 1.04, 0.96, 1.08, 0.92, 1.12, 0.88, 1.17, 0.83)
+)
 """For kicks: the speed selects the level, and disorder shifts where its window is."""
 
 
-def menu(settings: Settings, level: int) -> tuple[Trim, ...]:
+def menu(settings: Settings, level: int) -> tuple[PulseCorrection, ...]:
     """Return the pulses to try for a step up to a level, best first: each rescues most of the
     steps left by those before.
     """
@@ -82,13 +84,15 @@ STRAINS = ('compression', 'tension', 'start_strain')
 """The fields whose strain it scales, within the limit of the actuator."""
 
 
-def trimmed(settings: Settings, trim: Trim) -> Settings:
+def trimmed(settings: Settings, trim: PulseCorrection) -> Settings:
     """Return settings that make every step with the trimmed pulse."""
     write = trimmed_write(settings.write, trim, settings.actuator.max_strain)
     return dataclasses.replace(settings, write=write)
 
 
-def trimmed_write(write: WriteSettings, trim: Trim, limit: float = math.inf) -> WriteSettings:
+def trimmed_write(
+    write: WriteSettings, trim: PulseCorrection, limit: float = math.inf
+) -> WriteSettings:
     """Return the cycle of a write times a trim; its strains stay within a limit."""
     changed = {name: trim.times * getattr(write, name) for name in TIMES}
     changed['launch_speed'] = min(trim.speed * write.launch_speed, 10.0)
@@ -98,7 +102,7 @@ def trimmed_write(write: WriteSettings, trim: Trim, limit: float = math.inf) -> 
 
 
 @dataclass(frozen=True)
-class Trims:
+class PulseCorrections:
     """What was learnt with one schedule.
 
     Attributes:
@@ -107,7 +111,7 @@ class Trims:
         quick: Strokes and throws of this element; None: all as in the settings.
     """
 
-    steps: tuple[Trim, ...]
+    steps: tuple[PulseCorrection, ...]
     schedule: str
     quick: QuickMoves | None = None
 
@@ -137,9 +141,9 @@ def schedule_of(settings: Settings) -> str:
 
 
 def learnt(
-    steps: Iterable[Trim], settings: Settings, quick: QuickMoves | None = None
-) -> Trims | None:
+    steps: Iterable[PulseCorrection], settings: Settings, quick: QuickMoves | None = None
+) -> PulseCorrections | None:
     """Return the trims learnt with these settings, or None if all pulses are as set."""
     steps = tuple(steps)
     as_set = quick is None and set(steps) == {AS_SET}
-    return None if as_set else Trims(steps, schedule_of(settings), quick)
+    return None if as_set else PulseCorrections(steps, schedule_of(settings), quick)

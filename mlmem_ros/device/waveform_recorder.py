@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A tape: records what both ends do after a pulse, sample by sample."""
+"""What both ends do after a pulse, recorded sample by sample."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .settings import ProbeSettings
 from .shot import Shot
 
 
-class Tape:
+class WaveformRecorder:
     """Records both ends from now on, where a pulse begins.
 
     Attributes:

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..chance import Stream, happens
 from ..physics.portable import exponential
 from ..physics.potential import Array
+from ..rng import Stream, happens
 from .faults import Faults
 from .settings import ActuatorSettings
 
@@ -25,8 +25,8 @@ NO_LAG = 1e-9
 
 
 @dataclass(frozen=True)
-class LinkageState:
-    """The state of the linkage.
+class TransmissionState:
+    """The state of the transmission.
 
     Attributes:
         commanded: The last commanded strain.
@@ -46,7 +46,7 @@ class LinkageState:
         return self.commanded == self.encoder_strain == self.strain and not self.slipping
 
 
-class Linkage:
+class Transmission:
     """Passes the strain on; exactly, if there is no fault.
 
     Attributes:
@@ -55,7 +55,7 @@ class Linkage:
 
     def __init__(self, settings: ActuatorSettings) -> None:
         """Link an actuator to a substrate, unstrained."""
-        self.state = LinkageState()
+        self.state = TransmissionState()
         self._settings = settings
 
     @property
@@ -66,22 +66,22 @@ class Linkage:
     def advance(self, commanded: Array, dt: Array, faults: Faults, tick: int) -> Array:
         """Return the strain of the substrate at the end of every sub-step of a tick, shape (m,).
 
-        Without a fault, and if the linkage is true, it may be a run of ticks. `commanded` is the
-        commanded strain, shape (m,), and `dt` has the lengths of the sub-steps.
+        Without a fault, and if the transmission is true, it may be a run of ticks. `commanded` is
+        the commanded strain, shape (m,), and `dt` has the lengths of the sub-steps.
         """
         state, last = self.state, float(commanded[-1])
         slipping = self._slips(commanded, faults, tick)
         faulty = slipping or faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset
         if state.true and not faulty:
             if last != state.commanded:
-                self.state = LinkageState(last, last, last)
+                self.state = TransmissionState(last, last, last)
             return commanded
         motor = self._driven(commanded, dt, faults)
         wanted = np.zeros_like(motor) if slipping else motor
         limits = self._limits(wanted, 0.0 if slipping else state.encoder_strain, dt)
         strain = _followed(state.strain, wanted + faults.actuator_offset, limits)
         slipping = slipping and bool(commanded.any())  # the grip holds again after the cycle
-        self.state = LinkageState(last, float(motor[-1]), float(strain[-1]), slipping)
+        self.state = TransmissionState(last, float(motor[-1]), float(strain[-1]), slipping)
         return strain
 
     def _slips(self, commanded: Array, faults: Faults, tick: int) -> bool:
