@@ -98,6 +98,11 @@ def test_a_clients_own_second_request_is_refused_as_before(memory, others):
 
 def test_a_client_is_a_node(memory, robot):
     """Its second request is refused over another service, too."""
+    robot.trigger('read')
+    robot.answer(robot.ask('read'))
+    asks = {f'/mlmem/{name}' for name in ('read', 'request')}
+    clients = memory.node.get_client_names_and_types_by_node
+    robot.wait(lambda: asks <= {name for name, _ in clients('robot', '/')}, 'known clients')
     memory.memory.pause().wait()
     write = robot.ask('write', level=1)
     memory.memory.step().wait()
