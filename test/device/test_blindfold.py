@@ -30,7 +30,7 @@ from mlmem_ros.physics import CASE_II
 from . import rig
 
 SAID = {'dt', 'nodes', 'lag', 'strains', 'own_clock', 'interrupted', 'V_N', 'chain'}
-ASKED = {'advance', 'rests', 'pass_by', 'end', 'force', 'health', 'close'}
+ASKED = {'advance', 'at_rest', 'pass_by', 'end', 'force', 'health', 'close'}
 """All that an instrument may ask of its driver."""
 
 
