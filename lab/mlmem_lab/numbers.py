@@ -256,9 +256,11 @@ def main(arguments: list[str]) -> int:
         return 0
     if asked.accept:
         file, why = asked.accept
-        for made in everything():
-            if file == made.told:
-                print(*accept(made.path, why, made.name), sep='\n')
+        meant = [made for made in everything() if file == made.told]
+        if not meant:
+            parser.error(f'there is no result or picture {file!r}; --stale lists the old')
+        for made in meant:
+            print(*accept(made.path, why, made.name), sep='\n')
         return 0
     return int(not check(write=not asked.check and not asked.code, code=asked.code))
 
