@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Empty
 
 from ...contract.services import SERVICES
-from ...device import DriverError, Event
+from ...device import DriverError, Event, Refused
 from ...device.pacing import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
 from ..qos import ALIVE, HEARD, heard_within
@@ -91,7 +91,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
         Services(self, self.host, lambda path: session_plan(self, self._given.values(), path))
-        self._simulator = Simulator(self)
+        self._simulator = Simulator(self, self.host, self._begin_anew, self._play)
         self._diagnostics = Diagnostics(self, self.host, callback_guard)
         self._duplicate_name_check = DuplicateNameCheck(self, self.host.log, callback_guard)
         self._published: Publishers | None = None
@@ -138,9 +138,9 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         Raises:
             One of `REFUSALS`: The transition that failed.
         """
-        self.pass_through(self.trigger_configure, self.trigger_activate)
+        self._pass(self.trigger_configure, self.trigger_activate)
 
-    def pass_through(
+    def _pass(
         self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
     ) -> None:
         """Make some transitions of the life cycle, in the executor's thread.
@@ -161,6 +161,17 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
                     raise self._refusal
         finally:
             self._starting = self._blank = self._held = False
+
+    def _begin_anew(self) -> None:
+        """Put a blank element in the place of the present one, whose life ends; inactive."""
+        if self.host.element is not None and not self.host.element.simulated:
+            raise Refused('a real element cannot be reset; erase it')
+        if self.host.loop is not None:
+            self._pass(self.trigger_deactivate)
+        self._pass(self.trigger_cleanup, self.trigger_configure, blank=True)
+
+    def _play(self, paused: bool) -> None:
+        self._pass(self.trigger_activate, held=paused)
 
     @property
     def unconfigured(self) -> bool:

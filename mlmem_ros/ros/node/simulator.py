@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from action_msgs.msg import GoalStatus
+from rclpy.node import Node
 
 from ...contract.services import SIMULATOR, STEPS
 from ...device import Refused
@@ -23,9 +24,6 @@ from ...host import REFUSALS, Host
 from ..qos import EVERY_ONE
 from .actions import Action, Goal
 from .callback_guard import settled
-
-if TYPE_CHECKING:
-    from .node import MemoryNode
 
 STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
 """States of a simulation, as in `SimulationState`: no world is loaded in an unconfigured node."""
@@ -60,8 +58,17 @@ def types() -> dict[str, Any] | None:
 class Simulator:
     """Serves a node's time by the standard, if its types are installed."""
 
-    def __init__(self, node: MemoryNode) -> None:
-        self._node = node
+    def __init__(
+        self,
+        node: Node,
+        host: Host,
+        begin_anew: Callable[[], None],
+        activate: Callable[[bool], None],
+    ) -> None:
+        """Serve a node's host; it is inactive and blank when it has begun anew, and its time may
+        begin paused when it is activated. Both raise one of `REFUSALS` if they cannot.
+        """
+        self._host, self._begin_anew, self._activate = host, begin_anew, activate
         self._action: SimulateSteps | None = None
         if (kinds := types()) is None:
             return
@@ -69,7 +76,7 @@ class Simulator:
             answer = getattr(self, f'_{name}')
             kind = kinds[kind.rpartition('/')[2]]
             node.create_service(kind, f'~/{name}', answer, qos_profile=EVERY_ONE)
-        self._action = SimulateSteps(node, node.host, {}, STEPS, kinds['SimulateSteps'])
+        self._action = SimulateSteps(node, host, {}, STEPS, kinds['SimulateSteps'])
 
     @property
     def waiting(self) -> int:
@@ -79,7 +86,7 @@ class Simulator:
     @property
     def state(self) -> int:
         """The state of the simulation."""
-        host = self._node.host
+        host = self._host
         if (loop := host.loop) is not None:
             return PAUSED if loop.paused else PLAYING
         return NO_WORLD if host.element is None else STOPPED
@@ -87,7 +94,7 @@ class Simulator:
     # --- services ------------------------------------------------------------------------
 
     def _get_simulator_features(self, _: Any, response: Any) -> Any:
-        element = self._node.host.element
+        element = self._host.element
         resets = (RESET,) if element is None or element.simulated else ()
         response.features.features = [*resets, *ANYWHERE]
         response.features.custom_info = (
@@ -112,7 +119,7 @@ class Simulator:
         if now == STOPPED:
             return self._done(response, lambda: self._activate(wanted == PAUSED))
         try:
-            await settled(self._node.host.pause(wanted == PAUSED))
+            await settled(self._host.pause(wanted == PAUSED))
         except REFUSALS as refusal:
             return _said(response, FAILED, f'{refusal}')
         return _said(response, DONE, '')
@@ -120,7 +127,7 @@ class Simulator:
     async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = Steps(request.steps)
         try:
-            await settled(_begun(self._node.host, steps).answer)
+            await settled(_begun(self._host, steps).answer)
         except REFUSALS as refusal:
             return _said(response, FAILED, f'{refusal}')
         return _said(response, *_judged(steps))
@@ -139,19 +146,6 @@ class Simulator:
                 self._activate(now == PAUSED)
 
         return self._done(response, reset)
-
-    def _begin_anew(self) -> None:
-        """Put a blank element in the place of the present one, whose life ends; inactive."""
-        node = self._node
-        element = node.host.element
-        if element is not None and not element.simulated:
-            raise Refused('a real element cannot be reset; erase it')
-        if node.host.loop is not None:
-            node.pass_through(node.trigger_deactivate)
-        node.pass_through(node.trigger_cleanup, node.trigger_configure, blank=True)
-
-    def _activate(self, paused: bool) -> None:
-        self._node.pass_through(self._node.trigger_activate, held=paused)
 
     @staticmethod
     def _done(response: Any, work: Callable[[], None]) -> Any:
