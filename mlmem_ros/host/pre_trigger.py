@@ -8,6 +8,7 @@ with such a state, and the oldest is dropped once the others reach back far enou
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -53,6 +54,7 @@ class PreTriggerBuffer:
         self._tick = 0
         self._count = 0  # messages put so far, kept or not
         self._size = 0
+        self._held = math.inf  # number of the first message that must stay, however old it is
 
     def due(self, tick: int) -> bool:
         """Return whether a segment should begin after a tick, if the device is idle."""
@@ -66,7 +68,7 @@ class PreTriggerBuffer:
             self._tick = tick
             self._segments.append(_Segment(tick, self._count, header))
             self._grow(header)
-            while len(self._segments) > 1 and tick - self._segments[1].tick >= self._ticks:
+            while len(self._segments) > 1 and self._spare(self._segments[1]):
                 self._drop()
 
     def put(self, topic: str, cdr: bytes, log_time: int) -> None:
@@ -81,10 +83,12 @@ class PreTriggerBuffer:
                     self._drop()
 
     def content(self) -> tuple[list[Message], int]:
-        """Return what is kept as one session, a header first, and the number of the next message;
-        nothing is kept until an idle tick has come.
+        """Return what is kept as one session, a header first, and the number of the next message,
+        from which on nothing grows too old until `release`; nothing is kept until an idle tick
+        has come.
         """
         with self._lock:
+            self._held = self._count
             headers = [each.header for each in self._segments]
             return [*headers[:1], *self._from(0)], self._count
 
@@ -99,6 +103,10 @@ class PreTriggerBuffer:
             if number < oldest:
                 raise Refused(f'the disk was slow, and {MOST_BYTES / 1e6:.0f} MB were not enough')
             return self._from(number)
+
+    def release(self) -> None:
+        """Let messages grow too old again."""
+        self._held = math.inf
 
     def clear(self) -> None:
         """Discard everything; start again with the next idle tick."""
@@ -115,6 +123,10 @@ class PreTriggerBuffer:
                 'last_seconds': round(ticks * self._tick_seconds, 3),
                 'last_bytes': self._size,
             }
+
+    def _spare(self, second: _Segment) -> bool:
+        """Return whether what is kept suffices without the segment before the second."""
+        return self._tick - second.tick >= self._ticks and second.first <= self._held
 
     def _from(self, number: int) -> list[Message]:
         return [

@@ -185,6 +185,8 @@ class Sessions:
                 self._closed(bag)
                 raise
         finally:
+            if buffer is not None:
+                buffer.release()
             self.state = State.IDLE if self.current is None else State.ON
         return cast('Path', bag.status.path)
 

@@ -136,11 +136,15 @@ def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch)
 def filled(seconds, ticks, every=1):
     """Return a buffer with a message a tick of a second, and a header wherever one is due."""
     buffer = PreTriggerBuffer(seconds, 1.0)
-    for tick in range(ticks):
+    fill(buffer, range(ticks), every)
+    return buffer
+
+
+def fill(buffer, ticks, every=1):
+    for tick in ticks:
         if tick % every == 0 and buffer.due(tick):
             buffer.begin(tick, ('header', b'%d' % tick, tick))
         buffer.put('topic', b'%d' % tick, tick)
-    return buffer
 
 
 def test_a_buffer_reaches_as_far_back_as_it_should_and_begins_with_a_state():
@@ -150,15 +154,17 @@ def test_a_buffer_reaches_as_far_back_as_it_should_and_begins_with_a_state():
     assert 8 <= 100 - header[2] <= 8 + 8 / pre_trigger.SEGMENTS
 
 
-def test_what_comes_while_a_bag_is_opened_follows_without_a_gap():
+@pytest.mark.parametrize('opened', [25, 200])
+def test_what_comes_while_a_bag_is_opened_follows_without_a_gap(opened):
+    """Also where time runs so fast that all which was kept grows too old meanwhile."""
     buffer = filled(8.0, 20)
     kept, number = buffer.content()
-    for tick in range(20, 25):
-        if buffer.due(tick):
-            buffer.begin(tick, ('header', b'', tick))
-        buffer.put('topic', b'%d' % tick, tick)
+    fill(buffer, range(20, opened))
     stamps = [stamp for topic, _, stamp in [*kept, *buffer.since(number)] if topic == 'topic']
-    assert stamps == list(range(stamps[0], 25))
+    assert stamps == list(range(stamps[0], opened))
+    buffer.release()
+    fill(buffer, range(opened, opened + 20))
+    assert buffer.kept['last_seconds'] <= 8 + 8 / pre_trigger.SEGMENTS
 
 
 @pytest.mark.parametrize('how', ['dropped', 'cleared'])

@@ -123,12 +123,14 @@ export function connect(shown) {
       new Blob(chunks).arrayBuffer().then((film) => save(timed(new Uint8Array(film), seconds), `mlmem-${stamp()}.webm`));
     };
     let begun = performance.now();
-    recorder.onstart = () => { begun = performance.now(); };
+    recorder.onstart = () => {
+      begun = performance.now();
+      if (played) shown.play(true);
+    };
     recorder.start(500);
     film.classList.add('on');
     film.lastElementChild.textContent = 'Stop';
     if (played) {
-      shown.play(true);
       const watch = setInterval(() => {
         if (!recorder) return clearInterval(watch);
         if (shown.playing || !chunks.some(({ size }) => size)) return; // a busy machine takes time to begin
