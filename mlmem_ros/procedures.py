@@ -147,7 +147,7 @@ PROCEDURES = {
     'reset': Procedure(
         Reset,
         'replace a simulated element by a fresh blank one: for cells driven out of their phases',
-        'resetting.reset',
+        'self_testing.reset',
         'reading',
         action=False,
     ),
@@ -161,7 +161,7 @@ PROCEDURES = {
     'abort': Procedure(
         Abort,
         'stop the running procedure and bring the strain to zero',
-        'aborting.abort',
+        'blocks.abort',
         'letting_go',
         action=False,
     ),

@@ -29,8 +29,7 @@ from mlmem_ros.device import snapshot as snapshots
 from mlmem_ros.device.commands import KINDS
 from mlmem_ros.device.end import End
 from mlmem_ros.device.motion import Profile, Ramp
-from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections
-from mlmem_ros.device.quick_moves import QuickMoves
+from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections, QuickMoves
 from mlmem_ros.device.reading import Reading
 from mlmem_ros.element_file import Element, ElementFileError
 from mlmem_ros.outside import LONGEST, DecodeError, decode, from_json, from_yaml, read

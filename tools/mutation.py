@@ -22,7 +22,7 @@ from scipy.stats import binomtest
 
 ROOT = Path(__file__).resolve().parent.parent
 MUTANTS = ROOT / 'mutants'
-FIRST = 'mlmem_ros.device.transmission.x__faulty__mutmut_1'
+FIRST = 'mlmem_ros.device.actuator.x__faulty__mutmut_1'
 """A quick mutant: mutmut makes all of them when it runs any."""
 
 KILLED = 'killed', 'timeout'

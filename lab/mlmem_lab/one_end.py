@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Faults, MemoryElement, Read, SetFaults, new_element, preset
+from mlmem_ros.device.commands import EchoReceived
 from mlmem_ros.device.decoding import decode
 from mlmem_ros.device.echo import Echo, blanking, threshold
 from mlmem_ros.device.end import End
-from mlmem_ros.device.events import EchoReceived
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.physics import Specimen

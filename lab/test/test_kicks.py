@@ -9,8 +9,8 @@ import pytest
 from mlmem_lab.results import FOLDER, load
 from mlmem_lab.windows.kicks import KICKED, after_kick, after_push, count, kicks
 from mlmem_ros.device import preset
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.simulation import Simulation
 
 MAPPED = load(FOLDER / 'kicks.json')['presets']
 

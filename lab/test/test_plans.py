@@ -9,10 +9,10 @@ import pytest
 from mlmem_lab.plans.strokes import ENOUGH, PEAKS, quick_moves, strokes
 from mlmem_lab.twins.element import made
 from mlmem_lab.windows.window import end
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.moves import How, Move
 from mlmem_ros.device.presets import Preset, preset
 from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.simulation import Simulation
 
 STROKES = ('up_even', 'up_odd', 'down_even', 'down_odd')
 DESIGN, SET = preset('case_2')

@@ -25,10 +25,10 @@ from mlmem_lab.windows.window import (
     strain,
 )  # fmt: skip
 from mlmem_ros.device import PRESETS, new_element, preset
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.moves import How, cycle_of, half_period
 from mlmem_ros.device.procedures.blocks import play, run
 from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.simulation import Simulation
 
 MEASURED = json.loads((FOLDER / 'windows.json').read_text())['presets']
 DEFAULT = [name for name in PRESETS if name not in APART]

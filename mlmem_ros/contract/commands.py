@@ -11,8 +11,8 @@ from typing import Any
 
 from ..clipped import clipped
 from ..device import Command, Disturb, FollowTrajectory, Read, Refused, SetStrain, Write
-from ..device.trajectory import MOST_POINTS
-from ..device.units import Units
+from ..device.actuator import MOST_POINTS
+from ..device.instrument import Units
 from ..levels import JOINT
 from ..procedures import PROCEDURES
 from . import topics

@@ -7,19 +7,28 @@ from typing import Any
 from ..levels import BLANK, UNDECODABLE, describe_level
 from ..procedures import Abort, Calibrate, Erase, Locate, Read, Reset, SelfTest, Survey, Write
 from .calibration import Calibration, DelayTable
-from .commands import Command, Disturb, FollowTrajectory, SetFaults, SetMethod, SetStrain
+from .commands import (
+    Command,
+    Disturb,
+    EchoReceived,
+    Event,
+    FollowTrajectory,
+    Outcome,
+    SetFaults,
+    SetMethod,
+    SetStrain,
+)
 from .driver import Driver
 from .element import MemoryElement
 from .end import End
 from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
-from .events import EchoReceived, Event, Outcome
 from .factory import factory_calibration, new_element
 from .faults import Faults
 from .loop import Loop
 from .presets import PRESETS, Preset, preset
+from .pulse import Shot
 from .reading import Reading, Unknown
 from .settings import Settings
-from .shot import Shot
 
 __all__ = [
     'BLANK', 'PRESETS', 'UNDECODABLE', 'Abort', 'Calibrate', 'Calibration', 'Command',

@@ -1,21 +1,34 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The actuator that strains the substrate: set-points, smooth ramps and timed profiles."""
+"""From a command to the strain of the substrate: the actuator, and what is between both.
+
+The `Actuator` makes set-points, smooth ramps and timed profiles into a commanded strain. The
+`Transmission` brings it to the substrate: motor (may be stuck or lag; read by the encoder) ->
+grip (may slip or be mounted askew) -> substrate. Each follows the one before it and makes up a
+difference no faster than a strain that is set by hand. So a fault that comes or goes does not jerk
+cells out of their phase, as a compression by 0.1 would at the rate of a throw.
+"""
 
 from __future__ import annotations
 
+import itertools
+import sys
 from bisect import bisect_left
+from dataclasses import dataclass
 from itertools import accumulate, repeat
 
 import numpy as np
 
 from ..clipped import clipped
+from ..levels import JOINT
+from ..physics.portable import exponential
 from ..physics.potential import Array
+from ..rng import Stream, happens
 from .commands import FollowTrajectory, is_number
 from .errors import Refused
-from .motion import Motion, Ramp, shaped
+from .faults import Faults
+from .motion import Motion, Profile, Ramp, shaped
 from .settings import ActuatorSettings
-from .trajectory import planned
 
 
 class Actuator:
@@ -124,3 +137,193 @@ class Actuator:
             strain = np.full(ticks * len(times), self.goal)
         self.strain = float(strain[-1])
         return strain
+
+
+MOST_POINTS = 10_000
+"""Most points of a profile."""
+
+LONGEST = 1e12
+"""Longest profile, in time units."""
+
+ROUNDING = 1e-9
+"""Relative excess over a limit that is rounding, not intent."""
+
+
+def planned(
+    command: FollowTrajectory, strain: float, settings: ActuatorSettings, time_unit: float
+) -> Profile:
+    """Return the profile that a command asks for, beginning at the present strain; a time unit is
+    given in seconds.
+
+    If the first point is later than 0, the profile starts from rest.
+
+    Raises:
+        Refused: The points are not a profile, or it exceeds a limit.
+    """
+    if command.joint != JOINT:
+        raise Refused(f'the joint must be {JOINT!r}; got {clipped(command.joint)}')
+    times, strains, rates = _checked(command)
+    if times[-1] > LONGEST * time_unit:
+        raise Refused(
+            f'a trajectory must end within {LONGEST * time_unit:g} s; got {times[-1]:g} s'
+        )
+    if times[0] > 0.0:
+        times, strains = (0.0, *times), (strain, *strains)
+        rates = (0.0, *rates) if rates else ()
+    elif abs(strains[0] - strain) > ROUNDING * settings.max_strain:
+        raise Refused(f'a point at 0 s must be the present strain {strain:g}; got {strains[0]:g}')
+    profile = Profile(
+        tuple(time / time_unit for time in times),
+        (strain, *strains[1:]),
+        tuple(rate * time_unit for rate in rates),
+    )
+    strongest, fastest = profile.extremes()
+    for name, reached, limit, setting in (
+        ('strain', strongest, settings.max_strain, 'max_strain'),
+        ('rate', fastest, settings.by_hand, 'hand_rate' if settings.hand_rate else 'max_rate'),
+    ):
+        beyond = np.flatnonzero(~(reached <= limit * (1.0 + ROUNDING)))  # true for NaN, too
+        if len(beyond):
+            where = int(beyond[0])
+            raise Refused(
+                f'the {name} must stay within {limit:g} (actuator.{setting}); it reaches '
+                f'{reached[where]:g} between {times[where]:g} s and {times[where + 1]:g} s'
+            )
+    return profile
+
+
+def _checked(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
+    """Return the columns of the points: times, strains and rates."""
+    times, strains, rates = columns = command.times, command.strains, command.rates
+    if not 1 <= len(times) <= MOST_POINTS:
+        raise Refused(f'a trajectory must have 1 to {MOST_POINTS} points; got {len(times)}')
+    if len(strains) != len(times):
+        raise Refused(f'every point must have one strain; got {len(strains)} for {len(times)}')
+    if len(rates) not in (0, len(times)):
+        raise Refused(
+            f'either every point or none must have a rate; got {len(rates)} for {len(times)}'
+        )
+    for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
+        if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
+            raise Refused(f'{name} must be finite numbers; got {clipped(bad[0])}')
+    if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
+        raise Refused('the times of the points must increase from 0 s')
+    if times[-1] == 0.0:
+        raise Refused('the last point must be later than 0 s')
+    return columns
+
+
+NO_LAG = 1e-9
+"""Shortest time constant of a lag."""
+
+
+@dataclass(frozen=True)
+class TransmissionState:
+    """The state of the transmission.
+
+    Attributes:
+        commanded: The last commanded strain.
+        encoder_strain: Strain of the motor, read by the encoder.
+        strain: Strain of the substrate.
+        slipping: Whether the grip slips during the present strain cycle.
+    """
+
+    commanded: float = 0.0
+    encoder_strain: float = 0.0
+    strain: float = 0.0
+    slipping: bool = False
+
+    @property
+    def true(self) -> bool:
+        """Whether the substrate has the commanded strain."""
+        return self.commanded == self.encoder_strain == self.strain and not self.slipping
+
+
+class Transmission:
+    """Passes the strain on; exactly, if there is no fault.
+
+    Attributes:
+        state: Its state.
+    """
+
+    def __init__(self, settings: ActuatorSettings) -> None:
+        """Link an actuator to a substrate, unstrained."""
+        self.state = TransmissionState()
+        self._settings = settings
+
+    @property
+    def encoder(self) -> float:
+        """Strain of the motor; the device cannot read that of the substrate."""
+        return self.state.encoder_strain
+
+    def advance(self, commanded: Array, dt: Array, faults: Faults, tick: int) -> Array:
+        """Return the strain of the substrate at the end of every sub-step of a tick, shape (m,).
+
+        Without a fault, and if the transmission is true, it may be a run of ticks. `commanded` is
+        the commanded strain, shape (m,), and `dt` has the lengths of the sub-steps.
+        """
+        state, last = self.state, float(commanded[-1])
+        slipping = self._slips(commanded, faults, tick)
+        faulty = slipping or faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset
+        if state.true and not faulty:
+            if last != state.commanded:
+                self.state = TransmissionState(last, last, last)
+            return commanded
+        motor = self._driven(commanded, dt, faults)
+        wanted = np.zeros_like(motor) if slipping else motor
+        limits = self._limits(wanted, 0.0 if slipping else state.encoder_strain, dt)
+        strain = _followed(state.strain, wanted + faults.actuator_offset, limits)
+        slipping = slipping and bool(commanded.any())  # the grip holds again after the cycle
+        self.state = TransmissionState(last, float(motor[-1]), float(strain[-1]), slipping)
+        return strain
+
+    def _slips(self, commanded: Array, faults: Faults, tick: int) -> bool:
+        """Return whether the grip slips: drawn when a cycle leaves zero, kept until it returns."""
+        may_slip = faults.missed_cycle > 0.0 or self.state.slipping
+        if may_slip and self.state.commanded == 0.0 and commanded.any():
+            return happens(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
+        return self.state.slipping
+
+    def _driven(self, commanded: Array, dt: Array, faults: Faults) -> Array:
+        """Return the strain of the motor at the end of every sub-step."""
+        start = self.state.encoder_strain
+        if faults.actuator_stuck:
+            return np.full_like(commanded, start)
+        limits, share = self._limits(commanded, self.state.commanded, dt), None
+        if faults.actuator_lag:
+            share = 1.0 - exponential(-dt / max(faults.actuator_lag, NO_LAG))
+        return _followed(start, commanded, limits, share)
+
+    def _limits(self, course: Array, before: float, dt: Array) -> Array:
+        """Return the largest changes down and up in each sub-step, shape (2, m).
+
+        The change of the course itself plus one by hand, within the rate limit of the actuator.
+        """
+        moves = np.diff(course, prepend=before)
+        by_hand, most = self._settings.by_hand * dt, self._settings.max_rate * dt
+        down = np.maximum(np.minimum(moves, 0.0) - by_hand, -most)
+        up = np.minimum(np.maximum(moves, 0.0) + by_hand, most)
+        return np.array((down, up))
+
+
+def _followed(start: float, wanted: Array, limits: Array, share: Array | None = None) -> Array:
+    """Return a path that follows a course, limited in each sub-step.
+
+    Args:
+        start: Where it starts.
+        wanted: The course, shape (m,).
+        limits: Largest changes down and up in each sub-step, shape (2, m).
+        share: Fraction of the remaining way made in each sub-step, shape (m,); all by default.
+    """
+    followed = np.empty_like(wanted)
+    at = start
+    shares = np.ones_like(wanted) if share is None else share
+    columns = (wanted.tolist(), *limits.tolist(), shares.tolist())
+    for k, (goal, down, up, part) in enumerate(zip(*columns, strict=True)):
+        way = part * (goal - at)
+        if down <= way <= up:
+            at = goal if part == 1.0 else at + way
+        else:
+            at += min(max(way, down), up)
+        followed[k] = at
+    return followed

@@ -23,13 +23,13 @@ from ..physics import Design, Specimen, StateError
 from ..physics.dispersion import band, group_velocity
 from ..physics.potential import Array
 from ..procedures import Erase, Write
+from .driver import Simulation
 from .echo import pulse_duration
 from .errors import Refused, SettingsError
+from .pulse import Shot
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, Listener, heard, resting
 from .settings import ElementSettings, Settings
-from .shot import Shot
-from .simulation import Simulation
 
 if TYPE_CHECKING:
     from .element import MemoryElement

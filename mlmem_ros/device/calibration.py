@@ -20,8 +20,7 @@ from ..physics.potential import Array
 from .echo import Crossings, Shape, first_heard
 from .end import End
 from .errors import SettingsError
-from .pulse_corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
-from .quick_moves import QuickMoves
+from .pulse_corrections import AS_SET, PulseCorrection, PulseCorrections, QuickMoves, schedule_of
 from .settings import ProbeSettings, Settings
 
 DETECTOR = 'carrier 1'

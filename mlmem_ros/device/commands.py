@@ -1,18 +1,22 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""All inputs of a device, procedures (see `mlmem_ros.procedures`) and what has no outcome.
+"""What a device takes and what it reports: commands, events, and the progress of a procedure.
 
-A command is stamped with the tick at which it takes effect.
+Commands are all its inputs: procedures (see `mlmem_ros.procedures`) and what has no outcome. A
+command is stamped with the tick at which it takes effect.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, get_args
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, get_args
 
 from ..levels import JOINT
 from ..procedures import Procedures
+from .echo import Echo
 from .faults import Faults
+from .pulse import Shot
+from .reading import Reading, Unknown
 
 
 @dataclass(frozen=True)
@@ -76,3 +80,129 @@ def is_number(value: object, limit: float) -> bool:
     """Return whether a value is a number of at most this magnitude; NaN and bools are not."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return number and abs(value) <= limit  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class EchoReceived:
+    """A probe and its reading, with or without an echo within the listening time."""
+
+    echo: Echo
+    reading: Reading
+
+
+@dataclass(frozen=True)
+class Check:
+    """One test of a self-test.
+
+    Attributes:
+        name: What was tested.
+        passed: Whether it passed.
+        message: The result in words.
+        values: The measured values, by name.
+    """
+
+    name: str
+    passed: bool
+    message: str
+    values: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a procedure ended.
+
+    Attributes:
+        procedure: Its name, one of `PROCEDURES`.
+        success: Whether it succeeded.
+        error: Why not; empty on success.
+        reading: The last reading it made, or None.
+        attempts: Attempts it took.
+        start_tick: The tick in which it began.
+        end_tick: The tick in which it ended.
+        checks: The checks of a self-test.
+        delays: Echo delay of every level in time units, by end, from a calibration.
+        found: What else was measured, by name: as `contract.answers` declares it.
+    """
+
+    procedure: str
+    success: bool
+    error: str
+    reading: Reading | None
+    attempts: int
+    start_tick: int
+    end_tick: int
+    checks: tuple[Check, ...] = ()
+    delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    found: dict[str, float | str] = field(default_factory=dict)
+
+    @property
+    def ticks(self) -> int:
+        """How long it took."""
+        return self.end_tick - self.start_tick
+
+
+Event = EchoReceived | Shot | Outcome | Unknown
+
+
+QUIETING = 'quieting'
+STRAINING = 'straining'
+LAUNCHING = 'launching'
+SETTLING = 'settling'
+LISTENING = 'listening'
+"""Phases of any procedure."""
+
+WAITING = 'waiting'
+"""Phase of a request whose procedure has not begun, because another one runs."""
+
+
+class Feedback(NamedTuple):
+    """Feedback from a running procedure.
+
+    Attributes:
+        phase: Its present phase, one of the above; empty before its first tick.
+        share: Elapsed share of the expected duration, 0 to 1.
+        strain: Strain that the encoder of the transmission reads.
+        attempts: Attempts so far, including the present one.
+        place: Place among those that wait, from 1; 0 once it runs.
+    """
+
+    phase: str
+    share: float
+    strain: float
+    attempts: int
+    place: int = 0
+
+
+class Progress:
+    """The progress of one procedure.
+
+    Attributes:
+        procedure: Its name; empty before the first one.
+        phase: Its present phase, one of the above; empty before its first tick.
+        attempts: Attempts so far, including the present one.
+        start_tick: The tick in which it began.
+    """
+
+    def __init__(self, procedure: str = '', tick: int = 0) -> None:
+        self.procedure = procedure
+        self.phase = ''
+        self.attempts = 1
+        self.start_tick = self._end = tick
+
+    def expect(self, end: float) -> None:
+        """Expect the end at this tick or later.
+
+        A procedure that another one calls ends within the expected time; a further attempt
+        prolongs it.
+        """
+        self._end = max(self._end, round(end))
+
+    def tried(self, procedure: str, attempts: int) -> None:
+        """Set the attempts of the procedure itself; those of one that it calls do not count."""
+        if procedure == self.procedure:
+            self.attempts = attempts
+
+    def share(self, tick: int) -> float:
+        """Return the elapsed share of the expected time, 0 to 1; 1 if it is late."""
+        passed = tick - self.start_tick
+        return passed / max(self._end - self.start_tick, passed, 1)

@@ -14,14 +14,12 @@ from ..described import descriptions, problems
 from ..procedures import PROCEDURES, Abort, Procedures
 from . import commands, procedures
 from .base import NO_SHAKES, Shakes
-from .commands import Command
+from .commands import Command, Event, Feedback, Outcome, Progress
 from .end import End
 from .errors import ProcedureFailed, Refused, SettingsError
-from .events import Event, Outcome
 from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
-from .progress import Feedback, Progress
 from .reading import UNDECODABLE
 from .settings import Settings
 

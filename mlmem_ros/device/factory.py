@@ -12,7 +12,7 @@ from ..physics.equilibrium import blank, resting_wall
 from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
 from .decoding import primary
-from .driver import Driver
+from .driver import Driver, Simulation
 from .echo import Echo
 from .element import MemoryElement
 from .end import End
@@ -22,7 +22,6 @@ from .presets import Preset
 from .procedures.blocks import run, wait
 from .procedures.listening import pulse_echo
 from .settings import Settings
-from .simulation import Simulation
 
 
 def new_element(

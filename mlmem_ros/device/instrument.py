@@ -8,29 +8,26 @@ It knows neither commands nor levels: procedures act on it, and `MemoryElement` 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..physics import Chain, Design, DesignError, Specimen, StateError, substep_times
+from ..physics import CASE_II, Chain, Design, DesignError, Specimen, StateError, substep_times
 from ..physics.equilibrium import blank
 from ..physics.jit import kernel
 from ..physics.potential import Array
-from .actuator import Actuator
+from .actuator import Actuator, Transmission, TransmissionState
 from .base import NO_SHAKES, Base, BaseState, Shakes
+from .commands import Progress
 from .decoding import phase_of
-from .driver import Driver
+from .driver import Driver, Simulation
 from .echo import listening_time
 from .end import End
 from .errors import DriverError, Refused, SettingsError
 from .faults import HEALTHY, Faults, sensed, with_faults
-from .progress import Progress
 from .reverberation import LONG_AGO
-from .settings import Settings
-from .simulation import Simulation
+from .settings import ScaleSettings, Settings
 from .transducer import Transducer
-from .transmission import Transmission, TransmissionState
-from .units import Units
 
 LONGEST_RUN = 50
 """Most ticks of a run: their strains fit into a cache."""
@@ -301,3 +298,41 @@ def _check(ends: Array, samples: int) -> None:
         raise DriverError(
             f'the driver must return displacements of at most {FARTHEST:g} cells; got more, or NaN'
         )
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units of an element of some size and scale.
+
+    Attributes:
+        design: The element.
+        scale: The dimensionless units in SI.
+    """
+
+    design: Design = CASE_II
+    scale: ScaleSettings = field(default_factory=ScaleSettings)
+
+    @property
+    def length(self) -> float:
+        """One lattice constant, in m."""
+        return self.scale.length
+
+    @property
+    def elongation(self) -> float:
+        """Displacement of the substrate's end for a strain of 1, in m."""
+        return self.scale.length * self.design.end_displacement(1.0)
+
+    @property
+    def speed(self) -> float:
+        """One lattice constant per time unit, in m/s."""
+        return self.scale.length / self.scale.time
+
+    @property
+    def acceleration(self) -> float:
+        """One lattice constant per time unit squared, in m/s^2."""
+        return self.scale.acceleration
+
+    @property
+    def force(self) -> float:
+        """k_r times one lattice constant, in N."""
+        return self.scale.stiffness * self.scale.length

@@ -14,16 +14,12 @@ from typing import Any, NamedTuple, TypeVar
 
 from .. import threads
 from ..procedures import Abort
-from .commands import Command, Disturb
+from .commands import Command, Disturb, Event
 from .element import MemoryElement
 from .errors import Refused
-from .events import Event
-from .loop_statistics import LoopStatistics
-from .mailbox import Asked, Ending, Mailbox, Steps
+from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, Steps
 from .open_requests import OpenRequests, Settle, Stamped
-from .pacing import Pacer, SteadyPacer
-from .request import Cancel, Client, Request
-from .timetable import LONGEST_SLEEP, Timetable, checked_speed
+from .timetable import LONGEST_SLEEP, LoopStatistics, Pacer, SteadyPacer, Timetable, checked_speed
 
 T = TypeVar('T')
 

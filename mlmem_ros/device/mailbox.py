@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Requests from other threads to a loop: one lock guards them, one thread takes them out."""
+"""Requests to a running device: one object from the edge to the answer; and the mailbox in which
+other threads leave them for the loop's: one lock guards it, one thread takes them out.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +10,78 @@ import math
 from collections import deque
 from collections.abc import Callable, Sized
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from .. import threads
-from .commands import Disturb
+from .commands import Disturb, Outcome
+from .element import Run
 from .errors import Refused
-from .events import Outcome
-from .request import Request
 
 T = TypeVar('T')
+
+
+class Client(Protocol):
+    """Who asks."""
+
+    @property
+    def key(self) -> object:
+        """What is equal for requests of one client."""
+
+    @property
+    def gone(self) -> bool:
+        """Whether it is known to be there no more."""
+
+
+@dataclass(eq=False)
+class Request(Generic[T]):
+    """What is asked of a device, who waits for it, and what came of it.
+
+    Any thread may make one. The loop's thread takes it up and settles it, at once or when its
+    procedure has ended.
+
+    Attributes:
+        asked: A command, a `Cancel`, or a function to call between two ticks.
+        answer: Its outcome, for whoever waits: the exception `Refused` if it is not accepted.
+        client: Who asks, and would wait for a turn; None: nobody would.
+        deadline: When its turn must have come, on the steady clock.
+        place: Its place among those that wait, from 1; 0 if it does not wait.
+        run: The procedure that it has begun, or None.
+    """
+
+    asked: Any
+    answer: Future[T] = field(default_factory=lambda: threads.Future())
+    client: Client | None = None
+    deadline: float = math.inf
+    place: int = 0
+    run: Run | None = None
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How its procedure has ended; None without one, and while it runs."""
+        return self.run.outcome if self.run is not None else None
+
+    def taken_up(self) -> bool:
+        """Return whether somebody still waits, who can no longer withdraw it then."""
+        return self.answer.running() or self.answer.set_running_or_notify_cancel()
+
+    def settle(self, outcome: T) -> None:
+        """Answer it."""
+        self.answer.set_result(outcome)
+
+    def refuse(self, reason: BaseException) -> Request[T]:
+        """Answer it with an exception; return it."""
+        self.answer.set_exception(reason)
+        return self
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """What ends the procedure of exactly this request, and no other."""
+
+    of: Request[Any]
+
 
 Asked = Request[Outcome | None]
 """A request with a command, or a `Cancel`."""

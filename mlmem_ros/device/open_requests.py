@@ -16,9 +16,8 @@ from ..procedures import PROCEDURES, Abort
 from .commands import Command
 from .element import MemoryElement
 from .errors import Refused
-from .loop_statistics import LoopStatistics
-from .mailbox import Asked
-from .request import Cancel
+from .mailbox import Asked, Cancel
+from .timetable import LoopStatistics
 
 Stamped = tuple[int, Command]
 """A command and the tick at which it took effect."""

@@ -1,6 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prescribed motions of a boundary cell: pulses that probe or push; moves and kicks."""
+"""What drives an end, and what both ends do then.
+
+An end follows a prescribed motion: a pulse that probes or pushes, a move or a kick. A `Shot` is
+one pulse into a resting element with its waveforms, which a `WaveformRecorder` takes.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,41 @@ import numpy as np
 
 from ..physics.portable import cosine, exponential, sine
 from ..physics.potential import Array
+from .end import End
 from .settings import KickSettings, ProbeSettings, PushSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """One pulse and its waveforms, in the instrument's own units of time and length.
+
+    Attributes:
+        end: The driven end.
+        omega_c, A, sigma: Carrier, amplitude and envelope of the pulse; see `Pulse`.
+        wall: Site near which the wall is supposed to rest, 0 for a blank element.
+        strain: Strain of the element, held.
+        dt: Time between samples.
+        rest: Displacement of both ends before the pulse, shape (2,).
+        samples: Displacement of both ends from dt after the pulse began, shape (2, n); NaN where
+            there is none.
+        unrest: Root mean square departure of the noisier end from its rest before the pulse.
+    """
+
+    end: End
+    omega_c: float
+    A: float
+    sigma: float
+    wall: float
+    strain: float
+    dt: float
+    rest: Array
+    samples: Array
+    unrest: float = 0.0
+
+    @property
+    def pulse(self) -> Pulse:
+        """The motion of the driven end, about 0."""
+        return Pulse(0.0, ProbeSettings(omega_c=self.omega_c, A=self.A, sigma=self.sigma))
 
 
 @dataclass(frozen=True)
@@ -101,3 +139,42 @@ class Kick:
 
 BoundaryMotion = Pulse | Move | Kick
 """The motions that a boundary cell can be made to follow; then it is released."""
+
+
+class WaveformRecorder:
+    """Records both ends from now on, where a pulse begins.
+
+    Attributes:
+        end: The driven end.
+        probe: The pulse.
+    """
+
+    def __init__(self, end: End, probe: ProbeSettings, before: Array, lag: int) -> None:
+        """Begin with the samples that are taken `lag` ticks from now.
+
+        `before` holds displacements of both ends before the pulse, shape (2, n).
+        """
+        self.end, self.probe = end, probe
+        self._rest, self._unrest = before.mean(axis=1), float(before.std(axis=1).max())
+        self._late = lag
+        self._parts: list[Array] = []
+        self._broken = False
+
+    def take(self, ends: Array, ticks: int, interrupted: bool) -> None:
+        """Take the samples of ticks, shape (2, m).
+
+        From an interruption on, when they were taken is not known: they are NaN.
+        """
+        late = min(self._late, ticks)
+        self._late -= late
+        self._broken |= interrupted
+        part = ends[:, late * ends.shape[1] // ticks :]
+        self._parts.append(np.full_like(part, np.nan) if self._broken else part)
+
+    def shot(self, wall: float, strain: float, dt: float) -> Shot:
+        """Return the pulse and all samples so far; see `Shot`."""
+        probe, samples = self.probe, np.concatenate((np.empty((2, 0)), *self._parts), axis=1)
+        return Shot(
+            self.end, probe.omega_c, probe.A, probe.sigma, wall, strain, dt, self._rest, samples,
+            self._unrest,
+        )  # fmt: skip

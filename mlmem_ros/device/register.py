@@ -22,14 +22,14 @@ from ..clipped import clipped
 from ..physics import Design, Specimen, StateError, walls
 from ..physics.equilibrium import relax, wall_profile
 from ..physics.potential import Array
+from .driver import Simulation
 from .echo import pulse_duration
 from .end import End
 from .errors import SettingsError
 from .instrument import LONGEST_RUN, Instrument
+from .pulse import Shot
 from .reading import UNDECODABLE, Reading
 from .settings import Settings
-from .shot import Shot
-from .simulation import Simulation
 
 MOST_WORDS = 4096
 """Words up to which all forecasts are made: each takes some milliseconds and 16 kB."""

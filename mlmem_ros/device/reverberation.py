@@ -19,7 +19,7 @@ from ..described import described
 from ..physics import Design
 from ..physics.portable import exponential
 from ..physics.potential import Array
-from .carrier import loudness, weights
+from .echo import loudness, weights
 from .settings import ProbeSettings
 
 LONG_AGO = 2**53

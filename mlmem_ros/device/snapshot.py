@@ -21,6 +21,7 @@ from ..described import described
 from ..outside import decode, encoded
 from ..physics import Design, StateError
 from ..physics.potential import Array
+from .actuator import TransmissionState
 from .base import BaseState
 from .calibration import Calibration, calibration_key
 from .decoding import primary
@@ -28,11 +29,10 @@ from .element import MemoryElement
 from .end import End
 from .errors import Refused
 from .faults import Faults
-from .memory_statistics import MemoryStatistics
+from .memory import MemoryStatistics
 from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading, Unknown
 from .reverberation import Returns
-from .transmission import TransmissionState
 
 LINKAGE = {
     'told': 'commanded', 'drive': 'encoder_strain', 'strain': 'strain', 'slipping': 'slipping'

@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""When the ticks of a loop are due, and how many of them are deferred and run together.
+"""When the ticks of a loop are due, by which clock, how many are deferred and run together, and
+how well all that is kept.
 
 A late tick is counted, and the lost time is skipped, not caught up.
 
@@ -17,13 +18,95 @@ until a command, an acceleration or a stream is due.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from threading import Condition
+from typing import Protocol
 
+from .. import threads
 from .element import MemoryElement
 from .errors import SettingsError
-from .loop_statistics import LoopStatistics
 from .mailbox import Mailbox
-from .pacing import Pacer
+
+
+class Pacer(Protocol):
+    """A clock to wait on. It may stand still, jump, or run at any rate.
+
+    Attributes:
+        slack: Seconds of lag that are caught up; time lost beyond that is skipped. A clock that
+            advances in steps needs more than one step.
+        jumps: How often the clock has jumped further than that; no time is lost by a jump.
+    """
+
+    slack: float
+    jumps: int
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+
+    def wait(self, changed: Condition, seconds: float) -> None:
+        """Wait on a condition, whose lock is held, for at most this time.
+
+        Returns early when the condition is notified, or the clock may have moved.
+        """
+
+
+class SteadyPacer:
+    """The steady clock of the machine: lost ticks are not caught up."""
+
+    slack = 0.0
+    jumps = 0
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+        return threads.monotonic()
+
+    def wait(self, changed: Condition, seconds: float) -> None:
+        """Wait on a condition for at most this time."""
+        changed.wait(seconds)
+
+
+LATENESS_MEMORY = 0.002
+"""Weight of the newest tick in the running mean and variance of the lateness."""
+
+
+@dataclass
+class LoopStatistics:
+    """How the loop keeps time; all times in seconds.
+
+    Attributes:
+        ticks: Ticks run.
+        overruns: Ticks of wall time that were skipped.
+        refused: Commands that were refused.
+        lateness_mean: Running mean of how late ticks began.
+        lateness_variance: Running variance of the same.
+        busy: Running mean of the time a tick takes.
+    """
+
+    ticks: int = 0
+    overruns: int = 0
+    refused: int = 0
+    lateness_mean: float = 0.0
+    lateness_variance: float = 0.0
+    busy: float = 0.0
+
+    def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
+        """Count ticks of equal times, in seconds; a time is at least 0 if the clock jumps back."""
+        busy = max(0.0, busy)
+        self.ticks += ticks
+        weight = max(1.0 - (1.0 - LATENESS_MEMORY) ** ticks, ticks / self.ticks)
+        deviation = lateness - self.lateness_mean
+        self.lateness_mean += weight * deviation
+        spread = self.lateness_variance + weight * deviation * deviation
+        self.lateness_variance = (1.0 - weight) * spread
+        self.busy += weight * (busy - self.busy)
+
+    @property
+    def lateness_deviation(self) -> float:
+        """Standard deviation of the lateness."""
+        return math.sqrt(self.lateness_variance)
+
 
 SLOWEST, FASTEST = 1e-3, 1e6
 """Multiples of real time, beside 0: a request waits for the end of a tick, which must come."""

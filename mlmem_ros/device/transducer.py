@@ -16,10 +16,9 @@ from .driver import Driver
 from .echo import FAINTEST, EchoDetector
 from .end import End
 from .errors import SettingsError
-from .pulse import BoundaryMotion, Kick, Move, Pulse
+from .pulse import BoundaryMotion, Kick, Move, Pulse, WaveformRecorder
 from .reverberation import NOTHING, Reverberation
 from .settings import ProbeSettings, PushSettings, Settings
-from .waveform_recorder import WaveformRecorder
 
 REST_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest displacement is averaged."""

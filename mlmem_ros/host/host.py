@@ -21,7 +21,7 @@ from ..device import (
 )
 from ..device.mailbox import Asked
 from ..device.open_requests import Stamped
-from ..device.pacing import Pacer
+from ..device.timetable import Pacer
 from ..physics import StateError
 from .building import ResidualMonitor, built
 from .errors import REFUSALS

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ..device import Command, Faults, Loop, MemoryElement, Refused, SetFaults, SetMethod
-from ..device.mailbox import Asked, Steps
-from ..device.progress import WAITING, Feedback
-from ..device.request import Client, Request
-from ..device.units import Units
+from ..device.commands import WAITING, Feedback
+from ..device.instrument import Units
+from ..device.mailbox import Asked, Client, Request, Steps
 from .sessions import Sessions
 from .settings import SessionPlan
 

@@ -22,7 +22,7 @@ from ..contract import calls, topics
 from ..contract.commands import OF_TOPIC, Make
 from ..contract.values import SHOT_HEAD, numbers
 from ..device import Command, End, Refused, Settings, Shot
-from ..device.units import Units
+from ..device.instrument import Units
 from ..physics import Design
 from .messages import COMMAND, DIGEST, DROPPED, HEADER, STATE_HASH, STRING
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash

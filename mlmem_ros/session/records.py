@@ -18,7 +18,7 @@ from ..clipped import clipped, printable
 from ..described import Description, described
 from ..device import Calibration, Command, Refused, Settings
 from ..device.commands import KINDS
-from ..device.simulation import steps_per_tick
+from ..device.driver import steps_per_tick
 from ..outside import ANY, DecodeError, decode, from_json
 from ..physics import Design, Specimen
 from ..physics.potential import Array

@@ -21,8 +21,8 @@ from ..device import (
     Refused,
     snapshot,
 )
+from ..device.driver import Simulation
 from ..device.instrument import LONGEST_RUN
-from ..device.simulation import Simulation
 from ..physics import StateError
 from .data import SessionData
 from .length import last_tick, longest_silence

@@ -17,10 +17,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.pulse import Pulse
 from mlmem_ros.device.settings import ProbeSettings, TimeSettings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.levels import BLANK, UNDECODABLE
 from mlmem_ros.physics import (
     Chain,

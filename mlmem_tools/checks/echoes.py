@@ -11,12 +11,12 @@ import numpy as np
 
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.decoding import exchanged, primary
+from mlmem_ros.device.driver import steps_per_tick
 from mlmem_ros.device.echo import Echo
 from mlmem_ros.device.end import End
 from mlmem_ros.device.errors import SettingsError
 from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
-from mlmem_ros.device.simulation import steps_per_tick
 from mlmem_ros.physics import INTEGRATORS, StateError
 from mlmem_ros.physics.equilibrium import blank, resting_wall
 from mlmem_ros.verdict import Verdict, worst

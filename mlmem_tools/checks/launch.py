@@ -14,12 +14,12 @@ import math
 from collections.abc import Iterator
 
 from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.element import MemoryElement
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.procedures.blocks import launch, run
 from mlmem_ros.device.pulse_corrections import trimmed
 from mlmem_ros.device.settings import EraseSettings, RegisterSettings, WriteSettings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import StateError, walls
 from mlmem_ros.physics.held_wall import excerpt
 from mlmem_ros.verdict import Verdict

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mlmem_ros.device.simulation import steps_per_tick
+from mlmem_ros.device.driver import steps_per_tick
 from mlmem_ros.physics import CASE_II, INTEGRATORS, stable_step
 from mlmem_ros.verdict import Verdict
 

@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mlmem_ros.device import Settings
-from mlmem_ros.device.carrier import carried, weights
-from mlmem_ros.device.echo import EchoDetector
+from mlmem_ros.device.echo import EchoDetector, carried, weights
 from mlmem_ros.device.end import End
 
 from . import rig

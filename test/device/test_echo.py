@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.echo import (
     FAINTEST,
     EchoDetector,
@@ -23,7 +24,6 @@ from mlmem_ros.device.echo import (
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ProbeSettings, Settings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, Chain
 

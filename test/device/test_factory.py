@@ -15,12 +15,12 @@ from mlmem_ros.device import (
     factory_calibration,
     new_element,
 )
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.procedures import listening
 from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_tools.checks.echo_forecast import forecast_echo

@@ -32,8 +32,8 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.mailbox import MOST
-from mlmem_ros.device.pacing import SteadyPacer
 from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.device.timetable import SteadyPacer
 from mlmem_ros.physics import StateError
 
 from . import rig

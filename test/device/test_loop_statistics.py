@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.device.loop_statistics import LoopStatistics
+from mlmem_ros.device.timetable import LoopStatistics
 
 
 def test_the_first_ticks_have_equal_weights():

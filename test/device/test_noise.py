@@ -10,8 +10,7 @@ import pytest
 from sampled import sampled
 
 from mlmem_ros.device import UNDECODABLE, EchoReceived, Faults, Read, SelfTest, SetFaults, Write
-from mlmem_ros.device.carrier import weights
-from mlmem_ros.device.echo import EchoDetector, threshold
+from mlmem_ros.device.echo import EchoDetector, threshold, weights
 from mlmem_ros.device.end import End
 from mlmem_ros.device.procedures import listening
 from mlmem_ros.device.settings import ProbeSettings

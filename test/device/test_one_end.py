@@ -22,10 +22,10 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.calibration import DelayTable
 from mlmem_ros.device.decoding import decode, exchanged
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.echo import Echo, threshold
 from mlmem_ros.device.end import End
 from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 

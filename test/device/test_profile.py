@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 from mlmem_ros.device import FollowTrajectory, Refused, SetStrain, Write, snapshot
+from mlmem_ros.device.actuator import MOST_POINTS, planned
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
-from mlmem_ros.device.trajectory import MOST_POINTS, planned
 
 from . import rig
 

@@ -9,8 +9,13 @@ import pytest
 from mlmem_ros.device import Calibrate, Settings, Write, new_element, preset
 from mlmem_ros.device.calibration import Calibration
 from mlmem_ros.device.moves import How, Move, cycle_of, route
-from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections, schedule_of
-from mlmem_ros.device.quick_moves import QuickMoves, quick_schedule
+from mlmem_ros.device.pulse_corrections import (
+    AS_SET,
+    PulseCorrections,
+    QuickMoves,
+    quick_schedule,
+    schedule_of,
+)
 from mlmem_ros.outside import DecodeError, decode
 
 DESIGN, SETTINGS = preset('case_2')

@@ -19,7 +19,7 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.carrier import carried, weights
+from mlmem_ros.device.echo import carried, weights
 from mlmem_ros.device.end import End
 from mlmem_ros.device.procedures.listening import is_quiet
 from mlmem_ros.device.reverberation import LONG_AGO, Returns, Reverberation

@@ -11,8 +11,8 @@ import pytest
 from sampled import sampled
 
 from mlmem_ros.device import UNDECODABLE, Disturb, Outcome, Read, Write
+from mlmem_ros.device.commands import EchoReceived
 from mlmem_ros.device.end import End
-from mlmem_ros.device.events import EchoReceived
 
 from . import rig
 

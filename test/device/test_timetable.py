@@ -7,11 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.device.loop_statistics import LoopStatistics
 from mlmem_ros.device.mailbox import Mailbox
-from mlmem_ros.device.pacing import SteadyPacer
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.timetable import Timetable
+from mlmem_ros.device.timetable import LoopStatistics, SteadyPacer, Timetable
 
 PERIOD = 0.002
 """Of a tick: 20 time units of 1e-4 s."""

@@ -12,7 +12,7 @@ from mlmem_ros import durable, threads
 from mlmem_ros.bag import mcap_file
 from mlmem_ros.device import actuator, element, loop, mailbox, timetable
 from mlmem_ros.device.errors import Refused
-from mlmem_ros.device.request import Request
+from mlmem_ros.device.mailbox import Request
 from mlmem_ros.host import sessions, store, worker
 
 BITES = {}

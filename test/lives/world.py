@@ -10,7 +10,7 @@ from owner import owned
 
 from mlmem_ros import durable
 from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.host import calibration_file, state_file, worker
 
 from .disk import Disk, mounted

@@ -24,8 +24,8 @@ import pytest
 import uniform_chain
 
 from mlmem_ros.device import Settings
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import End
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
 from mlmem_ros.physics.energy import energy

@@ -22,9 +22,9 @@ from mlmem_ros.device import (
     Write,
     drivers,
 )
+from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Watched
 from mlmem_ros.device.settings import TimeSettings
-from mlmem_ros.device.simulation import Simulation
-from mlmem_ros.device.watched import Watched
 from mlmem_ros.physics import CASE_II, HeldCell, substep_times
 
 from .lines import calibration

@@ -31,10 +31,10 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.procedures.listening import pulse_echo
 from mlmem_ros.device.settings import ScaleSettings, TimeSettings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig.driver import BEAT, Rig
 from mlmem_ros.rig.frames import Kind, encode

@@ -16,8 +16,7 @@ from mlmem_ros.bag.queued_writer import WriterStatus
 from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.end import End
-from mlmem_ros.device.loop_statistics import LoopStatistics
-from mlmem_ros.device.pacing import SteadyPacer
+from mlmem_ros.device.timetable import LoopStatistics, SteadyPacer
 from mlmem_ros.host import State
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import diagnostics

@@ -23,8 +23,8 @@ from mlmem_ros.device import (
     SetStrain,
     Write,
 )
+from mlmem_ros.device.instrument import Units
 from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.device.units import Units
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.client.play import published
 

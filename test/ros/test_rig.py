@@ -19,8 +19,8 @@ from robot import Robot, values
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.device import DriverError, DriverHangs, Settings
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.ros.node.starting import Retries

@@ -17,7 +17,7 @@ import yaml
 from sensor_msgs.msg import JointState
 
 from mlmem_ros.device import PRESETS, preset
-from mlmem_ros.device.units import Units
+from mlmem_ros.device.instrument import Units
 
 FOLDER = Path(__file__).parents[2] / 'ros2_control'
 

@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.device import BLANK, UNDECODABLE, new_element
 from mlmem_ros.device.echo import pulse_duration
-from mlmem_ros.device.units import Units
+from mlmem_ros.device.instrument import Units
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import redecode

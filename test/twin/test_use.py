@@ -20,11 +20,11 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.outside import DecodeError, decode
 from mlmem_ros.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
 from mlmem_ros.physics.equilibrium import blank

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import EchoReceived, Faults, Read, SetFaults, Write, new_element, preset
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.reading import BLANK, UNDECODABLE, Reading
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
 from mlmem_tools.rig.sensors import Sensors

@@ -13,7 +13,7 @@ from typing import Any
 
 from mlmem_ros import element_file
 from mlmem_ros.bag import digest, jazzy, mcap_file
-from mlmem_ros.device import Read, new_element, preset, pulse_corrections, quick_moves, snapshot
+from mlmem_ros.device import Read, new_element, preset, pulse_corrections, snapshot
 from mlmem_ros.host import calibration_file, design_check, state_file
 from mlmem_ros.physics import Specimen
 from mlmem_ros.session import messages
@@ -26,7 +26,7 @@ from .table import table
 def files_page() -> str:
     """Return the formats, whose keys are compared with those of an element's files."""
     element = new_element(preset('bits_1'))
-    quick = quick_moves.QuickMoves({}, '')
+    quick = pulse_corrections.QuickMoves({}, '')
     taken, learnt = (
         snapshot.take(element),
         pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,), '', quick),

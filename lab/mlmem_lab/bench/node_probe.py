@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.device.loop_statistics import LoopStatistics
+from mlmem_ros.device.timetable import LoopStatistics
 from mlmem_ros.ros.fast_dds import use_profile
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node.node import MemoryNode

@@ -14,7 +14,7 @@ import numpy as np
 
 from mlmem_ros.clipped import printable
 from mlmem_ros.device.end import End
-from mlmem_ros.device.shot import Shot
+from mlmem_ros.device.pulse import Shot
 from mlmem_ros.outside import LONGEST, DecodeError, read
 
 from .fit import Misfitting

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.memory import Memory
 from mlmem_ros.device.presets import Preset
 from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.procedures.going_to_level import go_to_level
 from mlmem_ros.device.pulse_corrections import PulseCorrection, PulseCorrections, menu, schedule_of
 from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
 from mlmem_ros.physics.equilibrium import blank, relax, resting_wall
 from mlmem_ros.physics.potential import Array

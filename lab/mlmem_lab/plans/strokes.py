@@ -7,11 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.moves import How, Move, moves_from
 from mlmem_ros.device.presets import Preset
-from mlmem_ros.device.quick_moves import QuickMoves, quick_schedule
+from mlmem_ros.device.pulse_corrections import QuickMoves, quick_schedule
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import Chain, Specimen
 
 from ..windows.window import TIMES, end, kind

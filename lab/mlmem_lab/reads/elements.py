@@ -13,9 +13,9 @@ import numpy as np
 
 from mlmem_lab.designer import propose
 from mlmem_ros.device import MemoryElement, Settings, new_element
+from mlmem_ros.device.driver import Simulation, steps_per_tick
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.register import resting
-from mlmem_ros.device.simulation import Simulation, steps_per_tick
 from mlmem_ros.physics import INTEGRATORS, Chain, Design, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.specimen import Scatter, scattered

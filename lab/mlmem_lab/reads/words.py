@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Faults, MemoryElement, Read, Write, new_element, preset
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.register import resting
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.specimen import Scatter, scattered
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from mlmem_ros.device.echo import threshold
 from mlmem_ros.device.end import End
-from mlmem_ros.device.units import Units
+from mlmem_ros.device.instrument import Units
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import SessionData
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from mlmem_ros.device import Driver
-from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.physics import HeldCell
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.rig.link import Tcp

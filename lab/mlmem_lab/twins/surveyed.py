@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Driver, MemoryElement, Shot, Survey, factory_calibration
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Scatter, scattered
 from mlmem_ros.rig import Rig

@@ -23,10 +23,10 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Erase, Write, new_element, preset
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
 from mlmem_ros.device.settings import KickSettings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import Chain, HeldCell, Scatter, StateError, level_of, substep_times
 from mlmem_ros.physics.energy import energy
 from mlmem_ros.physics.equilibrium import blank, resting_wall

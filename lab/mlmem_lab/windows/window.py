@@ -20,13 +20,12 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device.actuator import Actuator
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.moves import How, Move, cycle_of, half_period, moves_from
 from mlmem_ros.device.presets import preset
-from mlmem_ros.device.pulse_corrections import trimmed
-from mlmem_ros.device.quick_moves import QUICK
+from mlmem_ros.device.pulse_corrections import QUICK, trimmed
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.settings import ActuatorSettings, Settings
-from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Chain, StateError, level_of, substep_times
 from mlmem_ros.physics.equilibrium import resting_wall

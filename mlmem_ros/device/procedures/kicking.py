@@ -12,15 +12,15 @@ from __future__ import annotations
 import math
 
 from ...physics import Design
+from ..commands import LISTENING, QUIETING
 from ..echo import EchoDetector, pulse_duration
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..progress import LISTENING, QUIETING
+from ..pulse import Shot
 from ..reading import UNDECODABLE, Reading
 from ..register import Code, Forecasts, Register
 from ..settings import Settings
-from ..shot import Shot
 from .blocks import Procedure, Result, bring_back, catch_up, fire_push, kick_to, wait
 
 

@@ -14,12 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..commands import LISTENING, QUIETING
 from ..echo import TAIL, Echo, pulse_duration, threshold
 from ..end import End
 from ..errors import ProcedureFailed
 from ..instrument import Instrument
 from ..memory import Memory
-from ..progress import LISTENING, QUIETING
 from ..reading import UNDECODABLE, Reading
 from .blocks import Procedure, Result, catch_up, wait
 

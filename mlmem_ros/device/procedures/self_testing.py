@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The self-test: actuator, transducers, erase and every level; then restore the content."""
+"""The self-test: actuator, transducers, erase and every level, then restore the content; and the
+reset, the way home of an element that no strain brings back.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +10,15 @@ import math
 
 import numpy as np
 
+from ..commands import Check
 from ..decoding import MOST_RAISED
 from ..echo import threshold
 from ..end import End
 from ..errors import ProcedureFailed
-from ..events import Check
 from ..memory import Memory
 from ..moves import pushes
 from ..pulse_corrections import kicked
-from ..reading import UNDECODABLE, Reading, describe_level
+from ..reading import BLANK, UNDECODABLE, Reading, describe_level
 from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
 from .erasing import erase
 from .listening import listen, look, noise_floor, quiet
@@ -157,3 +159,23 @@ def _level(element: Memory, level: int) -> Procedure[Tested]:
 def _restore(element: Memory, content: Reading) -> Procedure[Tested]:
     yield from restore(element, content)
     return True, describe_level(content.level), {}
+
+
+def reset(element: Memory) -> Procedure[Result]:
+    """Replace a simulated element by a fresh one, blank and unstrained, and listen to it.
+
+    Cells driven out of their two phases stay in another ground state, from which neither an erase
+    nor a write brings them back. Calibration, faults and history stay.
+
+    Raises:
+        ProcedureFailed: The element is real, or the new one does not sound blank, for instance
+            because of a fault.
+    """
+    if not element.simulated:
+        raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
+    element.renew()
+    reading = yield from look(element)
+    if reading.level != BLANK:
+        why = reading.reason or describe_level(reading.level)
+        raise ProcedureFailed(f'the new element does not sound blank: {why}')
+    return Result(reading)

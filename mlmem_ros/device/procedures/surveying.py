@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 from ...physics import Design
 from ...physics.dispersion import band
+from ..commands import LISTENING
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..progress import LISTENING
 from ..pulse_corrections import menu
 from ..reading import BLANK
 from ..settings import ProbeSettings

@@ -27,7 +27,7 @@ from ...device import (
     SetStrain,
     describe_level,
 )
-from ...device.units import Units
+from ...device.instrument import Units
 from ...session.data import SessionData
 from ...session.replay import element_of
 from ...session.report import agreeing, ending, remains

@@ -24,7 +24,7 @@ from ...contract import answers, messages, services
 from ...contract.commands import OF_REQUEST
 from ...contract.services import REQUESTS
 from ...device import Outcome
-from ...device.request import Request
+from ...device.mailbox import Request
 from ...host import Host
 from ..qos import EVERY_ONE, RELIABLE
 from .callback_guard import REQUESTER, settled

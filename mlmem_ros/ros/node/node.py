@@ -13,7 +13,7 @@ from std_msgs.msg import Empty
 
 from ...contract.services import SERVICES
 from ...device import DriverError, Event, Refused
-from ...device.pacing import Pacer, SteadyPacer
+from ...device.timetable import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
 from ..qos import ALIVE, HEARD, heard_within
 from .actions import Actions

@@ -18,8 +18,7 @@ from rclpy.node import Node
 
 from ...contract.services import SIMULATOR, STEPS
 from ...device import Refused
-from ...device.mailbox import Steps
-from ...device.request import Request
+from ...device.mailbox import Request, Steps
 from ...host import REFUSALS, Host
 from ..qos import EVERY_ONE
 from .actions import Action, Goal
