@@ -10,7 +10,7 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from ..clipped import clipped
-from ..device import Command, Disturb, FollowTrajectory, Read, Refused, SetStrain, Write
+from ..device import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
 from ..device.actuator import MOST_POINTS
 from ..device.instrument import Units
 from ..levels import JOINT
@@ -109,6 +109,7 @@ OF_REQUEST: dict[str, type[Any]] = {
     **{name: row.command for name, row in PROCEDURES.items()},
     'follow': FollowTrajectory,
     'record': Record,
+    'inject': Inject,
 }
 """The command of each of `REQUESTS`."""
 

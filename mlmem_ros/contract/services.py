@@ -161,5 +161,6 @@ REQUESTS: dict[str, dict[str, Type]] = {
     },
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
     'record': {'on': BOOL, 'path': STRING},
+    'inject': {'script': STRING},
 }
 """All requests, with the types of their arguments."""

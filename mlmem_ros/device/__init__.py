@@ -13,6 +13,7 @@ from .commands import (
     EchoReceived,
     Event,
     FollowTrajectory,
+    Inject,
     Outcome,
     SetFaults,
     SetMethod,
@@ -33,10 +34,10 @@ from .settings import Settings
 __all__ = [
     'BLANK', 'PRESETS', 'UNDECODABLE', 'Abort', 'Calibrate', 'Calibration', 'Command',
     'DelayTable', 'Disturb', 'Driver', 'DriverError', 'DriverHangs', 'EchoReceived', 'End',
-    'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Locate', 'Loop', 'MemoryElement', 'Outcome',
-    'Preset', 'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'SelfTest', 'SetFaults',
-    'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey', 'Unknown', 'Write',
-    'describe_level', 'factory_calibration', 'new_element', 'preset',
+    'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Inject', 'Locate', 'Loop', 'MemoryElement',
+    'Outcome', 'Preset', 'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'SelfTest',
+    'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey',
+    'Unknown', 'Write', 'describe_level', 'factory_calibration', 'new_element', 'preset',
 ]  # fmt: skip
 
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from .base import NO_SHAKES, Shakes
 from .commands import Command, Event, Feedback, Outcome, Progress
 from .end import End
 from .errors import ProcedureFailed, Refused, SettingsError
+from .faults import Faults
 from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
@@ -37,6 +38,9 @@ class MemoryElement(Memory):
     """A device that advances by ticks and takes commands between them; made like a `Memory`."""
 
     _running: Run | None = None
+
+    script: Sequence[tuple[int, Faults]] = ()
+    """The faults to come, with the ticks from which on they are all that is faulty."""
 
     # --- commands ------------------------------------------------------------------------
 
@@ -71,9 +75,10 @@ class MemoryElement(Memory):
 
         It is 0 for a real element that moves, because that cannot be delayed.
         """
-        if self._running:
-            return self._running.due - self.ticks if self.simulated else 0
-        return FAR if self.simulated or self.still else 0
+        if not self.simulated and (self._running or not self.still):
+            return 0
+        due = self._running.due if self._running else self.ticks + FAR
+        return min(due, *(tick for tick, _ in self.script[:1]), self.ticks + FAR) - self.ticks
 
     @property
     def released(self) -> bool:
@@ -99,10 +104,16 @@ class MemoryElement(Memory):
                 self.base.disturb(acceleration)
                 return None
             case commands.SetFaults(faults):
-                before = self.faults
-                self.set_faults(faults)
-                if not faults.same_material(before):
-                    self.forget('faults were set')
+                self._suffer(faults)
+                self.script = ()
+                return None
+            case commands.Inject(script):
+                from . import failures  # few elements fail by a script
+
+                coming = failures.course(failures.parsed(script), self.faults, self.ticks)
+                for _, faults in coming:
+                    self.specimen(faults)
+                self.script = tuple(coming)
                 return None
             case commands.SetMethod(method):
                 self.settings = with_method(self.settings, method)
@@ -125,6 +136,13 @@ class MemoryElement(Memory):
                 raise Refused(f'command must be one of {known}; got {clipped(command)}')
         self.forget('strained by hand')
         return None
+
+    def _suffer(self, faults: Faults) -> None:
+        """Replace all faults by these; raises as `specimen` does."""
+        before = self.faults
+        self.set_faults(faults)
+        if not faults.same_material(before):
+            self.forget('faults were set')
 
     def forget(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, and say so at once; of what a procedure does, its outcome
@@ -209,6 +227,9 @@ class MemoryElement(Memory):
         """
         for acceleration in shakes.values():
             self.base.check(acceleration)
+        while self.script and self.script[0][0] <= self.ticks:
+            (_, faults), *self.script = self.script
+            self._suffer(faults)
         if 0 in shakes:
             self.base.disturb(shakes[0])  # as `apply` does, before a procedure looks at it
         ticks = self._step(self._running) if self._running else most
@@ -217,7 +238,7 @@ class MemoryElement(Memory):
             self.forget('shaken')
         if self._events:  # reported after the first
             ticks = 1
-        ticks = min(ticks, most)
+        ticks = min(ticks, most, *(tick - self.ticks for tick, _ in self.script[:1]))
         if shaken is not None and shaken < ticks:
             self.forget('shaken', shaken)
         self.pass_ticks(ticks, shakes)

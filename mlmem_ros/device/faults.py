@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults of a device. The defaults describe a healthy one.
 
-Each fault acts in one place: on the transducers' signals (`sensed`), between actuator and
+Each fault acts in one place: on the transducers' signals (`Sensors`), between actuator and
 substrate (`transmission`), or in the material (`with_faults`). The device does not know its
 own faults; it has to detect them.
 """
@@ -17,8 +17,10 @@ import numpy as np
 
 from ..described import Description, described, descriptions
 from ..physics import Scatter, Specimen, scattered
+from ..physics.portable import exponential
 from ..physics.potential import Array
 from ..rng import Stream, happens, normal
+from .end import End
 from .errors import SettingsError
 from .settings import Checked
 
@@ -38,6 +40,13 @@ class OfMaterial(Description):
 
 
 @dataclass(frozen=True)
+class OfSensor(Description):
+    """The description of a rarer fault of a transducer's signal; listed once it was given."""
+
+    listed: bool | None = False
+
+
+@dataclass(frozen=True)
 class Faults(Checked):
     """The present faults of a device.
 
@@ -52,6 +61,20 @@ class Faults(Checked):
         'probability that the transducers freeze at their last sample for a tick',
         low=0.0,
         high=1.0,
+    )
+    sensor_end: str = described(
+        'both', 'the transducer whose signal is faulty', choices=('both', 'left', 'right'),
+        kind=OfSensor,
+    )  # fmt: skip
+    sensor_off: bool = described(False, 'the signal is 0', kind=OfSensor)
+    sensor_gain: float = described(
+        1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0, kind=OfSensor
+    )
+    sensor_lag: float = described(
+        0.0, "time constant of the signal's lag", unit='time', low=0.0, high=1e6, kind=OfSensor
+    )
+    sensor_delay: float = described(
+        0.0, 'how late the signal is', unit='time', low=0.0, high=1e4, kind=OfSensor
     )
     actuator_offset: float = described(
         0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
@@ -112,16 +135,19 @@ class Faults(Checked):
     def active(self) -> dict[str, Any]:
         """Return the active faults by name; empty for a healthy device.
 
-        The seed alone is not a fault, nor is the factor of an absent weak cell.
+        The seed alone is not a fault, nor is the factor of an absent weak cell, nor the end of an
+        absent fault of a signal.
         """
-        healthy = Faults()
-        aside = {'seed'} if self.weak_cell else {'seed', 'weak_factor'}
-        return {
+        found = {
             field.name: value
             for field in dataclasses.fields(self)
-            if (value := getattr(self, field.name)) != getattr(healthy, field.name)
-            and field.name not in aside
+            if (value := getattr(self, field.name)) != field.default and field.name != 'seed'
         }
+        if not self.weak_cell:
+            found.pop('weak_factor', None)
+        if found.keys() & {'sensor_end'} == {name for name in found if name.startswith('sensor_')}:
+            found.pop('sensor_end', None)
+        return found
 
     def of_the_material(self) -> dict[str, Any]:
         """Return the active faults that a real element cannot have, by name."""
@@ -141,6 +167,9 @@ class Faults(Checked):
 
 
 HEALTHY = Faults()
+
+NOTHING: Array = np.empty((2, 0))
+"""What a signal that is not late has still to show."""
 
 
 def with_faults(made: Specimen, faults: Faults) -> Specimen:
@@ -173,15 +202,59 @@ def with_faults(made: Specimen, faults: Faults) -> Specimen:
     )  # fmt: skip
 
 
-def sensed(ends: Array, last: Array, faults: Faults, tick: int) -> Array:
-    """Return the samples of both ends in a tick, shape (2, steps), as faulty transducers measure
-    them.
+class Sensors:
+    """The signals of both transducers, with their faults.
 
-    `ends` are the true displacements, and `last` the last samples before, shape (2,).
+    Attributes:
+        late: The samples that a late signal still has to show, shape (2, m).
     """
-    if happens(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
-        return np.repeat(last[:, None], ends.shape[1], axis=1)
-    if faults.sensor_noise:
-        noise = normal(ends.shape, faults.seed, tick, Stream.NOISE)
-        return np.asarray(ends + faults.sensor_noise * noise)
-    return ends
+
+    def __init__(self, dt: float) -> None:
+        """Watch ends whose samples are `dt` apart."""
+        self.dt = dt
+        self.late: Array = NOTHING
+
+    def delay(self, faults: Faults) -> int:
+        """Return how many samples late the signals are."""
+        return round(faults.sensor_delay / self.dt)
+
+    def sense(self, ends: Array, last: Array, faults: Faults, tick: int) -> Array:
+        """Return the samples of both ends in a tick, shape (2, steps), as transducers with faults
+        measure them.
+
+        `ends` are the true displacements, and `last` the last samples before, shape (2,).
+        """
+        if faults == HEALTHY:
+            self.late = NOTHING
+            return ends
+        present = self._delayed(ends, last, self.delay(faults))
+        if happens(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
+            found = np.repeat(last[:, None], ends.shape[1], axis=1)
+        else:
+            found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present
+            if faults.sensor_lag:
+                found = self._slowed(found, last, faults.sensor_lag)
+            if faults.sensor_noise:
+                noise = normal(ends.shape, faults.seed, tick, Stream.NOISE)
+                found = found + faults.sensor_noise * noise
+        if faults.sensor_end != 'both':
+            sound = End(faults.sensor_end).opposite.row
+            found[sound] = ends[sound]
+        return found
+
+    def _delayed(self, ends: Array, last: Array, m: int) -> Array:
+        """Return what is shown m samples late; a delay begins with the last sample before."""
+        if self.late.shape[1] != m:
+            self.late = np.repeat(last[:, None], m, axis=1)
+        shown = np.concatenate((self.late, ends), axis=1)
+        self.late = shown[:, ends.shape[1] :].copy()
+        return shown[:, : ends.shape[1]]
+
+    def _slowed(self, wanted: Array, last: Array, constant: float) -> Array:
+        """Return a signal behind a first-order lag that had shown `last`."""
+        kept = float(exponential(np.array([-self.dt / constant]))[0])
+        found, at = np.empty_like(wanted), last
+        for k in range(wanted.shape[1]):
+            at = wanted[:, k] + kept * (at - wanted[:, k])
+            found[:, k] = at
+        return found

@@ -24,7 +24,7 @@ from .driver import Driver, Simulation
 from .echo import listening_time
 from .end import End
 from .errors import DriverError, Refused, SettingsError
-from .faults import HEALTHY, Faults, sensed, with_faults
+from .faults import HEALTHY, Faults, Sensors, with_faults
 from .reverberation import LONG_AGO
 from .settings import ScaleSettings, Settings
 from .transducer import Transducer
@@ -54,6 +54,7 @@ class Instrument:
         transmission: Brings that strain to the substrate.
         base: What carries the element.
         faults: The present faults.
+        sensors: Bring the signals of the ends to it.
         transducer: Drives and senses the ends.
         ticks: Ticks done: its clock.
         tick: Length of a tick in time units.
@@ -85,6 +86,7 @@ class Instrument:
         self.transmission = Transmission(settings.actuator)
         self.base = Base(settings.disturbance, self.tick, design.holding_force)
         self.faults = HEALTHY
+        self.sensors = Sensors(self.driver.dt)
         self.transducer = Transducer(design, settings, self.driver)
         self.ticks = 0
         self.computed = 0
@@ -248,7 +250,7 @@ class Instrument:
         if moved := max(_last_moved(V_N, strained, self._excites), shaken):
             self.last_moved = self.ticks + math.ceil(moved / len(self._times))
         last = transducer.recent[:, -1]
-        heard = sensed(ends, last, self.faults, self.ticks)
+        heard = self.sensors.sense(ends, last, self.faults, self.ticks)
         transducer.record(heard, ticks, self.driver.interrupted)
         self.ticks += ticks
         self.computed = self.ticks

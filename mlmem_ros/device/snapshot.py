@@ -9,7 +9,7 @@ import hashlib
 import itertools
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field
 from functools import partial
 from typing import Any
@@ -28,7 +28,7 @@ from .decoding import primary
 from .element import MemoryElement
 from .end import End
 from .errors import Refused
-from .faults import Faults
+from .faults import NOTHING, Faults
 from .memory import MemoryStatistics
 from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading, Unknown
@@ -70,6 +70,8 @@ class Saved:
     returns: Mapping[End, Returns] = field(default_factory=dict)
     stirred: int | None = None
     unknown: Unknown | None = None
+    late: Array | None = None
+    script: Sequence[tuple[int, Faults]] = ()
 
 
 def take(element: MemoryElement) -> dict[str, Any]:
@@ -112,6 +114,8 @@ def take(element: MemoryElement) -> dict[str, Any]:
         },
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
+        'script': [[tick, dataclasses.asdict(faults)] for tick, faults in element.script],
+        'late': encoded(element.sensors.late),
         'reading': reading,
         'unknown': element.unknown and dataclasses.asdict(element.unknown),
         'calibration': element.calibration.as_dict(),
@@ -153,6 +157,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         transmission = decode(
             TransmissionState, {LINKAGE[key]: it for key, it in saved.linkage.items()}, 'linkage'
         )
+        for _, faults in saved.script:
+            element.specimen(faults)
         specimen = element.specimen(saved.faults)
         element.base.check(saved.base.acceleration)
         element.base.check(saved.base.target)
@@ -172,6 +178,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         'its steps per tick (time.tick, time.integrator)': saved.steps
         == saved.ticks * element.steps_per_tick,
         'its recent samples': saved.recent.shape == element.transducer.recent.shape,
+        'its late samples': saved.late is None
+        or saved.late.shape in ((2, 0), (2, element.sensors.delay(saved.faults))),
         'its state': bool((np.abs(state) <= MOST).all()),
         'its strain': transmission.commanded == strain
         and math.isclose(saved.V_N, element.design.end_displacement(transmission.strain)),
@@ -185,6 +193,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         saved.base,
         saved.faults,
     )
+    element.script = saved.script
+    element.sensors.late = NOTHING if saved.late is None else saved.late
     element.transducer.recent = saved.recent
     element.transducer.release()
     for end, each in element.transducer.reverberation.items():

@@ -16,7 +16,7 @@ from . import laboratory
 from .command import Command, add_commands
 from .output import complain
 
-REQUESTS = (*PROCEDURES, 'record')
+REQUESTS = (*PROCEDURES, 'record', 'inject')
 SUBCOMMANDS = (
     'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'replay', 'inspect',
     'doctor',

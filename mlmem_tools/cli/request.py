@@ -153,6 +153,23 @@ def _seconds(text: str) -> float:
     raise argparse.ArgumentTypeError(f'must be a time above 0 s; got {text!r}')
 
 
+def _script(given: argparse.Namespace) -> list[Any]:
+    """Return the failures of a command line, or of its file; raises `ValueError`."""
+    from mlmem_ros.outside import from_yaml, read
+
+    if given.script:
+        found = from_yaml(read(given.script))
+        if not isinstance(found, list):
+            raise ValueError(f'{given.script} must be a list of failures; see mlmem inject --help')
+        return found
+    if not given.failure:
+        raise ValueError('name a unit and its failure, or a file with --script')
+    return [{
+        'unit': given.unit, 'failure': given.failure, 'instance': given.instance,
+        'severity': given.severity,
+    }]  # fmt: skip
+
+
 ENDLESS = dict.fromkeys(('calibrate', 'self_test', 'survey'), math.inf)
 """Work that takes as long as the element has levels: the node's end is noticed anyway."""
 
@@ -207,4 +224,19 @@ COMMANDS['record'] = _request(
     more="""\
 The bag is on the machine of the node, below its `files.root`. If the path exists, the time is
 added to its name; without a path, the node takes its `record.path`.""",
+)
+COMMANDS['inject'] = _request(
+    'let parts of a running node fail, at once or by a script',
+    lambda client, given: client.inject(*_script(given)),
+    lambda _: 'injected',
+    option('unit', nargs='?', help='sensor, actuator or material'),
+    option('failure', nargs='?', help='off, stuck, garbage, wrong, slow, delayed ... or ok'),
+    option('--instance', type=int, default=0, help='sensor: 1 left, 2 right; material: the cell'),
+    option('--severity', type=float, help='in the unit of the fault; docs/faults.md has them'),
+    option('--script', metavar='FILE', help='YAML: a list of failures with their ticks'),
+    more="""\
+A script is a list such as
+  - {unit: sensor, failure: delayed, instance: 1, severity: 25}
+  - {tick: 500, unit: sensor, failure: ok}
+Its ticks count from the one in which it begins. Sessions record and replay it.""",
 )

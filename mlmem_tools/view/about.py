@@ -56,7 +56,7 @@ def faults_of(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             'value': values.get(field.name, field.default), 'healthy': field.default,
             'type': field.type, 'text': described.text, 'unit': described.unit,
             'low': described.low, 'high': described.high,
-            'cell': getattr(described, 'cell', False),
+            'cell': getattr(described, 'cell', False), 'choices': described.choices,
         }
         for field, described in descriptions(Faults)
     }  # fmt: skip

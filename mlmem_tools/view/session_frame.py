@@ -20,6 +20,7 @@ from mlmem_ros.device import (
     Command,
     Disturb,
     FollowTrajectory,
+    Inject,
     Read,
     SetFaults,
     SetMethod,
@@ -219,6 +220,8 @@ def _words(command: Command) -> str:
             return f'{name} from {end}'
         case SetFaults(faults=faults):
             return f'{name} {", ".join(faults.active()) or "healed"}'
+        case Inject(script=script):
+            return f'{name} {script}'
         case SetMethod(method=method):
             return f'{name} {method}'
         case _:

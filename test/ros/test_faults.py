@@ -12,12 +12,13 @@ import pytest
 from robot import BLANK, SENSOR, Imu, Robot, values
 
 from mlmem_ros.contract.calls import RequestRefused
-from mlmem_ros.device import Disturb, Faults, Read, SetFaults
+from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.client.play import play
 from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
+from mlmem_tools.cli.main import main
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'faults.md'
 
@@ -189,6 +190,34 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
     report = replay(session)
     assert report.exact, report
     assert report.refused == []
+
+
+def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
+    start, tmp_path, capsys
+):
+    """The script comes from a file, by the command; a late sensor is noticed, and heals."""
+    bag, script = tmp_path / 'bag', tmp_path / 'script.yaml'
+    script.write_text(
+        '- {unit: sensor, failure: delayed, instance: 1, severity: 60}\n'
+        '- {tick: 400, unit: sensor, failure: ok}\n'
+    )
+    node = start(
+        {'design.preset': 'bits_1', 'scale.time': 1e-5, 'record.path': str(bag)}, name='failing'
+    )
+    with Robot(node.element) as robot, standalone(node.element) as memory:
+        assert memory.write(1).wait().level == 1
+        assert main(['inject', '--node', 'failing', '--script', str(script)]) == 0
+        assert capsys.readouterr().out == 'injected\n'
+        assert not robot.trigger('read').success
+        robot.wait(lambda: robot.trigger('read').success, 'a sensor that has healed')
+        with pytest.raises(RequestRefused, match='failure must be one of ok, off'):
+            memory.inject({'unit': 'sensor', 'failure': 'explode'}).wait()
+    node.terminate()
+    assert node.exit_status() == 0
+    session = load(bag)
+    assert [type(command) for _, command in session.stamped].count(Inject) == 1
+    assert replay(session).exact
+    assert main(['inspect', str(bag)]) == 0
 
 
 def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):

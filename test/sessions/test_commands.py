@@ -14,6 +14,7 @@ from mlmem_ros.device import (
     Erase,
     Faults,
     FollowTrajectory,
+    Inject,
     Locate,
     Read,
     Refused,
@@ -36,7 +37,7 @@ COMMANDS = [
     Survey(),
     Abort(), Abort('the device is shut down'),
     SetMethod('kick'), Disturb(1.0 / 3.0), SetFaults(Faults()),
-    SetFaults(Faults(sensor_noise=0.1, weak_cell=7)),
+    SetFaults(Faults(sensor_noise=0.1, weak_cell=7)), Inject('[]'),
 ]  # fmt: skip
 
 

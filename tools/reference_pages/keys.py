@@ -85,6 +85,8 @@ SNAPSHOT = {
     'linkage': 'state of the transmission between actuator and substrate',
     'base': 'acceleration of the base, and when it was last heard of',
     'faults': 'the active faults',
+    'script': 'faults to come, with the ticks from which on they are all that is faulty',
+    'late': 'samples of both ends that a late signal still has to show, with every bit',
     'reading': 'the content as last decoded, or null',
     'unknown': 'why the content is no longer known, and since which tick, or null',
     'calibration': 'echo delays and trims; see the calibration file',

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mlmem_ros.described import Description
+from mlmem_ros.device.failures import MEANINGS, Meaning
 from mlmem_ros.ros.node.declarations import declarations, is_listed
 
 from .table import table
@@ -42,8 +43,22 @@ def parameters_page() -> str:
         'given. '
         '`ros2 param dump` saves what is listed: with `design.preset`, `design.file` and '
         '`design.digest` that is the whole element.\n\n'
-        f'{tables(others)}'
+        f'{tables(others)}\n'
+        f'## Failures by name\n\n{_failures()}\n'
     )
+
+
+def _failures() -> str:
+    """Return what `mlmem inject` knows."""
+    rows = [
+        [unit, failure, f'`faults.{each.fault}`', each.text, _severity(each)]
+        for (unit, failure), each in MEANINGS.items()
+    ]
+    return table(['unit', 'failure', 'sets', 'what it does', 'usual severity'], rows)
+
+
+def _severity(meaning: Meaning) -> str:
+    return f'{meaning.severity:g}' if meaning.scaled else ''
 
 
 def _default(value: Any) -> str:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -169,6 +170,32 @@ class MemoryClient:
             'rates': [float(value) for value in rates],
         }
         return self._request('follow', Answer, timeout, **points)
+
+    def inject(self, *script: Mapping[str, Any], timeout: float = 10.0) -> Reply[Answer]:
+        """Let parts of the element fail, each from a tick on that counts from the present one.
+
+        ::
+
+            memory.inject(
+                {'unit': 'sensor', 'failure': 'delayed', 'instance': 1, 'severity': 25.0},
+                {'unit': 'sensor', 'failure': 'ok', 'tick': 500},
+            )
+
+        Args:
+            script: The failures, with the fields of `device.failures.Failure`, in order.
+            timeout: Longest wait for the answer in seconds.
+
+        Returns:
+            A reply when the script has begun; it is refused if the element cannot fail like that.
+
+        Raises:
+            ValueError: A value has no place in a script.
+        """
+        try:
+            text = json.dumps(script, allow_nan=False)
+        except TypeError as error:
+            raise ValueError(f'a script has numbers and texts only: {error}') from error
+        return self._request('inject', Answer, timeout, script=text)
 
     def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:
         """Start or stop recording a session.

@@ -21,6 +21,7 @@ from ...device import (
     Command,
     Disturb,
     FollowTrajectory,
+    Inject,
     Read,
     SetFaults,
     SetMethod,
@@ -38,10 +39,10 @@ from .standalone import POLL, standalone, wait_until
 
 Progress = Callable[[int, int], None]
 
-ANY_TIME = (Abort, Disturb, SetFaults, SetMethod)
+ANY_TIME = (Abort, Disturb, Inject, SetFaults, SetMethod)
 """Commands that do not wait for a procedure to end."""
 
-NO_END = (SetStrain, FollowTrajectory, Disturb, SetFaults, SetMethod)
+NO_END = (SetStrain, FollowTrajectory, Disturb, Inject, SetFaults, SetMethod)
 """Commands that do not start a procedure."""
 
 METHOD = 'write.method'

@@ -142,9 +142,9 @@ export class Controls {
     find('heal').onclick = () => this.ask(find('heal'), { do: 'heal' });
   }
 
-  /** Make the control of every fault: a button that is pressed, for a cell or the device, or a number. */
+  /** Make the control of every fault: a button that is pressed, for a cell or the device, a number, or one of some words. */
   offerFaults() {
-    for (const [name, { healthy, type, text, unit, low, high, cell }] of Object.entries(this.faults)) {
+    for (const [name, { healthy, type, text, unit, low, high, cell, choices }] of Object.entries(this.faults)) {
       const title = unit ? `${text}, in ${unit}` : text, words = name.replaceAll('_', ' ');
       const set = async (control, value) => {
         const { ok } = await this.ask(control, { do: 'fault', name, value });
@@ -156,8 +156,9 @@ export class Controls {
         button.dataset.fault = name;
         find('pressed').append(button);
       } else {
-        const input = make('input', { type: 'number', min: low, max: high, step: type === 'int' ? 1 : 'any' });
-        input.onchange = () => set(input, input.value === '' ? healthy : Number(input.value));
+        const input = choices.length ? make('select', {}, ...choices.map((each) => make('option', {}, each)))
+          : make('input', { type: 'number', min: low, max: high, step: type === 'int' ? 1 : 'any' });
+        input.onchange = () => set(input, input.value === '' ? healthy : choices.length ? input.value : Number(input.value));
         input.dataset.fault = name;
         find('numbers').append(make('label', { title }, words, input));
       }

@@ -1,0 +1,152 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Failures in the field's words are faults, and a script takes effect in its ticks."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    Faults,
+    Inject,
+    Read,
+    Refused,
+    SetFaults,
+    Write,
+    new_element,
+    preset,
+    snapshot,
+)
+from mlmem_ros.device.failures import KINDS, MEANINGS, UNITS, Failure, course, of
+from mlmem_ros.device.faults import Sensors
+
+CELL = {'instance': 40}
+
+
+def script(*failures):
+    return Inject(json.dumps(failures))
+
+
+@pytest.fixture
+def element():
+    return new_element(preset('bits_1'))
+
+
+@pytest.mark.parametrize(('unit', 'failure'), MEANINGS, ids=' '.join)
+def test_a_failure_is_a_fault_of_its_unit_and_ok_heals_it(unit, failure):
+    cell = CELL if MEANINGS[unit, failure].cell else {}
+    faults = Failure(unit, failure, **cell).on(Faults(seed=3))
+    assert faults.active()
+    assert set(faults.active()) <= set(of(unit))
+    assert Failure(unit, 'ok').on(faults) == Faults(seed=3)
+
+
+def test_what_has_no_counterpart_is_refused_and_said():
+    others = {(unit, kind) for unit in UNITS for kind in KINDS} - {(u, 'ok') for u in UNITS}
+    for unit, kind in others - MEANINGS.keys():
+        with pytest.raises(Refused, match=f'{unit} cannot be {kind}, only .*, or ok'):
+            Failure(unit, kind).on(Faults())
+
+
+@pytest.mark.parametrize(
+    ('failures', 'message'),
+    [
+        ([], 'from 1 to 1000 failures'),
+        ([{'unit': 'motor', 'failure': 'off'}], r'script\[0\].unit must be one of sensor'),
+        ([{'unit': 'sensor', 'failure': 'off', 'severity': 1}], 'sensor off has no severity'),
+        ([{'unit': 'sensor', 'failure': 'wrong', 'severity': 99}], 'sensor_gain must be'),
+        ([{'unit': 'sensor', 'failure': 'off', 'instance': 3}], 'no instance 3'),
+        ([{'unit': 'material', 'failure': 'stuck'}], 'needs the site of a cell'),
+        ([{'unit': 'material', 'failure': 'stuck', 'instance': 9999}], 'stuck_cell must be'),
+        ([{'unit': 'sensor', 'failure': 'off', 'tick': 3},
+          {'unit': 'sensor', 'failure': 'ok'}], 'ticks of a script must not decrease'),
+        ([{'unit': 'sensor', 'failure': 'slow', 'instance': 1},
+          {'unit': 'sensor', 'failure': 'off', 'instance': 2}], 'heal it before that of right'),
+    ],
+)  # fmt: skip
+def test_a_script_with_a_mistake_is_refused_and_changes_nothing(element, failures, message):
+    before = snapshot.take(element)
+    with pytest.raises(Refused, match=message):
+        element.apply(script(*failures))
+    assert snapshot.take(element) == before
+
+
+def test_signals_are_late_slow_and_wrong_as_stated():
+    """A ramp of 0.01 a sample at both ends, samples 0.5 apart: closed forms."""
+    ends = np.tile(0.01 * np.arange(1.0, 401.0), (2, 1))
+
+    def sensed(**faults):
+        sensors, last, found = Sensors(0.5), np.zeros(2), []
+        for tick in range(10):
+            part = ends[:, 40 * tick : 40 * tick + 40]
+            found.append(sensors.sense(part, last, Faults(**faults), tick))
+            last = found[-1][:, -1]
+        return np.concatenate(found, axis=1)
+
+    late = sensed(sensor_delay=25.0, sensor_end='left')
+    assert np.array_equal(late[0, 50:], ends[0, :-50])
+    assert (late[0, :50] == 0.0).all()
+    assert np.array_equal(late[1], ends[1])
+    assert np.array_equal(sensed(sensor_gain=-2.0), -2.0 * ends)
+    assert not sensed(sensor_off=True).any()
+    # Behind a lag of time constant T a ramp is T - dt/2 late, within (dt / T)^2 / 12 of that.
+    behind = (ends - sensed(sensor_lag=10.0))[:, -1] / 0.02
+    assert behind == pytest.approx(10.0 - 0.25, rel=3e-4)
+
+
+def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
+    assert element.perform(Write(1)).success
+    element.apply(script({'unit': 'sensor', 'failure': 'delayed', 'instance': 1, 'severity': 60}))
+    outcome = element.perform(Read())
+    assert not outcome.success
+    element.apply(script({'unit': 'sensor', 'failure': 'ok'}))
+    assert element.perform(Read()).reading.level == 1
+
+
+FAILING = (
+    {'unit': 'sensor', 'failure': 'garbage', 'severity': 1e-4, 'tick': 7},
+    {'unit': 'sensor', 'failure': 'delayed', 'severity': 7.25, 'tick': 30},
+    {'unit': 'material', 'failure': 'slow', 'severity': 1.5, 'tick': 31},
+    {'unit': 'sensor', 'failure': 'ok', 'tick': 95},
+)
+
+
+def test_a_script_takes_effect_in_its_ticks_however_time_is_cut():
+    """By the whole snapshot: runs, single ticks, and a restored device in the middle of it."""
+
+    def lived(cut):
+        element = new_element(preset('bits_1'))
+        element.apply(script(*FAILING))
+        element.apply(Write(0))
+        while element.ticks < 400:
+            element.advance(min(cut, 400 - element.ticks))
+        return snapshot.take(element)
+
+    assert lived(400) == lived(1)
+
+
+def test_a_script_goes_on_in_a_restored_device(element):
+    element.apply(script(*FAILING))
+    while element.ticks < 50:
+        element.advance(50 - element.ticks)
+    other = new_element(preset('bits_1'))
+    snapshot.restore(other, json.loads(json.dumps(snapshot.take(element))))
+    for each in (element, other):
+        while each.ticks < 200:
+            each.advance(200 - each.ticks)
+    assert snapshot.take(other) == snapshot.take(element)
+    assert other.faults == Faults(damping_factor=1.5)
+
+
+def test_faults_that_are_set_end_a_script(element):
+    element.apply(script({'unit': 'actuator', 'failure': 'stuck', 'tick': 5}))
+    element.apply(SetFaults(Faults()))
+    while element.ticks < 20:
+        element.advance(20)
+    assert element.faults == Faults()
+
+
+def test_a_later_line_of_the_same_tick_wins():
+    lines = Failure('sensor', 'off', tick=4), Failure('sensor', 'ok', tick=4)
+    assert course(lines, Faults(), 100) == [(104, Faults())]
