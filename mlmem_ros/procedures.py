@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The table of procedures: what each is called, what it takes and means, and where it is done.
+"""The table of procedures: what each is called, what it takes and means, and where it is done; and
+the levels that they speak of.
 
 Whatever offers procedures follows from it: the device, `~/request`, services, actions, the command
 line, the page, the reference and the SROS 2 policy. It is here, beside the layers, because a
@@ -14,6 +15,22 @@ from dataclasses import MISSING, dataclass
 from typing import Any, NamedTuple
 
 from .described import Description, described, descriptions
+
+BLANK = -1
+"""Level of an element without a wall."""
+
+UNDECODABLE = -2
+"""Level reported when the reading is not clear."""
+
+JOINT = 'substrate'
+"""The one joint of an element, as named in `~/joint_states`."""
+
+
+def describe_level(level: int) -> str:
+    """Return a level in words."""
+    if level >= 0:
+        return f'level {level}'
+    return 'blank' if level == BLANK else 'undecodable'
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import mlmem_ros
-from mlmem_ros import private_api
+from mlmem_ros import packages
 
 ROOT = Path(mlmem_ros.__file__).parent
-LISTED = {door.rpartition('.')[2] for one in private_api.LIBRARIES.values() for door in one.doors}
+LISTED = {door.rpartition('.')[2] for one in packages.LIBRARIES.values() for door in one.doors}
 
 OF_THE_LANGUAGE = {
     '_replace', '_asdict', '_fields', '_fields_',  # of named tuples and of ctypes
@@ -42,12 +42,12 @@ def test_every_private_name_of_a_library_is_listed():
     assert {name for name in foreign if name not in OF_THE_LANGUAGE} <= LISTED, foreign
 
 
-@pytest.mark.parametrize('library', private_api.LIBRARIES)
+@pytest.mark.parametrize('library', packages.LIBRARIES)
 def test_the_doors_are_there_in_this_version_which_is_tested(library):
     pytest.importorskip(library)
-    private_api.look(library)
-    assert private_api.tested(library), private_api.version(library)
-    assert all(private_api.is_there(door) for door in private_api.LIBRARIES[library].doors)
+    packages.look(library)
+    assert packages.tested(library), packages.version(library)
+    assert all(packages.is_there(door) for door in packages.LIBRARIES[library].doors)
 
 
 @pytest.mark.parametrize(
@@ -56,22 +56,22 @@ def test_the_doors_are_there_in_this_version_which_is_tested(library):
      ('1.0', False), ('', False)],
 )  # fmt: skip
 def test_a_version_is_tested_or_not(monkeypatch, found, tested):
-    monkeypatch.setattr(private_api, 'version', lambda library: found)
-    assert private_api.tested('numba') is tested
+    monkeypatch.setattr(packages, 'version', lambda library: found)
+    assert packages.tested('numba') is tested
 
 
 def test_a_door_that_has_moved_is_missed_in_one_line(monkeypatch):
-    moved = private_api.LIBRARIES['numba']._replace(
+    moved = packages.LIBRARIES['numba']._replace(
         doors=(
             'numba.core.caching:Cache._index_of_keys',
             'numba.attic:Loft._key',
             'numba.core.caching:FunctionCache._index_key',
         )
     )
-    monkeypatch.setitem(private_api.LIBRARIES, 'numba', moved)
-    monkeypatch.setattr(private_api, 'version', lambda library: '0.99')
+    monkeypatch.setitem(packages.LIBRARIES, 'numba', moved)
+    monkeypatch.setattr(packages, 'version', lambda library: '0.99')
     with pytest.raises(ImportError) as missed:
-        private_api.look('numba')
+        packages.look('numba')
     assert str(missed.value) == (
         'numba 0.99 lacks numba.core.caching.Cache._index_of_keys, numba.attic.Loft._key; '
         'mlmem_ros is tested with numba 0.58 to 0.68: install one of these'

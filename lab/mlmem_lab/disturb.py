@@ -16,8 +16,8 @@ from typing import Any
 from mlmem_ros.device import End, preset
 from mlmem_ros.device.procedures import surveying
 from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.levels import BLANK
 from mlmem_ros.physics import Chain, Design, Specimen
+from mlmem_ros.procedures import BLANK
 from mlmem_tools.checks import check, disturb
 
 from .results import run

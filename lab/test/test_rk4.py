@@ -12,7 +12,7 @@ from rig.lines import Line, calibration, driven, emulated
 
 from mlmem_lab.rk4 import Rk4Element
 from mlmem_ros.device import MemoryElement, Read, Settings, SettingsError, Write, drivers
-from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.device.end import Pulse
 from mlmem_ros.physics import (
     CASE_II,
     NOH_BATHE,

@@ -18,7 +18,7 @@ from dataclasses import MISSING, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ..described import Description
-from ..levels import BLANK, UNDECODABLE
+from ..procedures import BLANK, UNDECODABLE
 
 if TYPE_CHECKING:
     from ..device import Outcome

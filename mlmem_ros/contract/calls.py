@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..clipped import clipped
-from ..levels import JOINT
 from ..outside import DecodeError, decode, from_json
+from ..procedures import JOINT
 from .answers import Answer, SelfTested, everything, on_wire
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 

@@ -13,8 +13,7 @@ from ..clipped import clipped
 from ..device import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
 from ..device.actuator import MOST_POINTS
 from ..device.instrument import Units
-from ..levels import JOINT
-from ..procedures import PROCEDURES
+from ..procedures import JOINT, PROCEDURES
 from . import topics
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 

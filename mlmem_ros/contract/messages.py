@@ -22,8 +22,8 @@ from std_msgs.msg import (
 
 from ..device import UNDECODABLE, MemoryElement, Outcome, Reading, Shot
 from ..device.echo import Echo
-from ..levels import JOINT
 from ..physics.potential import Array
+from ..procedures import JOINT
 from . import values
 
 

@@ -4,8 +4,20 @@
 
 from typing import Any
 
-from ..levels import BLANK, UNDECODABLE, describe_level
-from ..procedures import Abort, Calibrate, Erase, Locate, Read, Reset, SelfTest, Survey, Write
+from ..procedures import (
+    BLANK,
+    UNDECODABLE,
+    Abort,
+    Calibrate,
+    Erase,
+    Locate,
+    Read,
+    Reset,
+    SelfTest,
+    Survey,
+    Write,
+    describe_level,
+)
 from .calibration import Calibration, DelayTable
 from .commands import (
     Command,
@@ -21,13 +33,12 @@ from .commands import (
 )
 from .driver import Driver
 from .element import MemoryElement
-from .end import End
+from .end import End, Shot
 from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
 from .factory import factory_calibration, new_element
 from .faults import Faults
 from .loop import Loop
 from .presets import PRESETS, Preset, preset
-from .pulse import Shot
 from .reading import Reading, Unknown
 from .settings import Settings
 

@@ -20,9 +20,9 @@ from itertools import accumulate, repeat
 import numpy as np
 
 from ..clipped import clipped
-from ..levels import JOINT
 from ..physics.portable import exponential
 from ..physics.potential import Array
+from ..procedures import JOINT
 from ..rng import Stream, happens
 from .commands import FollowTrajectory, is_number
 from .errors import Refused

@@ -25,8 +25,8 @@ from ..physics.potential import Array
 from ..procedures import Erase, Write
 from .driver import Simulation
 from .echo import pulse_duration
+from .end import Shot
 from .errors import Refused, SettingsError
-from .pulse import Shot
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, Listener, heard, resting
 from .settings import ElementSettings, Settings

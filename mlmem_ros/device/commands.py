@@ -11,11 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, get_args
 
-from ..levels import JOINT
-from ..procedures import Procedures
+from ..procedures import JOINT, Procedures
 from .echo import Echo
+from .end import Shot
 from .faults import Faults
-from .pulse import Shot
 from .reading import Reading, Unknown
 
 

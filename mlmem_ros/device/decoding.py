@@ -15,9 +15,9 @@ from dataclasses import replace
 from statistics import median_low
 from typing import Any
 
-from ..levels import BLANK, UNDECODABLE, describe_level
 from ..physics import Design
 from ..physics.dispersion import fastest_speed
+from ..procedures import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration
 from .echo import TAIL, Echo, Shape, hidden
 from .end import End

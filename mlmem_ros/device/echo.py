@@ -23,8 +23,7 @@ from ..physics.dispersion import group_velocity
 from ..physics.jit import kernel
 from ..physics.portable import cosine, exponential
 from ..physics.potential import Array
-from .end import End
-from .pulse import Shot
+from .end import End, Shot
 from .settings import ProbeSettings, PushSettings
 
 PERIODS = 1.0

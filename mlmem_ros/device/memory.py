@@ -21,9 +21,8 @@ from .commands import EchoReceived, Event, Outcome
 from .decoding import decode, primary
 from .driver import Driver
 from .echo import Echo
-from .end import End
+from .end import End, Shot
 from .instrument import Instrument
-from .pulse import Shot
 from .reading import UNDECODABLE, Reading, Unknown
 from .settings import Settings
 

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
 
 from ..described import described
-from ..levels import BLANK as BLANK
-from ..levels import UNDECODABLE as UNDECODABLE
-from ..levels import describe_level as describe_level
+from ..procedures import BLANK as BLANK
+from ..procedures import UNDECODABLE as UNDECODABLE
+from ..procedures import describe_level as describe_level
 from .echo import Shape
 from .end import End
 

@@ -24,10 +24,9 @@ from ..physics.equilibrium import relax, wall_profile
 from ..physics.potential import Array
 from .driver import Simulation
 from .echo import pulse_duration
-from .end import End
+from .end import End, Shot
 from .errors import SettingsError
 from .instrument import LONGEST_RUN, Instrument
-from .pulse import Shot
 from .reading import UNDECODABLE, Reading
 from .settings import Settings
 

@@ -14,9 +14,8 @@ from ..physics.dispersion import band
 from ..physics.potential import Array
 from .driver import Driver
 from .echo import FAINTEST, EchoDetector
-from .end import End
+from .end import BoundaryMotion, End, Kick, Move, Pulse, WaveformRecorder
 from .errors import SettingsError
-from .pulse import BoundaryMotion, Kick, Move, Pulse, WaveformRecorder
 from .reverberation import NOTHING, Reverberation
 from .settings import ProbeSettings, PushSettings, Settings
 

@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The design check of a node that is being configured: warnings in its log, or a refusal.
+"""The design check of a node that is being configured: warnings in its log, or a refusal; and the
+result of any check, of a machine or of a design.
 
 Findings are cached beside the compiled kernels, for a faster next start. The cache may be deleted;
 a change to any file that a check depends on makes it start anew.
@@ -11,6 +12,8 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+from collections.abc import Iterable
+from enum import Enum
 from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,10 +23,24 @@ from ..device import End, Settings
 from ..packages import tool
 from ..physics import NOH_BATHE, Design, DesignError
 from ..physics.jit import cache_folder
-from ..verdict import Verdict
 
-if TYPE_CHECKING:  # the choices are known without ROS
+if TYPE_CHECKING:
     from .throttled_log import ThrottledLog
+
+
+class Verdict(Enum):
+    """The result of a check."""
+
+    PASS = 'pass'
+    WARN = 'warn'
+    FAIL = 'fail'
+
+
+def worst(verdicts: Iterable[Verdict]) -> Verdict:
+    """Return the most severe of some verdicts; PASS for none."""
+    gravity = list(Verdict)
+    return max(verdicts, key=gravity.index, default=Verdict.PASS)
+
 
 CHOICES = ('refuse', 'warn', 'skip')
 """Whether to refuse to configure a design that fails, to warn, or to skip the check."""

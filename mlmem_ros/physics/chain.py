@@ -16,8 +16,7 @@ from .errors import DesignError, StateError
 from .inputs import FREE, HeldCell, Inputs
 from .jit import in_cache
 from .methods import NOH_BATHE, Integrator
-from .methods.integrator import Cells, Chained, Forcing, aligned
-from .methods.rest import REST, balanced
+from .methods.integrator import REST, Cells, Chained, Forcing, aligned, balanced
 from .potential import Array
 from .specimen import LARGEST_OFFSET, Specimen
 from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step

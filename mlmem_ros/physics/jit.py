@@ -31,9 +31,9 @@ from typing import Any, TypeVar, cast
 import llvmlite.binding
 import numba
 
-from .. import private_api
+from .. import packages
 
-private_api.look('numba')
+packages.look('numba')
 
 from numba.core.caching import FunctionCache  # noqa: E402
 from numba.core.dispatcher import Dispatcher  # noqa: E402

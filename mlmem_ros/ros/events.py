@@ -12,7 +12,7 @@ from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
-from .. import private_api
+from .. import packages
 
 
 def events_executor(context: Context | None = None) -> Executor:
@@ -21,10 +21,10 @@ def events_executor(context: Context | None = None) -> Executor:
     It ignores callback groups, and without a time-out it waits for ever.
 
     Raises:
-        ImportError: rclpy is too old for it, or has changed (see `private_api`).
+        ImportError: rclpy is too old for it, or has changed (see `packages`).
     """
     context = context or rclpy.get_default_context()
-    private_api.look('rclpy')
+    packages.look('rclpy')
     executor: Executor = rclpy_implementation.EventsExecutor(context)
     context.on_shutdown(executor.wake)
     return executor

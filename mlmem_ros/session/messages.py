@@ -15,7 +15,7 @@ import platform
 from collections.abc import Mapping
 from typing import Any
 
-from .. import private_api
+from .. import packages
 from ..bag import jazzy
 from ..device import Command, MemoryElement, snapshot
 from ..physics import ARITHMETIC
@@ -93,7 +93,7 @@ def versions() -> dict[str, str]:
 
 @functools.cache  # looked up on the disk, for which no tick may wait
 def _version(package: str) -> str:
-    return private_api.installed(package) or 'unknown'
+    return packages.installed(package) or 'unknown'
 
 
 def _string(values: dict[str, Any]) -> bytes:

@@ -10,8 +10,7 @@ import numpy as np
 
 from ..device import BLANK, Calibration, Settings
 from ..device.echo import EchoDetector, pulse_duration
-from ..device.end import End
-from ..device.pulse import Pulse
+from ..device.end import End, Pulse
 from ..device.reading import confidence
 from ..device.settings import ProbeSettings
 from .data import RecordedEcho

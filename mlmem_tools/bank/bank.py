@@ -12,7 +12,7 @@ from rclpy.node import Node
 
 from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.calls import BankFailed, RequestError, RequestFailed, RequestRefused
-from mlmem_ros.levels import BLANK
+from mlmem_ros.procedures import BLANK
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.line import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.calls import BankFailed, RequestError
-from mlmem_ros.levels import BLANK
+from mlmem_ros.procedures import BLANK
 
 from .word_code import WordCode, WordError
 

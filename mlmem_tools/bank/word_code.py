@@ -24,8 +24,8 @@ from math import comb
 from threading import Lock
 
 from mlmem_ros.contract.calls import RequestError
-from mlmem_ros.levels import BLANK
 from mlmem_ros.packages import missing
+from mlmem_ros.procedures import BLANK
 
 POLYNOMIALS = {4: 0x7, 8: 0xB, 16: 0x13, 32: 0x25, 64: 0x43, 128: 0x83, 256: 0x11D}
 """The primitive polynomial of every field by its size: part of the stored format."""

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 from mlmem_ros.device.settings import ElementSettings, Settings
 from mlmem_ros.element_file import Element
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Design
-from mlmem_ros.verdict import Verdict
 
 from . import (
     disturb,

@@ -18,10 +18,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mlmem_ros.device.driver import Simulation
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings, TimeSettings
-from mlmem_ros.levels import BLANK, UNDECODABLE
 from mlmem_ros.physics import (
     Chain,
     HeldCell,
@@ -31,6 +29,7 @@ from mlmem_ros.physics import (
     substep_times,
 )
 from mlmem_ros.physics.equilibrium import blank, resting_wall
+from mlmem_ros.procedures import BLANK, UNDECODABLE
 
 from .bare import REST
 from .finding import Finding, graded, judged

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import StateError
-from mlmem_ros.verdict import Verdict
 
 from .finding import Finding, graded, judged
 from .quasistatic import lattice_ripple, self_energy

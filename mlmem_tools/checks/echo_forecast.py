@@ -14,8 +14,7 @@ import math
 import numpy as np
 
 from mlmem_ros.device.echo import Echo, EchoDetector, listening_time
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.physics import PEFRL, Design, Integrator, Specimen
 from mlmem_ros.physics.methods.integrator import Complex

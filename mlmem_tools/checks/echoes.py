@@ -17,9 +17,9 @@ from mlmem_ros.device.end import End
 from mlmem_ros.device.errors import SettingsError
 from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
+from mlmem_ros.host.design_check import Verdict, worst
 from mlmem_ros.physics import INTEGRATORS, StateError
 from mlmem_ros.physics.equilibrium import blank, resting_wall
-from mlmem_ros.verdict import Verdict, worst
 
 from .echo_forecast import forecast_echo
 from .finding import Finding, graded, judged

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from mlmem_ros.verdict import Verdict, worst
+from mlmem_ros.host.design_check import Verdict, worst
 
 
 @dataclass(frozen=True)

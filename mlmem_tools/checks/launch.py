@@ -20,9 +20,9 @@ from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.procedures.blocks import launch, run
 from mlmem_ros.device.pulse_corrections import trimmed
 from mlmem_ros.device.settings import EraseSettings, RegisterSettings, WriteSettings
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import StateError, walls
 from mlmem_ros.physics.held_wall import excerpt
-from mlmem_ros.verdict import Verdict
 
 from .finding import Finding
 from .subject import LEAST_CELLS, MOST_WORK, TICK_WORK, Subject

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mlmem_ros.device.driver import steps_per_tick
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import CASE_II, INTEGRATORS, stable_step
-from mlmem_ros.verdict import Verdict
 
 from .finding import Finding, graded, judged
 from .subject import Subject

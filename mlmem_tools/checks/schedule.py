@@ -14,7 +14,7 @@ from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import route
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.device.settings import EraseSettings, WriteSettings
-from mlmem_ros.verdict import Verdict
+from mlmem_ros.host.design_check import Verdict
 
 from .finding import Finding, graded, judged
 from .subject import Subject

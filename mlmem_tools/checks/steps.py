@@ -14,8 +14,8 @@ import math
 from collections.abc import Iterator
 
 from mlmem_ros.device.motion import Cycle
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Specimen, StateError, stable_step
-from mlmem_ros.verdict import Verdict
 
 from .bare import COARSE, departures, scaled
 from .finding import Finding

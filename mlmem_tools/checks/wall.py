@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mlmem_ros.verdict import Verdict, worst
+from mlmem_ros.host.design_check import Verdict, worst
 
 from .finding import Finding, graded, judged
 from .subject import Subject

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics.dispersion import band
-from mlmem_ros.verdict import Verdict
 
 from .finding import Finding
 from .subject import Subject

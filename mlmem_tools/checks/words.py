@@ -14,8 +14,8 @@ from mlmem_ros.device.bad_cells import bad_cells as forecasts_with
 from mlmem_ros.device.errors import SettingsError
 from mlmem_ros.device.register import forecasts_of
 from mlmem_ros.device.settings import Settings
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Design
-from mlmem_ros.verdict import Verdict
 
 from .finding import Finding, graded, judged
 from .subject import Subject

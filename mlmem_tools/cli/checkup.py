@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from mlmem_ros import private_api
+from mlmem_ros import packages
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.packages import advice
-from mlmem_ros.verdict import Verdict
 
 PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
 
@@ -114,9 +114,9 @@ def check_library(name: str) -> Diagnosis:
 
 def _tested(found: Diagnosis, library: str) -> Diagnosis:
     """Return what was found of a library, with a warning if this version is not tested."""
-    if library not in private_api.LIBRARIES or private_api.tested(library):
+    if library not in packages.LIBRARIES or packages.tested(library):
         return found
-    known = private_api.LIBRARIES[library]
+    known = packages.LIBRARIES[library]
     return replace(
         found, verdict=WARN, advice=f'tested with {library} {known.oldest} to {known.newest}'
     )
@@ -231,7 +231,7 @@ def check_node(name: str, wait: float) -> Diagnosis:
 
 
 def _version(name: str) -> str:
-    return private_api.installed(name, f'ros-jazzy-{name}') or 'of unknown version'
+    return packages.installed(name, f'ros-jazzy-{name}') or 'of unknown version'
 
 
 def _existing(folder: Path) -> Path:

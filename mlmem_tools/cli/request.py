@@ -10,8 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mlmem_ros.levels import describe_level
-from mlmem_ros.procedures import PROCEDURES, Procedure
+from mlmem_ros.procedures import PROCEDURES, Procedure, describe_level
 
 from .command import JSON, NODE, Command, Option, command, one_of, option, wait
 from .interrupts import settled

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Integrator
 from mlmem_ros.physics.potential import Array

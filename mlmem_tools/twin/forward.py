@@ -12,8 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import End, Shot
 from mlmem_ros.physics import PEFRL, Chain, HeldCell, Integrator, Specimen, substep_times
 from mlmem_ros.physics.equilibrium import relax, wall_profile
 from mlmem_ros.physics.jit import kernel

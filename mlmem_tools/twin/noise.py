@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.physics.potential import Array
 
 from .tangent import Single

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.physics import StateError, walls
 from mlmem_ros.physics.potential import Array
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from mlmem_ros.device import EchoReceived, Event, MemoryElement, Outcome
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.element_file import Element
 from mlmem_ros.host.throttled_log import ThrottledLog
 from mlmem_ros.host.worker import Worker

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.device.reading import UNDECODABLE, Reading
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Integrator

@@ -8,7 +8,7 @@ from difflib import SequenceMatcher
 from itertools import zip_longest
 from typing import Any
 
-from mlmem_ros.levels import describe_level
+from mlmem_ros.procedures import describe_level
 
 from .session_frame import SessionFrame
 

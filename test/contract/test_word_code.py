@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mlmem_ros.levels import BLANK
+from mlmem_ros.procedures import BLANK
 from mlmem_tools.bank.word_code import LostWord, TornWord, WordCode
 
 SHAPES = [(3, 4, 2), (3, 4, 1), (7, 8, 2), (7, 8, 3), (6, 16, 4), (9, 64, 2), (12, 256, 3)]

@@ -9,9 +9,9 @@ from mlmem_ros.device.calibration import calibration_key
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.device.snapshot import digest, restore, take
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Specimen, StateError
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.verdict import Verdict
 from mlmem_tools.checks import Report, material
 from mlmem_tools.checks.echo_forecast import forecast_echo
 from mlmem_tools.checks.subject import Subject

@@ -8,8 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Move, Pulse
+from mlmem_ros.device.end import End, Move, Pulse
 from mlmem_ros.device.settings import ProbeSettings
 
 from . import rig

@@ -11,8 +11,7 @@ import pytest
 from mlmem_ros.device import PRESETS, SettingsError
 from mlmem_ros.device.commands import SetStrain
 from mlmem_ros.device.driver import Simulation
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings, Settings
 from mlmem_ros.device.transducer import Transducer, upper_edge
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell

@@ -8,7 +8,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from robot import OUT, RELIABLE, Robot
 
-from mlmem_ros.verdict import Verdict
+from mlmem_ros.host.design_check import Verdict
 from mlmem_tools.cli.checkup import check_node
 
 

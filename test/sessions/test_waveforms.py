@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.contract.values import SHOT_HEAD, numbers
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import End, Shot
 from mlmem_ros.session.data import _shot
 
 SAMPLES = np.array([[1e-5, -2e-5, np.nan], [3e-7, 0.0, np.nan]])

@@ -7,8 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import End, Shot
 from mlmem_ros.physics import CASE_II, Scatter, scattered
 from mlmem_tools.twin.forward import Forward
 from mlmem_tools.twin.unknowns import Unknowns

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from mlmem_ros.clipped import printable
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import End, Shot
 from mlmem_ros.outside import LONGEST, DecodeError, read
 
 from .fit import Misfitting

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.physics import Design, Integrator
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.unknowns import Unknowns

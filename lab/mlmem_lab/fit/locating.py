@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import Forward
 from mlmem_tools.twin.resting import NEAR, equilibria

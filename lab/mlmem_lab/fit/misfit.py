@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device.pulse import Shot
+from mlmem_ros.device.end import Shot
 from mlmem_ros.physics import DesignError, Integrator, StateError
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import Clock, Forward

@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from mlmem_ros.device.echo import Echo, EchoDetector
-from mlmem_ros.device.end import End
-from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.physics import PEFRL, Chain, Design, HeldCell, Integrator, substep_times
 from mlmem_ros.physics.potential import Array

@@ -24,7 +24,7 @@ import numpy as np
 
 from mlmem_ros.device import Erase, Write, new_element, preset
 from mlmem_ros.device.driver import Simulation
-from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
+from mlmem_ros.device.end import BoundaryMotion, Kick, Pulse
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
 from mlmem_ros.device.settings import KickSettings
 from mlmem_ros.physics import Chain, HeldCell, Scatter, StateError, level_of, substep_times

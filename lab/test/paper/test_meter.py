@@ -22,8 +22,8 @@ import pytest
 from mlmem_lab.paper.meter import MeteredChain, fit_meter
 from mlmem_lab.studies.trace import Trace, watch
 from mlmem_ros.device import Settings, Write, new_element
+from mlmem_ros.device.end import Move
 from mlmem_ros.device.motion import Ramp
-from mlmem_ros.device.pulse import Move
 from mlmem_ros.physics import CASE_II, Chain, HeldCell, Specimen, substep_times
 from mlmem_ros.physics.energy import actuator_force, energy
 from mlmem_ros.physics.equilibrium import resting_wall

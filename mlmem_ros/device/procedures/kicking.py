@@ -14,10 +14,9 @@ import math
 from ...physics import Design
 from ..commands import LISTENING, QUIETING
 from ..echo import EchoDetector, pulse_duration
-from ..end import End
+from ..end import End, Shot
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..pulse import Shot
 from ..reading import UNDECODABLE, Reading
 from ..register import Code, Forecasts, Register
 from ..settings import Settings

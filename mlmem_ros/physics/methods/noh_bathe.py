@@ -28,8 +28,7 @@ import numpy as np
 from ..formulas import coupling, joined, on_site, rub
 from ..jit import fma, kernel
 from ..potential import Array
-from .integrator import Cells, Chained, Complex, Forcing, Integrator, displacements, per_cell
-from .rest import slow
+from .integrator import Cells, Chained, Complex, Forcing, Integrator, displacements, per_cell, slow
 
 P = 0.54
 """The paper's split of the step."""

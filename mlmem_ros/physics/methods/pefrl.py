@@ -29,8 +29,8 @@ from .integrator import (
     aligned,
     displacements,
     per_cell,
+    slow,
 )
-from .rest import slow
 
 XI, LAMBDA, CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
-from ... import private_api
+from ... import packages
 from ...clipped import clipped, printable
 from ...contract.answers import (
     ANSWERS,
@@ -70,7 +70,7 @@ class MemoryClient:
             actions: Whether procedures are goals of the node's actions, if it serves them;
                 otherwise they give no feedback.
         """
-        private_api.look('rclpy')
+        packages.look('rclpy')
         self.node = node
         self.name = node.resolve_service_name(name)
         self.group = MutuallyExclusiveCallbackGroup()

@@ -11,8 +11,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
+from mlmem_ros.device.end import Move
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.pulse import Move
 from mlmem_ros.device.settings import EraseSettings, WriteSettings
 from mlmem_ros.physics import CASE_II, Chain, HeldCell, level_of, substep_times, walls
 

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mlmem_ros.device.end import Pulse
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.pulse import Pulse
 from mlmem_ros.device.settings import CycleSettings, WriteSettings
 from mlmem_ros.physics import CASE_II, NOH_BATHE, Chain, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
