@@ -32,10 +32,10 @@ from .commands import (
     SetStrain,
 )
 from .driver import Driver
-from .element import MemoryElement
+from .element import MemoryElement, new_element
 from .end import End, Shot
 from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
-from .factory import factory_calibration, new_element
+from .factory import factory_calibration
 from .faults import Faults
 from .loop import Loop
 from .presets import PRESETS, Preset, preset

@@ -15,24 +15,18 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..physics import Design, Specimen, StateError
 from ..physics.dispersion import band, group_velocity
 from ..physics.potential import Array
-from ..procedures import Erase, Write
-from .driver import Simulation
 from .echo import pulse_duration
 from .end import Shot
-from .errors import Refused, SettingsError
+from .errors import SettingsError
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, Listener, heard, resting
-from .settings import ElementSettings, Settings
-
-if TYPE_CHECKING:
-    from .element import MemoryElement
+from .settings import Settings
 
 LEAST = 0.02
 """Least distance of the forecast of a level to any other, over the pulse, to be told."""
@@ -79,6 +73,10 @@ class BadCells(Forecasts):
         self.usable = tuple(sorted(levels - set(self.lost)))
         if BLANK in self.lost or not self.usable:
             raise SettingsError(f'the element is lost with its bad cells: {self}')
+
+    def without(self, lost: dict[int, str]) -> BadCells:
+        """Return the forecasts with more levels that cannot be used, and why."""
+        return BadCells(self.contents, self.parts, self.listener, {**self.lost, **lost})
 
     @property
     def least(self) -> float:
@@ -141,7 +139,8 @@ def _walls(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
 
 @lru_cache(maxsize=8)
 def bad_cells(design: Design, settings: Settings) -> BadCells:
-    """Return the forecasts with the known bad cells, in the phase of a blank element.
+    """Return the forecasts with the known bad cells, in the phase of a blank element. Which levels
+    a write reaches, `factory.rehearsed` tells.
 
     Raises:
         SettingsError: The design has no such cell, its substrate is elastic, it is too long, the
@@ -164,11 +163,7 @@ def bad_cells(design: Design, settings: Settings) -> BadCells:
         contents.append(Content(number, levels, code))
     listener = Listener(settings)
     parts = heard(made, settings, listener, at)
-    found = BadCells(contents, parts, listener, lost)
-    if settings.element.weak:
-        lost |= _astray(found, made, settings)
-        found = BadCells(contents, parts, listener, lost)
-    return found
+    return BadCells(contents, parts, listener, lost)
 
 
 def stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:
@@ -206,40 +201,3 @@ def _listening(design: Design, settings: Settings) -> Settings:
     slowest = min(float(group_velocity(probe.omega_c, k_s)) for k_s in (design.k_s1, design.k_s2))
     listen = max(settings.register.listen, 2.0 * design.N / slowest + pulse_duration(probe))
     return replace(settings, register=replace(settings.register, listen=math.ceil(listen)))
-
-
-def _astray(found: BadCells, made: Specimen, settings: Settings) -> dict[int, str]:
-    """Return why levels are not reached or left again, by level: a weak cell holds a wall that
-    should pass, or lets go one that should rest. Every one is written, from that below, and left
-    in a simulation.
-    """
-    from .element import MemoryElement  # an element imports this
-    from .factory import factory_calibration
-
-    plain = replace(settings, element=ElementSettings())
-    twin = MemoryElement(
-        made.design, plain, factory_calibration(made.design, plain),
-        Simulation.of(made, settings.time),
-    )  # fmt: skip
-    twin.settings = replace(settings, write=replace(settings.write, attempts=1))
-    twin.bad_cells = found
-    lost: dict[int, str] = {}
-    for level in found.usable:
-        defect, weak = made.design.defect(level), settings.element.weak
-        site = min(weak, key=lambda site: abs(site - defect))
-        below = max((n for n in found.usable if n < level and n not in lost), default=BLANK)
-        for start, way in ((below, Write(level)), (level, Erase()), (level, Write(max(0, below)))):
-            twin.renew()
-            twin.chain.place(resting(made, (start,) if start >= 0 else ()))
-            twin.transducer.assume_rest()
-            if not _done(twin, way):
-                lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
-                break
-    return lost
-
-
-def _done(twin: MemoryElement, command: Write | Erase) -> bool:
-    try:
-        return twin.perform(command).success
-    except (Refused, StateError):  # there is no way, or a cell left its range
-        return False

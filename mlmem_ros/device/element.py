@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory element: takes commands, and runs procedures on its instrument."""
+"""The memory element: takes commands, runs procedures on its instrument; and how one is made."""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ from typing import Any
 
 from ..clipped import clipped
 from ..described import descriptions, problems
+from ..physics import Design
 from ..procedures import PROCEDURES, Abort, Procedures
-from . import commands, procedures
+from . import commands, factory, procedures
 from .base import NO_SHAKES, Shakes
+from .calibration import Calibration
 from .commands import Command, Event, Feedback, Outcome, Progress
+from .driver import Driver
 from .end import End
 from .errors import ProcedureFailed, Refused, SettingsError
 from .faults import Faults
 from .instrument import LONGEST_RUN
 from .memory import Memory
+from .presets import Preset
 from .procedures import Procedure, Result
 from .reading import UNDECODABLE
 from .settings import Settings
@@ -35,9 +39,20 @@ FAR = 2**31
 
 
 class MemoryElement(Memory):
-    """A device that advances by ticks and takes commands between them; made like a `Memory`."""
+    """A device that advances by ticks and takes commands between them."""
 
-    _running: Run | None = None
+    def __init__(
+        self,
+        design: Design,
+        settings: Settings,
+        calibration: Calibration,
+        driver: Driver | None = None,
+    ) -> None:
+        """Make a device like a `Memory`, whose levels with known bad cells have been rehearsed."""
+        super().__init__(design, settings, calibration, driver)
+        if self.bad_cells is not None:
+            self.bad_cells = factory.rehearsed(design, settings)
+        self._running: Run | None = None
 
     script: Sequence[tuple[int, Faults]] = ()
     """The faults to come, with the ticks from which on they are all that is faulty."""
@@ -311,6 +326,32 @@ class MemoryElement(Memory):
         )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome
+
+
+def new_element(
+    design: Design | Preset,
+    settings: Settings | None = None,
+    calibration: Calibration | None = None,
+    driver: Driver | None = None,
+) -> MemoryElement:
+    """Return a calibrated device, blank unless a driver has its own element.
+
+    Args:
+        design: The element; a preset includes its settings.
+        settings: The instrument's settings, by default the preset's, or those for Case II.
+        calibration: A known calibration for them; by default the factory's.
+        driver: The driver of a real element; by default that of a simulated one.
+
+    Raises:
+        SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
+        DesignError: The step is beyond the stability limit.
+    """
+    if isinstance(design, Preset):
+        settings = settings or design.settings
+        design = design.design
+    settings = settings or Settings()
+    calibration = calibration or factory.factory_calibration(design, settings)
+    return MemoryElement(design, settings, calibration, driver)
 
 
 def with_method(settings: Settings, method: str) -> Settings:

@@ -1,53 +1,35 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""New devices, calibrated on an ideal element of their design."""
+"""What is known of an element before it is used: the delays of an ideal one of its design, and the
+levels that known bad cells leave.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from ..physics import Design, Specimen, StateError
 from ..physics.equilibrium import blank, resting_wall
 from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
 from .decoding import primary
-from .driver import Driver, Simulation
+from .driver import Simulation
 from .echo import Echo
-from .element import MemoryElement
 from .end import End
 from .errors import ProcedureFailed, SettingsError
 from .instrument import Instrument
-from .presets import Preset
+from .memory import Memory
 from .procedures.blocks import run, wait
+from .procedures.erasing import erase
 from .procedures.listening import pulse_echo
-from .settings import Settings
+from .procedures.writing import write
+from .reading import BLANK
+from .settings import ElementSettings, Settings
 
-
-def new_element(
-    design: Design | Preset,
-    settings: Settings | None = None,
-    calibration: Calibration | None = None,
-    driver: Driver | None = None,
-) -> MemoryElement:
-    """Return a calibrated device, blank unless a driver has its own element.
-
-    Args:
-        design: The element; a preset includes its settings.
-        settings: The instrument's settings, by default the preset's, or those for Case II.
-        calibration: A known calibration for them; by default the factory's.
-        driver: The driver of a real element; by default that of a simulated one.
-
-    Raises:
-        SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
-        DesignError: The step is beyond the stability limit.
-    """
-    if isinstance(design, Preset):
-        settings = settings or design.settings
-        design = design.design
-    settings = settings or Settings()
-    calibration = calibration or factory_calibration(design, settings)
-    return MemoryElement(design, settings, calibration, driver)
+if TYPE_CHECKING:
+    from .bad_cells import BadCells
 
 
 @lru_cache(maxsize=64)  # shared by equal instruments
@@ -112,3 +94,41 @@ def _echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo
         return run(twin, pulse_echo(twin, ends))
     except ProcedureFailed as error:
         raise SettingsError(f'the ideal element cannot be probed: {error}') from error
+
+
+@lru_cache(maxsize=8)
+def rehearsed(design: Design, settings: Settings) -> BadCells:
+    """Return the forecasts with the known bad cells, and which levels can be used.
+
+    A weak cell holds a wall that should pass, or lets go one that should rest. So where one is
+    known, every level is written, from that below, and left in a simulation.
+
+    Raises:
+        SettingsError: As `bad_cells`.
+    """
+    from .bad_cells import bad_cells, with_bad_cells  # few elements have bad cells
+    from .register import resting
+
+    found, weak = bad_cells(design, settings), settings.element.weak
+    if not weak:
+        return found
+    plain = replace(settings, element=ElementSettings())
+    made, once = with_bad_cells(design, settings), replace(settings.write, attempts=1)
+    body = Simulation.of(made, settings.time)
+    twin = Memory(design, plain, factory_calibration(design, plain), body)
+    twin.settings, twin.bad_cells = replace(settings, write=once), found
+    lost: dict[int, str] = {}
+    for level in found.usable:
+        site = min(weak, key=lambda site: abs(site - design.defect(level)))
+        below = max((n for n in found.usable if n < level and n not in lost), default=BLANK)
+        ways = (below, write, (level,)), (level, erase, ()), (level, write, (max(0, below),))
+        for start, way, target in ways:
+            twin.renew()
+            twin.chain.place(resting(made, (start,) if start >= 0 else ()))
+            twin.transducer.assume_rest()
+            try:
+                run(twin, way(twin, *target))
+            except (ProcedureFailed, StateError):  # there is no way, or a cell left its range
+                lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
+                break
+    return found.without(lost)

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mlmem_ros.device.bad_cells import bad_cells as forecasts_with
 from mlmem_ros.device.errors import SettingsError
+from mlmem_ros.device.factory import rehearsed as forecasts_with
 from mlmem_ros.device.register import forecasts_of
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.host.design_check import Verdict

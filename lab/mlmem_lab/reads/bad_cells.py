@@ -31,7 +31,7 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.bad_cells import bad_cells
+from mlmem_ros.device.factory import rehearsed
 from mlmem_ros.device.register import resting
 from mlmem_ros.device.settings import ElementSettings
 from mlmem_ros.physics import StateError
@@ -66,7 +66,7 @@ def used(name: str, told: str, faults: Faults, random: Rng) -> Counter[str]:
     design, settings = preset(name)
     found = Counter[str](cells=1, levels=design.levels)
     try:
-        bad_cells(design, replace(settings, element=ElementSettings(told)))
+        rehearsed(design, replace(settings, element=ElementSettings(told)))
     except SettingsError:
         found['lost'] += 1
         return found
@@ -90,7 +90,7 @@ def mistaken(name: str, told: str, faults: Faults) -> Counter[str]:
     found = Counter[str]()
     try:
         if told:
-            bad_cells(design, replace(settings, element=ElementSettings(told)))
+            rehearsed(design, replace(settings, element=ElementSettings(told)))
     except SettingsError:
         return found
     for level in range(BLANK, design.levels):
