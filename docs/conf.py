@@ -3,9 +3,15 @@
 """Settings of Sphinx for this site; `make docs` builds it."""
 
 import dataclasses
+import sys
+from pathlib import Path
 
 from mlmem_ros import __version__
 from mlmem_ros.described import descriptions
+
+sys.path.append(str(Path(__file__).parents[1] / 'tools'))
+
+import try_page
 
 project = 'mlmem_ros'
 author = copyright = 'The mlmem_ros authors'
@@ -43,8 +49,9 @@ napoleon_use_ivar = True
 
 
 def setup(app):
-    """Let the page of a class have what its fields say of themselves."""
+    """Let the page of a class have what its fields say of themselves, and the site an element."""
     app.connect('autodoc-process-docstring', _with_fields)
+    app.connect('build-finished', _with_an_element)
 
 
 def _with_fields(app, what, name, obj, options, lines):
@@ -53,3 +60,8 @@ def _with_fields(app, what, name, obj, options, lines):
             unit = f' [{row.unit}]' if row.unit else ''
             lines.append(f':ivar {field.name}: {row.text}{unit}')
         lines.append('')
+
+
+def _with_an_element(app, error):
+    if error is None and app.builder.format == 'html':
+        try_page.write(Path(app.outdir))

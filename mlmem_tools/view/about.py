@@ -16,6 +16,7 @@ from mlmem_ros.device import Faults
 from mlmem_ros.device.register import code_of
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings, Settings
 from mlmem_ros.physics import Design
+from mlmem_ros.physics.dispersion import band
 from mlmem_ros.procedures import PROCEDURES
 
 ROWS = 512
@@ -23,16 +24,16 @@ ROWS = 512
 
 FAULTS = tuple(f'faults.{each.name}' for each in fields(Faults))
 
+HEARD = 'omega_c', 'v_th', 'gain_decay'
+"""Settings of a probe that a page shows."""
+
 WANTED = (
     *(f'design.{each.name}' for each in fields(Design)),
     *FAULTS,
     'actuator.max_strain',
     'actuator.max_rate',
     'actuator.hand_rate',
-    'probe.v_th',
-    'probe.gain_decay',
-    'probe_right.v_th',
-    'probe_right.gain_decay',
+    *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in HEARD),
     'scale.time',
     'scale.length',
     'time.speed',
@@ -128,6 +129,8 @@ class About:
                 end: {'threshold': probe['v_th'], 'gain': probe['gain_decay']}
                 for end, probe in probes.items()
             },
+            'bands': {'active': band(design.k_s2), 'inactive': band(design.k_s1)},
+            'carriers': {end: probe['omega_c'] for end, probe in probes.items()},
             'faults': faults_of(groups.get('faults', {})),
             'procedures': {
                 name: {'takes': row.required, 'changes': row.changes, 'title': row.meaning}

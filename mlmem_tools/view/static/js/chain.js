@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The chain cell by cell with its walls, the levels below it, and the strain of every spring.
 
-import { configuration, COUNTS, css, tone } from './colours.js';
+import { configuration, COUNTS, css, magnified, tone } from './colours.js';
 import { make, name, put, signed, Tip } from './page.js';
 
 const BUTTON = 31; // width of the button of a level in pixels
@@ -19,6 +19,7 @@ export class Chain {
     this.now = root.querySelector('.strain-now');
     this.controls = controls;
     this.buttons = [];
+    this.gain = 1; // of small waves
     this.tip = new Tip(this.canvas.parentElement);
     this.canvas.addEventListener('pointermove', (event) => this.point(event));
     this.canvas.addEventListener('pointerleave', () => this.tip.hide());
@@ -129,21 +130,26 @@ export class Chain {
     if (!column) return above('this element publishes no configuration');
     const top = 20, pitch = width / column.length, gap = pitch > 3.2 ? 1 : 0;
     for (let i = 0; i < column.length; i++) {
-      const share = Math.max(0, Math.min(1.15, column[i] / COUNTS));
+      const count = magnified(column[i], this.gain);
+      const share = Math.max(-0.6, Math.min(1.15, count / COUNTS));
       const tall = (height - top) * (0.4 + 0.5 * share);
-      context.fillStyle = css(column[i]);
+      context.fillStyle = css(count);
       context.beginPath();
       context.roundRect(i * pitch, height - tall, pitch - gap, tall, [Math.min(2, pitch / 3), Math.min(2, pitch / 3), 0, 0]);
       context.fill();
     }
     context.font = '600 12px Inter, sans-serif';
     context.textAlign = 'center';
+    let free = 0; // from where the next text does not cover the last one
     for (const wall of walls) {
       const x = ((wall - 0.5) / this.about.cells) * width;
       context.fillStyle = tone('ink');
       context.fillRect(x - 0.75, top - 4, 1.5, height - top + 4);
-      const text = `wall ${wall.toFixed(1)}`, half = context.measureText(text).width / 2;
-      context.fillText(text, Math.max(half, Math.min(width - half, x)), 11);
+      const text = `${walls.length > 2 ? '' : 'wall '}${wall.toFixed(1)}`, half = context.measureText(text).width / 2;
+      const middle = Math.max(half, Math.min(width - half, x));
+      if (middle - half < free) continue;
+      context.fillText(text, middle, 11);
+      free = middle + half + 6;
     }
     if (!walls.length) above('no wall');
   }

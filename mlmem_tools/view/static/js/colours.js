@@ -34,6 +34,13 @@ export function table() {
 export const configuration = ({ stride, phases: [inactive, active] }, column, site) =>
   inactive + (column[Math.floor((site - 1) / stride)] / COUNTS) * (active - inactive);
 
+/** Return a configuration whose departure from the nearer phase is magnified: small waves show. */
+export function magnified(count, gain) {
+  if (gain === 1) return count;
+  const rest = count < COUNTS / 2 ? 0 : COUNTS;
+  return rest + gain * (count - rest);
+}
+
 /** Return the index of a configuration in the table. */
 export const place = (count) => Math.max(0, Math.min(1023, ((count / COUNTS + 0.25) * 682) | 0));
 

@@ -45,6 +45,8 @@ export class Live {
     this.controls.strained(this.state.strain);
   }
 
+  magnify(gain) { this.panel.magnify(gain); }
+
   repaint() {
     this.panel.repaint();
     this.change();

@@ -6,6 +6,7 @@ import { connect } from './export.js';
 import { Live } from './live.js';
 import { find, notice } from './page.js';
 import { Sessions } from './session.js';
+import { connectWaves } from './waves.js';
 
 const about = await (await fetch('/about')).json();
 const asked = new URLSearchParams(location.search).get('session');
@@ -14,8 +15,9 @@ await document.fonts.ready;
 
 document.body.classList.add(numbers.length ? 'session' : 'live');
 const shown = numbers.length ? new Sessions() : new Live();
-if (numbers.length) shown.open(numbers).catch((error) => notice(error.message));
+if (numbers.length) shown.fetch(numbers).catch((error) => notice(error.message));
 connect(shown);
+connectWaves(shown, find(numbers.length ? 'rate' : 'speed'));
 
 find('theme').onclick = () => {
   const root = document.documentElement;

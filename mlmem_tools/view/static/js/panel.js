@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One element: its content, chain, picture and echo.
 
+import { Bands } from './bands.js';
 import { Chain } from './chain.js';
 import { Echo } from './echo.js';
 import { find, put, signed } from './page.js';
@@ -14,8 +15,9 @@ export class Panel {
     this.root = find('panel').content.firstElementChild.cloneNode(true);
     find('panels').append(this.root);
     this.chain = new Chain(this.root, controls);
-    this.picture = new Picture(this.root, Boolean(controls));
+    this.picture = new Picture(this.root, Boolean(controls), controls?.span);
     this.echo = new Echo(this.root);
+    this.bands = new Bands(this.root);
     this.twin = new Twin(this.root);
     this.find = (name) => this.root.querySelector(name);
   }
@@ -26,6 +28,7 @@ export class Panel {
     this.chain.set(about);
     this.picture.set(about, track, end);
     this.echo.set(about);
+    this.bands.set(about);
   }
 
   /** Show a state: column, walls, strain, level, confidence, doing, and why a level is unknown. */
@@ -49,11 +52,19 @@ export class Panel {
     bar.firstElementChild.style.width = doing?.share == null ? '' : `${100 * doing.share}%`;
   }
 
+  /** Magnify small waves about the phases, in the chain and over time. */
+  magnify(gain) {
+    this.chain.gain = this.picture.gain = gain;
+    this.chain.draw();
+    this.picture.draw();
+  }
+
   /** Draw everything again, in the colours of the present theme. */
   repaint() {
     if (!this.about) return;
     this.picture.build();
     this.echo.build();
+    this.bands.draw();
     this.twin.build();
     this.chain.draw();
   }

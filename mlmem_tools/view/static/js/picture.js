@@ -3,22 +3,29 @@
 // The x-t picture of the configuration, and the strain below it on the same time axis.
 
 import { fitted } from './chain.js';
-import { configuration, paintColours, place, table, tone } from './colours.js';
+import { configuration, magnified, paintColours, place, table, tone } from './colours.js';
 import { name, signed, Tip } from './page.js';
 import { about0, axis, lines, sizeOf } from './plot.js';
 import { last } from './track.js';
 import { zoomable } from './zoom.js';
 
 const SPAN = 20; // seconds that a running element's picture shows
-const STALE = 0.05; // seconds for which the last column is drawn
+const STALE = 1 / 400; // of the usual time, for which the last column is drawn
 const ROOM = 1.12; // the strain's axis over the largest strain
 const LEFT = 46, RIGHT = 40; // pixels beside the picture
 
 let count = 0;
 
 export class Picture {
-  /** @param {Element} root of a panel; @param {boolean} live whether it grows: a running element */
-  constructor(root, live) {
+  /**
+   * @param {Element} root of a panel
+   * @param {boolean} live whether it grows: a running element
+   * @param {number} usual seconds that it shows then
+   */
+  constructor(root, live, usual = SPAN) {
+    this.usual = usual;
+    this.stale = STALE * usual;
+    this.gain = 1; // of small waves
     this.root = root.querySelector('.picture');
     this.below = root.querySelector('.strains');
     this.button = root.querySelector('.follow');
@@ -42,7 +49,7 @@ export class Picture {
   /** Show all cells, and the latest time or the whole session. */
   follow() {
     this.following = this.live;
-    this.span = SPAN;
+    this.span = this.usual;
     this.x = this.whole;
     this.y = [0.5, this.about.cells + 0.5];
     this.draw();
@@ -64,7 +71,7 @@ export class Picture {
   }
 
   move(x, y, zoom) {
-    const span = Math.max(0.05, Math.min(x[1] - x[0], 1.2 * Math.max(this.track.end - this.track.begin, SPAN)));
+    const span = Math.max(0.05, Math.min(x[1] - x[0], 1.2 * Math.max(this.track.end - this.track.begin, this.usual)));
     if (this.following && zoom) {
       this.span = span;
     } else {
@@ -183,9 +190,9 @@ export class Picture {
     for (let x = 0; x < across; x++) {
       const at = from + ((x + 0.5) / across) * (to - from);
       while (index + 1 < t.length && t[index + 1] <= at) index++;
-      if (index < 0 || at > t.at(-1) + STALE) continue;
+      if (index < 0 || at > t.at(-1) + this.stale) continue;
       const column = columns[index];
-      for (let row = 0; row < rows; row++) out[(rows - 1 - row) * across + x] = colours[place(column[row])];
+      for (let row = 0; row < rows; row++) out[(rows - 1 - row) * across + x] = colours[place(magnified(column[row], this.gain))];
     }
     brush.putImageData(pixels, 0, 0);
     const cells = this.about.cells, scale = rows / cells;
@@ -210,7 +217,7 @@ export class Picture {
     const t = plot.posToVal(left, 'x'), site = Math.round(plot.posToVal(top, 'y'));
     const index = last(this.track.t, t);
     const over = left >= 0 && top >= 0 && site >= 1 && site <= this.about.cells;
-    if (!over || index < 0 || t > this.track.t.at(-1) + STALE) return this.tip.hide();
+    if (!over || index < 0 || t > this.track.t.at(-1) + this.stale) return this.tip.hide();
     const strain = this.track.strain.y[last(this.track.strain.t, t)] ?? 0;
     const delta = configuration(this.about, this.track.columns[index], site);
     this.tip.show(`${t.toFixed(2)} s   cell ${site}\nΔ ${delta.toFixed(4)}   strain ${signed(strain, 4)}`, left, top - 44);

@@ -24,9 +24,15 @@ export class Sessions {
   }
 
   /** Fetch and show sessions by their numbers. */
-  async open(numbers) {
-    document.body.classList.toggle('two', numbers.length === 2);
-    this.sessions = await Promise.all(numbers.map((number) => fetchFrame(`/sessions/${number}`)));
+  async fetch(numbers) {
+    this.open(await Promise.all(numbers.map((number) => fetchFrame(`/sessions/${number}`))));
+    if (numbers.length === 2) await this.compare(numbers);
+  }
+
+  /** Show sessions, of which the server, or the page itself, has made frames. */
+  open(sessions) {
+    document.body.classList.toggle('two', sessions.length === 2);
+    this.sessions = sessions;
     this.duration = Math.max(...this.sessions.map((session) => session.duration), 0.001);
     for (const session of this.sessions) {
       session.track = new Track(session);
@@ -41,11 +47,14 @@ export class Sessions {
     const lost = this.sessions.flatMap((session) => session.lost);
     if (lost.length) notice(`Some of it cannot be read: ${lost[0]}${lost.length > 1 ? `, and ${lost.length - 1} more` : ''}`);
     this.list();
-    if (numbers.length === 2) await this.compare(numbers);
     this.seek(0);
   }
 
   get caption() { return find('node').textContent; }
+
+  magnify(gain) {
+    for (const { panel } of this.sessions) panel.magnify(gain);
+  }
 
   repaint() {
     for (const { panel } of this.sessions) panel.repaint();

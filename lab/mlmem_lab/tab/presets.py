@@ -1,0 +1,246 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What presets do, for a page without the product: python3 -m mlmem_lab.tab.presets [FOLDER].
+
+A page that has the loop alone needs an element's cells, and what its instrument does in every
+write and erase. That is watched here: the strains and the driven ends of each way from one level
+to another, up to the read that verifies it. Played back they are an open loop, with no procedure
+that could mend what goes wrong. A recorded session becomes what `mlmem view` sends to a page.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from mlmem_ros.device import Erase, MemoryElement, Write, new_element, preset
+from mlmem_ros.device.carrier import weights
+from mlmem_ros.device.echo import blanking, listening_time, window
+from mlmem_ros.device.end import End
+from mlmem_ros.device.motion import Ramp
+from mlmem_ros.device.presets import Preset
+from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.settings import ProbeSettings, Settings
+from mlmem_ros.physics import Chain
+from mlmem_ros.physics.potential import Array
+from mlmem_tools.view.about import About
+from mlmem_tools.view.session_frame import load
+
+from .webassembly import FOLDER
+
+SHOWN = {
+    'case_2': "by strain: the paper's element with eight levels",
+    'kick_3': 'by kicks: the same cells, written without strain',
+    'byte': 'a byte: as many walls as there are ones',
+}
+"""The presets of the page, and what it says of them."""
+
+BEGUN = {'case_2': 3, 'kick_3': 3, 'byte': 0b1100}
+"""What they hold when the page is opened."""
+
+SESSION = FOLDER.parents[1] / 'test' / 'data' / 'life'
+"""The recorded session."""
+
+DIGITS = 9
+"""Significant digits of what the page plays."""
+
+Event = dict[str, Any]
+"""A move of the actuator or of an end, and the time `at` which it begins."""
+
+
+def cells_of(chain: Chain) -> dict[str, Any]:
+    """Return what the loop needs of a chain, as `docs/try/material.js` takes it; a list of one
+    number stands for all cells.
+    """
+    n, cells, constants = chain.design.N, chain._cells, chain._constants
+    height, a, b = cells.law
+    return {
+        'n': n,
+        'v': _short(chain.v),
+        'height': _short(height),
+        'origin': _short(cells.origin),
+        'mobility': _short(cells.mobility),
+        'under': _short(cells.substrate),
+        **{
+            name: [_short(row[:n]) for row in getattr(constants, name)]
+            for name in ('decay', 'kick', 'push')
+        },
+        'drifts': constants.drifts.tolist(),
+        'a': a,
+        'b': b,
+        'stuck': cells.stuck.tolist(),
+    }
+
+
+def _short(values: Array) -> list[float]:
+    told: list[float] = values.tolist()
+    return told[:1] if len(set(told)) == 1 else told
+
+
+def told(name: str) -> dict[str, Any]:
+    """Return all that the page knows of a preset."""
+    shipped = preset(name)
+    design, settings = shipped
+    element = new_element(shipped)
+    groups = {'design': asdict(design), **settings.as_dict()}
+    about = About.of(groups, name).json | {'faults': {}}
+    about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
+    many = settings.register.spacing > 0
+    found: dict[str, Any] = {
+        'text': SHOWN[name],
+        'about': about,
+        'dt': element.chain.dt,
+        'nodes': element.chain.integrator.nodes,
+        'length': design.end_displacement(1.0),
+        'unit': settings.scale.time,
+        'rate': settings.actuator.by_hand,
+        'phases': [design.D_s1, design.D_s2],
+        'probes': _probes(element, many),
+        'push': {'end': settings.push.end, **_drive(Pulse(0.0, settings.push))},
+    }
+    if many:
+        found['register'] = _register(settings)
+    else:
+        found['ways'] = _ways(shipped)
+    found['begun'] = BEGUN[name]
+    element.perform(Write(BEGUN[name]))
+    found['cells'] = cells_of(element.chain)
+    return found
+
+
+def _probes(element: MemoryElement, many: bool) -> dict[str, Any]:
+    """Return pulse and detector of both ends."""
+    settings, dt = element.settings, element.chain.dt
+    probes = {}
+    for end in End:
+        probe: ProbeSettings = settings.register.probe if many else end.probe(settings)
+        listen = settings.register.listen if many else listening_time(element.design, probe, end)
+        probes[end.value] = {
+            **{key: getattr(probe, key) for key in ('A', 'omega_c', 'sigma', 'v_th')},
+            'gain': probe.gain_decay,
+            'weights': weights(probe, dt).tolist(),
+            'half': max(1, round(0.5 * window(probe) / dt)),
+            'blanking': blanking(probe),
+            'listen': listen,
+            'delays': [] if many else list(element.calibration.table(end).delays),
+        }
+    return probes
+
+
+def _register(settings: Settings) -> dict[str, Any]:
+    """Return how a byte is written: see `procedures.kicking.put`."""
+    kick = settings.kick
+    return {
+        'speeds': [kick.by_level, kick.of_kinks],
+        'late': kick.late,
+        'hold': kick.hold,
+        'settle': kick.settle,
+        'cleared': settings.push.settle,
+    }
+
+
+def _ways(shipped: Preset) -> dict[str, Any]:
+    """Return events and duration of every way from one content to another, -1 being blank."""
+    contents = range(BLANK, shipped.design.levels)
+    ways = {}
+    for start in contents:
+        for target in contents:
+            if start != target:
+                ways[f'{start} {target}'] = way(shipped, start, target)
+    return ways
+
+
+def way(shipped: Preset, start: int, target: int) -> dict[str, Any]:
+    """Return what an instrument does to bring an element from one content to another.
+
+    Raises:
+        ValueError: The element did not follow at once.
+    """
+    element = new_element(shipped)
+    if start != BLANK:
+        element.perform(Write(start))
+    watched = _watched(element)
+    outcome = element.perform(Erase() if target == BLANK else Write(target))
+    if not outcome.success or outcome.attempts != 1:
+        raise ValueError(f'{start} to {target}: {outcome}')
+    moves = [event for event in watched if 'probe' not in event]
+    begun, last = moves[0]['at'], moves[-1]['at']
+    after = [event['at'] for event in watched if 'probe' in event and event['at'] > last]
+    events = [{**event, 'at': event['at'] - begun} for event in moves]
+    return {'events': events, 'duration': after[0] - begun}
+
+
+def _watched(element: MemoryElement) -> list[Event]:
+    """Return a list that grows by all that actuator and transducers of an element begin."""
+    events: list[Event] = []
+
+    def watch(owner: Any, name: str, tell: Callable[[], Mapping[str, Any]]) -> None:
+        act = getattr(owner, name)
+
+        def acting(*arguments: Any, **named: Any) -> Any:
+            result = act(*arguments, **named)
+            events.append({'at': element.ticks * element.tick, **tell()})
+            return result
+
+        setattr(owner, name, acting)
+
+    def strained() -> Mapping[str, Any]:
+        motion = element.actuator.motion
+        if isinstance(motion, Ramp):
+            times, strains = [0.0, motion.duration], [motion.start, motion.target]
+            return {'times': times, 'strains': strains, 'rates': [0.0, 0.0]}
+        return {'times': motion.times, 'strains': motion.strains, 'rates': motion.rates}
+
+    def driven() -> Mapping[str, Any]:
+        held = element.transducer.held
+        assert held is not None
+        return {'end': 'left' if held.site == 1 else 'right', **_drive(held.motion)}
+
+    watch(element.actuator, 'ramp_to', strained)
+    for name in ('move', 'kick', 'push'):
+        watch(element.transducer, name, driven)
+    for name in ('fire', 'shoot'):
+        watch(element.transducer, name, lambda: {'probe': True})
+    return events
+
+
+def _drive(motion: BoundaryMotion) -> dict[str, Any]:
+    """Return the motion of an end."""
+    if isinstance(motion, Pulse):
+        kept = {key: getattr(motion.probe, key) for key in ('A', 'omega_c', 'sigma')}
+        return {'kind': 'pulse', 'duration': motion.duration, **kept}
+    if isinstance(motion, Kick):
+        shape = {'late': motion.shape.late, 'hold': motion.shape.hold}
+        return {'kind': 'kick', 'target': motion.target, 'speed': motion.speed, **shape}
+    return {'kind': 'move', 'target': motion.target, 'speed': motion.speed}
+
+
+def rounded(value: Any) -> Any:
+    """Return a JSON value whose numbers have `DIGITS` digits."""
+    if isinstance(value, float):
+        return float(f'{value:.{DIGITS}g}')
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [rounded(item) for item in value]
+    return value
+
+
+def main(folder: Path) -> None:
+    """Write what the page knows."""
+    file, recorded = folder / 'presets.json', folder / 'session.gz'
+    text = json.dumps({name: rounded(told(name)) for name in SHOWN}, separators=(',', ':'))
+    file.write_text(text + '\n', encoding='utf-8')
+    recorded.write_bytes(gzip.compress(load(SESSION).frame, 9, mtime=0))
+    for made in (file, recorded):
+        print(f'{made}: {made.stat().st_size} bytes')
+
+
+if __name__ == '__main__':
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)
