@@ -178,7 +178,7 @@ function cubic({ times, strains, rates }, t) {
 const lasts = ({ kind, duration, start, target, speed, hold = 0 }) =>
   (kind === 'pulse' ? duration : Math.abs(target - start) / speed + hold);
 
-/** Return displacement and velocity of a held end; see mlmem_ros/device/pulse.py. */
+/** Return displacement and velocity of a held end; see mlmem_ros/device/end.py. */
 function motion(held, t) {
   if (held.kind === 'pulse') {
     const x = (t - 6 * held.sigma) / held.sigma, envelope = held.A * Math.exp(-HALF * x * x);

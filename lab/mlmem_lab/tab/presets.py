@@ -19,12 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from mlmem_ros.device import Erase, MemoryElement, Write, new_element, preset
-from mlmem_ros.device.carrier import weights
-from mlmem_ros.device.echo import blanking, listening_time, window
-from mlmem_ros.device.end import End
+from mlmem_ros.device.echo import blanking, listening_time, weights, window
+from mlmem_ros.device.end import BoundaryMotion, End, Kick, Pulse
 from mlmem_ros.device.motion import Ramp
 from mlmem_ros.device.presets import Preset
-from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.device.settings import ProbeSettings, Settings
 from mlmem_ros.physics import Chain
