@@ -5,6 +5,7 @@
 import dataclasses
 
 import pytest
+from sampled import sampled
 
 from mlmem_ros.device import (
     Abort,
@@ -22,7 +23,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.end import End
 from mlmem_ros.physics import Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_tools.checks import Verdict, check, disturb
+from mlmem_tools.checks import Verdict, disturb
 from mlmem_tools.checks.subject import Subject
 
 GROUPS = {End.LEFT: 'probe', End.RIGHT: 'probe_right'}
@@ -41,10 +42,11 @@ def forecast(design, settings):
     return finding
 
 
-@pytest.mark.parametrize(('name', 'end', 'level'), [
-    ('case_2', End.LEFT, 0), ('case_2', End.RIGHT, 7), ('bits_2', End.LEFT, 0),
-    ('bits_2', End.RIGHT, 3), ('kick_2', End.LEFT, 0),
-])  # fmt: skip
+@pytest.mark.parametrize(('name', 'end', 'level'), sampled(
+    [('case_2', End.LEFT, 0), ('case_2', End.RIGHT, 7), ('bits_2', End.LEFT, 0),
+     ('bits_2', End.RIGHT, 3), ('kick_2', End.LEFT, 0)],
+    lambda case: case[0] == 'bits_2',
+))  # fmt: skip
 def test_pulses_as_loud_as_forecast_move_nothing_and_louder_ones_do(name, end, level):
     """On the whole device: it fires from either end, and rests in between."""
     limit = forecast(*preset(name)).values[end.value]
@@ -61,11 +63,15 @@ def test_pulses_as_loud_as_forecast_move_nothing_and_louder_ones_do(name, end, l
 
 
 def test_a_read_that_moves_the_wall_fails_the_check():
-    for A, verdict in ((0.01, Verdict.PASS), (0.15, Verdict.WARN), (0.4, Verdict.FAIL)):
-        finding = forecast(*as_loud('case_2', End.LEFT, A))
+    """Whatever is set, the limit is the same, but for the steps in which it is found."""
+    for A, verdict in ((0.01, Verdict.PASS), (0.1, Verdict.WARN), (0.4, Verdict.FAIL)):
+        finding = forecast(*as_loud('bits_2', End.LEFT, A))
         assert finding.verdict is verdict
-        assert 0.15 < finding.values['left'] < 0.25  # whatever is set
-    assert check(*preset('kick_4'))[disturb.NAME].verdict is Verdict.PASS
+        assert 0.12 < finding.values['left'] < 0.17
+
+
+def test_what_is_written_without_strain_is_read_without_moving_it():
+    assert forecast(*preset('kick_4')).verdict is Verdict.PASS
 
 
 def test_of_many_walls_nothing_is_said():

@@ -11,7 +11,7 @@ import warnings
 import legal
 import pytest
 
-from mlmem_ros.device import Settings, SettingsError
+from mlmem_ros.device import Settings, SettingsError, preset
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.settings import ActuatorSettings
 from mlmem_ros.physics import CASE_II
@@ -50,14 +50,14 @@ def judge_seed(seed, *, drawn):
 
 
 def test_legal_designs_are_judged():
-    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in range(1, 6)}
+    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in range(1, 4)}
     assert {Verdict.FAIL} <= verdicts <= {Verdict.FAIL, None}
 
 
-def test_fifty_legal_designs_are_judged_by_closed_forms(monkeypatch):
+def test_legal_designs_are_judged_by_closed_forms(monkeypatch):
     """Without the simulations and landscapes, which take ten times as long."""
     monkeypatch.setattr(checks, 'CONCERNS', QUICK)
-    verdicts = {judge_seed(seed, drawn=False) for seed in range(100, 150)}
+    verdicts = {judge_seed(seed, drawn=False) for seed in range(120, 145)}
     assert verdicts >= {Verdict.FAIL, Verdict.WARN, None}
 
 
@@ -73,16 +73,19 @@ def test_many_legal_designs_are_judged(drawn):
     [{'eta': 0.0}, {'beta': 0.0, 'gamma': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}],
 )
 def test_no_damping_and_no_defects_are_judged(changes):
-    assert judge(dataclasses.replace(CASE_II, **changes), Settings()) is Verdict.FAIL
+    design, settings = preset('bits_2')
+    assert judge(dataclasses.replace(design, **changes), settings) is Verdict.FAIL
 
 
 def test_a_carrier_that_does_not_propagate_is_judged_without_a_gain():
-    probe = dataclasses.replace(Settings().probe, omega_c=5.0, gain_decay=0.0)
-    assert judge(CASE_II, Settings(probe=probe)) is Verdict.FAIL
+    design, settings = preset('bits_2')
+    probe = dataclasses.replace(settings.probe, omega_c=5.0, gain_decay=0.0)
+    assert judge(design, dataclasses.replace(settings, probe=probe)) is Verdict.FAIL
 
 
-def test_runs_that_would_take_too_long_are_skipped():
+def test_runs_that_would_take_too_long_are_skipped(monkeypatch):
     """The slowest legal actuator takes a thousand million time units for a ramp."""
+    monkeypatch.setattr(checks, 'CONCERNS', (checks.launch, checks.steps))
     settings = Settings(actuator=ActuatorSettings(max_rate=1e-9))
     assert Cycle.planned(settings.write, 0.048, 1e-9).duration > 1e8
     report = check(CASE_II, settings)

@@ -9,6 +9,7 @@ import hypothesis
 import hypothesis.strategies as st
 import numpy as np
 import pytest
+from sampled import sampled
 
 from mlmem_ros.device import (
     UNDECODABLE,
@@ -102,7 +103,9 @@ def heard(end, probe, crossings):
 
 
 @pytest.mark.parametrize('names', NAMES)
-@pytest.mark.parametrize('name', ['case_2', 'bits_1', 'bits_4', 'damped_bits_4'])
+@pytest.mark.parametrize('name', sampled(
+    ['case_2', 'bits_1', 'bits_4', 'damped_bits_4'], lambda name: name in ('case_2', 'bits_1')
+))  # fmt: skip
 def test_whatever_one_end_hears_a_level_is_read_as_it_is_or_not_at_all(name, names):
     """A delay of any size, early ones too, swept over all delays that the table has; silence."""
     design, settings = preset(name)
@@ -114,12 +117,11 @@ def test_whatever_one_end_hears_a_level_is_read_as_it_is_or_not_at_all(name, nam
         probes = {end: end.probe(settings) for end in End}
         sweep = [(t - 2.0, t, t + 3.0) for t in np.arange(60.0, table.longest + 60.0, 3.0)]
         sweep += [table.crossings(level) for level in range(design.levels)]
-        said = [None, *sweep]
+        said = [(each, heard(wrong, probes[wrong], each)) for each in (None, *sweep)]
         for true in range(0, design.levels, max(1, design.levels // 4)):
             sound = calibration.table(honest).crossings(true)
             good = heard(honest, probes[honest], sound)
-            for each in said:
-                bad = heard(wrong, probes[wrong], each)
+            for each, bad in said:
                 echoes = {honest: good, wrong: bad}
                 level = decode(design, read, calibration, echoes, (1, 0)).level
                 assert level in (true, UNDECODABLE), (wrong, true, each)
