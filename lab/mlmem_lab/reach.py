@@ -27,7 +27,7 @@ PLACES = {'mlmem_lab': ROOT / 'lab', 'mlmem_tools': ROOT, 'tools': ROOT}
 
 ASIDE = (
     'mlmem_lab.results', 'mlmem_lab.reach', 'mlmem_tools.cli',
-    'mlmem_lab.studies.campaign.ledger', 'mlmem_lab.studies.campaign.execution',
+    'mlmem_lab.studies.campaign.execution',
     'mlmem_lab.studies.campaign.terminal',
 )  # fmt: skip
 """What runs a study, keeps its result and prints it: that makes no number."""

@@ -308,8 +308,7 @@ def fingerprint(name: str) -> str | None:
     hashed = hashlib.blake2b(digest_size=8)
     if name == LATTICE:
         from .measured.runs import Case
-        from .measured.shell import shell
-        from .measured.wave import Losses, launch
+        from .measured.wave import Losses, launch, shell
 
         wave = launch(Case(22.5, 7.0), shell(3.971), Losses(0.02, 0.01))
         hashed.update(np.round(wave.u, 6).tobytes())

@@ -155,7 +155,7 @@ def codes(file):
     ('module', 'old', 'new', 'aged', 'kept'),
     [
         ('mlmem_lab.designer.proposal', 'GAMMA = -3e-5', 'GAMMA = -9e-5', 'reads', 'times'),
-        ('mlmem_lab.twins.element', 'KNOWN = 5e-4', 'KNOWN = 5e-2', 'twin', 'reads'),
+        ('mlmem_lab.twins.sensed', 'KNOWN = 5e-4', 'KNOWN = 5e-2', 'twin', 'reads'),
         ('mlmem_lab.windows.window', 'RADII = (0.05,', 'RADII = (0.07,', 'windows', 'twin'),
     ],
 )  # fmt: skip

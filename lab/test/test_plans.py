@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from mlmem_lab.plans.strokes import ENOUGH, PEAKS, quick_moves, strokes
-from mlmem_lab.twins.element import made
+from mlmem_lab.twins.sensed import made
 from mlmem_lab.windows.window import end
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.moves import How, Move

@@ -9,8 +9,17 @@ from collections import Counter
 import pytest
 
 from mlmem_lab.reads import command, count
-from mlmem_lab.reads.count import IN_A_ROW, Counts, bad_cells, names, rows, total, true_level
-from mlmem_lab.reads.elements import DESIGNED, known
+from mlmem_lab.reads.count import (
+    DESIGNED,
+    IN_A_ROW,
+    Counts,
+    bad_cells,
+    known,
+    names,
+    rows,
+    total,
+    true_level,
+)
 from mlmem_lab.results import APART, by, fingerprint, with_reads
 from mlmem_ros.device import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE

@@ -13,11 +13,16 @@ that was not quiet no figure is called good.
 
 from __future__ import annotations
 
+import asyncio
 import os
 import random
 import statistics
+import subprocess
+import sys
 import tempfile
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from datetime import date
 from functools import partial
 from pathlib import Path
@@ -26,12 +31,9 @@ from typing import Any, NamedTuple
 from mlmem_ros.contract.services import action_types
 
 from ..results import by, load_kept, save
-from .comparison import Comparison
-from .host import describe_host
-from .machine_load import QUIET
-from .measure import Entry, Spread
+from .host import QUIET, describe_host
+from .measure import Comparison, Entry, Spread
 from .node_process import NodeProcess, beyond, echo_service, listen, receive, write
-from .open_page import open_page
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
 
@@ -208,3 +210,33 @@ def _cell(entry: Entry) -> str:
     value = entry.spread.median
     short = f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
     return short if entry.values['others'] <= QUIET else f'{short} (busy)'
+
+
+@contextmanager
+def open_page(node: str) -> Iterator[None]:
+    """Keep a page open."""
+    command = [sys.executable, '-m', 'mlmem_tools.cli.main', 'view', '--port', '0', '--node', node]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    address = process.stdout.readline().split()[-1].rstrip('/')
+    reader = threading.Thread(target=lambda: asyncio.run(_take(address)), daemon=True)
+    reader.start()
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait(10.0)
+        reader.join(10.0)
+
+
+async def _take(address: str) -> None:
+    """Take pictures until the server ends."""
+    import aiohttp
+
+    with suppress(aiohttp.ClientError):
+        async with (
+            aiohttp.ClientSession() as client,
+            client.ws_connect(f'{address}/live', headers={'Origin': address}) as socket,
+        ):
+            async for _ in socket:
+                pass

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from .machine_load import Load, used
+from .host import Load, used
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer

@@ -20,11 +20,9 @@ from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.specimen import Specimen
 from mlmem_ros.physics.stepping import stable_step
 
-from .comparison import Comparison
-from .measure import Contender, measure
-from .peers import PEERS, Peer
+from .measure import Comparison, Contender, measure
+from .peers import PEERS, Peer, verlet
 from .problem import STEP, Problem
-from .verlet import verlet
 
 TITLE = 'milliseconds at equal error compared with SciPy, heyoka, diffrax and MuJoCo'
 

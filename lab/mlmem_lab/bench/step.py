@@ -24,8 +24,7 @@ from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.potential import Array
 
 from ..studies.trace import strain_chain, wall_path
-from .comparison import Comparison
-from .measure import Entry
+from .measure import Comparison, Entry
 
 TITLE = 'error of echo delay, wall path and energy against the step'
 

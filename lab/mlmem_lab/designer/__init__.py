@@ -6,7 +6,7 @@
 `studies.proof` simulates it.
 """
 
-from .going_back import searched
 from .proposal import DesignNotFound, Proposal, propose
+from .stroke_search import searched
 
 __all__ = ['DesignNotFound', 'Proposal', 'propose', 'searched']

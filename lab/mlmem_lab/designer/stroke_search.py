@@ -1,11 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes and throws by search over their times, peaks, and how these fall with the site.
+"""Strokes and a throw for a design: by closed forms, by a law of the site, or by search over their
+times, peaks, and how these fall with the site.
 
-The closed forms of `throws` neglect pins and waves, so their proposal is only a starting point. A
-map of peaks alone does not show the margins: every trial is judged with peak and times off in many
-directions, each in a random element. CMA-ES is the evolution strategy of Hansen and Ostermeier
-(2001), by the package cmaes (the extra `search`).
+In the closed forms the wall is a particle (see `rolling_wall`) of mass M. The substrate of cell j
+moves by j e, so a strain e that changes its rate pushes a wall at X by -B X e'', with
+B = sum of dv_j / dX = D_s2 - D_s1. Pins, gradient and waves are left out, so their proposal
+is only a starting point. A map of peaks alone does not show the margins: every trial is judged
+with peak and times off in many directions, each in a random element. CMA-ES is the evolution
+strategy of Hansen and Ostermeier (2001), by the package cmaes (the extra `search`).
 """
 
 from __future__ import annotations
@@ -18,13 +21,46 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device import Settings
+from mlmem_ros.device.motion import SMOOTH_PEAK_RATE, Cycle
 from mlmem_ros.device.moves import stroke_peak
 from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
-from mlmem_ros.device.strokes import actuator
+from mlmem_ros.device.strokes import actuator, by_9, throw
 from mlmem_ros.physics import Design, Scatter, scattered, walls
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.checks.bare import COARSE, configuration_after
+
+
+def inertia_over_mass(design: Design) -> float:
+    """Return B / M of a wall: its throw relative to its position, per unit of strain."""
+    D = np.linspace(design.D_s1, design.D_s2, 2001)
+    # At rest v'^2 / 2 = psi, so M, the integral of v'^2 over X, is that of sqrt(2 psi) over D.
+    return float(1.0 / np.mean(np.sqrt(2.0 * design.potential.energy(D))))
+
+
+def reach(design: Design, change: float, ease: float) -> float:
+    """Return how far a throw carries a wall, relative to its position; from 1 on it leaves.
+
+    Let go by a change of strain, (1 - ease_to) peak, over a time `ease`, the strain falls at
+    SMOOTH_PEAK_RATE change / ease at its fastest.
+    Until then the well that the strain makes holds the wall. The substrate's deceleration then
+    sets the wall moving at B / M X times that rate, and damping ends the flight after 1 / eta.
+    """
+    rate = SMOOTH_PEAK_RATE * abs(change) / ease
+    return inertia_over_mass(design) * rate / design.eta
+
+
+def shortest_ease(design: Design, change: float) -> float:
+    """Return the release time below which all cells of the far end slip to a third state.
+
+    The deceleration of the substrate at cell N pushes that cell by 6 N change / ease^2, with the
+    change of strain from the peak, (1 - ease_to) peak, and the slope of the potential below the
+    inactive phase holds it.
+    """
+    below = np.linspace(design.wells[0] - 2.0, design.D_s1, 2001)
+    holds = float(design.alpha.min() * np.max(-design.potential.slope(below)))
+    return math.sqrt(6.0 * design.N * abs(change) / holds)
+
 
 Move = TypeVar('Move', bound=StrokeSettings | ThrowSettings)
 
@@ -168,3 +204,72 @@ def point(begin: Move, x: Array, tick: float) -> Move:
         peak=round(float(np.clip(begin.peak * peak, -LARGEST, LARGEST)), 4),
         **growth,
     )
+
+
+EASE_TO = -0.1
+PEAK = 0.135
+"""Of a throw: nine tenths of what the actuators of the presets give."""
+
+FAR = 2.3
+"""`reach` from which a throw takes the wall out."""
+
+WIDE = 1.4
+"""Least ratio of the release time too slow for that reach to that too fast for the cells."""
+
+BETWEEN = 0.4
+"""Where a throw's time lies between the two, as an exponent: 0 is too fast, 1 too slow."""
+
+LONG = 225
+"""Number of cells from which far walls need repeated pulses, of falling strength."""
+
+SAMPLE = 5
+"""Most levels that a search begins from."""
+
+
+def going_back(design: Design, settings: Settings) -> Settings:
+    """Return settings with strokes and a throw, as far as a law or a window is known.
+
+    Peaks of strokes fall with the site by the law of nine cells to a level. A throw's release time
+    lies between too fast for the far end and too slow for the wall.
+    """
+    usual = design.J == 9 and design.eta == 1 / 250
+    back: dict[str, Any] = by_9(design.levels, design.N, design.eta) if usual else {}
+    change = (1.0 - EASE_TO) * PEAK
+    fast, slow = shortest_ease(design, change), reach(design, change, 1.0) / FAR
+    if slow >= WIDE * fast:
+        more: dict[str, Any] = {'mirrored': 0.8, 'levels': 10} if design.N > LONG else {}
+        ease = float(round(fast * (slow / fast) ** BETWEEN))
+        back['throw'] = throw(PEAK, 400.0, ease, EASE_TO, 700.0, **more)
+        back['erase'] = replace(settings.erase, method='pulse')
+    if back:
+        back['actuator'] = actuator(design.N)
+    return replace(settings, **back)
+
+
+def searched(design: Design, settings: Settings, trials: int) -> Settings:
+    """Return settings with the best strokes down and throw found by search from theirs.
+
+    A move that the settings lack is not sought.
+
+    Raises:
+        ImportError: The package cmaes is missing.
+    """
+    last = design.levels - 1
+    found: dict[str, Any] = {}
+    starts = {
+        'down_even': range(0, last + 1, 2), 'down_odd': range(1, last + 1, 2),
+        'throw': range(last + 1),
+    }  # fmt: skip
+    for name, levels in starts.items():
+        begin = getattr(settings, name)
+        if begin.peak:
+            lowest = 0 if name == 'throw' else max(begin.lowest, begin.levels)
+            task = MoveTask(design, _some([each for each in levels if each >= lowest]))
+            found[name] = search(task, begin, trials=trials, tick=settings.time.tick)
+    return replace(settings, **found)
+
+
+def _some(levels: Sequence[int]) -> list[int]:
+    """Return as many of the levels as are tried, first and last among them."""
+    places = np.linspace(0, len(levels) - 1, min(SAMPLE, len(levels)))
+    return [levels[round(place)] for place in places]

@@ -27,7 +27,7 @@ from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, print_json
 from mlmem_tools.twin.unknowns import SHARED
 
-from ..bar import Bar
+from ..studies.campaign.terminal import Bar
 from . import csv_shots
 from .fit import Misfitting
 from .fit import fit as fitted

@@ -12,9 +12,8 @@ import numpy as np
 from ..studies import style
 from .fits import rest
 from .runs import AUTHORS, CASES, RAILS, SILENT, SPACINGS, Case, runs
-from .shell import shell
 from .study import Study
-from .wave import FIRST, LAST, launch
+from .wave import FIRST, LAST, launch, shell
 
 CREDIT = 'Measured: Nadkarni et al., Phys. Rev. Lett. 116, 244501 (2016), CC BY 4.0'
 ORDER = (style.S2, style.MARK, '#009e73', '#cc79a7')

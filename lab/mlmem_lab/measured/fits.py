@@ -21,8 +21,7 @@ from scipy.optimize import brentq, least_squares
 from mlmem_ros.physics.potential import Array
 
 from .runs import CASES, RAILS, Case, Run, runs
-from .shell import MEASURED, shell
-from .wave import FIRST, LAST, Losses, Wave, launch
+from .wave import FIRST, LAST, MEASURED, Losses, Wave, launch, shell
 
 SPEED_ERROR = 0.04
 """Relative error of a mean speed over four elements of a chain that are not all alike."""

@@ -20,8 +20,7 @@ from mlmem_ros.physics.potential import Array
 
 from .fits import Fit, rest
 from .runs import CASES, SILENT, Case, runs
-from .shell import shell
-from .wave import ELEMENTS, HAND, Losses, Wave, launch
+from .wave import ELEMENTS, HAND, Losses, Wave, launch, shell
 
 WELL_STEP = 0.005
 """Wells are rounded to this, in cm, so that their shells are made once."""

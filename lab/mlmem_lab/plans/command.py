@@ -27,7 +27,7 @@ from mlmem_ros.physics import Design, DesignError
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, print_json
 
-from ..bar import Bar
+from ..studies.campaign.terminal import Bar
 from .plan import Plan
 from .plan import plan as planned
 

@@ -25,8 +25,7 @@ from mlmem_tools.cli.output import complain, plain_console, plain_table, print_j
 from ..designer.proposal import FEWEST, MOST
 from ..results import APART
 from ..studies.campaign.terminal import mapped
-from .count import Counts, bad_cells, names, rows, total
-from .elements import DESIGNED, known
+from .count import DESIGNED, Counts, bad_cells, known, names, rows, total
 
 KINDS = ('stuck', 'alpha 0.3', 'alpha 3', 'mass 0.3', 'mass 3')
 

@@ -13,8 +13,7 @@ elements still propagate one.
 from mlmem_ros.physics import Integrator
 
 from ..measured.runs import CASES
-from ..measured.shell import MEASURED
-from ..measured.wave import Losses, launch
+from ..measured.wave import MEASURED, Losses, launch
 from .problem import Answers, Problem
 
 LOSSES = Losses(damping=0.0186, friction=0.0146)

@@ -12,7 +12,7 @@ import numpy as np
 from mlmem_ros.device import Calibrate, Erase, MemoryElement, Write
 
 from ..reads.count import true_level
-from .element import device, fitted, foretell, made, performed
+from .sensed import device, fitted, foretell, made, performed
 
 WAYS = ('learnt', 'planned')
 """How pulses are found: by trial, or on the twin."""

@@ -30,8 +30,7 @@ from mlmem_tools.rig.sensors import Sensors
 from ..fit.fit import Misfitting, fit
 from ..fit.missing import ADDED, has
 from ..rk4 import Rk4Element
-from .element import performed
-from .sensed import AtOnce, HiddenElement
+from .sensed import AtOnce, HiddenElement, performed
 
 NOISE = 1e-5
 """Of the transducers, in cells."""

@@ -15,8 +15,7 @@ from mlmem_ros.physics import INTEGRATORS
 from mlmem_tools.rig.sensors import Sensors
 from mlmem_tools.twin.watching import Comparison, Watch, place
 
-from .element import device, fitted, foretell, made, performed
-from .sensed import SensedSimulation
+from .sensed import SensedSimulation, device, fitted, foretell, made, performed
 
 NOISE = 1e-5
 """Of the transducers, in cells."""

@@ -13,14 +13,12 @@ import pytest
 
 from mlmem_lab import bench
 from mlmem_lab.bench import BENCHMARKS, load, peers, recorder, select, solvers
-from mlmem_lab.bench.c_program import NoCompiler, c_runner
-from mlmem_lab.bench.comparison import Comparison
-from mlmem_lab.bench.kernel import numpy_runner
-from mlmem_lab.bench.measure import Contender, Entry, Spread, measure
+from mlmem_lab.bench.kernel import NoCompiler, c_runner, numpy_runner
+from mlmem_lab.bench.measure import Comparison, Contender, Entry, Spread, measure
 from mlmem_lab.bench.node_process import NodeProcess
+from mlmem_lab.bench.peers import verlet
 from mlmem_lab.bench.problem import STEP, Problem
-from mlmem_lab.bench.session_traffic import traffic
-from mlmem_lab.bench.verlet import verlet
+from mlmem_lab.bench.recorder import traffic
 from mlmem_ros.bag.reader import BagReader
 from mlmem_tools.cli.main import main
 

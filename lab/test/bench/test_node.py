@@ -11,9 +11,8 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench.comparison import Comparison
-from mlmem_lab.bench.machine_load import QUIET, Load
-from mlmem_lab.bench.measure import Entry
+from mlmem_lab.bench.host import QUIET, Load
+from mlmem_lab.bench.measure import Comparison, Entry
 from mlmem_lab.bench.node import FIGURES, _entry, keep_column
 from mlmem_tools.cli.main import main
 

@@ -13,7 +13,7 @@ import pytest
 from sampled import sampled
 
 from mlmem_lab.designer import DesignNotFound, propose, searched
-from mlmem_lab.designer.going_back import going_back
+from mlmem_lab.designer.stroke_search import going_back
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import How, cycle_of, moves_from

@@ -10,8 +10,14 @@ import numpy as np
 import pytest
 
 from mlmem_lab.designer import stroke_search
-from mlmem_lab.designer.stroke_search import MoveTask, duration, point, ring, stretched
-from mlmem_lab.landscapes.throws import inertia_over_mass
+from mlmem_lab.designer.stroke_search import (
+    MoveTask,
+    duration,
+    inertia_over_mass,
+    point,
+    ring,
+    stretched,
+)
 from mlmem_ros.device import preset
 from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
 

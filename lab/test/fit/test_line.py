@@ -11,7 +11,7 @@ from rig.lines import ADDRESS, Line
 
 from mlmem_lab.fit.locating import ranked
 from mlmem_lab.fit.misfit import Misfit
-from mlmem_lab.twins.element import performed
+from mlmem_lab.twins.sensed import performed
 from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration, preset
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.physics import Scatter, scattered

@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from mlmem_lab.landscapes.throws import reach, shortest_ease
+from mlmem_lab.designer.stroke_search import reach, shortest_ease
 from mlmem_ros.device import preset
 from mlmem_ros.device.moves import throw_cycle
 from mlmem_ros.device.reading import BLANK

@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 
+from mlmem_lab.paper.command import verdicts
 from mlmem_lab.paper.gallery import CLAIMS, FIGURES
-from mlmem_lab.paper.verdicts import verdicts
 from mlmem_tools.cli.output import plain
 
 

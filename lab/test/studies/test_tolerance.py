@@ -16,8 +16,7 @@ from mlmem_lab.studies.tolerance import point
 from mlmem_lab.studies.tolerance.draw import draw
 from mlmem_lab.studies.tolerance.element import Chance, chance, outcomes
 from mlmem_lab.studies.tolerance.estimate import ENOUGH, RARE, Fragility, fit
-from mlmem_lab.studies.tolerance.particle import StepForecast
-from mlmem_lab.studies.tolerance.screen import PROBABILITY, weights
+from mlmem_lab.studies.tolerance.particle import PROBABILITY, StepForecast, weights
 from mlmem_lab.studies.tolerance.study import Tolerance
 from mlmem_ros.device import UNDECODABLE, Settings, preset
 from mlmem_ros.parameter_file import load

@@ -17,7 +17,7 @@ from mlmem_lab.studies.tolerance.estimate import (
     pooled,
     rare_scatter,
 )
-from mlmem_lab.studies.tolerance.walk import BEGIN, next_rung, trials_wanted
+from mlmem_lab.studies.tolerance.study import BEGIN, next_rung, trials_wanted
 
 # --- statistics -------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..figure import Data, Figure, Judged, Quality, judged
-from ..second_route import dynamics, statics
+from ..second_route import statics
 
 FIGURE = Figure(
     'check',
@@ -30,7 +30,7 @@ def compute(quality: Quality) -> Data:
         *statics.continuum(),
         statics.kink_fit(quality),
         *statics.static(quality),
-        *dynamics.dynamics(quality, data),
+        *statics.dynamics(quality, data),
     ]
     data['quantity'] = np.array([row.quantity for row in rows])
     data['ours'] = np.array([row.ours for row in rows])

@@ -19,9 +19,7 @@ from mlmem_ros.physics import Chain, Design, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_tools.checks.bare import moved
 
-from ...designer.going_back import FAR
-from ...designer.stroke_search import stretched
-from ...landscapes.throws import reach, shortest_ease
+from ...designer.stroke_search import FAR, reach, shortest_ease, stretched
 from ...studies import style
 from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Quality

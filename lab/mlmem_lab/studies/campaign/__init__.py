@@ -8,8 +8,7 @@ Dask cluster (`workers`). `save_table` writes the results as CSV.
 """
 
 from .campaign import Campaign, CampaignError, Row
-from .execution import cores, run, workers
-from .ledger import Ledger, save_table
+from .execution import Ledger, cores, run, save_table, workers
 
 __all__ = [
     'Campaign',

@@ -9,6 +9,9 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
 from mlmem_tools.cli.command import JOBS, option
 from mlmem_tools.cli.output import show_progress
 
@@ -114,3 +117,23 @@ def mapped(
 
 def _of(done: int, total: int | None) -> str:
     return f'{done}' if total is None else f'{done} of {total}'
+
+
+class Bar:
+    """A progress bar that says what is being done."""
+
+    def __init__(self, console: Console) -> None:
+        columns = TextColumn('{task.description}'), BarColumn(), TimeElapsedColumn()
+        self._bar = Progress(*columns, console=console, transient=True)
+        self._task = self._bar.add_task('', total=1.0)
+
+    def __enter__(self) -> Bar:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, what: str, share: float) -> None:
+        """Show what is being done, and the fraction done."""
+        self._bar.update(self._task, description=what, completed=share)

@@ -5,7 +5,6 @@
 from .axes import make_axis
 from .distance import Margins, measure
 from .draw import draw
-from .point import rerun
-from .shmoo import Shmoo, prepared
+from .shmoo import Shmoo, prepared, rerun
 
 __all__ = ['Margins', 'Shmoo', 'draw', 'make_axis', 'measure', 'prepared', 'rerun']

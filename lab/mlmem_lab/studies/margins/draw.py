@@ -18,8 +18,7 @@ from ..campaign import Row
 from ..style import FAINT, INK, PALE, S1, axes_grid, new_figure
 from .axes import Axis
 from .distance import Margins
-from .point import UNFIT
-from .shmoo import Shmoo
+from .shmoo import UNFIT, Shmoo
 
 LONGEST_LINE = 50
 """Characters of an axis label that fit along the map."""

@@ -1,11 +1,19 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a step will fail, with the wall as a particle: a hundredth of the time of simulation."""
+"""Whether a step will fail, with the wall as a particle, in a hundredth of the time of simulation;
+and which steps to simulate: those that this forecast sees near failure, and few others.
+
+Unequal probability sampling (Horvitz and Thompson 1952): a step simulated with probability q
+counts 1 / q times. The estimate is unbiased however bad the forecast is; a good one makes it
+cheap. The probability depends on how much the element's deviations from its design can be inflated
+before the forecast fails. It should go with the root of the failure rate (Neyman 1934); these
+values are near that for the paper's element where two in a thousand fail.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -13,6 +21,8 @@ from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.settings import peak
 from mlmem_ros.physics import Design, Specimen
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.rng import Stream, generator
 
 from ...landscapes.rolling_wall import Schedule, Track, roll, track
 
@@ -65,3 +75,25 @@ class StepForecast:
         cycle = Cycle.planned(write, strain, self._settings.actuator.max_rate)
         times = np.arange(0.0, cycle.duration + write.final_settle, DT)
         return track(design, low, high, strain), Schedule(cycle.strain(times), DT)
+
+
+PROBABILITY = {1.0: 1.0, 1.5: 0.7, 2.5: 0.4, 4.0: 0.2, math.inf: 0.03}
+"""Probability of simulation, by the first inflation at which the forecast fails."""
+
+HEAVIEST = 1.0 / min(PROBABILITY.values())
+"""Largest weight of one failure."""
+
+DRAWN = 16
+"""Elements drawn with a screen for each one without: about the same computing time."""
+
+
+def weights(forecast: StepForecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
+    """Draw the steps of an element to simulate.
+
+    Returns:
+        The weight of each step, in the order of levels: 0 if it is not to be simulated.
+    """
+    inflations = [inflation for inflation in PROBABILITY if inflation < math.inf]
+    q = np.array([PROBABILITY[forecast.failing(specimen, level, inflations)] for level in levels])
+    drawn = generator(seed, Stream.SCREEN).random(len(q)) < q
+    return np.where(drawn, 1.0 / q, 0.0)

@@ -20,8 +20,7 @@ from mlmem_ros.rng import Stream, generator
 from ..campaign import Row
 from ..campaign.campaign import Values
 from .element import STEP, chance, outcomes, wanted
-from .particle import FORESEEN, StepForecast
-from .screen import DRAWN, weights
+from .particle import DRAWN, FORESEEN, StepForecast, weights
 
 BATCH = 64
 """Levels per point: several small elements, or one tried at 64 levels."""
