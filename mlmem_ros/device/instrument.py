@@ -25,9 +25,8 @@ from .echo import listening_time
 from .end import End
 from .errors import DriverError, Refused, SettingsError
 from .faults import HEALTHY, Faults, Sensors, with_faults
-from .reverberation import LONG_AGO
 from .settings import ScaleSettings, Settings
-from .transducer import Transducer
+from .transducer import LONG_AGO, Transducer
 
 LONGEST_RUN = 50
 """Most ticks of a run: their strains fit into a cache."""
@@ -193,8 +192,8 @@ class Instrument:
         self.last_moved = -LONG_AGO
 
     def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
-        """Let ticks pass, with accelerations as for `Base.advance`; while the instrument is
-        `steady`, in one call of the driver.
+        """Let ticks pass, with accelerations as for `Base.advance`; while it is `faultless`, in
+        one call of the driver.
 
         The results have the same bits as tick by tick.
 

@@ -32,7 +32,7 @@ from .faults import NOTHING, Faults
 from .memory import MemoryStatistics
 from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading, Unknown
-from .reverberation import Returns
+from .transducer import Returns
 
 LINKAGE = {
     'told': 'commanded', 'drive': 'encoder_strain', 'strain': 'strain', 'slipping': 'slipping'

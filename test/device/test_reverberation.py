@@ -22,7 +22,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.echo import carried, weights
 from mlmem_ros.device.end import End
 from mlmem_ros.device.procedures.listening import is_quiet
-from mlmem_ros.device.reverberation import LONG_AGO, Returns, Reverberation
+from mlmem_ros.device.transducer import LONG_AGO, Returns, Reverberation
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 
