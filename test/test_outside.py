@@ -28,6 +28,7 @@ from mlmem_ros.device import Calibration, DelayTable, FollowTrajectory, MemoryEl
 from mlmem_ros.device import snapshot as snapshots
 from mlmem_ros.device.commands import KINDS
 from mlmem_ros.device.end import End
+from mlmem_ros.device.failures import Failure
 from mlmem_ros.device.motion import Profile, Ramp
 from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections, QuickMoves
 from mlmem_ros.device.reading import Reading
@@ -95,12 +96,14 @@ def examples():
         'acceleration': 0.1,
         'faults': {'seed': 3},
         'method': 'strain',
+        'script': '[]',
     }
     for kind in KINDS.values():
         found[kind] = {
             f.name: 1 if (given := values.get(f.name, f.default)) is dataclasses.MISSING else given
             for f in dataclasses.fields(kind)
         }
+    found[Failure] = {'unit': 'sensor', 'failure': 'off', 'tick': 0, 'instance': 1}
     found[FollowTrajectory] = {'times': [0.0, 1.0], 'strains': [0.0, 0.1], 'rates': []}
     for kind in described_classes():
         if kind not in found and all(f.default is not dataclasses.MISSING for f in fields(kind)):
