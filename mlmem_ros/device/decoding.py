@@ -232,7 +232,7 @@ def _confirmed(
     if said.level == UNDECODABLE:
         return said
     if reason := _unclear(calibration, other, phases):
-        return _refused(said, f'{describe_level(said.level)} is not confirmed: {reason}')
+        return undecodable(said, f'{describe_level(said.level)} is not confirmed: {reason}')
     assert other.delay is not None
     margin, like = agreement(
         design, calibration, other.probe, other.end, said.level, other.delay, other.shape
@@ -240,7 +240,7 @@ def _confirmed(
     if margin >= _least(settings, other):
         if like is None:
             return replace(said, level_margin=min(said.level_margin, margin), walls=1)
-        return _refused(
+        return undecodable(
             said,
             f'{describe_level(said.level)} is not confirmed: the {other.end} end does not tell it '
             f'from {describe_level(like)}',
@@ -255,8 +255,8 @@ def _confirmed(
     )
     if (here[1] < there[1]) == (other.end is End.RIGHT) and level != said.level:
         text += ': something else answers at one of them, or there are three walls, or more'
-        return _refused(said, text, walls=3)
-    return _refused(said, text)
+        return undecodable(said, text, walls=3)
+    return undecodable(said, text)
 
 
 def _as_loud(calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
@@ -277,7 +277,9 @@ def _as_loud(calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]
             *_, loud = shapes[said.level]
             if (ratio := echo.loudness(until - later[end]) / loud) > LOUDEST:
                 text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
-                return _refused(said, f'{text}{said.level}: something else answers with the wall')
+                return undecodable(
+                    said, f'{text}{said.level}: something else answers with the wall'
+                )
     return said
 
 
@@ -346,7 +348,8 @@ def exchanged(
     return found
 
 
-def _refused(reading: Reading, reason: str, walls: int | None = None) -> Reading:
+def undecodable(reading: Reading, reason: str, walls: int | None = None) -> Reading:
+    """Return a reading that names no level, for a reason."""
     return replace(
         reading, level=UNDECODABLE, code='', level_margin=0.0, distance=math.inf, reason=reason,
         walls=walls,

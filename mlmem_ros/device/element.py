@@ -250,6 +250,7 @@ class MemoryElement(Memory):
         ticks = self._step(self._running) if self._running else most
         shaken = self.base.harmful(shakes)
         if shaken == 0:
+            self.transducer.shaken = True
             self.forget('shaken')
         if self._events:  # reported after the first
             ticks = 1

@@ -18,7 +18,7 @@ from ..described import described
 from ..physics import Design
 from .calibration import Calibration
 from .commands import EchoReceived, Event, Outcome
-from .decoding import decode, primary
+from .decoding import decode, primary, undecodable
 from .driver import Driver
 from .echo import Echo
 from .end import End, Shot
@@ -93,6 +93,11 @@ class MemoryStatistics:
         return values
 
 
+SHAKEN = (
+    'the base shook by more than disturbance.harmless: the wall may have moved since the pulse'
+)
+"""Why a reading is none, whatever was heard."""
+
 SLOWER = 1.1
 """Most by which an element may be slower than its calibration."""
 
@@ -158,6 +163,11 @@ class Memory(Instrument):
         """Levels of one wall that can be used, from the left."""
         return range(self.design.levels) if self.bad_cells is None else self.bad_cells.usable
 
+    def _proven(self, reading: Reading) -> Reading:
+        """Return a reading, undecodable if the wall may have moved since the pulse."""
+        spoilt = self.transducer.shaken and reading.level != UNDECODABLE
+        return undecodable(reading, SHAKEN) if spoilt else reading
+
     def forget(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.
 
@@ -199,7 +209,7 @@ class Memory(Instrument):
         assert self.waveforms is not None
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
         least = self.settings.register.min_margin
-        self.reading = self.waveforms.decode(shot, noise, phases, least)
+        self.reading = self._proven(self.waveforms.decode(shot, noise, phases, least))
         self.unknown = None
         self._events.append(EchoReceived(echo, self.reading))
         return self.reading
@@ -213,8 +223,8 @@ class Memory(Instrument):
                 the settings.
         """
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
-        self.reading = decode(
-            self.design, self.settings.read, self.calibration, echoes, phases, end
+        self.reading = self._proven(
+            decode(self.design, self.settings.read, self.calibration, echoes, phases, end)
         )
         self.unknown = None
         if self.reading.level != UNDECODABLE:  # all that is under way was seen

@@ -152,6 +152,7 @@ class Transducer:
         recorders: What records both ends, by pulse, in their order.
         held: The held boundary cell, or None.
         interrupted: Whether listening was interrupted since the pulse.
+        shaken: Whether the base has shaken enough to move the wall since the pulse.
     """
 
     def __init__(self, design: Design, settings: Settings, driver: Driver) -> None:
@@ -184,7 +185,7 @@ class Transducer:
         self.assume_rest()
         self.detectors: dict[End, EchoDetector] = {}
         self.recorders: list[WaveformRecorder] = []
-        self.interrupted = False
+        self.interrupted = self.shaken = False
         self._hums: dict[End, float] = {}  # what the filters leave of them
         self._late: dict[End, int] = {}  # ticks still to come of samples from before the pulse
         self._rest: dict[End, float] = {}
@@ -282,7 +283,7 @@ class Transducer:
     def listen(self, end: End, floor: float = 0.0) -> EchoDetector:
         """Listen as after a pulse (see `fire`) without firing one."""
         if not self.detectors:
-            self.interrupted = False
+            self.interrupted = self.shaken = False
         rest = self._rest[end] = self.rest(end)
         self._late[end] = self._driver.lag
         least = FAINTEST * max(1.0, abs(rest))  # relative rounding
@@ -293,6 +294,7 @@ class Transducer:
 
     def shoot(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
         """Fire a pulse of any shape about the rest of an end, and record both ends."""
+        self.shaken = False
         recorder = self._record(end, probe)
         self._hold(end, Pulse(self.rest(end), probe))
         return recorder

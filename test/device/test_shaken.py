@@ -144,3 +144,28 @@ def test_a_write_is_verified_while_the_base_shakes(written):
     assert outcome.success, outcome.error
     assert outcome.reading.level == 7
     assert rig.holds(element, 7)
+
+
+def strides(amplitude, period, seed):
+    """Yield the acceleration of a walking body, four harmonics of its stride, tick by tick."""
+    random = np.random.default_rng(seed)
+    phases, shares = random.uniform(0.0, 2.0 * np.pi, 4), random.uniform(0.3, 1.0, 4)
+    angle = 2.0 * np.pi * 20.0 / period * np.arange(1, 5)
+    tick = 0
+    while True:
+        tick += 1
+        yield float(0.5 * amplitude * (shares * np.sin(angle * tick + phases)).sum())
+
+
+@pytest.mark.parametrize(('level', 'seed'), [(0, 16), (5, 37)])
+def test_a_wall_that_is_shaken_about_is_at_no_level(level, seed):
+    """Ten times what is harmless moves it while pulses are under way: both ends agreed on level 3
+    and the wall was near level 4, on 6 and it was half-way to 5.
+    """
+    *_, outcome = (
+        event
+        for event in shaken(rig.device(level), strides(1.5e-3, 250.0, seed), Read())
+        if isinstance(event, Outcome)
+    )
+    assert not outcome.success
+    assert outcome.reading.level == UNDECODABLE
