@@ -17,9 +17,8 @@ from .version import __version__
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
     from .contract.calls import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
-    from .ros.client.client import MemoryClient
+    from .ros.client.client import MemoryClient, standalone
     from .ros.client.reply import Reply
-    from .ros.client.standalone import standalone
     from .ros.node.node import MemoryNode
 
 __all__ = [
@@ -37,9 +36,8 @@ _HOMES = {
         'RequestFailed',
         'RequestRefused',
     ),
-    'ros.client.client': ('MemoryClient',),
+    'ros.client.client': ('MemoryClient', 'standalone'),
     'ros.client.reply': ('Reply',),
-    'ros.client.standalone': ('standalone',),
     'ros.node.node': ('MemoryNode',),
 }
 """Modules, and the names they define."""

@@ -101,8 +101,10 @@ def parameter(name: str, number: int, value: Any) -> Any:
     from rcl_interfaces.msg import Parameter, ParameterValue
 
     field, kind = list(ParameterValue.get_fields_and_field_types().items())[number]
-    given = ParameterValue(type=number, **{field: fitted(name, kind, value)})
-    return Parameter(name=name, value=given)
+    given = Parameter(name=name)
+    given.value.type = number
+    setattr(given.value, field, fitted(name, kind, value))
+    return given
 
 
 def _is(wanted: type, value: Any) -> bool:

@@ -178,7 +178,7 @@ class MemoryBank:
 
         failed: dict[int, RequestError] = {}
         before = self._change
-        under_way = self.code.check and before and not (before.done() or before.cancelled())
+        under_way = self.code.check and before and not before.done()
         reply = Reply(self._connection, what, steps(), timeout + 5.0)
         if not under_way:
             self._change = reply
@@ -195,7 +195,7 @@ def _together(
 ) -> Steps[tuple[dict[int, Any], dict[int, RequestError]]]:
     """Return answers and errors of the elements, by index, when all have ended."""
     try:
-        yield [each.settled for each in replies.values()]
+        yield list(replies.values())
     finally:  # cancel the parts, too
         for reply in replies.values():
             reply.cancel()
@@ -203,7 +203,7 @@ def _together(
     errors: dict[int, RequestError] = {}
     for place, reply in replies.items():
         try:
-            answers[place] = reply.result()
+            answers[place] = reply.result(0)
         except RequestError as error:
             errors[place] = error
     return answers, errors

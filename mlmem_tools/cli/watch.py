@@ -35,8 +35,8 @@ def watch(arguments: argparse.Namespace) -> int:
     from rich.live import Live
 
     from mlmem_ros.contract.calls import RequestError
+    from mlmem_ros.ros.client.client import standalone, wait_until
     from mlmem_ros.ros.client.monitor import WANTED, Monitor
-    from mlmem_ros.ros.client.standalone import standalone, wait_until
 
     from .dashboard import dashboard
 

@@ -25,7 +25,7 @@ from mlmem_ros import (
     standalone,
 )
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.ros.qos import LATCHED

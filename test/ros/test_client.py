@@ -30,8 +30,7 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.ros.client.line import Line
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.events import events_executor
 
 SOON = 30.0
@@ -597,7 +596,6 @@ def test_a_client_leaves_with_its_robots_node(robot, context):
 
     come_and_go()
     gc.collect()
-    Line.of(context).stir()  # or it looks within ten seconds
     wait_until(lambda: '_passer_by_mlmem' not in robot.node.get_node_names(), 'its end', SOON)
 
 

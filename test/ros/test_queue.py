@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.events import events_executor
 
 SOON = 30.0
@@ -83,9 +83,10 @@ def test_writes_are_done_in_order_of_arrival(memory, others):
     order = []
     replies = under_way(memory, others, 1, 2, 3)
     for reply in replies:
-        reply.settled.add_done_callback(lambda _, reply=reply: order.append(reply))
+        reply.add_done_callback(lambda _, reply=reply: order.append(reply))
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
+    wait_until(lambda: len(order) == len(replies), 'that all are told', SOON)
     assert order == replies
 
 

@@ -1,19 +1,27 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory in a robot's code: a client on one of the robot's own nodes."""
+"""The memory in a robot's code: a client on one of the robot's own nodes, or on one for itself."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import numpy as np
+import rclpy
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from ... import packages
@@ -29,14 +37,29 @@ from ...contract.answers import (
     SelfTested,
     Stepped,
 )
-from ...contract.calls import RequestRefused, fitted, message_of, parameter, parse, parse_self_test
+from ...contract.calls import (
+    NoAnswer,
+    RequestRefused,
+    fitted,
+    message_of,
+    parameter,
+    parse,
+    parse_self_test,
+)
 from ...contract.services import DEADLINE, action_types
 from ...procedures import PROCEDURES
-from .line import Call, Connection
-from .reply import Action, Goal, Reply, Steps, seconds
+from ..events import events_executor
+from .line import Call, Connection, Line
+from .reply import Goal, Reply, Steps, seconds
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
+
+POLL = 0.02
+"""Seconds between two checks of a condition."""
+
+TURN = 10.0
+"""Seconds per spin; this executor must not wait without a time-out."""
 
 
 class MemoryClient:
@@ -76,10 +99,7 @@ class MemoryClient:
         self.group = MutuallyExclusiveCallbackGroup()
         self._connection = Connection(node, self.name, patience)
         self._reads: list[Goal[Decoded]] = []  # not answered yet
-        self._actions = {
-            request: Action(self._connection, request, kind)
-            for request, kind in (action_types() if actions else {}).items()
-        }
+        self._actions = action_types() if actions else {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until the node is available, at most `timeout` seconds, whatever the client's
@@ -281,12 +301,8 @@ class MemoryClient:
         service: Steps[Any] = self._requested(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
             service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
-        there = Call('request', SetParametersAtomically)
         action = self._actions.get(name)
-        goal = action and action.request(arguments)
-        return Goal(
-            self._connection, what or name, action, goal, kind, after, there, service, timeout
-        )
+        return Goal(self._connection, name, action, arguments, kind, after, service, timeout, what)
 
     def _requested(
         self, name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]
@@ -324,3 +340,62 @@ def _type_of(name: str, value: Any) -> int:
 
 def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
     return parse(kind, response.success, response.message)
+
+
+# --- without a node of the robot -------------------------------------------------------------
+
+
+@contextmanager
+def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryClient]:
+    """Join the ROS graph with a client, its node and a thread that spins it; leave it at the end.
+
+    ::
+
+        with standalone() as memory:
+            memory.write(5).wait()
+
+    It has its own context and no signal handlers, so it does not disturb the program's rclpy.
+    Callbacks of subscriptions created on `memory.node` run in its thread. The memory node may take
+    `patience` seconds to appear.
+    """
+    context = Context()
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node(
+        f'mlmem_client_{os.getpid()}_{time.time_ns() % 10**6}',
+        context=context,
+        use_global_arguments=False,
+        start_parameter_services=False,
+    )
+    executor = events_executor(context)
+    executor.add_node(node)
+    over = Future()
+
+    def turn() -> None:
+        while not over.done():
+            executor.spin_until_future_complete(over, TURN)
+
+    thread = threading.Thread(target=turn, name='mlmem-client', daemon=True)
+    thread.start()
+    try:
+        yield MemoryClient(node, name, patience=patience)
+    finally:
+        over.set_result(None)
+        thread.join()  # an executor must not be shut down while it spins
+        executor.shutdown()
+        Line.of(context).close()
+        node.destroy_node()
+        rclpy.try_shutdown(context=context)
+
+
+def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:
+    """Wait in the program's thread until a condition holds, which the client's callbacks may make
+    true.
+
+    Raises:
+        NoAnswer: It does not become true in time.
+    """
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            raise NoAnswer(f'{what} did not come within {timeout:g} s')
+        time.sleep(POLL)

@@ -19,7 +19,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 from weakref import WeakKeyDictionary, ref
 
 import rclpy
@@ -37,11 +37,14 @@ from std_msgs.msg import Empty
 from ..events import events_executor
 from ..qos import ALIVE, CLIENTS, EVERY_ONE, HEARD, RELIABLE, heard_within
 
-POLL = 0.05
-"""Seconds between two looks at clock and graph while replies are pending."""
+if TYPE_CHECKING:
+    from .reply import Reply
 
-IDLE = 10.0
-"""Seconds between two of them otherwise."""
+SOON = 0.05
+"""Seconds between two looks at the graph while a request waits for its service to appear."""
+
+LOOK = 0.5
+"""Seconds between two looks at clock and graph otherwise."""
 
 LEASE = 2.0
 """Seconds without a sign of life after which the middleware says so."""
@@ -52,15 +55,11 @@ GRACE = 2.0
 DESCRIBES = 'start_type_description_service'
 """A parameter of every node of rclpy."""
 
+PATIENCE = 10.0
+"""Seconds to wait for the end of the thread."""
+
 ASLEEP = 10.0
 """Seconds that this process may stand still before others may have forgotten it."""
-
-
-class Pending(Protocol):
-    """A reply that has not come."""
-
-    def look(self, now: float) -> bool:
-        """Go on or give up, by clock and graph; return whether it is still pending."""
 
 
 @dataclass(frozen=True)
@@ -135,6 +134,7 @@ class Link:
         self._lost = False
         self._clients: dict[str, Any] = {}
         self._heard: dict[str, Any] = {}
+        self._takers: dict[str, set[Callable[[Any], None]]] = {}
         self._lock = threading.Lock()
         self._alive, self._since = 0, time.monotonic() + LEASE
         self._met = False
@@ -153,24 +153,52 @@ class Link:
         """Whether it was silent for so long that it may have to be reached anew."""
         return self._lost or self._line.broken
 
-    def client(self, service: str, kind: Any) -> Any:
-        """Return the rclpy client of a service, created on first use since each slows the node."""
-        with self._lock:
-            if service not in self._clients:
-                self._clients[service] = self.node.create_client(
-                    kind, f'{self._peer}/{service}', qos_profile=EVERY_ONE
-                )
-                self._line.stir()
-            return self._clients[service]
+    def ready(self, call: Call) -> bool:
+        """Return whether the service of a call is available."""
+        ready: bool = self._client(call).service_is_ready()
+        return ready
 
-    def hear(self, topic: str, kind: Any, take: Callable[[Any], None]) -> None:
-        """Subscribe to a topic of the memory node, once."""
+    def send(self, call: Call) -> Future | None:
+        """Send a request; return its response to come, or none if it cannot be sent yet."""
+        if self.silent(time.monotonic()) or not self.ready(call):
+            return None
+        if call.request is not None:
+            return self._client(call).call_async(call.request)
+        there = Future()
+        there.set_result(None)
+        return there
+
+    def drop(self, call: Call, sent: Future | None) -> None:
+        """Take no interest in a response any more."""
+        with contextlib.suppress(InvalidHandle):
+            if sent is not None:
+                self._client(call).remove_pending_request(sent)
+
+    def takers(self, topic: str, kind: Any) -> set[Callable[[Any], None]]:
+        """Return who is given the messages of a topic of the memory node, to be changed."""
         with self._lock:
-            if topic not in self._heard:
+            if topic not in self._takers:
+                self._takers[topic] = takers = set[Callable[[Any], None]]()
+
+                def take(message: Any) -> None:
+                    for each in list(takers):
+                        each(message)
+
                 self._heard[topic] = self.node.create_subscription(
                     kind, f'{self._peer}/{topic}', take, RELIABLE
                 )
                 self._line.stir()
+            return self._takers[topic]
+
+    def _client(self, call: Call) -> Any:
+        """Return the rclpy client of a service, created on first use since each slows the node."""
+        with self._lock:
+            if call.service not in self._clients:
+                self._clients[call.service] = self.node.create_client(
+                    call.kind, f'{self._peer}/{call.service}', qos_profile=EVERY_ONE
+                )
+                self._line.stir()
+            return self._clients[call.service]
 
     def serves(self, service: str) -> bool:
         """Return whether the memory node has a service, as far as is known."""
@@ -218,7 +246,8 @@ class Line:
         self._nodes: dict[ref[Node], Node] = {}
         self._links: set[Link] = set()
         self._left: set[Link] = set()
-        self._pending: set[Pending] = set()
+        self._pending: set[Reply[Any]] = set()
+        self._next = 0.0  # when it looks at them
         self.over = False
         self._lock = threading.RLock()
         self._woken = Future()
@@ -267,13 +296,12 @@ class Line:
             if self._own and self._left == self._links:
                 self.close(join=False)
 
-    def watch(self, reply: Pending) -> None:
+    def watch(self, reply: Reply[Any]) -> None:
         """Look after a reply from now on."""
         with self._lock:
-            first = not self._pending
             self._pending.add(reply)
-        if first:
-            self.stir()
+            if reply.due < self._next:
+                self.stir()
 
     @property
     def here(self) -> bool:
@@ -292,14 +320,14 @@ class Line:
         if self._newest is not self:
             self._newest.close(join)
         if join and not self.here:
-            self._thread.join(IDLE)
+            self._thread.join(PATIENCE)
 
     # --- in its thread ---------------------------------------------------------------------
 
     def _run(self) -> None:
         seen = _since_boot()
         while not self.over and self.context.ok():
-            turn = POLL if self._pending else IDLE
+            turn = self._pause()
             with contextlib.suppress(Exception):  # a message that cannot be decoded
                 self._executor.spin_until_future_complete(self._woken, turn)
             with self._lock:
@@ -315,6 +343,14 @@ class Line:
             node.destroy_node()
         if self._own:
             rclpy.try_shutdown(context=self.context)
+
+    def _pause(self) -> float:
+        """Return the seconds until the next look."""
+        with self._lock:
+            now = time.monotonic()
+            due = min((reply.due for reply in self._pending), default=now + LOOK)
+            self._next = min(max(due, now + SOON), now + LOOK)
+            return self._next - now
 
     def _look(self) -> None:
         now = time.monotonic()

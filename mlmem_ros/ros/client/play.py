@@ -33,9 +33,7 @@ from ...session.data import SessionData
 from ...session.replay import element_of
 from ...session.report import agreeing, ending, remains
 from ..qos import LATCHED, RELIABLE
-from .client import MemoryClient
-from .reply import Reply
-from .standalone import POLL, standalone, wait_until
+from .client import POLL, MemoryClient, standalone, wait_until
 
 Progress = Callable[[int, int], None]
 
@@ -212,22 +210,19 @@ def _sender(client: MemoryClient, units: Units) -> Callable[[Command], None]:
         f'a subscriber of the topics of {client.name}',
     )
 
-    def send(command: Command) -> None:
+    def send(command: Command) -> None:  # ~/outcome reports how it ends
         if isinstance(command, SetStrain | Disturb):
             topic, message = published(command, units)
             publishers[topic].publish(message)
             return
         if isinstance(command, SetFaults):
             faults = asdict(command.faults)
-            reply = client.set_parameters({f'faults.{name}': faults[name] for name in faults})
+            client.set_parameters({f'faults.{name}': faults[name] for name in faults})
         elif isinstance(command, SetMethod):
-            reply = client.set_parameters({METHOD: command.method})
+            client.set_parameters({METHOD: command.method})
         else:
             name = name_of(command)
-            reply = client.request(
-                name, **{each: getattr(command, each) for each in REQUESTS[name]}
-            )
-        reply.add_done_callback(Reply.exception)  # ~/outcome reports how it ends
+            client.request(name, **{each: getattr(command, each) for each in REQUESTS[name]})
 
     return send
 
