@@ -1,0 +1,189 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The film of the README: write, read, erase: python3 -m mlmem_lab.studies.film [FOLDER].
+
+Two files, `film.gif` and `film_dark.gif`, of ten seconds each. The pulse of the read is a
+hundredth of the step between the phases, and its echo fainter still: the cells are drawn with
+small waves magnified while it travels.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from mlmem_ros.device import EchoReceived, Erase, Read, Write, new_element, preset
+from mlmem_ros.device.echo import Echo, threshold
+from mlmem_ros.physics import CASE_II
+
+from ..results import ROOT, by, keep_picture
+from . import style
+from .trace import Trace, watch
+
+LEVEL = 3
+FRAMES = {'write': 46, 'read': 26, 'erase': 20}
+"""Frames of each procedure."""
+
+MILLISECONDS = 100
+LAST = 900
+"""How long a frame is shown, and the last of a procedure."""
+
+GAIN = 40.0
+"""By how much small waves are magnified during the read."""
+
+COLOURS = 32
+SIZE = 7.2, 3.9
+DOTS = 100
+
+THEMES: Mapping[str, Mapping[str, str]] = {
+    'film': {'ground': '#ffffff', 'ink': style.INK, 'faint': style.FAINT, 'rest': '#f7f7f7'},
+    'film_dark': {'ground': '#0d1117', 'ink': '#e6edf3', 'faint': '#59626e', 'rest': '#30363d'},
+}
+"""Colours on GitHub's pages, light and dark."""
+
+
+def seen() -> tuple[Trace, dict[str, int], Echo]:
+    """Return an element over all ticks, in how many ticks each procedure had ended, and the echo.
+
+    Raises:
+        ValueError: A procedure failed.
+    """
+    element, trace, ended = new_element(preset('case_2')), Trace(), {}
+    echoes: list[Echo] = []
+    for name, command in (('write', Write(LEVEL)), ('read', Read()), ('erase', Erase())):
+        if name == 'read':
+            element.apply(command)
+            while len(trace.outcomes) < 2:
+                for event in element.advance():
+                    if isinstance(event, EchoReceived) and event.echo.end.value == 'left':
+                        echoes.append(event.echo)
+                    elif not isinstance(event, EchoReceived):
+                        trace.outcomes.append(event)
+                trace.t.append(element.ticks * element.tick)
+                trace.strain.append(element.actuator.strain)
+                trace.configuration.append(element.chain.configuration)
+        else:
+            watch(element, command, trace)
+        if not trace.outcomes[-1].success:
+            raise ValueError(f'{name} failed: {trace.outcomes[-1]}')
+        ended[name] = len(trace.t)
+    return trace, ended, echoes[-1]
+
+
+def picture(theme: Mapping[str, str], trace: Trace, ended: Mapping[str, int], echo: Echo) -> Any:
+    """Yield the frames of the film, and for how many milliseconds each is shown."""
+    ink, faint = theme['ink'], theme['faint']
+    t = 1e-3 * np.array(trace.t)
+    field, strain = np.array(trace.configuration), 1e3 * np.array(trace.strain)
+    figure = style.new_figure(SIZE[1], SIZE[0])
+    figure.set_facecolor(theme['ground'])
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.9, 1.0), height_ratios=(1.0, 2.0, 0.9))
+    cells, over, lower = (figure.add_subplot(grid[row, 0]) for row in range(3))
+    heard = figure.add_subplot(grid[:, 1])
+    for axes in (cells, over, lower, heard):
+        axes.set_facecolor(theme['ground'])
+        axes.tick_params(colors=ink)
+        for spine in axes.spines.values():
+            spine.set_color(faint)
+        for part in (axes.xaxis.label, axes.yaxis.label, axes.title):
+            part.set_color(ink)
+    colours = style.PHASES
+    defects = [CASE_II.defect(level) for level in range(CASE_II.levels)]
+    cells.set(xlim=(0.5, CASE_II.N + 0.5), ylim=(-1.7, 1.7), xticks=defects)
+    cells.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
+    cells.set_xticklabels(range(CASE_II.levels))
+    over.set(xlim=(0, t[-1]), ylim=(0.5, CASE_II.N + 0.5), xticks=[], yticks=defects)
+    over.set_yticklabels(range(CASE_II.levels))
+    over.set_ylabel('level', color=ink)
+    lower.axhline(0.0, color=faint, lw=0.8)
+    lower.set(xlim=(0, t[-1]), ylim=(1.15 * strain.min(), 1.15 * strain.max()))
+    lower.set_xlabel(style.TIME, color=ink)
+    lower.set_ylabel(style.STRAIN.replace('strain ', 'strain\n'), color=ink)
+    gain = np.exp(echo.probe.gain_decay * echo.t)
+    late = echo.t > 110.0
+    v_c = np.where(late, gain * echo.v_c, np.nan)
+    limit = float((gain * threshold(echo.probe, echo.t))[0])
+    heard.axhline(limit, color=style.MARK, ls='--', lw=1.2)
+    heard.text(echo.t[-1], 1.08 * limit, 'threshold', color=style.MARK, ha='right', fontsize=9)
+    heard.set(yscale='log', xlim=(0, echo.t[-1]), ylim=(3e-6, 3e-3), xlabel='time units')
+    heard.set_title('echo at the left end', color=ink, loc='left')
+    heard.xaxis.label.set_color(ink)
+
+    dots = cells.scatter(CASE_II.sites, field[0], s=9, linewidths=0)
+    dots.set_cmap(colours)
+    dots.set_clim(-1.3, 1.3)
+    (pulled,) = lower.plot([], [], color=ink, lw=1.2)
+    (wave,) = heard.plot([], [], color=style.S2 if theme['ground'] == '#ffffff' else '#5fb0f2')
+    (found,) = heard.plot([], [], 'o', color=ink, ms=6)
+    delay = echo.delay
+    assert delay is not None
+    canvas = FigureCanvasAgg(figure)
+    figure.set_dpi(DOTS)
+    title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
+    begun = 0
+    for name, count in FRAMES.items():
+        ticks = np.unique(np.linspace(begun, ended[name] - 1, count).astype(int))
+        for number, tick in enumerate(ticks):
+            now, share = field[tick], (number + 1) / len(ticks)
+            if name == 'read':
+                ground = np.where(now > 0.0, CASE_II.D_s2, CASE_II.D_s1)
+                calm = np.abs(now - ground) < 0.02  # not the wall itself
+                now = np.where(calm, ground + GAIN * (now - ground), now)
+                upto = echo.t <= share * echo.t[-1]
+                wave.set_data(echo.t[upto], v_c[upto])
+                if echo.t[upto][-1] >= delay:
+                    found.set_data([delay], [limit])
+            title.set_text(_words(name, echo, len(found.get_xdata()) > 0))
+            dots.set_offsets(np.column_stack((CASE_II.sites, now)))
+            dots.set_array(field[tick])
+            for old in over.collections:
+                old.remove()
+            for line in over.lines:
+                line.remove()
+            style.contour(over, t[: tick + 1 : 3], CASE_II.sites, field[: tick + 1 : 3])
+            for place in defects:
+                over.axhline(place, color=ink, lw=0.4, alpha=0.3)
+            pulled.set_data(t[: tick + 1], strain[: tick + 1])
+            canvas.draw()
+            yield np.asarray(canvas.buffer_rgba()).copy(), LAST if share == 1.0 else MILLISECONDS
+        begun = ended[name]
+
+
+def _words(name: str, echo: Echo, heard: bool) -> str:
+    """Return what happens in a frame."""
+    if name == 'write':
+        return f'write {LEVEL}: strain moves the wall to level {LEVEL}'
+    if name == 'erase':
+        return 'erase: a pulse of strain throws the wall out'
+    if heard:
+        return f'read: an echo after {echo.delay:.0f} time units is level {LEVEL}'
+    return f'read: a small pulse, drawn {GAIN:.0f} times larger'
+
+
+def main(folder: Path) -> None:
+    """Make both films."""
+    from PIL import Image
+
+    trace, ended, echo = seen()
+    for name, theme in THEMES.items():
+        with style.styled():
+            frames = list(picture(theme, trace, ended, echo))
+        images = [Image.fromarray(pixels).convert('RGB') for pixels, _ in frames]
+        palette = images[len(images) * 3 // 5].quantize(COLOURS, dither=Image.Dither.NONE)
+        drawn = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in images]
+        path = folder / f'{name}.gif'
+        drawn[0].save(
+            path, save_all=True, append_images=drawn[1:], duration=[each for _, each in frames],
+            loop=0, optimize=True,
+        )  # fmt: skip
+        keep_picture(path, 'python3 -m mlmem_lab.studies.film', by(picture, 'picture'))
+        print(f'{path}: {path.stat().st_size} bytes')
+
+
+if __name__ == '__main__':
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / 'docs' / 'images')
