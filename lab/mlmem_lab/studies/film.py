@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mlmem_ros.device import EchoReceived, Erase, Read, Write, new_element, preset
+from mlmem_ros.device import EchoReceived, Erase, Outcome, Read, Write, new_element, preset
 from mlmem_ros.device.echo import Echo, threshold
 from mlmem_ros.physics import CASE_II
 
@@ -62,7 +62,7 @@ def seen() -> tuple[Trace, dict[str, int], Echo]:
                 for event in element.advance():
                     if isinstance(event, EchoReceived) and event.echo.end.value == 'left':
                         echoes.append(event.echo)
-                    elif not isinstance(event, EchoReceived):
+                    elif isinstance(event, Outcome):
                         trace.outcomes.append(event)
                 trace.t.append(element.ticks * element.tick)
                 trace.strain.append(element.actuator.strain)
