@@ -25,8 +25,9 @@ from .echo import pulse_duration
 from .end import Shot
 from .errors import SettingsError
 from .reading import BLANK, UNDECODABLE, Reading
-from .register import Content, Forecasts, Listener, heard, resting
+from .register import Content, Forecasts, resting
 from .settings import Settings
+from .waveforms import Listener, heard
 
 LEAST = 0.02
 """Least distance of the forecast of a level to any other, over the pulse, to be told."""

@@ -11,27 +11,30 @@ names the word, if what is left is no more than noise.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..clipped import clipped
 from ..physics import Design, Specimen, StateError, walls
 from ..physics.equilibrium import relax, wall_profile
 from ..physics.potential import Array
-from .driver import Simulation
-from .echo import pulse_duration
+from ..physics.waves import Complex, cells, product, rows
 from .end import End, Shot
 from .errors import SettingsError
-from .instrument import LONGEST_RUN, Instrument
 from .reading import UNDECODABLE, Reading
 from .settings import Settings
+from .waveforms import Ends, Listener
 
-MOST_WORDS = 4096
-"""Words up to which all forecasts are made: each takes some milliseconds and 16 kB."""
+MOST_WORDS = 2**14
+"""Words up to which all forecasts are made: each takes a twentieth of a millisecond, and 3 kB."""
+
+REACH = 30.0
+"""Distance in cells beyond which a wall changes nothing: it ends as exp(-0.5 distance)."""
 
 NEAR = 2.0
 """Distance in cells up to which a wall rests at the defect of its level."""
@@ -43,12 +46,8 @@ forecast from any other: what explains half of the distance could be another wor
 NOISE = 2.0
 """Ratio up to which the noise during a read may exceed that before it."""
 
-BAND = 4.0
-"""Half of the band that is compared, over 1 / sigma of the pulse: all of its spectrum. Slow waves
-that are left of a kick lie outside."""
-
-EDGE = 4.0
-"""Length over which the recording is faded in and out, over sigma."""
+ROWS = 256
+"""Forecasts that are compared with all others at a time."""
 
 
 class Code(NamedTuple):
@@ -68,10 +67,7 @@ class Code(NamedTuple):
 
     def _below(self, level: int) -> int:
         """Return how many words use only levels below one."""
-        counts = [1] * self.spacing  # of -spacing + 1 ... 0 levels
-        for _ in range(level):
-            counts.append(counts[-1] + counts[-self.spacing])
-        return counts[-1]
+        return _counts(self.spacing, self.levels)[level]
 
     def walls(self, word: int) -> tuple[int, ...]:
         """Return the levels of a word, the lowest first."""
@@ -86,6 +82,15 @@ class Code(NamedTuple):
         """Return the word of levels."""
         return sum(self._below(level) for level in walls)
 
+    def sets(self) -> NDArray[np.bool_]:
+        """Return at which levels walls are, for every word, shape (words, levels)."""
+        left = np.arange(self.words)
+        found = np.zeros((self.words, self.levels), dtype=np.bool_)
+        for level in reversed(range(self.levels)):
+            found[:, level] = left >= self._below(level)
+            left -= self._below(level) * found[:, level]
+        return found
+
     @property
     def each(self) -> list[int]:
         """The words of one wall, at every level."""
@@ -94,6 +99,15 @@ class Code(NamedTuple):
     def binary(self, word: int) -> str:
         """Return a word in binary digits."""
         return f'{word:0{(self.words - 1).bit_length()}b}'
+
+
+@lru_cache(maxsize=64)
+def _counts(spacing: int, levels: int) -> tuple[int, ...]:
+    """Return how many words use only levels below 0, 1 ... `levels`."""
+    counts = [1] * spacing  # below levels -spacing + 1 ... 0
+    for _ in range(levels):
+        counts.append(counts[-1] + counts[-spacing])
+    return tuple(counts[spacing - 1 :])
 
 
 def code_of(design: Design, settings: Settings) -> Code | None:
@@ -151,54 +165,6 @@ def resting(made: Specimen, levels: Sequence[int]) -> Array:
     return v
 
 
-class Listener:
-    """What is heard after the pulse of a read: the part of both ends' motion in its band.
-
-    Attributes:
-        ticks: Ticks for which both ends are recorded.
-    """
-
-    def __init__(self, settings: Settings) -> None:
-        """Prepare for the pulse of the settings."""
-        self._probe = settings.register.probe
-        time = pulse_duration(self._probe) + settings.register.listen
-        self._tick = settings.time.tick
-        self.ticks = math.ceil(time / self._tick)
-        self._bases: dict[tuple[int, float], Array] = {}
-
-    def _band(self, n: int, dt: float) -> Array:
-        """Return the windowed cosines and sines of the band for n samples, shape (n, 2 m)."""
-        if (known := self._bases.get((n, dt))) is not None:
-            return known
-        probe, span = self._probe, n * dt
-        low, high = (
-            round((probe.omega_c + side * BAND / probe.sigma) * span / (2.0 * math.pi))
-            for side in (-1.0, 1.0)
-        )
-        t = dt * np.arange(1.0, n + 1.0)
-        edge = np.minimum(t, span + dt - t) / min(EDGE * probe.sigma, 0.5 * span)
-        window = 0.5 * (1.0 - np.cos(math.pi * np.minimum(1.0, edge))) * math.sqrt(2.0 * dt / n)
-        phase = 2.0 * math.pi / span * np.outer(t, np.arange(max(1, low), high + 1))
-        basis = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
-        self._bases[n, dt] = basis
-        return basis
-
-    def part(self, motion: Array, dt: float) -> Array:
-        """Return the part of both ends' motion, shape (2, n), in the band: (4 m,)."""
-        return (motion @ self._band(motion.shape[1], dt)).ravel()
-
-    def noise(self, before: Array, dt: float) -> float:
-        """Return what noise contributes to the square of `part`, from displacements of both ends
-        before the pulse, shape (2, w).
-        """
-        motion = before - before.mean(axis=1, keepdims=True)
-        basis = self._band(before.shape[1], dt)
-        lines = round(2.0 * BAND / self._probe.sigma * self.ticks * self._tick / (2.0 * math.pi))
-        share: float = (2.0 * lines + 2.0) / basis.shape[1]
-        power: float = np.square(motion @ basis).sum()
-        return power * share
-
-
 class Content(NamedTuple):
     """What an element may hold: its number, the levels of its walls, and its code."""
 
@@ -207,35 +173,77 @@ class Content(NamedTuple):
     code: str
 
 
+class Match(NamedTuple):
+    """A content beside what was heard.
+
+    Attributes:
+        content: The nearest.
+        left: What remains when its forecast is taken off.
+        nearest: Distance of its forecast from any other.
+        along: How far what is heard is on the way to any other: 0 at the forecast, 1 at the other.
+    """
+
+    content: Content
+    left: float
+    nearest: float
+    along: float
+
+
 class Forecasts:
     """What both ends do after the pulse of a read, by content.
 
     Attributes:
         contents: What the element may hold, one a row of `parts`.
-        parts: In the band, shape (contents, 2 m); see `Listener`.
-        nearest: Distance of every part to the nearest one with the same phase at the left end,
-            shape (contents,).
+        parts: In the band, shape (contents, 4 lines); see `Listener`.
         listener: Makes parts.
     """
 
     def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
-        self.contents, self.parts, self.listener = tuple(contents), parts, listener
-        self._odd = np.array([len(each.walls) % 2 for each in contents])
-        square = np.square(parts).sum(axis=1)
-        apart = square[:, None] + square - 2.0 * parts @ parts.T
-        apart[self._odd[:, None] != self._odd] = np.inf
-        np.fill_diagonal(apart, np.inf)
-        self.nearest = np.sqrt(np.maximum(apart.min(axis=1), 0.0))
+        self.contents, self.parts, self.listener = contents, parts, listener
+        self._square = np.square(parts).sum(axis=1)
+        self.odd = np.array([len(each.walls) % 2 for each in contents])
+
+    @cached_property
+    def nearest(self) -> Array:
+        """Distance of every part to the nearest one with the same phase at the left end, shape
+        (contents,).
+        """
+        found = np.full(len(self.parts), np.inf)
+        for odd in (0, 1):
+            same = np.flatnonzero(self.odd == odd)
+            parts = (self.parts[same] - self.parts[0]).astype(np.float32)
+            square = np.square(parts).sum(axis=1)
+            for at in range(0, len(same), ROWS):
+                these = slice(at, at + ROWS)
+                apart = square[these, None] + square - 2.0 * parts[these] @ parts.T
+                apart[np.arange(len(apart)), np.arange(at, at + len(apart))] = np.inf
+                found[same[these]] = np.sqrt(np.maximum(apart.min(axis=1), 0.0))
+        return found
 
     @property
     def least(self) -> float:
         """The least distance between what is told apart."""
         return float(self.nearest.min())
 
-    @property
+    @cached_property
     def quiet(self) -> float:
         """Noise (`Listener.noise`) up to which every content can be told from all others."""
         return LEFT_OVER * LEFT_OVER * self.least * self.least / NOISE
+
+    def match(self, part: Array, phase: int) -> Match:
+        """Return the nearest content to a part with a phase at the left end."""
+        same = self.odd == phase
+        left = np.where(same, self._square - 2.0 * self.parts @ part, np.inf)
+        row = int(np.argmin(left))
+        forecast = self.parts[row]
+        off = part - forecast
+        same[row] = False
+        apart = (self._square - 2.0 * self.parts @ forecast + self._square[row])[same]
+        along = (self.parts @ off - forecast @ off)[same] / np.maximum(apart, 1e-30)
+        return Match(
+            self.contents[row], float(np.linalg.norm(off)), float(self.nearest[row]),
+            float(along.max(initial=0.0)),
+        )  # fmt: skip
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
@@ -249,36 +257,32 @@ class Forecasts:
         words changes none; a greater one is the difference of two words, or is refused.
         """
         nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
-        if None in phases:
-            end = End.LEFT if phases[0] is None else End.RIGHT
+        left, right = phases
+        if left is None or right is None:
+            end = End.LEFT if left is None else End.RIGHT
             return replace(nothing, reason=f'the {end} end rests in neither phase')
-        if phases[1] == 1:
+        if right == 1:
             return replace(nothing, reason='the right end is active: a wall has left the element')
         if not np.isfinite(shot.samples).all():
             return replace(nothing, reason='listening was interrupted')
-        part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
-        same = self._odd == phases[0]
-        left = np.where(same, np.square(self.parts - part).sum(axis=1), np.inf)
-        row = int(np.argmin(left))
-        content = self.contents[row]
         if noise > self.quiet:
             return replace(nothing, reason='the ends move too much to hear every wall')
-        allowed = (LEFT_OVER * self.nearest[row]) ** 2
-        if left[row] > allowed:
-            ratio = math.sqrt(left[row] / allowed)
+        part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
+        found = self.match(part, left)
+        content, allowed = found.content, LEFT_OVER * found.nearest
+        if found.left > allowed:
             return replace(
                 nothing,
-                reason=f'the nearest forecast, of {content.number}, leaves {ratio:.3g} times what '
-                'it may: a wall is between levels, or something else answers, or there is noise',
+                reason=f'the nearest forecast, of {content.number}, leaves '
+                f'{found.left / allowed:.3g} times what it may: a wall is between levels, or '
+                'something else answers, or there is noise',
             )
-        ways = np.delete(self.parts[same] - self.parts[row], np.flatnonzero(same) == row, axis=0)
-        along = ways @ (part - self.parts[row]) / np.square(ways).sum(axis=1)
-        margin = round(1.0 - 2.0 * float(along.max(initial=0.0)), 6)
+        margin = round(1.0 - 2.0 * found.along, 6)
         if margin < least:
             return replace(nothing, reason=f'what is heard lies between words ({margin:.2f})')
         return replace(
             nothing, level=content.number, code=content.code, level_margin=margin,
-            threshold_margin=round(math.sqrt(allowed / max(float(left[row]), 1e-6 * allowed)), 6),
+            threshold_margin=round(allowed / max(found.left, 1e-3 * allowed), 6),
             walls=len(content.walls),
         )  # fmt: skip
 
@@ -309,46 +313,65 @@ def forecasts_of(made: Specimen, settings: Settings) -> Register:
     Raises:
         SettingsError: The element holds one wall, or walls of a word do not rest at their levels.
     """
-    design = made.design
-    code = code_of(design, settings)
+    code = code_of(made.design, settings)
     if code is None:
         raise SettingsError('an element with one wall is read by its delays')
     listener = Listener(settings)
-    resting_at = []
-    for word in range(code.words):
+    ends = Ends(made, settings, listener)
+    parts = np.concatenate(
+        [
+            ends.parts(rows(*each))
+            for each in _in_parts(made, code, ends.tones.square, ends.tones.loss)
+        ]
+    )
+    return Register(code, parts, listener)
+
+
+def _surroundings(made: Design, code: Code) -> NDArray[np.int64]:
+    """Return a number for every word and level that says which walls are near, and in which
+    phase, shape (words, levels): the same number, the same cells of this level.
+
+    Walls are near within `REACH` of the middle between this level and the next.
+    """
+    near = math.ceil(REACH / made.J - 0.5)
+    walls = code.sets()
+    behind = np.cumsum(walls[:, ::-1], axis=1)[:, ::-1] % 2
+    padded = np.pad(walls, ((0, 0), (near, near))).astype(np.int64)
+    found = np.pad(behind, ((0, 0), (0, near + 1)))[:, near + 1 :].astype(np.int64)
+    for k in range(2 * near + 1):
+        found = 2 * found + padded[:, k : k + code.levels]
+    return np.asarray(found * code.levels + np.arange(code.levels))
+
+
+def _in_parts(
+    made: Specimen, code: Code, square: Complex, loss: Complex
+) -> Iterator[tuple[Complex, NDArray[np.int64]]]:
+    """Yield the matrices of the levels' cells, and of which the words consist, `ROWS` at a time.
+
+    A word whose every level has been seen with the same surroundings needs no equilibrium of its
+    own.
+
+    Raises:
+        SettingsError: Walls of a word do not rest at their levels.
+    """
+    design = made.design
+    around, chosen = np.unique(_surroundings(design, code), return_inverse=True)
+    chosen = chosen.reshape(code.words, code.levels)
+    edges = [0, *(design.defect(n) + design.J // 2 for n in range(code.levels - 1)), design.N]
+    matrices = np.empty((len(around), len(square), 2, 2), dtype=np.complex128)
+    known = np.zeros(len(around), dtype=np.bool_)
+    for word in np.random.default_rng(0).permutation(code.words):
+        if known[chosen[word]].all():
+            continue
         try:
-            resting_at.append(resting(made, code.walls(word)))
+            v = resting(made, code.walls(int(word)))
         except StateError as error:
             raise SettingsError(f'{code.binary(word)} cannot be held: {error}') from error
-    return Register(code, heard(made, settings, listener, resting_at), listener)
-
-
-def heard(
-    made: Specimen, settings: Settings, listener: Listener, walls_at: Sequence[Array]
-) -> Array:
-    """Return the parts of what both ends of an element at rest do after the pulse of a read.
-
-    By the method whose waves do not depend on its step, from the ends' motion at its steps.
-
-    Args:
-        made: The element.
-        settings: Of its instrument.
-        listener: Makes parts.
-        walls_at: Displacements, shape (N,) each, in which it rests.
-
-    Returns:
-        Shape (number of these, 2 m).
-    """
-    converged = replace(settings, time=replace(settings.time, integrator='pefrl'))
-    twin = Instrument(made.design, converged, Simulation.of(made, converged.time))
-    parts = []
-    for v in walls_at:
-        twin.chain.place(v)
-        twin.transducer.assume_rest()
-        recorder = twin.transducer.shoot(End.LEFT, settings.register.probe)
-        for begin in range(0, listener.ticks, LONGEST_RUN):
-            twin.pass_ticks(min(LONGEST_RUN, listener.ticks - begin))
-        twin.transducer.release()
-        shot = recorder.shot(0.0, 0.0, twin.driver.dt)
-        parts.append(listener.part(shot.samples - shot.rest[:, None], shot.dt))
-    return np.array(parts)
+        stiffness, mass, spring = cells(made, v)
+        for level, number in enumerate(chosen[word]):
+            if not known[number]:
+                part = slice(edges[level], edges[level + 1])
+                matrices[number] = product(stiffness[part], mass[part], spring[part], square, loss)
+        known[chosen[word]] = True
+    for at in range(0, code.words, ROWS):
+        yield matrices, chosen[at : at + ROWS]

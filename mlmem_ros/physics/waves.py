@@ -1,0 +1,116 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Small waves about an element at rest, one frequency at a time.
+
+About an equilibrium the chain is linear. With u the displacement of a cell and T the tension of
+the spring on its right, motion as exp(i omega t) makes
+
+    T_j = T_{j-1} + E_j u_j,  u_{j+1} = u_j + T_j / k_j,  E_j = alpha_j psi'' - m_j omega^2 +
+    i eta omega,
+
+a 2 x 2 matrix of determinant 1 for each cell, and their product for any part of the chain. Both
+ends are free: T_0 = -f, where f is the force on the first cell, and T_N = 0. So the lower row
+(p, q) of the whole product says what the ends do:
+
+    f = (p / q) u_1,  u_N = f / p.
+
+What a row is right of a part gives what it is left of it: a continued fraction, from the far end.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .jit import kernel
+from .methods import Integrator
+from .potential import Array
+from .specimen import Specimen
+
+Complex = NDArray[np.complex128]
+
+HELD = 1e9
+"""Stiffness that stands for a stuck cell."""
+
+
+class Tones(NamedTuple):
+    """Frequencies, and what they make of a cell.
+
+    Attributes:
+        omega: Complex frequencies, shape (F,): an imaginary part below 0 is a decay, as of what is
+            weighted with exp(omega_i t).
+        square: What a mass adds to the stiffness of its cell, -omega^2; with a time step, as the
+            method has it.
+        loss: What its damping adds, i eta omega.
+    """
+
+    omega: Complex
+    square: Complex
+    loss: Complex
+
+    @classmethod
+    def of(cls, made: Specimen, omega: Complex, method: Integrator, dt: float) -> Tones:
+        """Return frequencies of an element that a method advances by steps of dt.
+
+        A step multiplies a wave of stiffness K by an eigenvalue of its matrix. That which is
+        exp(i omega dt) belongs to K = omega^2 - i eta omega up to an error of the method's order,
+        which Newton's method finds.
+        """
+        exact = omega * omega - 1j * made.eta * omega
+        z, K, h = np.exp(1j * omega * dt), exact, 1e-5
+
+        def characteristic(K: Complex) -> Complex:
+            S = method.step_matrix(K, made.eta, dt)
+            trace = S[:, 0, 0] + S[:, 1, 1]
+            return z * z - trace * z + S[:, 0, 0] * S[:, 1, 1] - S[:, 0, 1] * S[:, 1, 0]
+
+        for _ in range(6):
+            slope = (characteristic(K + h) - characteristic(K - h)) / (2.0 * h)
+            K = K - characteristic(K) / slope
+        return cls(omega, -omega * omega - (K - exact), 1j * made.eta * omega)
+
+
+def cells(made: Specimen, v: Array) -> tuple[Array, Array, Array]:
+    """Return stiffness, mass and the stiffness of the spring on the right, of every cell of an
+    element at rest in displacements v: shape (N,) each, as `product` takes them.
+    """
+    stiffness = np.asarray(made.alpha * made.potential.stiffness(v - made.offsets))
+    stiffness[np.array(made.stuck, dtype=np.int64) - 1] = HELD
+    return stiffness, made.masses, np.append(made.k_r, 1.0)
+
+
+@kernel
+def product(
+    stiffness: Array, mass: Array, spring: Array, square: Complex, loss: Complex
+) -> Complex:
+    """Return the matrix of cells in a row, from the left, shape (F, 2, 2)."""
+    found = np.empty((len(square), 2, 2), dtype=np.complex128)
+    for k in range(len(square)):
+        a, b, c, d = 1.0 + 0.0j, 0.0 + 0.0j, 0.0 + 0.0j, 1.0 + 0.0j
+        for j in range(len(stiffness)):
+            E = stiffness[j] + mass[j] * square[k] + loss[k]
+            c, d = c + E * a, d + E * b
+            a, b = a + c / spring[j], b + d / spring[j]
+        found[k, 0, 0], found[k, 0, 1], found[k, 1, 0], found[k, 1, 1] = a, b, c, d
+    return found
+
+
+@kernel
+def rows(parts: Complex, chosen: NDArray[np.int64]) -> Complex:
+    """Return the lower rows (p, q) of elements put together of parts, shape (m, 2, F).
+
+    Args:
+        parts: Matrices of all parts, shape (number, F, 2, 2).
+        chosen: Which each element consists of, from the left, shape (m, parts of an element).
+    """
+    found = np.empty((len(chosen), 2, parts.shape[1]), dtype=np.complex128)
+    for i in range(len(chosen)):
+        for k in range(parts.shape[1]):
+            p, q = 0.0 + 0.0j, 1.0 + 0.0j
+            for n in range(chosen.shape[1] - 1, -1, -1):
+                part = parts[chosen[i, n], k]
+                p, q = p * part[0, 0] + q * part[1, 0], p * part[0, 1] + q * part[1, 1]
+            found[i, 0, k], found[i, 1, k] = p, q
+    return found
