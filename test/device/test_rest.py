@@ -153,7 +153,8 @@ def drawn(chance):
     """Return something that is done to an instrument: many are so faint that nothing moves."""
     end, A = chance.choice(list(End)), chance.choice((1e-9, 1e-3))
     faint, strain = chance.random() < 0.7, chance.choice((0.0, 1e-4))
-    faults = Faults(sensor_noise=1e-7) if chance.random() < 0.3 else Faults()
+    noisy = Faults(sensor_noise=1e-7, sensor_end=chance.choice(('both', 'right')))
+    faults = noisy if chance.random() < 0.5 else Faults()
     shake = chance.choice((0.0, 1e-7))
 
     def pulse(made):
