@@ -114,13 +114,15 @@ class Ends:
         t = dt / 8.0 * np.arange(1.0, 8.0 * pulse.duration / dt)  # zero at its begin and end
         self._pulse: Complex = np.exp(-1j * np.outer(omega, t)) @ pulse.at(t)[0] * (t[1] - t[0])
         # The spectrum of what ends with the pulse, from those of it and its complex conjugate.
-        self._ended = [
-            _integral(other[None, :] - omega[:, None], pulse.duration).T / period
-            for other in (omega, -omega.conj())
-        ]
+        same, other = (
+            _integral(each[:, None] - omega, pulse.duration) / period
+            for each in (omega, -omega.conj())
+        )
+        of_real, of_imag = same + other, 1j * (same - other)
+        self._ended = np.block([[of_real.real, of_real.imag], [of_imag.real, of_imag.imag]])
         t = dt * np.arange(1.0, n + 1.0)
         wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
-        self._heard = np.asarray(wave @ listener.band(n, dt))
+        self._heard = np.concatenate((wave.real, -wave.imag)) @ listener.band(n, dt)
 
     def parts(self, lower: Complex) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape
@@ -128,10 +130,11 @@ class Ends:
         """
         p, q = lower[:, 0], lower[:, 1]
         held = p / q * self._pulse
-        force = held @ self._ended[0] + held.conj() @ self._ended[1]
-        right = force / p
-        ends = np.stack((right * q, right), axis=1)
-        return np.asarray((ends @ self._heard).real.reshape(len(lower), -1))
+        ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
+        force = ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :]
+        ends = np.stack((force * q / p, force / p), axis=1).reshape(2 * len(lower), -1)
+        heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
+        return np.asarray(heard.reshape(len(lower), -1))
 
 
 def _integral(omega: Complex, end: float) -> Complex:
