@@ -6,6 +6,9 @@ import dataclasses
 import sys
 from pathlib import Path
 
+from docutils.nodes import SkipNode
+from docutils.utils.math.latex2mathml import tex2mathml
+
 from mlmem_ros import __version__
 from mlmem_ros.described import descriptions
 
@@ -23,18 +26,20 @@ extensions = [
     'sphinx.ext.napoleon',
     'sphinx.ext.viewcode',
 ]
-source_suffix = {'.md': 'markdown'}
+source_suffix = {'.md': 'markdown', '.rst': 'restructuredtext'}
 root_doc = 'index'
 exclude_patterns = ['_build']
 
 html_theme = 'furo'
 html_title = f'mlmem_ros {__version__}'
-html_favicon = html_logo = None
+html_favicon = '../mlmem_tools/view/static/icon.svg'
 html_static_path = ['_static']
 html_css_files = ['site.css']
 
 myst_heading_anchors = 4
 myst_enable_extensions = ['deflist', 'html_image']
+myst_fence_as_directive = ['math']  # so they are typeset on GitHub, too
+html_math_renderer = 'mathml'
 
 default_role = 'code'
 smartquotes = False  # or `--option` in a text becomes a dash
@@ -52,6 +57,7 @@ def setup(app):
     """Let the page of a class have what its fields say of themselves, and the site an element."""
     app.connect('autodoc-process-docstring', _with_fields)
     app.connect('build-finished', _with_an_element)
+    app.add_html_math_renderer('mathml', (_inline, None), (_displayed, None))
 
 
 def _with_fields(app, what, name, obj, options, lines):
@@ -65,3 +71,14 @@ def _with_fields(app, what, name, obj, options, lines):
 def _with_an_element(app, error):
     if error is None and app.builder.format == 'html':
         try_page.write(Path(app.outdir))
+
+
+def _inline(writer, node):
+    writer.body.append(tex2mathml(node.astext()))
+    raise SkipNode
+
+
+def _displayed(writer, node):
+    """Write MathML, which browsers set by themselves: no script, nothing from the network."""
+    writer.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
+    raise SkipNode
