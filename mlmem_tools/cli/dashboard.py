@@ -16,7 +16,7 @@ from rich.text import Text
 from mlmem_ros.device import BLANK, UNDECODABLE, describe_level
 
 if TYPE_CHECKING:
-    from mlmem_ros.ros.client.monitor import Status, View
+    from mlmem_tools.view.monitor import Status, View
 
 SPARKS = ' ▁▂▃▄▅▆▇█'
 COLOURS = ('green', 'yellow', 'red', 'magenta')

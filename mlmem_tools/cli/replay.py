@@ -25,9 +25,9 @@ from .interrupts import settled
 from .output import complain, print_json
 
 if TYPE_CHECKING:
-    from mlmem_ros.ros.client.play import Played
     from mlmem_ros.session.replay import Progress
     from mlmem_ros.session.report import ReplayReport
+    from mlmem_tools.play import Played
 
 
 OTHERS = 'case_2'
@@ -89,8 +89,8 @@ def _through_device(arguments: argparse.Namespace) -> int:
 
 def _into_node(arguments: argparse.Namespace) -> int:
     from mlmem_ros.contract.calls import RequestError
-    from mlmem_ros.ros.client.play import play
     from mlmem_ros.session.data import load
+    from mlmem_tools.play import play
 
     session = load(arguments.bag, arguments.node)
     try:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.client.monitor import Status, components, listen
 from mlmem_ros.ros.qos import RELIABLE
+from mlmem_tools.view.monitor import Status, components, listen
 
 from .about import WANTED, About, grouped
 from .activity import Activity

@@ -16,11 +16,11 @@ from robot import BLANK, Robot
 
 from mlmem_ros import MemoryClient
 from mlmem_ros.device import Read
-from mlmem_ros.ros.client.play import play
 from mlmem_ros.ros.node_process import child
 from mlmem_ros.session.data import load
 from mlmem_tools.cli.main import main
 from mlmem_tools.cli.replay import describe_played
+from mlmem_tools.play import play
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
 

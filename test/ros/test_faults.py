@@ -15,10 +15,10 @@ from mlmem_ros.contract.calls import RequestRefused
 from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.client.client import standalone
-from mlmem_ros.ros.client.play import play
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.cli.main import main
+from mlmem_tools.play import play
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'faults.md'
 

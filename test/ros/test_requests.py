@@ -26,7 +26,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.instrument import Units
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.client.play import published
+from mlmem_tools.play import published
 
 
 def parameters(**values):

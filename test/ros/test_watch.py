@@ -18,9 +18,9 @@ import time
 import pytest
 from rich.console import Console
 
-from mlmem_ros.ros.client.monitor import Status, View
 from mlmem_tools.cli.dashboard import SPARKS, dashboard, sparkline
 from mlmem_tools.cli.main import main
+from mlmem_tools.view.monitor import Status, View
 
 CALM = {'publish.wall_every': 50, 'publish.joint_states_every': 50, 'publish.field_every': 0}
 COMMAND = [sys.executable, '-m', 'mlmem_tools.cli.main', 'watch']

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ...contract import calls, topics
-from ..qos import SENSOR_DATA, profile
-from .client import MemoryClient
+from mlmem_ros.contract import calls, topics
+from mlmem_ros.ros.client.client import MemoryClient
+from mlmem_ros.ros.qos import SENSOR_DATA, profile
 
 WANTED = ('design.N', 'design.J', 'scale.length', 'actuator.max_strain', 'probe.gain_decay')
 """Parameters needed to display messages."""

@@ -11,11 +11,11 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from ...contract import calls, topics
-from ...contract.calls import RequestFailed, RequestRefused
-from ...contract.commands import name_of
-from ...contract.services import REQUESTS
-from ...device import (
+from mlmem_ros.contract import calls, topics
+from mlmem_ros.contract.calls import RequestFailed, RequestRefused
+from mlmem_ros.contract.commands import name_of
+from mlmem_ros.contract.services import REQUESTS
+from mlmem_ros.device import (
     BLANK,
     Abort,
     Command,
@@ -28,12 +28,12 @@ from ...device import (
     SetStrain,
     describe_level,
 )
-from ...device.instrument import Units
-from ...session.data import SessionData
-from ...session.replay import element_of
-from ...session.report import agreeing, ending, remains
-from ..qos import LATCHED, RELIABLE
-from .client import POLL, MemoryClient, standalone, wait_until
+from mlmem_ros.device.instrument import Units
+from mlmem_ros.ros.client.client import POLL, MemoryClient, standalone, wait_until
+from mlmem_ros.ros.qos import LATCHED, RELIABLE
+from mlmem_ros.session.data import SessionData
+from mlmem_ros.session.replay import element_of
+from mlmem_ros.session.report import agreeing, ending, remains
 
 Progress = Callable[[int, int], None]
 
