@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import digest
+from ..bag.contents import Message
 from ..bag.errors import BagError
 from ..bag.metadata import LOST
 from ..bag.reader import BagReader
@@ -27,7 +28,6 @@ from ..physics import Design
 from .messages import COMMAND, DIGEST, DROPPED, HEADER, STATE_HASH, STRING
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
 from .streams import START, StreamMessage
-from .timeline import timed
 
 Array = NDArray[np.float64]
 
@@ -338,3 +338,22 @@ def _only_node(reader: BagReader) -> str:
         f'{", ".join(f"~/{mark}" for mark in marks)}; '
         f'got {clipped(sorted(reader.topics), 300)}'
     )
+
+
+def timed(
+    reader: BagReader, node: str, topics: Collection[str]
+) -> Iterator[tuple[float, Message]]:
+    """Yield messages of some topics (full names), each with the seconds since the first of the
+    bag.
+
+    A session is read as it was written, tick by tick: log times go back with the clock of a
+    simulator that is reset, or that NTP corrects, and the seconds here stand still meanwhile.
+    Another recorder does not write in the order of events, so its messages are read by time.
+    """
+    as_written = f'{node}/{HEADER}' in reader.topics
+    start = None if as_written or reader.span is None else reader.span[0]
+    latest = 0
+    for message in reader.messages(topics, as_written):
+        start = message.log_time if start is None else start - max(0, latest - message.log_time)
+        latest = message.log_time
+        yield (latest - start) / 1e9, message

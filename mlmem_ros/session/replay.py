@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -25,9 +26,8 @@ from ..device.driver import Simulation
 from ..device.instrument import LONGEST_RUN
 from ..physics import StateError
 from .data import SessionData
-from .length import last_tick, longest_silence
 from .messages import versions
-from .records import StateHash, naming
+from .records import MOST_HASH_EVERY, Header, StateHash, naming
 from .report import Difference, ReplayReport, ending
 from .streams import START, Streams
 
@@ -245,3 +245,52 @@ def _other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
         for name in {**recorded, **here}
         if recorded.get(name, 'unknown') != here.get(name, 'unknown')
     }
+
+
+_HASHES_MISSING = 100  # in a row, at most, because of damage or a slow disk
+
+
+def longest_silence(header: Header) -> int:
+    """Return the most ticks that may lie between two records of a session."""
+    return min(_HASHES_MISSING * header.hash_every, MOST_HASH_EVERY)
+
+
+def last_tick(session: SessionData, first: int, silence: int) -> int:
+    """Return the tick before which a session ends.
+
+    Args:
+        session: The session.
+        first: Its first tick.
+        silence: The most ticks that may lie between two of its records.
+
+    Raises:
+        BagError: A record has an implausible tick, or belongs to another element; or the records
+            are not in the order of their ticks.
+    """
+    hashed = [recorded.tick for recorded in session.hashes]
+    commanded = [tick for tick, _ in session.stamped]
+    for before, tick in itertools.chain(itertools.pairwise(hashed), itertools.pairwise(commanded)):
+        if tick < before:
+            raise BagError(
+                f'the records of a session must be in the order of their ticks; got {tick} after '
+                f'{before}: if the clock went back meanwhile, a copy sorted by time cannot be '
+                'replayed, but the recorded bag can'
+            )
+    ticks = sorted([first, *hashed, *commanded])
+    if ticks[0] < first:
+        raise BagError(
+            f'the records of a session must start at tick {first} or later; got {ticks[0]}'
+        )
+    for before, tick in itertools.pairwise(ticks):
+        if tick - before > silence:
+            raise BagError(
+                f'a session must have a record every {silence} ticks (100 times '
+                f'record.hash_every); got none between tick {before} and tick {tick}'
+            )
+    for recorded in session.hashes:
+        if len(recorded.v) != session.design.N:
+            raise BagError(
+                f'the state hash of tick {recorded.tick} must have N = {session.design.N} '
+                f'cells; got {len(recorded.v)}'
+            )
+    return max([first, *hashed, *(tick + 1 for tick in commanded)])

@@ -9,11 +9,9 @@
             assert clock.finish(node.memory.write(5)).level == 5
 """
 
-from .faults import faults
 from .frozen_clock import FrozenClock, frozen_clock
 from .isolation import isolate
-from .node import memory_node
-from .running import RunningNode
+from .node import RunningNode, faults, memory_node
 from .sessions import ReplayedSession, assert_replays, assert_written, replay_session, replayed
 
 __all__ = [

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
-from . import running
-from .running import RunningNode
+from .node import START as NODE_START
+from .node import RunningNode
 
 if TYPE_CHECKING:
     from ..ros.client.reply import Reply
@@ -46,7 +46,7 @@ class FrozenClock:
 
         self._node = node
         memory = node.memory
-        scale = memory.parameters('time.tick', 'scale.time', timeout=running.START).wait()
+        scale = memory.parameters('time.tick', 'scale.time', timeout=NODE_START).wait()
         self._tick = scale['time.tick'] * scale['scale.time']
         memory.pause().wait()
         self._kind = Clock

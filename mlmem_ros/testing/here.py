@@ -17,7 +17,7 @@ from ..host import REFUSALS
 from ..ros.node.command_line import ros_arguments
 from ..ros.node.node import MemoryNode
 from ..ros.node.run import ONE, Element, begin, end, turn
-from .running import RunningNode
+from .node import RunningNode
 
 STEPPED = 60.0
 """Seconds that a machine may take to run the ticks requested at a time."""

@@ -6,14 +6,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mlmem_ros.device.end import End, Shot
-from mlmem_ros.physics import PEFRL, Chain, HeldCell, Integrator, Specimen, substep_times
+from mlmem_ros.physics import (
+    PEFRL,
+    Chain,
+    HeldCell,
+    Integrator,
+    Specimen,
+    StateError,
+    substep_times,
+    walls,
+)
 from mlmem_ros.physics.equilibrium import relax, wall_profile
 from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.potential import Array
@@ -351,3 +360,23 @@ def _interpolate(
 def _beyond(late: Array) -> int:
     """Return how many steps beyond the last sample its interpolation needs."""
     return math.ceil(max(0.0, -float(late.min()))) + NODES // 2
+
+
+NEAR = 6.0
+"""How far from where it is taken to be a wall may be, in cells."""
+
+
+def equilibria(forward: Forward, shot: Shot, sites: Array) -> list[float]:
+    """Return the positions at which a wall rests that is let go at any of some sites."""
+    made = forward.specimen
+    V = made.design.end_displacement(shot.strain) * made.strain_shape
+    places: set[float] = set()
+    for site in sites:
+        try:
+            v = forward.rest(replace(shot, wall=float(site)))
+        except StateError:
+            continue
+        inside = walls(made.design, v - V)
+        if len(inside) == 1:
+            places.add(round(inside[0].position, 1))
+    return sorted(places)

@@ -26,8 +26,8 @@ from mlmem_ros.physics.potential import Array
 
 from .changes import CELL, SHARED_KINDS, Change
 from .forecasts import Forecasts
+from .forward import NEAR, equilibria
 from .noise import noise, whitened
-from .resting import NEAR, equilibria
 
 MOST_CELLS = 1000
 """Cells up to which an element is watched: the derivatives by all of them take memory and time."""

@@ -27,9 +27,9 @@ from mlmem_ros.device import (
     SetStrain,
     Write,
 )
+from mlmem_ros.session.data import timed
 from mlmem_ros.session.messages import COMMAND, HEADER
 from mlmem_ros.session.records import Header, naming, read_command, read_header
-from mlmem_ros.session.timeline import timed
 
 from .about import About
 from .frames import counts, packed, thinned

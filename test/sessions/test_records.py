@@ -14,9 +14,8 @@ from mlmem_ros.device import Calibration, DelayTable, MemoryElement, SetStrain, 
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.session import messages
 from mlmem_ros.session.data import RecordedEcho, SessionData
-from mlmem_ros.session.length import last_tick
 from mlmem_ros.session.records import naming, read_command, read_header, read_state_hash
-from mlmem_ros.session.replay import element_of, replay, replay_commands
+from mlmem_ros.session.replay import element_of, last_tick, replay, replay_commands
 
 
 def text(cdr):

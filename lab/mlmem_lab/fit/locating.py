@@ -14,8 +14,7 @@ import numpy as np
 
 from mlmem_ros.device.end import Shot
 from mlmem_ros.physics.potential import Array
-from mlmem_tools.twin.forward import Forward
-from mlmem_tools.twin.resting import NEAR, equilibria
+from mlmem_tools.twin.forward import NEAR, Forward, equilibria
 
 from .descent import AGAIN, minimise
 from .misfit import Misfit
