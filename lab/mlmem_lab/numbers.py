@@ -49,6 +49,7 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'kicks': tables.kicks,
     'kicks rooms': tables.rooms,
     'kicks astray': tables.astray,
+    'word_kicks': tables.word_kicks,
     'validity': tables.validity,
     'times writes': tables.writes,
     'tolerance steps': tables.steps,

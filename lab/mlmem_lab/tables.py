@@ -79,6 +79,17 @@ def rooms(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def word_kicks(result: Mapping[str, Any]) -> Rows:
+    """Return the windows of kicks of a register, of walls and of kinks."""
+    rows: Rows = [['preset', 'sent', 'level: speed (room)']]
+    for name, preset in result['presets'].items():
+        for kind in ('wall', 'kink'):
+            of_kind = [at for at in preset['kicks'] if at['kind'] == kind]
+            each = (f'{at["level"]}: {at["speed"]:g} ({at["room"]:.2f})' for at in of_kind)
+            rows.append([f'`{name}`', kind, ', '.join(each)])
+    return rows
+
+
 def astray(result: Mapping[str, Any]) -> Rows:
     """Return how many kicks end elsewhere where alpha scatters."""
     presets = result['presets']

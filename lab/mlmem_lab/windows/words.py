@@ -1,0 +1,104 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How exact the kicks of a register must be: python3 -m mlmem_lab.windows.words makes
+lab/results/word_kicks.json.
+
+A wall or a kink is sent to every level, as shipped and faster or slower, with nothing ahead, with
+the next ones as near as they may rest, and with one at the last level. The room of a level is the
+least relative change of the speed that leads elsewhere, or moves what rests already.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from mlmem_ros.device import preset
+from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.end import Kick
+from mlmem_ros.device.register import NEAR, resting
+from mlmem_ros.physics import Chain, Specimen, walls
+
+from ..results import FOLDER, by, save
+from .kicks import DAMPING_TIMES, drive
+
+NAMES = ('byte',)
+FILE = FOLDER / 'word_kicks.json'
+
+STEP, FINE, FARTHEST = 1.04, 0.003, 2.0
+"""Ratio of speeds that are tried, relative error of an edge, and the widest window looked for."""
+
+
+def ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
+    """Return what may rest to the right of a wall (kind 0) or kink (1) at a level."""
+    near = [tuple(range(level + spacing, levels, spacing)[:count]) for count in range(4)]
+    far = [(levels - 1,)] if level + spacing < levels else []
+    return sorted({each for each in (*near, *far) if len(each) % 2 == kind})
+
+
+def arrives(name: str, chain: Chain, levels: tuple[int, ...], level: int, speed: float) -> bool:
+    """Return whether a kick adds a wall at a level to those that rest, and moves none of them."""
+    design, settings = preset(name)
+    chain.place(resting(chain.specimen, levels))
+    target = design.D_s1 if len(levels) % 2 else design.D_s2
+    motion = Kick(chain.end(1), target, speed, settings.kick)
+    drive(chain, 1, motion, DAMPING_TIMES / design.eta)
+    found = [wall.position for wall in walls(design, chain.configuration)]
+    wanted = [design.defect(each) for each in (level, *levels)]
+    return len(found) == len(wanted) and all(
+        abs(one - other) < NEAR for one, other in zip(found, wanted, strict=True)
+    )
+
+
+def edge(good: Callable[[float], bool], speed: float, step: float) -> float:
+    """Return how far a speed may change to one side."""
+    inside = speed
+    while good(outside := inside * step):
+        inside = outside
+        if max(inside / speed, speed / inside) > FARTHEST:
+            return inside
+    while abs(outside / inside - 1.0) > FINE:
+        middle = math.sqrt(inside * outside)
+        inside, outside = (middle, outside) if good(middle) else (inside, middle)
+    return inside
+
+
+def windows(name: str) -> list[dict[str, Any]]:
+    """Return the window of every kick of a register."""
+    design, settings = preset(name)
+    chain = Simulation.of(Specimen(design), settings.time).chain
+    found = []
+    for kind, speeds in enumerate((settings.kick.by_level, settings.kick.of_kinks)):
+        for level in range(design.levels):
+            cases = ahead(design.levels, settings.register.spacing, level, kind)
+
+            def good(speed: float, cases: Sequence[Any] = cases, level: int = level) -> bool:
+                return all(arrives(name, chain, each, level, speed) for each in cases)
+
+            speed = speeds[level]
+            if not cases:
+                continue
+            low, high = speed, speed
+            if right := good(speed):
+                low, high = edge(good, speed, 1.0 / STEP), edge(good, speed, STEP)
+            found.append({
+                'kind': ('wall', 'kink')[kind], 'level': level, 'speed': speed, 'right': right,
+                'low': round(low, 5), 'high': round(high, 5), 'cases': len(cases),
+                'room': round(min(speed / low, high / speed) - 1.0, 3),
+            })  # fmt: skip
+            print(name, found[-1], flush=True)
+    return found
+
+
+def main() -> int:
+    """Measure, and write the result; return the exit status."""
+    result = {'presets': {name: {'kicks': windows(name)} for name in NAMES}}
+    command = 'python3 -m mlmem_lab.windows.words'
+    save(FILE, result, command, 0, [*NAMES, *by(windows, *NAMES)])
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
