@@ -83,10 +83,10 @@ def word_kicks(result: Mapping[str, Any]) -> Rows:
     """Return the windows of kicks of a register, of walls and of kinks."""
     rows: Rows = [['preset', 'sent', 'level: speed (room)']]
     for name, preset in result['presets'].items():
-        for kind in ('wall', 'kink'):
-            of_kind = [at for at in preset['kicks'] if at['kind'] == kind]
-            each = (f'{at["level"]}: {at["speed"]:g} ({at["room"]:.2f})' for at in of_kind)
-            rows.append([f'`{name}`', kind, ', '.join(each)])
+        for sent in ('wall', 'kink'):
+            some = [at for at in preset['kicks'] if at['kind'] == sent]
+            each = (f'{at["level"]}: {at["speed"]:g} ({at["room"]:.2f})' for at in some)
+            rows.append([f'`{name}`', sent, ', '.join(each)])
     return rows
 
 
