@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, replace
 from pathlib import Path
@@ -77,7 +76,7 @@ class Element:
         made = self.specimen
         values: dict[str, Any] = {
             'format': FORMAT,
-            'design': dataclasses.asdict(made.design),
+            'design': made.design.as_dict(),
             'alpha': made.alpha.tolist(),
             'alpha_std': np.asarray(self.alpha_std).tolist(),
         }

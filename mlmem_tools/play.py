@@ -148,7 +148,7 @@ def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
     """Yield the node's settings that differ from a session's."""
     if session.header is None:
         return
-    groups = {'design': asdict(session.design), **session.settings.as_dict()}
+    groups = {'design': session.design.as_dict(), **session.settings.as_dict()}
     recorded = {
         f'{group}.{name}': value
         for group, values in groups.items()

@@ -94,7 +94,7 @@ class Rk4Element(Driver):
         v, velocity = self.v.copy(), self.velocity.copy()
         p, springs = made.potential, np.concatenate(([0.0], made.k_r, [0.0]))
         cells = Cells(
-            (made.alpha * p.d, p.a, p.b), (springs,), made.offsets - p.c, 1.0 / made.masses,
+            p.constants(made.alpha * p.d), (springs,), made.offsets + p.origin, 1.0 / made.masses,
             made.strain_shape, np.flatnonzero(np.isinf(made.masses)), made.eta,
         )  # fmt: skip
         way = np.ascontiguousarray(V_N), site, np.ascontiguousarray(motion)

@@ -251,7 +251,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
     Delays stored under one key do not apply under another.
     """
     values = [
-        dataclasses.asdict(design),
+        design.as_dict(),
         dataclasses.asdict(settings.probe),
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,

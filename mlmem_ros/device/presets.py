@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -40,7 +40,7 @@ class Preset(NamedTuple):
     @property
     def digest(self) -> str:
         """A hash of every bit of it that is not a default, so that a new setting changes none."""
-        defaults, values = Settings().as_dict(), {'design': asdict(self.design)}
+        defaults, values = Settings().as_dict(), {'design': self.design.as_dict()}
         for name, group in self.settings.as_dict().items():
             if given := {key: it for key, it in group.items() if it != defaults[name][key]}:
                 values[name] = given

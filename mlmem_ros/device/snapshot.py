@@ -95,7 +95,7 @@ def take(element: MemoryElement) -> dict[str, Any]:
         chain = element.chain
         material = {'steps': chain.steps_done, 'V_N': chain.V_N, 'state': encoded(chain.state())}
     return {
-        'design': dataclasses.asdict(element.design),
+        'design': element.design.as_dict(),
         'ticks': element.ticks,
         **material,
         'recent': encoded(element.transducer.recent),

@@ -217,13 +217,13 @@ class Chain:
         under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
         p = made.potential
         self._cells = Cells(
-            (aligned(made.alpha * p.d), p.a, p.b), tuple(map(aligned, made.springs)),
-            aligned(made.offsets - p.c), mobility, aligned(under),
+            p.constants(aligned(made.alpha * p.d)), tuple(map(aligned, made.springs)),
+            aligned(made.offsets + p.origin), mobility, aligned(under),
             stuck, made.eta,
         )  # fmt: skip
         self._constants = self.integrator.constants(self.dt, mobility, made.eta)
         reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET
-        self._range = -reach - design.c, reach - design.c
+        self._range = -reach + p.origin, reach + p.origin
 
     def damp(self, factors: Array) -> None:
         """Damp every cell by its own factor times eta, shape (N,), until `set_specimen`.

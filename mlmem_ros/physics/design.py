@@ -8,12 +8,14 @@ All lengths are in lattice constants, times in sqrt(m / k_r), stiffnesses in k_r
 from __future__ import annotations
 
 import itertools
-from dataclasses import MISSING, dataclass
+from dataclasses import MISSING, asdict, dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..described import described, problems
+from .curve import Curve
 from .errors import DesignError
 from .potential import Array, Potential
 
@@ -26,6 +28,10 @@ class Design:
     """A mechanical multi-level memory element, validated on creation.
 
     Sites are counted from 1 as in the paper; arrays hold site j at index j - 1.
+
+    Attributes:
+        law: The on-site law where it is not the paper's formula, with energies in units of d; a, b
+            and c then have no meaning.
 
     Raises:
         DesignError: A value is out of range, or the values do not make a memory.
@@ -67,6 +73,7 @@ class Design:
     substrate: str = described(
         'rigid', 'substrate model: Eq. (1a) alone, or with Eq. (1b)', choices=('rigid', 'elastic')
     )
+    law: Curve | None = None
 
     def __post_init__(self) -> None:
         found = problems(self) or self._inconsistencies()
@@ -88,6 +95,10 @@ class Design:
                 f'{self.alpha.min():.4g} at j = {worst}: choose gamma above -1/N = '
                 f'{-1 / self.N:.4g}'
             )
+        if self.law is not None and any(
+            getattr(self, name) != type(self).__dataclass_fields__[name].default for name in 'abc'
+        ):
+            found.append("a, b and c are of the paper's formula; with a law leave them out")
         if self.s_max < self.s_min:
             found.append(f's_max must be at least s_min = {self.s_min:g}; got {self.s_max:g}')
         if found:
@@ -103,11 +114,20 @@ class Design:
             )
         return found
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values; the paper's law is not named."""
+        values = asdict(self)
+        if self.law is None:
+            del values['law']
+        return values
+
     # --- the potential -------------------------------------------------------------------
 
     @cached_property
-    def potential(self) -> Potential:
+    def potential(self) -> Potential | Curve:
         """The on-site potential, before its amplification alpha_j."""
+        if self.law is not None:
+            return replace(self.law, d=self.law.d * self.d)
         return Potential(self.a, self.b, self.c, self.d)
 
     @cached_property

@@ -1,6 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The scalar formulas of the forces, which are written into the loops: no branch, no table."""
+"""The scalar formulas of the forces, which are written into the loops.
+
+Without a law of its own an element has the paper's: no branch, no table. The type of a law's
+constants chooses its formula when a loop is compiled (`jit.formula`), so every loop knows every
+law, and none pays for the others.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +15,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from .jit import fma, inlined
-from .potential import Array
+from .jit import fma, formula_for, inlined
 
 INVERSE_TURN = 0.5 / math.pi
 
@@ -44,23 +48,39 @@ def wave(turns: float) -> float:
 
 
 @inlined
-def on_site(constants: tuple[Array, float, float], j: int, y: float) -> tuple[float, float]:
-    """Return two factors of alpha_j psi'(y - c), the force of page 3 at y = D + c.
+def on_site(constants: Any, j: int, y: float) -> tuple[float, float]:
+    """Return two factors of alpha_j psi'(y + origin), the on-site force.
 
-    The constants are alpha_j d, a and b. Adding the product to something else rounds only once.
+    Adding the product to something else rounds only once. The constants are those of
+    `Potential.constants`, or of another law.
     """
-    height, a, b = constants
-    y2 = y * y
-    turns = y * fma(INVERSE_TURN * b, y2, INVERSE_TURN * a)
-    return height[j] * fma(3.0 * b, y2, a), wave(turns)
+    slope, factor = _slope(constants, j, y)
+    return slope, factor
+
+
+def _slope(constants: Any, j: Any, y: Any) -> Any:
+    raise NotImplementedError  # only the compiler's choice below is called
+
+
+@numba.extending.overload(_slope, inline='always')
+def _slope_by_type(constants: Any, j: Any, y: Any) -> Any:
+    def paper(constants: Any, j: Any, y: Any) -> Any:  # the force of page 3
+        height, a, b = constants
+        y2 = y * y
+        turns = y * fma(INVERSE_TURN * b, y2, INVERSE_TURN * a)
+        return height[j] * fma(3.0 * b, y2, a), wave(turns)
+
+    law = formula_for(constants)
+    return paper if law is None else law.py_func
 
 
 @inlined
-def coupling(constants: tuple[Array, ...], j: int, left: float, x: float, right: float) -> float:
+def coupling(constants: Any, j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both neighbours' springs on a cell at x.
 
     Without constants they have stiffness 1, and nothing else is compiled. The one constant is the
-    stiffness left of every cell and right of the last, 0 beyond the ends, shape (n + 1,).
+    stiffness left of every cell and right of the last, 0 beyond the ends, shape (n + 1,). A
+    coupling with a formula of its own has other constants.
     """
     pull: float = _pull(constants, j, left, x, right)
     return pull
@@ -79,6 +99,9 @@ def _pull_by_type(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
         k_r = constants[0]
         return fma(k_r[j + 1], right - x, -k_r[j] * (x - left))
 
+    law = formula_for(constants)
+    if law is not None:
+        return law.py_func
     return scattered if len(constants) else alike
 
 

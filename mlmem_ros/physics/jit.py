@@ -23,7 +23,7 @@ import contextlib
 import hashlib
 import inspect
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar, cast
@@ -80,6 +80,29 @@ def inlined(function: Function) -> Function:
         The compiled function.
     """
     return cast(Function, numba.njit(inline='always', error_model='numpy')(function))
+
+
+FORMULAS: dict[type, Any] = {}
+"""Formulas of laws by the type of their constants, a named tuple (see `formula`)."""
+
+
+def formula(constants: type) -> Callable[[Function], Function]:
+    """Make a scalar formula the one that the loops use wherever they are given constants of a
+    type, a named tuple of its own. It is `inlined`.
+    """
+
+    def registered(function: Function) -> Function:
+        # numba wants the annotations of what it chooses from to be the same text
+        function.__annotations__ = dict.fromkeys(function.__annotations__, 'Any')
+        FORMULAS[constants] = compiled = inlined(function)
+        return compiled
+
+    return registered
+
+
+def formula_for(constants: Any) -> Any:
+    """Return the formula registered for constants of a type of the compiler; None if none is."""
+    return FORMULAS.get(getattr(constants, 'instance_class', type(None)))
 
 
 def _typed(typing: Any, a: Any, b: Any, c: Any) -> Any:
@@ -147,12 +170,28 @@ class _Cache(FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
-        return (*key, self._digest, int(cast(Any, numba.config).OPT))
+        laws = sorted({hashlib.sha256(text).hexdigest() for text in map(_text, _laws(sig))})
+        return (*key, self._digest, *laws, int(cast(Any, numba.config).OPT))
 
     def holds(self, types: tuple[Any, ...], codegen: Any) -> bool:
         """Return whether machine code for these types is cached."""
         kept = self._cache_file._load_index()  # type: ignore[no-untyped-call]
         return self._index_key(types, codegen) in kept
+
+
+def _laws(types: Any) -> Iterator[FunctionType]:
+    """Yield the formulas registered for types of the compiler, tuples of them included."""
+    for each in types:
+        if (law := formula_for(each)) is not None:
+            yield law.py_func
+        else:
+            yield from _laws(getattr(each, 'types', ()))
+
+
+def _text(function: FunctionType) -> bytes:
+    """Return the text of a function and of all compiled ones that it calls, with its name."""
+    files = b''.join(path.read_bytes() for path in sorted(_sources(function)))
+    return function.__qualname__.encode() + files
 
 
 def _sources(function: FunctionType) -> set[Path]:

@@ -56,8 +56,17 @@ class Potential:
         y = np.asarray(D, dtype=np.float64) + self.c
         return y * (self.a + self.b * y * y), self.a + 3.0 * self.b * y * y, 6.0 * self.b * y
 
+    @property
+    def origin(self) -> float:
+        """Configuration from which the loops count, -c."""
+        return -self.c
+
+    def constants(self, height: Array) -> tuple[Array, float, float]:
+        """Return what `formulas.on_site` takes, given alpha_j d, shape (N,)."""
+        return height, self.a, self.b
+
     def stiffest(self, reach: float) -> float:
-        """Return a bound on |psi''| over all configurations with |D + c| up to `reach`."""
+        """Return a bound on |psi''| over all configurations with |D - origin| up to `reach`."""
         slope = abs(self.a + 3.0 * self.b * reach * reach)
         steepest = max(self.a, slope)  # a + 3 b y^2 has its extremes at the ends
         return self.d * math.hypot(steepest**2, 6.0 * self.b * reach)

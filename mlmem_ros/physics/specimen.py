@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..rng import Stream, generator
+from .curve import Curve
 from .design import Design, strain_shape
 from .errors import DesignError
 from .potential import Array, Potential
@@ -85,7 +86,7 @@ class Specimen:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values; an array of equal numbers as one."""
-        found: dict[str, Any] = {'design': asdict(self.design), 'eta_factor': self.eta_factor}
+        found: dict[str, Any] = {'design': self.design.as_dict(), 'eta_factor': self.eta_factor}
         for name in ARRAYS:
             values = np.asarray(getattr(self, name))
             same = (values == values[0]).all()
@@ -119,7 +120,7 @@ class Specimen:
         return np.asarray(self.offset)
 
     @property
-    def potential(self) -> Potential:
+    def potential(self) -> Potential | Curve:
         """The on-site potential, before amplification and shift."""
         return self.design.potential
 

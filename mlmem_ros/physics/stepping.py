@@ -17,7 +17,7 @@ STABILITY_MARGIN = 0.95
 """Largest fraction of the stability limit to use."""
 
 FARTHEST = 1e6
-"""Bound on a cell's |D + c| if any step is stable."""
+"""Bound on a cell's |D - origin| if any step is stable."""
 
 
 def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
@@ -27,7 +27,7 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
 
     Args:
         specimen: The element.
-        reach: Largest |D + c| of a cell; by default that of the wells of both phases.
+        reach: Largest |D - origin| of a cell; by default that of the wells of both phases.
     """
     cells, on_site = _cells(specimen, reach)
     if specimen.design.substrate == 'rigid':
@@ -48,7 +48,7 @@ def default_step(specimen: Specimen, integrator: Integrator = NOH_BATHE) -> floa
 
 
 def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> float:
-    """Return how far a cell may get, as |D + c|, before a step becomes unstable.
+    """Return how far a cell may get, as |D - origin|, before a step becomes unstable.
 
     The farther out, the stiffer the wells. Found by bisection, from below.
     """
@@ -63,8 +63,8 @@ def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> flo
 
 
 def _wells(specimen: Specimen) -> float:
-    """Return the largest |D + c| in the wells of both phases."""
-    return max(abs(edge + specimen.design.c) for edge in specimen.design.wells)
+    """Return the largest |D - origin| in the wells of both phases."""
+    return max(abs(edge - specimen.potential.origin) for edge in specimen.design.wells)
 
 
 def _cells(specimen: Specimen, reach: float | None = None) -> tuple[float, float]:

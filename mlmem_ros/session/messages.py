@@ -52,7 +52,7 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
             'node': node,
             'versions': versions(),
             'seed': element.faults.seed,
-            'design': dataclasses.asdict(element.design),
+            'design': element.design.as_dict(),
             'settings': element.settings.as_dict(),
             'parameters': dict(parameters),
             'initial': snapshot.take(element),

@@ -81,13 +81,16 @@ class Subject:
     def wall_energy(self) -> float:
         """Continuum energy of a wall at alpha = 1: the integral of sqrt(2 psi) over D."""
         D = np.linspace(self.design.D_s1, self.design.D_s2, 4001)
-        root = np.sqrt(2.0 * self.design.potential.energy(D))
+        psi = self.design.potential.energy(D)
+        root = np.sqrt(2.0 * np.maximum(psi - psi[0], 0.0))
         return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
 
     @property
     def wall_width(self) -> float:
         """Continuum width of a wall in cells: its step over its slope at the barrier top."""
-        return (self.design.D_s2 - self.design.D_s1) / (2.0 * math.sqrt(self.design.d))
+        psi = self.design.potential
+        barrier = float(psi.energy(self.design.D_barrier) - psi.energy(self.design.D_s1))
+        return (self.design.D_s2 - self.design.D_s1) / math.sqrt(2.0 * barrier)
 
     @property
     def gradient_force(self) -> float:

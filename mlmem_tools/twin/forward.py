@@ -24,6 +24,7 @@ from mlmem_ros.physics import (
     walls,
 )
 from mlmem_ros.physics.equilibrium import relax, wall_profile
+from mlmem_ros.physics.errors import DesignError
 from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.potential import Array
 
@@ -100,6 +101,8 @@ class Forward:
         """
         self.unknowns, self.x = unknowns, x
         self.specimen = unknowns.specimen(x)
+        if self.specimen.design.law is not None:
+            raise DesignError('a fit knows the formula of the paper only; this design has a law')
         self._integrator = integrator
         self._rest: dict[tuple[float, float], Array] = {}
         self._chains: dict[float, Chain] = {}

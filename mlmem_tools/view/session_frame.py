@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +91,7 @@ def load(path: str | Path) -> SessionFrame:
     """
     reader = BagReader(path)
     node, header = _header(reader)
-    groups = {'design': asdict(header.design), **header.settings.as_dict()}
+    groups = {'design': header.design.as_dict(), **header.settings.as_dict()}
     about, known = About.of(groups, node), header.calibration
     collector = _Collector(about)
     collector.take(reader)

@@ -8,16 +8,12 @@ measured potential, magnets between the cells, dry friction.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import cache
-from types import FunctionType
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from mlmem_ros.physics.errors import StateError
 from mlmem_ros.physics.inputs import FREE, HeldCell
-from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.methods import NOH_BATHE, Integrator
 from mlmem_ros.physics.methods.integrator import Cells, Forcing, aligned
 from mlmem_ros.physics.potential import Array
@@ -81,7 +77,6 @@ class Lattice:
         )  # fmt: skip
         self._constants = integrator.constants(dt, mobility, damping)
         self._rub = None if friction is None else (friction.force, friction.creep)
-        self._advance = _loop(integrator.advance, on_site.formula, coupling.formula)
 
     @property
     def displacement(self) -> Array:
@@ -141,7 +136,7 @@ class Lattice:
             raise StateError('a held cell must be at an end and finish with the run')
         forcing = Forcing(still, still, given.site, motion.shape[1], motion, steps + 1)
         ends = np.empty((2, steps))
-        self._advance(
+        self.integrator.advance(
             steps, self._arrays, None, self._cells, forcing, self._constants, ends, self._rub,
             None,
         )  # fmt: skip
@@ -151,15 +146,3 @@ class Lattice:
                 f'the lattice stopped being finite: a step of {self.dt:g} is too long'
             )
         return ends
-
-
-@cache
-def _loop(
-    advance: Any, on_site: Callable[..., Any], coupling: Callable[..., Any]
-) -> Callable[..., tuple[int, bool]]:
-    """Return a method's loop with other formulas in place of a memory's."""
-    plain = advance.py_func
-    formulas = {'on_site': on_site, 'coupling': coupling}
-    own = FunctionType(plain.__code__, plain.__globals__ | formulas, plain.__name__)
-    own.__module__, own.__qualname__ = plain.__module__, plain.__qualname__
-    return kernel(own)

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What all laws have in common, and dry friction.
 
-A law is a value. It knows its energy and force for arrays, and the scalar formula of
-its force, which takes the place of the memory's (`mlmem_ros.physics.formulas`) in the loops.
+A law is a value. It knows its energy and force for arrays, and its constants, whose type chooses
+the scalar formula of its force in the loops (`mlmem_ros.physics.jit.formula`).
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,13 +18,7 @@ from mlmem_ros.physics.potential import Array
 
 
 class Law(ABC):
-    """An energy of one variable, per cell or per spring.
-
-    Attributes:
-        formula: Its force as the loops compute it, `inlined`; takes `constants`.
-    """
-
-    formula: Callable[..., Any]
+    """An energy of one variable, per cell or per spring."""
 
     @abstractmethod
     def energy(self, x: ArrayLike) -> Array:
@@ -39,11 +32,10 @@ class Law(ABC):
 class OnSite(Law):
     """The energy of a cell at configuration D, in a chain of n cells.
 
-    `formula(constants, j, y)` returns two factors of cell j's slope at y = D - origin, so that
-    adding their product to a force rounds once.
+    `formulas.on_site(constants, j, y)` returns two factors of cell j's slope at y = D - origin.
 
     Attributes:
-        origin: The configuration from which the formula counts.
+        origin: The configuration from which the loops count.
     """
 
     origin: float = 0.0
@@ -56,11 +48,12 @@ class OnSite(Law):
 class Coupling(Law):
     """The energy of a spring between neighbours of extension e; no force at e = 0.
 
-    `formula(constants, j, left, x, right)` returns the pull of both springs on cell j at x.
+    `formulas.coupling(constants, j, left, x, right)` returns the pull of both springs on cell j
+    at x.
     """
 
     @abstractmethod
-    def constants(self) -> tuple[float, ...] | tuple[Array, ...]:
+    def constants(self) -> tuple[Any, ...]:
         """Return what the formula takes."""
 
 

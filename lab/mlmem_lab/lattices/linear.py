@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.formulas import coupling
 from mlmem_ros.physics.potential import Array
 
 from .law import Coupling
@@ -18,8 +17,6 @@ from .law import Coupling
 @dataclass(frozen=True)
 class Linear(Coupling):
     """Springs of stiffness 1."""
-
-    formula = staticmethod(coupling)
 
     def energy(self, x: ArrayLike) -> Array:
         """Return e^2 / 2."""

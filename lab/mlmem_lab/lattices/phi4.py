@@ -5,22 +5,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.jit import inlined
+from mlmem_ros.physics.jit import formula
 from mlmem_ros.physics.potential import Array
 
 from .law import OnSite
 
 
-@inlined
-def well(constants: tuple[float, float], j: int, D: float) -> tuple[float, float]:
+class Constants(NamedTuple):
+    """What the loops take."""
+
+    height: float
+    tilt: float
+
+
+@formula(Constants)
+def well(constants: Constants, j: int, y: float) -> tuple[float, float]:
     """Return the slope."""
     height, tilt = constants
-    return 4.0 * height * D * (D * D - 1.0) - tilt, 1.0
+    return 4.0 * height * y * (y * y - 1.0) - tilt, 1.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +41,6 @@ class Phi4(OnSite):
 
     height: float
     tilt: float = 0.0
-    formula = staticmethod(well)
 
     def energy(self, x: ArrayLike) -> Array:
         """Return the energy of a cell."""
@@ -46,6 +52,6 @@ class Phi4(OnSite):
         D = np.asarray(x, dtype=np.float64)
         return np.asarray(4.0 * self.height * D * (D * D - 1.0) - self.tilt)
 
-    def constants(self, n: int) -> tuple[Any, ...]:
+    def constants(self, n: int) -> Constants:
         """Return height and tilt."""
-        return self.height, self.tilt
+        return Constants(self.height, self.tilt)

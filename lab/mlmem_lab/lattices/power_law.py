@@ -5,18 +5,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.jit import inlined
+from mlmem_ros.physics.jit import formula
 from mlmem_ros.physics.potential import Array
 
 from .law import Coupling
 
 
-@inlined
-def pull(constants: tuple[float, ...], j: int, left: float, x: float, right: float) -> float:
+class Constants(NamedTuple):
+    """What the loops take: A, p, and the distances."""
+
+    A: float
+    power: float
+    distance: float
+    touch: float
+
+
+@formula(Constants)
+def pull(constants: Constants, j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both neighbours, which is the difference of two pushes."""
     A, power, distance, touch = constants
     before = max(distance + (x - left), touch) ** power
@@ -41,7 +51,6 @@ class PowerLaw(Coupling):
     power: float
     distance: float
     touch: float = 1e-3
-    formula = staticmethod(pull)
 
     def energy(self, x: ArrayLike) -> Array:
         """Return the energy of a pair, 0 at rest, together with the push that holds them there."""
@@ -59,6 +68,6 @@ class PowerLaw(Coupling):
     def _distance(self, x: ArrayLike) -> Array:
         return np.maximum(self.distance + np.asarray(x, dtype=np.float64), self.touch)
 
-    def constants(self) -> tuple[float, ...]:
+    def constants(self) -> Constants:
         """Return A, p, and the distances."""
-        return self.A, self.power, self.distance, self.touch
+        return Constants(self.A, self.power, self.distance, self.touch)

@@ -6,18 +6,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.jit import inlined
+from mlmem_ros.physics.jit import formula
 from mlmem_ros.physics.potential import Array
 
 from .law import Coupling
 
 
-@inlined
-def pull(constants: tuple[float, ...], j: int, left: float, x: float, right: float) -> float:
+class Constants(NamedTuple):
+    """What the loops take: k / b and b."""
+
+    scale: float
+    b: float
+
+
+@formula(Constants)
+def pull(constants: Constants, j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both springs."""
     scale, b = constants
     return scale * (math.exp(-b * (x - left)) - math.exp(-b * (right - x)))
@@ -34,7 +42,6 @@ class Toda(Coupling):
 
     k: float
     b: float
-    formula = staticmethod(pull)
 
     def energy(self, x: ArrayLike) -> Array:
         """Return the energy of a spring."""
@@ -45,6 +52,6 @@ class Toda(Coupling):
         """Return its tension."""
         return np.asarray(-self.k / self.b * np.expm1(-self.b * np.asarray(x)))
 
-    def constants(self) -> tuple[float, ...]:
+    def constants(self) -> Constants:
         """Return k / b and b."""
-        return self.k / self.b, self.b
+        return Constants(self.k / self.b, self.b)

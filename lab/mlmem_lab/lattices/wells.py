@@ -6,23 +6,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.jit import inlined
+from mlmem_ros.physics.jit import formula
 from mlmem_ros.physics.potential import Array
 
 from .law import OnSite
 from .pieces import Pieces, slope_of
 
 
-@inlined
-def well(constants: tuple[Array, Array, Array], j: int, D: float) -> tuple[float, float]:
+class Constants(NamedTuple):
+    """What the loops take: of every cell, shapes (n, m, 5), (n, m - 1) and (n,)."""
+
+    coefficients: Array
+    edges: Array
+    tilt: Array
+
+
+@formula(Constants)
+def well(constants: Constants, j: int, y: float) -> tuple[float, float]:
     """Return the slope."""
     coefficients, edges, tilt = constants
-    return slope_of(coefficients[j], edges[j], D) + tilt[j], 1.0
+    return slope_of(coefficients[j], edges[j], y) + tilt[j], 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +44,6 @@ class Wells(OnSite):
 
     each: Pieces | Sequence[Pieces]
     tilt: Array | float = 0.0
-    formula = staticmethod(well)
 
     def energy(self, x: ArrayLike) -> Array:
         """Return the energy of every cell."""
@@ -53,10 +60,10 @@ class Wells(OnSite):
         found = [one.derivative(u, order) for one, u in zip(self.each, columns, strict=True)]
         return np.stack(found, axis=-1)
 
-    def constants(self, n: int) -> tuple[Any, ...]:
+    def constants(self, n: int) -> Constants:
         """Return coefficients, edges and tilt of every cell."""
         each = [self.each] * n if isinstance(self.each, Pieces) else list(self.each)
-        return (
+        return Constants(
             np.array([one.coefficients for one in each]),
             np.array([one.edges for one in each]),
             np.broadcast_to(np.asarray(self.tilt, dtype=np.float64), n).copy(),

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -36,7 +36,7 @@ class Bench:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values."""
-        found = {'design': asdict(self.design), 'settings': self.settings.as_dict()}
+        found = {'design': self.design.as_dict(), 'settings': self.settings.as_dict()}
         return found | ({} if self.element is None else {'element': self.element.as_dict()})
 
     @classmethod

@@ -25,6 +25,7 @@ from mlmem_lab.lattices import (
     Wells,
 )
 from mlmem_ros.physics import NOH_BATHE, PEFRL
+from mlmem_ros.physics.formulas import coupling, on_site
 
 N = 6
 TABLE = Pieces(
@@ -74,11 +75,11 @@ def test_the_loops_formula_is_the_same_force(law):
     x = np.linspace(-1.5, 1.6, N)
     if isinstance(law, OnSite):
         constants, y = law.constants(N), x - law.origin
-        found = [np.prod(law.formula(constants, j, float(y[j]))) for j in range(N)]
+        found = [np.prod(on_site(constants, j, float(y[j]))) for j in range(N)]
         assert found == pytest.approx(law.slope(x), abs=1e-13)
         return
     constants = law.constants()
-    found = [law.formula(constants, j, *map(float, x[j - 1 : j + 2])) for j in range(1, N - 1)]
+    found = [coupling(constants, j, *map(float, x[j - 1 : j + 2])) for j in range(1, N - 1)]
     assert found == pytest.approx(np.diff(law.slope(np.diff(x))), abs=1e-13)
 
 

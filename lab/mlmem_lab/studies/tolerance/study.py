@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -150,7 +150,7 @@ class Tolerance:
     def shared(self) -> dict[str, Any]:
         """What all points share."""
         return {
-            'design': asdict(self.design), 'settings': self.settings.as_dict(),
+            'design': self.design.as_dict(), 'settings': self.settings.as_dict(),
             'screen': self.screen, 'levels': self.levels,
         }  # fmt: skip
 

@@ -1,0 +1,190 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Laws other than the paper's, against closed forms.
+
+phi-4, psi = h (1 - D^2)^2: a wall is tanh(kappa x) with kappa = sqrt(2 h) in the continuum. It has
+the energy 4 kappa / 3, waves of the band edge omega_0^2 = 8 h, and one internal mode, of
+sqrt(3)/2 omega_0 (Rajaraman, Solitons and Instantons, 1982, ch. 5). The barrier between two cells
+falls as exp(-pi^2 / kappa): the wall's nearest pole is at i pi / (2 kappa).
+Three and four ground states: a wall's energy is the integral of sqrt(2 psi).
+The paper's potential, tabulated, is the paper's potential.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from mlmem_ros.outside import DecodeError, decode
+from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, DesignError, Specimen
+from mlmem_ros.physics.curve import Curve
+from mlmem_ros.physics.equilibrium import relax, stiffness, wall_profile
+from mlmem_ros.physics.formulas import on_site
+from mlmem_ros.physics.held_wall import hold_walls
+
+PHI_4 = Curve.of(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
+PHI_6 = Curve.of(lambda D: 2.0 * D * (1.0 - D**2) * (1.0 - 3.0 * D**2), -1.4, 1.4, 561)
+"""psi = D^2 (1 - D^2)^2."""
+
+PHI_8 = Curve.of(
+    lambda D: 4.0 * D * (D**2 - 1.0) * (D**2 - 4.0) * (2.0 * D**2 - 5.0), -2.4, 2.4, 961
+)
+"""psi = (D^2 - 1)^2 (D^2 - 4)^2."""
+
+
+def uniform(law, d, phase=0, N=80):
+    return Design(
+        N=N, gamma=0.0, beta=0.0, J=20, J_s=40, j_0=17.0, d=d, law=law, phase=phase, eta=0.0
+    )
+
+
+def wall(design, position=40.5):
+    guess = wall_profile(design, position)
+    return relax(Specimen(design), guess, np.zeros(design.N))
+
+
+def test_a_curve_repeats_a_cubic():
+    """To the rounding of forces of 24 and stiffnesses of 44; beyond its ends it is straight."""
+    D = np.linspace(-2.0, 2.0, 1_001)
+    assert PHI_4.slope(D) == pytest.approx(4.0 * D * (D * D - 1.0), abs=1e-13)
+    assert PHI_4.stiffness(D) == pytest.approx(12.0 * D * D - 4.0, abs=1e-12)
+    assert PHI_4.energy(D) == pytest.approx((1.0 - D * D) ** 2, abs=1e-13)
+    assert PHI_4.slope([-3.0, 3.0]) == pytest.approx([-68.0, 68.0], abs=1e-11)
+    assert PHI_4.stiffest(9.9) == pytest.approx(44.0)
+
+
+@pytest.mark.parametrize('law', [PHI_4, PHI_6, PHI_8])
+def test_forces_are_derivatives(law):
+    D, h = np.linspace(law.low - 0.5, law.high + 0.5, 503), 1e-6
+    scale = law.stiffest(0.0)
+    slope = (law.energy(D + h) - law.energy(D - h)) / (2.0 * h)
+    assert law.slope(D) == pytest.approx(slope, abs=1e-7 * scale)
+    bend = (law.slope(D + h) - law.slope(D - h)) / (2.0 * h)
+    assert law.stiffness(D) == pytest.approx(bend, abs=1e-4 * scale)
+
+
+def test_the_loops_force_is_the_same():
+    D = np.linspace(-2.5, 2.5, 501)
+    constants = PHI_4.constants(np.full(3, 0.3))
+    force = [math.prod(on_site(constants, 1, float(x) - PHI_4.origin)) for x in D]
+    assert force == pytest.approx(0.3 * PHI_4.slope(D), abs=1e-13)
+    assert math.isnan(math.prod(on_site(constants, 1, math.nan)))
+
+
+@pytest.mark.parametrize(
+    ('law', 'states', 'barriers'),
+    [
+        (PHI_4, [-1.0, 1.0], [0.0]),
+        (PHI_6, [-1.0, 0.0, 1.0], [-math.sqrt(1 / 3), math.sqrt(1 / 3)]),
+        (PHI_8, [-2.0, -1.0, 1.0, 2.0], [-math.sqrt(2.5), 0.0, math.sqrt(2.5)]),
+    ],
+)
+def test_ground_states(law, states, barriers):
+    """To the error of a spline, h^4 / 384 of the fourth derivative of the force."""
+    assert law.ground_states == pytest.approx(states, abs=1e-7)
+    assert [law.barrier(n) for n in range(len(barriers))] == pytest.approx(barriers, abs=1e-7)
+    assert law.wells(0, 1) == pytest.approx((law.low, (*barriers, law.high)[1]), abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ('law', 'phase', 'energy'),
+    [
+        (PHI_4, 0, 4 / 3),
+        (PHI_6, 0, 1 / 4),
+        (PHI_6, 1, 1 / 4),
+        (PHI_8, 0, 22 / 15),
+        (PHI_8, 1, 76 / 15),
+        (PHI_8, 2, 22 / 15),
+    ],
+)
+def test_the_energy_of_a_wall_is_the_continuums(law, phase, energy):
+    """Walls ten cells wide; what the lattice changes is of order 1 / width^2."""
+    kappa = 0.1 / (math.sqrt(law.stiffness(law.ground_states[phase]) / 8.0))
+    design = uniform(law, kappa**2 / 2.0, phase, 400)
+    held = hold_walls(Specimen(design), np.array([200.5]), np.zeros(design.N))
+    assert held.energy[0] == pytest.approx(math.sqrt(2.0 * design.d) * energy, rel=0.01)
+
+
+def test_the_width_of_a_phi_4_wall():
+    """Against tanh(kappa x): what the lattice changes is of order kappa^2 / 10."""
+    design = uniform(PHI_4, 0.25**2 / 2.0)
+    assert wall(design) == pytest.approx(-np.tanh(0.25 * (design.sites - 40.5)), abs=0.01)
+
+
+def test_the_internal_mode_of_a_phi_4_wall():
+    """Translation, the internal mode, then the band; and the loop swings with its frequency."""
+    kappa = 0.25
+    design = uniform(PHI_4, kappa**2 / 2.0, N=160)
+    edge = math.sqrt(8.0 * design.d)
+    v = wall(design, 80.5)
+    diagonal = stiffness(Specimen(design), v, np.zeros(design.N))
+    matrix = np.diag(diagonal) - np.eye(design.N, k=1) - np.eye(design.N, k=-1)
+    squares, modes = np.linalg.eigh(matrix)
+    assert abs(squares[0]) < 1e-4 * edge**2
+    assert math.sqrt(squares[1]) == pytest.approx(math.sqrt(0.75) * edge, rel=0.01)
+    assert squares[2] > 0.999 * edge**2
+    for integrator in (NOH_BATHE, PEFRL):
+        chain = Chain(design, integrator=integrator)
+        chain.place(v + 1e-4 * modes[:, 1])
+        period = 2.0 * math.pi / math.sqrt(squares[1])
+        chain.rest(round(0.5 * period / chain.dt))
+        assert (chain.v - v) @ modes[:, 1] == pytest.approx(-1e-4, rel=0.02)
+
+
+def test_the_peierls_barrier_falls_as_it_must():
+    """ln E = -pi^2 / kappa + n ln kappa + constant, fitted at four widths."""
+    kappas = np.array([0.5, 0.6, 0.7, 0.8])
+    barriers = []
+    for kappa in kappas:
+        design = uniform(PHI_4, kappa**2 / 2.0, N=60)
+        held = hold_walls(Specimen(design), np.array([30.0, 30.5]), np.zeros(design.N))
+        barriers.append(held.energy[0] - held.energy[1])
+    terms = np.stack((-1.0 / kappas, np.log(kappas), np.ones(4)), axis=1)
+    exponent = np.linalg.lstsq(terms, np.log(barriers), rcond=None)[0][0]
+    assert exponent == pytest.approx(math.pi**2, rel=0.05)
+
+
+def test_the_papers_potential_as_a_curve():
+    """Every loop does with it what it does with the formula, to the error of the spline."""
+    p = CASE_II.potential
+    law = Curve.of(dataclasses.replace(p, d=1.0).slope, -3.5, 3.5, 3_000)
+    zero = law.ground_states.index(pytest.approx(CASE_II.D_s1, abs=1e-9))
+    design = dataclasses.replace(CASE_II, law=law, phase=zero, a=0.2582, b=0.0172, c=7.4489)
+    assert design.D_barrier == pytest.approx(CASE_II.D_barrier, abs=1e-9)
+    assert design.k_s2 == pytest.approx(CASE_II.k_s2, rel=1e-6)
+    found = []
+    for each in (CASE_II, design):
+        chain = Chain(each, 0.2)
+        v = wall_profile(each, 100.3)
+        chain.place(v)
+        chain.rest(500)
+        found.append(chain.v.copy())
+    assert found[1] == pytest.approx(found[0], abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'phase': 1}, 'ground states are needed; the law has no ground state 2; it has 2'),
+        ({'a': 0.3}, "a, b and c are of the paper's formula"),
+    ],
+)
+def test_laws_that_make_no_memory(changes, message):
+    with pytest.raises(DesignError, match=message):
+        dataclasses.replace(uniform(PHI_4, 0.1), **changes)
+
+
+def test_curves_that_are_refused():
+    with pytest.raises(DesignError, match='high must be above low = 1; got 0'):
+        Curve(1.0, 0.0, (0.0,) * 8)
+    with pytest.raises(DesignError, match='force must be 8 to 4096 numbers; got 3'):
+        Curve(0.0, 1.0, (0.0,) * 3)
+    with pytest.raises(DecodeError, match=r'law\.force'):
+        decode(Design, {**uniform(PHI_4, 0.1).as_dict(), 'law': {'low': 0, 'high': 1, 'force': 2}})
+
+
+def test_a_design_with_a_law_comes_back_from_plain_values():
+    design = uniform(PHI_6, 0.1)
+    assert decode(Design, design.as_dict()) == design
+    assert 'law' not in CASE_II.as_dict()
