@@ -14,7 +14,8 @@ TOOL = SimpleNamespace(**runpy.run_path(str(ROOT / 'tools' / 'architecture.py'))
 
 LAYERS = (
     'physics', 'device', 'rig', 'bag', 'contract', 'session', 'host', 'ros', 'testing',
-    'tools.twin', 'tools.checks', 'tools.rig', 'tools.bank', 'tools.view', 'tools.cli',
+    'tools.twin', 'tools.checks', 'tools.rig', 'tools.bank', 'tools.law', 'tools.view',
+    'tools.cli',
 )  # fmt: skip
 """A package imports from itself and from those before it, through the files beside them, too."""
 

@@ -18,8 +18,8 @@ from .output import complain
 
 REQUESTS = (*PROCEDURES, 'record', 'inject')
 SUBCOMMANDS = (
-    'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'replay', 'inspect',
-    'doctor',
+    'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'law', 'replay',
+    'inspect', 'doctor',
 )  # fmt: skip
 """Each is a `Command` in a module of its name, requests among `COMMANDS` of `request`."""
 

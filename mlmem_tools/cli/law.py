@@ -1,0 +1,89 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem law`: from measured force-displacement curves to an on-site law.
+
+A file is one run: a CSV whose header names displacement (um, mm, cm, m) and force (mN, N, kN) with
+their units, as `displacement_mm,force_N`; other columns and lines that begin with # are left out.
+Where the displacement turns back, what follows is the way back, and the law is the mean of both.
+Several runs give the mean and its scatter: wells, barriers, the energy set free on passing. With
+--mass and --coupling also the pass band of every well. `mlmem_tools.law.curves.load` makes a
+`Design.law` of the file that --output writes.
+
+Exit status 0: the law has two or more wells; 1: it has not, or could not be written; 2: a file is
+no curve, or an argument is wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+from .command import JSON, command, option
+from .output import complain, plain_console, plain_table, print_json
+
+
+@command(
+    'from measured force curves to an on-site law',
+    option('curves', metavar='CURVE.csv', type=Path, nargs='+', help='one run each'),
+    option('--output', type=Path, metavar='LAW.yaml', help='file to write'),
+    option('--knots', type=int, default=64, help='places of the law, 16 to 1024'),
+    option('--mass', type=float, metavar='KG', help='mass of an element, for bands'),
+    option('--coupling', type=float, metavar='N/M', help='stiffness of the springs, for bands'),
+    JSON,
+    text=__doc__,
+)
+def law(arguments: argparse.Namespace) -> int:
+    """Read, average, tell; return the exit status."""
+    from ..law.curves import CurveError, load_run, measured, save
+
+    chain = arguments.mass, arguments.coupling
+    if not 16 <= arguments.knots <= 1024:
+        return complain('law', f'--knots must be from 16 to 1024; got {arguments.knots}', 2)
+    if (chain[0] is None) != (chain[1] is None):
+        return complain('law', 'bands need both --mass and --coupling', 2)
+    if chain[0] is not None and not all(0.0 < each < math.inf for each in chain):
+        return complain('law', '--mass and --coupling must be above 0 and finite', 2)
+    try:
+        found = measured([load_run(path) for path in arguments.curves], arguments.knots)
+    except CurveError as error:
+        return complain('law', error, 2)
+    told = found.as_dict()
+    if chain[0] is not None:
+        told['bands'] = found.bands(*chain)
+    if arguments.json:
+        print_json(told)
+    else:
+        console = plain_console()
+        table = plain_table('Wells', '>at, mm', '>stiffness, N/m', '>energy, mJ')
+        for well in told['wells']:
+            table.add_row(
+                _told(well, 'displacement', 1e3), _told(well, 'stiffness'),
+                _told(well, 'energy', 1e3),
+            )  # fmt: skip
+        console.print(table)
+        table = plain_table('On the way to the next', '>peak, N', '>barrier, mJ', '>set free, mJ')
+        for step in told['barriers']:
+            table.add_row(
+                _told(step, 'force'), _told(step, 'barrier', 1e3), _told(step, 'set_free', 1e3)
+            )
+        console.print(table)
+        for low, high in told.get('bands', ()):
+            console.print(f'pass band {low:.4g} to {high:.4g} Hz')
+        for run in told['runs']:
+            lost = '' if run['lost'] is None else f', {1e3 * run["lost"]:.3g} mJ lost on the way'
+            console.print(f'{run["file"]}: {run["ground_states"]} wells{lost}', soft_wrap=True)
+    if arguments.output is not None:
+        try:
+            save(arguments.output, found)
+        except OSError as error:
+            return complain('law', f'{arguments.output} could not be written; {error}', 1)
+    if len(told['wells']) < 2:
+        return complain('law', f'a memory needs two wells; the mean has {len(told["wells"])}', 1)
+    return 0
+
+
+def _told(values: dict[str, float | None], name: str, scale: float = 1.0) -> str:
+    value, spread = values[name], values[f'{name}_std']
+    text = f'{scale * (value or 0.0):.4g}'
+    return text if spread is None else f'{text} +- {scale * spread:.2g}'

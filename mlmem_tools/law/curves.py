@@ -1,0 +1,313 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Force-displacement curves of bistable elements: their files, their mean, their scatter.
+
+A file is a CSV with a header that names displacement and force with their units, as
+`displacement_mm,force_N`; other columns, and lines that begin with #, are left out. Rows are in
+the order in which they were measured. Where the displacement turns back, what follows is the way
+back: the law is the mean of both ways, and the area between them the work lost. One file is one
+run; several runs, of one specimen or of many, give the mean law and its scatter.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.clipped import clipped
+from mlmem_ros.durable import write_atomically
+from mlmem_ros.outside import DecodeError, decode, from_yaml, read
+from mlmem_ros.physics import DesignError
+from mlmem_ros.physics.curve import Curve
+from mlmem_ros.physics.potential import Array
+
+LENGTHS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
+           'displacement_m': 1.0}  # fmt: skip
+FORCES = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
+
+FEWEST = 16
+"""Fewest rows of a curve."""
+
+FORMAT = 1
+"""Version of the format of a law's file."""
+
+
+class CurveError(ValueError):
+    """A file is no force-displacement curve, or its law is not that of a bistable element."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One measured curve, in SI units.
+
+    Attributes:
+        name: Its file.
+        out, back: Displacement and force on the way out, and on the way back, shape (2, m) each;
+            both with rising displacements. Without a way back the second has no columns.
+    """
+
+    name: str
+    out: Array
+    back: Array
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """First and last displacement that both ways have."""
+        ways = [self.out, *([self.back] if self.back.size else [])]
+        return max(float(way[0, 0]) for way in ways), min(float(way[0, -1]) for way in ways)
+
+    def force(self, knots: Array) -> Array:
+        """Return the mean force of both ways about each of equally spaced knots."""
+        ways = [self.out, *([self.back] if self.back.size else [])]
+        return np.asarray(np.mean([_averaged(way, knots) for way in ways], axis=0))
+
+    @property
+    def lost(self) -> float | None:
+        """Work lost between the two ways, J; None without a way back."""
+        if not self.back.size:
+            return None
+        knots = np.linspace(*self.range, 512)
+        out, back = (np.interp(knots, *way) for way in (self.out, self.back))
+        return float(np.sum((out - back)[1:] + (out - back)[:-1]) * (knots[1] - knots[0]) / 2.0)
+
+
+def load_run(path: Path) -> Run:
+    """Read a curve.
+
+    Raises:
+        CurveError: It is none; the message names the line.
+    """
+    try:
+        lines = read(path).splitlines()
+    except DecodeError as error:
+        raise CurveError(str(error)) from error
+    rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
+    if not rows:
+        raise CurveError(f'{path}: it must begin with a header, displacement_mm,force_N; got none')
+    names = [name.strip() for name in next(csv.reader([rows[0][1]]))]
+    x, f = (_column(path, rows[0][0], names, known) for known in (LENGTHS, FORCES))
+    values = np.array([_numbers(path, k, line, names, (x[0], f[0])) for k, line in rows[1:]])
+    if len(values) < FEWEST:
+        raise CurveError(f'{path}: it must have at least {FEWEST} rows; got {len(values)}')
+    D, force = values.T * [[x[1]], [f[1]]]
+    turn = int(np.argmax(D))
+    ways = _rising(D[: turn + 1], force[: turn + 1]), _rising(D[turn:], force[turn:])
+    if ways[0].shape[1] < FEWEST:
+        raise CurveError(f'{path}: its displacement must rise over at least {FEWEST} rows')
+    return Run(str(path), ways[0], ways[1] if ways[1].shape[1] >= FEWEST else np.empty((2, 0)))
+
+
+def _column(path: Path, line: int, names: Sequence[str], known: dict[str, float]) -> Any:
+    found = [(names.index(name), scale) for name, scale in known.items() if name in names]
+    if len(found) != 1:
+        raise CurveError(
+            f'{path}, line {line}: the header must name one of {", ".join(known)}; '
+            f'got {clipped(",".join(names))}'
+        )
+    return found[0]
+
+
+def _numbers(
+    path: Path, line: int, text: str, names: Sequence[str], columns: Iterable[int]
+) -> list[float]:
+    cells = next(csv.reader([text]))
+    if len(cells) != len(names):
+        raise CurveError(
+            f'{path}, line {line}: it must have {len(names)} values; got {len(cells)}'
+        )
+    found = []
+    for column in columns:
+        try:
+            value = float(cells[column])
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise CurveError(
+                f'{path}, line {line}: {names[column]} must be a finite number; '
+                f'got {clipped(cells[column])}'
+            )
+        found.append(value)
+    return found
+
+
+def _rising(D: Array, force: Array) -> Array:
+    """Return one way with rising displacements; of equal ones the mean force."""
+    places, which = np.unique(D, return_inverse=True)
+    return np.array([places, np.bincount(which, force) / np.bincount(which)])
+
+
+def _averaged(way: Array, knots: Array) -> Array:
+    """Return the mean force in the interval about each knot, interpolated where none is in it."""
+    D, force = way
+    which = np.round((D - knots[0]) / (knots[1] - knots[0])).astype(np.int64)
+    inside = (which >= 0) & (which < len(knots))
+    number = np.bincount(which[inside], minlength=len(knots))
+    at, total = (
+        np.bincount(which[inside], each[inside], minlength=len(knots)) for each in (D, force)
+    )
+    full = number > 0
+    return np.interp(knots, at[full] / number[full], total[full] / number[full])
+
+
+Quantities = Callable[[Curve, int], dict[str, float]]
+"""What is told of a ground state, or of the way from it to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """The on-site law of some runs.
+
+    Attributes:
+        runs: The runs.
+        curve: Their mean, in m, N and J.
+        each: The curve of every run.
+        std: Standard deviation of the force between runs at the curve's knots, N; NaN for one run.
+    """
+
+    runs: Sequence[Run]
+    curve: Curve
+    each: Sequence[Curve]
+    std: Array
+
+    @cached_property
+    def wells(self) -> list[dict[str, Any]]:
+        """Place (m), stiffness (N/m) and energy (J) of every ground state, each with `_std`."""
+        return [self._told(_well, n) for n in range(len(self.curve.ground_states))]
+
+    @cached_property
+    def barriers(self) -> list[dict[str, Any]]:
+        """From every ground state to the next: peak force (N), energies of the barrier and set
+        free on passing (J), each with its `_std`.
+        """
+        return [self._told(_barrier, n) for n in range(len(self.curve.ground_states) - 1)]
+
+    def _told(self, quantities: Quantities, n: int) -> dict[str, Any]:
+        found: dict[str, Any] = {**quantities(self.curve, n)}
+        alike = len({len(one.ground_states) for one in (self.curve, *self.each)}) == 1
+        each = [quantities(one, n) for one in self.each] if alike and len(self.each) > 1 else []
+        for name in list(found):
+            spread = np.std([one[name] for one in each], ddof=1) if each else None
+            found[f'{name}_std'] = None if spread is None else float(spread)
+        return found
+
+    def bands(self, mass: float, coupling: float) -> list[tuple[float, float]]:
+        """Return the pass band of every ground state in Hz, for masses in kg and linear springs of
+        a stiffness in N/m between them.
+        """
+        stiffnesses = [float(self.curve.stiffness(D)) for D in self.curve.ground_states]
+        edges = [(k / mass, (k + 4.0 * coupling) / mass) for k in stiffnesses]
+        return [(math.sqrt(a) / math.tau, math.sqrt(b) / math.tau) for a, b in edges]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as plain values."""
+        return {
+            'runs': [
+                {'file': run.name, 'ground_states': len(one.ground_states), 'lost': run.lost}
+                for run, one in zip(self.runs, self.each, strict=True)
+            ],
+            'wells': self.wells,
+            'barriers': self.barriers,
+        }
+
+
+def _well(curve: Curve, n: int) -> dict[str, float]:
+    D = curve.ground_state(n)
+    return {
+        'displacement': D, 'stiffness': float(curve.stiffness(D)), 'energy': float(curve.energy(D))
+    }  # fmt: skip
+
+
+def _barrier(curve: Curve, n: int) -> dict[str, float]:
+    start, top, end = curve.ground_state(n), curve.barrier(n), curve.ground_state(n + 1)
+    energy, at_top, beyond = (float(curve.energy(D)) for D in (start, top, end))
+    peak = float(curve.slope(np.linspace(start, top, 2_001)).max())
+    return {'force': peak, 'barrier': at_top - energy, 'set_free': energy - beyond}
+
+
+def measured(runs: Sequence[Run], knots: int) -> Measured:
+    """Return the law of some runs: their mean over the displacements that all have.
+
+    Where it begins pushed, its force above zero, the curve is continued straight to where the
+    element is pulled as hard, so that the first ground state is in it.
+
+    Raises:
+        CurveError: They have no displacements in common.
+    """
+    low = max(run.range[0] for run in runs)
+    high = min(run.range[1] for run in runs)
+    if not low < high:
+        raise CurveError('the runs must have displacements in common; got none')
+    places = np.linspace(low, high, knots)
+    forces = np.array([run.force(places) for run in runs])
+    mean = forces.mean(axis=0)
+    stiffness = mean[1] - mean[0]
+    more = 0
+    if mean[0] > 0.0 and stiffness > 0.0:
+        more = min(knots, math.ceil(2.0 * mean[0] / stiffness) + 1)
+    forces = np.hstack((forces[:, :1] + stiffness * np.arange(-more, 0), forces))
+    step = (high - low) / (knots - 1)
+    try:
+        mean_curve, *each = (
+            Curve(low - more * step, high, tuple(force.tolist()))
+            for force in (forces.mean(axis=0), *forces)
+        )
+    except DesignError as error:
+        raise CurveError(f'these are no curves of an element: {error}') from error
+    spread = np.full(forces.shape[1], np.nan)
+    if len(runs) > 1:
+        spread = forces.std(axis=0, ddof=1)
+    return Measured(runs, mean_curve, each, spread)
+
+
+@dataclass(frozen=True)
+class _File:
+    """The keys of a law's file; `law` in m and N."""
+
+    format: int
+    law: Curve
+    force_std: tuple[float | None, ...] = ()
+
+
+def save(path: Path, found: Measured) -> None:
+    """Write a law to a file, whole or not at all.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    import yaml  # type: ignore[import-untyped]
+
+    law = {'low': found.curve.low, 'high': found.curve.high, 'force': list(found.curve.force)}
+    std = [] if len(found.runs) == 1 else found.std.tolist()
+    values = {'format': FORMAT, 'law': law, 'force_std': std}
+    write_atomically(path, yaml.safe_dump(values, sort_keys=False, default_flow_style=None))
+
+
+def load(path: Path, length: float = 1.0, stiffness: float = 1.0) -> Curve:
+    """Read a law, as a `Design` takes it: in units of a lattice constant and of a spring.
+
+    Args:
+        path: The file.
+        length: Lattice constant, m.
+        stiffness: Of the springs between cells, N/m.
+
+    Raises:
+        CurveError: It cannot be read, or is none.
+    """
+    try:
+        given: _File = decode(_File, from_yaml(read(path)))
+        if given.format != FORMAT:
+            raise DecodeError(f'format must be {FORMAT}; got {given.format}')
+        force = (np.array(given.law.force) / (stiffness * length)).tolist()
+        return replace(
+            given.law, low=given.law.low / length, high=given.law.high / length,
+            force=tuple(force),
+        )  # fmt: skip
+    except (DecodeError, DesignError) as error:
+        raise CurveError(f'{path}: this is not a law as `mlmem law` writes: {error}') from error

@@ -1,0 +1,143 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From force curves to a law: a phi-4 element whose wells, barrier and bands are known.
+
+psi = h (1 - (x / w)^2)^2 has its wells at +-w, a stiffness of 8 h / w^2 there, a barrier h, and
+the peak force 8 h / (3 sqrt(3) w).
+"""
+
+import json
+import math
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mlmem_ros.physics import Design
+from mlmem_tools.cli.law import law
+from mlmem_tools.law.curves import CurveError, load, load_run, measured, save
+
+EXAMPLES = Path(__file__).parents[1] / 'examples/law'
+H, W, TILT = 0.02, 0.015, 0.1
+"""Barrier in J, half the way in m, a force in N."""
+
+
+def write(path, *, rub=0.0, tilt=0.0, scale=1.0, back=False, mm=True):
+    """Write a test of the element, from below its first well to above its second."""
+    x = np.linspace(-1.3 * W, 1.3 * W, 2_001)
+    force = 4.0 * H / W * (x / W) * ((x / W) ** 2 - 1.0) * scale + tilt
+    rows = [(D, f + rub) for D, f in zip(x, force, strict=True)]
+    rows += [(D, f - rub) for D, f in zip(x[::-1], force[::-1], strict=True)][1:] if back else []
+    head, length, unit = ('displacement_mm,force_mN', 1e3, 1e3) if mm else (
+        'displacement_m,force_N', 1.0, 1.0
+    )  # fmt: skip
+    lines = [f'{length * D:.15g},{unit * f:.15g},0' for D, f in rows]
+    path.write_text('\n'.join(['# a test', f'{head},work_J', *lines]))
+    return load_run(path)
+
+
+def test_wells_and_barrier_of_a_known_element(tmp_path):
+    """Means over intervals of a 1/63rd of the way round off a peak by their curvature."""
+    for mm in (True, False):
+        found = measured([write(tmp_path / 'one.csv', mm=mm)], 128)
+        first, second = found.wells
+        assert (first['displacement'], second['displacement']) == pytest.approx((-W, W), rel=1e-3)
+        assert first['stiffness'] == pytest.approx(8.0 * H / W**2, rel=2e-3)
+        (step,) = found.barriers
+        assert step['barrier'] == pytest.approx(H, rel=2e-3)
+        assert step['force'] == pytest.approx(8.0 * H / (3.0 * math.sqrt(3.0) * W), rel=2e-3)
+        assert abs(step['set_free']) < 1e-3 * H
+        assert step['force_std'] is None
+
+
+def test_both_ways_are_averaged_and_their_area_is_lost(tmp_path):
+    """A dry friction of 0.05 N over 2.6 w, out and back."""
+    found = measured([write(tmp_path / 'one.csv', rub=0.05, back=True)], 64)
+    assert found.runs[0].lost == pytest.approx(2.0 * 0.05 * 2.6 * W, rel=1e-3)
+    assert found.barriers[0]['barrier'] == pytest.approx(H, rel=5e-3)
+
+
+def test_runs_give_mean_and_scatter(tmp_path):
+    """Forces of 0.9, 1 and 1.1: a standard deviation of 0.1. A tilt sets 2 w times it free."""
+    runs = [write(tmp_path / f'{k}.csv', scale=k) for k in (0.9, 1.0, 1.1)]
+    (step,) = measured(runs, 64).barriers
+    assert step['barrier'] == pytest.approx(H, rel=5e-3)
+    assert step['barrier_std'] == pytest.approx(0.1 * H, rel=5e-3)
+    tilted = measured([write(tmp_path / 'tilted.csv', tilt=-TILT)], 64).barriers[0]
+    assert tilted['set_free'] == pytest.approx(2.0 * W * TILT, rel=0.01)
+
+
+def test_bands(tmp_path):
+    """From sqrt(k / m) to sqrt((k + 4 k_r) / m)."""
+    found = measured([write(tmp_path / 'one.csv')], 128)
+    low, high = found.bands(0.02, 30.0)[0]
+    assert math.tau * low == pytest.approx(math.sqrt(8.0 * H / W**2 / 0.02), rel=1e-3)
+    assert (math.tau * high) ** 2 - (math.tau * low) ** 2 == pytest.approx(4.0 * 30.0 / 0.02)
+
+
+def test_a_curve_that_begins_pushed_is_continued_to_its_first_well():
+    """The real shells begin at 0.08 mm and 0.06 N; the second well is near the authors' 39 mm."""
+    found = measured([load_run(EXAMPLES / f'shell_run{k}.csv') for k in (1, 2)], 64)
+    first, second = found.wells
+    assert -0.5e-3 < first['displacement'] < 0.0
+    assert second['displacement'] == pytest.approx(39.0e-3, rel=0.03)
+    assert found.barriers[0]['barrier'] == pytest.approx(8.4e-3, rel=0.02)
+    assert 6.0e-3 < found.barriers[0]['set_free'] < 8.5e-3
+
+
+def test_a_file_that_is_written_makes_a_design(tmp_path):
+    found = measured([write(tmp_path / 'one.csv')], 64)
+    save(tmp_path / 'law.yaml', found)
+    curve = load(tmp_path / 'law.yaml', length=W, stiffness=8.0 * H / W**2)
+    design = Design(N=60, gamma=0.0, beta=-0.1, J=20, J_s=40, j_0=17.0, d=0.1, law=curve, phase=0)
+    assert (design.D_s1, design.D_s2) == pytest.approx((-1.0, 1.0), rel=5e-3)
+    assert design.k_s1 == pytest.approx(0.1, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('', 'must begin with a header'),
+        ('displacement,force_N\n', r'line 1: the header must name one of displacement_um'),
+        ('displacement_mm,force_N\n1,2\n1\n', 'line 3: it must have 2 values; got 1'),
+        ('# x\ndisplacement_mm,force_N\n1,nan\n', 'line 3: force_N must be a finite number'),
+        ('displacement_mm,force_N\nx,1\n', 'line 2: displacement_mm must be a finite number'),
+        ('displacement_mm,force_N\n1,1\n', 'at least 16 rows; got 1'),
+    ],
+)
+def test_files_that_are_no_curves(tmp_path, text, message):
+    (tmp_path / 'bad.csv').write_text(text)
+    with pytest.raises(CurveError, match=message):
+        load_run(tmp_path / 'bad.csv')
+
+
+def test_what_is_no_law(tmp_path):
+    (tmp_path / 'law.yaml').write_text('format: 1\nlaw: {low: 0.0, high: 1.0, force: [1.0]}')
+    with pytest.raises(CurveError, match='force must be 8 to 4096 numbers'):
+        load(tmp_path / 'law.yaml')
+
+
+def options(*curves, **changes):
+    plain = {'output': None, 'knots': 64, 'mass': None, 'coupling': None, 'json': True}
+    return SimpleNamespace(curves=list(curves), **plain | changes)
+
+
+def test_the_command(tmp_path, capsys):
+    shells = [EXAMPLES / f'shell_run{k}.csv' for k in (1, 2)]
+    output = tmp_path / 'law.yaml'
+    assert law.run(options(*shells, output=output, mass=0.021, coupling=5.0)) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert len(told['wells']) == len(told['bands']) == 2
+    assert len(load(output).ground_states) == 2
+    assert law.run(options(*shells, json=False)) == 0
+    assert '+-' in capsys.readouterr().out
+    assert law.run(options(shells[0], mass=1.0)) == 2
+    assert 'bands need both' in capsys.readouterr().err
+    assert law.run(options(tmp_path / 'none.csv')) == 2
+    assert 'none.csv' in capsys.readouterr().err
+    straight = tmp_path / 'straight.csv'
+    rows = '\n'.join(f'{k},{k - 9}' for k in range(30))
+    straight.write_text(f'displacement_mm,force_N\n{rows}')
+    assert law.run(options(straight)) == 1
+    assert 'needs two wells; the mean has 1' in capsys.readouterr().err
