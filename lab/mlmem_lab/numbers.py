@@ -48,6 +48,7 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'windows barred': tables.barred,
     'kicks': tables.kicks,
     'kicks rooms': tables.rooms,
+    'kicks least rooms': tables.least_rooms,
     'kicks astray': tables.astray,
     'word_kicks': tables.word_kicks,
     'validity': tables.validity,

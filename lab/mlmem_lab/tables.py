@@ -90,14 +90,42 @@ def word_kicks(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def least_rooms(result: Mapping[str, Any]) -> Rows:
+    """Return how far each quantity of kicks and pushes may be off, at the worst level."""
+    of = {'kick': ('speed', 'hold', 'late', 'gain'), 'push': ('gain', 'omega_c', 'sigma')}
+    told = {'gain': 'stroke', 'omega_c': 'carrier', 'sigma': 'length'}
+    rows: Rows = [['preset', *(f'kick: {told.get(each, each)}' for each in of['kick']),
+                   *(f'push: {told.get(each, each)}' for each in of['push'])]]  # fmt: skip
+    rows[0] = [head.replace('push: stroke', 'push: amplitude') for head in rows[0]]
+    for name, preset in result['presets'].items():
+        kicks, pushes = [each['rooms'] for each in preset['levels']], preset['push']['rooms']
+        cells = [min(each[key] for each in kicks) for key in of['kick']]
+        cells += [min(each[key] for each in pushes) for key in of['push']]
+        rows.append([f'`{name}`', *(f'{least:.3g}' for least in cells)])
+    return rows
+
+
+UNLIKE = {
+    'alpha': 'alpha scatters', 'k_r': 'springs scatter', 'mass': 'masses scatter',
+    'damping': 'damping is off', 'half steps': 'half steps', 'shaking': 'the base swings',
+    'ringing': 'kick after a share of `push.settle`',
+}  # fmt: skip
+"""What is not as designed, as the pages call it."""
+
+
 def astray(result: Mapping[str, Any]) -> Rows:
-    """Return how many kicks end elsewhere where alpha scatters."""
+    """Return how many kicks end elsewhere, and how many pushes leave the wall there, on elements
+    that are not as designed.
+    """
     presets = result['presets']
-    disorders = [row['alpha'] for row in next(iter(presets.values()))['astray']]
-    rows: Rows = [['preset', *(f'{alpha:g}' for alpha in disorders)]]
-    for name, preset in presets.items():
-        cells = (f'{row["astray"]} of {row["kicks"]}' for row in preset['astray'])
-        rows.append([f'`{name}`', *cells])
+    rows: Rows = [['', 'by', *(f'`{name}`' for name in presets)]]
+    for what, told in UNLIKE.items():
+        for of_all in zip(*(each['astray'][what] for each in presets.values()), strict=True):
+            cells = [f'{row["astray"]} of {row["kicks"]}' for row in of_all]
+            for k, row in enumerate(of_all):
+                if row.get('stayed'):
+                    cells[k] += f'; {row["stayed"]} of {row["pushes"]}'
+            rows.append([told, f'{of_all[0]["amount"]:g}', *cells])
     return rows
 
 

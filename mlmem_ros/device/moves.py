@@ -16,17 +16,22 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from ..physics import Design
+from ..physics import Design, wall_energy
+from ..physics.dispersion import group_velocity
 from .errors import ProcedureFailed
 from .motion import Cycle
 from .reading import BLANK, describe_level
-from .settings import CycleSettings, Settings, StrokeSettings, peak
+from .settings import CycleSettings, PushSettings, Settings, StrokeSettings, peak
 
 RELUCTANCE = 1e9
 """Time that a strained move seems to take where strain is avoided."""
 
 RINGING = 12.0
 """Damping times until an element that was strained fast is quiet enough to be read."""
+
+
+NARROW = 0.1
+"""A move is not used that fails where something of it is less off than this, relative."""
 
 
 class How(Enum):
@@ -60,12 +65,19 @@ class Move:
         start: Level at which it begins, or `BLANK`.
         target: Level at which it ends, or `BLANK`.
         time: Duration in time units; approximate for an erase, which listens in between.
+        room: Relative change that its quantities bear: the speed of a kick (its stroke bears less,
+            docs/strainless.md), amplitude, carrier and length of a push; peak and times of what
+            strains bear `NARROW` at least, or it is barred from that level.
+        energy: What the end puts in, in k_r cells^2, in closed form; NaN for what strains
+            (docs/energy.md).
     """
 
     how: How
     start: int
     target: int
     time: float
+    room: float = NARROW
+    energy: float = math.nan
 
 
 def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0) -> Cycle:
@@ -140,18 +152,42 @@ def kick_speed(design: Design, settings: Settings, level: int) -> float:
     return speed if able and settings.kick.fastest * speed <= limits.max_speed else 0.0
 
 
+def kick_energy(design: Design, level: int) -> float:
+    """Return the energy of the wall that a kick sends to a level.
+
+    It is a particle of rest energy and mass E in a medium where waves run at speed 1, and damping
+    takes its momentum on the way to X: E sqrt(1 + (eta X)^2).
+    """
+    return wall_energy(design) * math.hypot(1.0, design.eta * design.defect(level))
+
+
+def push_energy(design: Design, push: PushSettings) -> float:
+    """Return the energy of the wave packet that a push sends in; 0 if its carrier does not
+    propagate.
+
+    A driven end radiates omega A^2 sin(kappa) / 2: the energy of the wave times its speed.
+    """
+    stiffness = design.k_s1 if push.end == 'right' else design.k_s2
+    wave = push.omega_c**2 * float(group_velocity(push.omega_c, stiffness))
+    return 0.5 * push.A**2 * wave * math.sqrt(math.pi) * push.sigma
+
+
 def pushes(settings: Settings) -> bool:
     """Return whether an erase and a write down begin with a push."""
     push, limits = settings.push, settings.transducer
     able = limits.max_amplitude >= push.A and push.speed <= limits.max_speed
+    able &= push.room >= NARROW
     able &= not (push.end == 'right' and settings.element.stuck)  # it does not get there
     return settings.write.method != 'strain' and push.A > 0.0 and able
 
 
 def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]:
-    """Yield the moves that begin at a level, or at the blank element, and cross no stuck cell."""
+    """Yield the moves that begin at a level, or at the blank element, are wide enough and cross no
+    stuck cell.
+    """
     for move in _moves_from(design, settings, start):
-        if not (move.target >= 0 and settings.element.blocked(design.defect(move.target))):
+        blocked = move.target >= 0 and settings.element.blocked(design.defect(move.target))
+        if move.room >= NARROW and not blocked:
             yield move
 
 
@@ -166,15 +202,15 @@ def _strainless(design: Design, settings: Settings, start: int) -> Iterator[Move
     if start != BLANK:
         if pushes(settings):
             push = settings.push
-            yield Move(
-                How.PUSH, start, BLANK, 12.0 * push.sigma + 0.5 * push.patience + push.settle
-            )
+            time = 12.0 * push.sigma + 0.5 * push.patience + push.settle
+            yield Move(How.PUSH, start, BLANK, time, push.room, push_energy(design, push))
         return
     kick = settings.kick
     for level in range(design.levels):
         if speed := kick_speed(design, settings, level):
             moving = abs(design.D_s2 - design.D_s1) / speed
-            yield Move(How.KICK, BLANK, level, moving + kick.hold + kick.settle)
+            time, energy = moving + kick.hold + kick.settle, kick_energy(design, level)
+            yield Move(How.KICK, BLANK, level, time, kick.room(level), energy)
 
 
 def _strained(design: Design, settings: Settings, start: int) -> Iterator[Move]:

@@ -292,8 +292,12 @@ PRESETS |= {
         write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
         throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4),
-        kick=KickSettings('0.0031 0.0103 0.0222 0.0367', late=LATE, settle=400.0),
-        push=PushSettings(A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0),
+        kick=KickSettings(
+            '0.0031 0.0103 0.0222 0.0367', rooms='0.55 0.6 0.33 0.23', late=LATE, settle=400.0
+        ),
+        push=PushSettings(
+            A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0, room=0.17
+        ),
     )),
     'kick_3': _kicked(_CASE_2),
     'kick_4': _kicked(_nine_cells(
@@ -301,7 +305,14 @@ PRESETS |= {
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
         throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 2 5 7 9 10 11 12 13 14 15'),
-        push=PushSettings(A=0.52, omega_c=0.84, sigma=16.0, settle=1200.0),
+        kick=KickSettings(
+            '0.0024 0.0057 0.0112 0.0177 0.0251 0.0335 0.043 0.0539 '
+            '0.0664 0.0811 0.0989 0.1213 0.1488 0.1845 0.24 0.3981',
+            rooms='0.2 0.51 0.29 0.21 0.16 0.14 0.12 0.11 '
+            '0.1 0.1 0.1 0.1 0.1 0.12 0.15 0.2',
+            late=LATE,
+        ),
+        push=PushSettings(A=0.5, omega_c=0.84, sigma=16.0, settle=1200.0, room=0.12),
     )),
 }  # fmt: skip
 """By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is

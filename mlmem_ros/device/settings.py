@@ -248,6 +248,11 @@ class KickSettings(Checked):
         '',
         'the same for a kink, behind a wall that rests already; only a register needs it',
     )
+    rooms: str = described(
+        '',
+        'relative change of its speed that the kick to every level bears, separated by spaces; '
+        'with less than 0.1 it is not used. Empty: all are used',
+    )
     late: float = described(
         0.0,
         'how late in the motion the end is fastest: 0 half-way, towards 1 later; then a level '
@@ -260,15 +265,15 @@ class KickSettings(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ('speeds', 'kinks'):
+        for name, least in (('speeds', 1e-4), ('kinks', 1e-4), ('rooms', 0.0)):
             given = getattr(self, name)
             try:
-                sound = all(not speed or 1e-4 <= speed <= 10.0 for speed in _numbers(given))
+                sound = all(not each or least <= each <= 10.0 for each in _numbers(given))
             except ValueError:
                 sound = False
             if not sound:
                 raise SettingsError(
-                    f'{name} must be 0 or from 1e-4 to 10, separated by spaces; got '
+                    f'{name} must be 0 or from {least:g} to 10, separated by spaces; got '
                     f'{clipped(given)}'
                 )
 
@@ -288,6 +293,11 @@ class KickSettings(Checked):
     def by_level(self) -> tuple[float, ...]:
         """Mean speeds of walls by level; 0 where there is no kick."""
         return _numbers(self.speeds)
+
+    def room(self, level: int) -> float:
+        """Relative change of the speed that the kick to a level bears; 1 if that is not known."""
+        rooms = _numbers(self.rooms)
+        return rooms[level] if level < len(rooms) else 1.0
 
     @cached_property
     def of_kinks(self) -> tuple[float, ...]:
@@ -316,6 +326,13 @@ class PushSettings(Checked):
         'the wall',
         low=0.5,
         high=2.0,
+    )
+    room: float = described(
+        1.0,
+        'relative change that amplitude, carrier and length bear each, from every level; with '
+        'less than 0.1 the push is not used',
+        low=0.0,
+        high=1.0,
     )
 
     @property

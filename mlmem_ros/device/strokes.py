@@ -84,13 +84,9 @@ LATE = 0.7
 
 SPEEDS_9 = {
     100: (0.0031, 0.0103, 0.0222, 0.0367, 0.0547, 0.0773, 0.1074, 0.1474, 0.2026),
-    168: (
-        0.0024, 0.0057, 0.0112, 0.0177, 0.0251, 0.0335, 0.043, 0.0539,
-        0.0664, 0.0811, 0.0989, 0.1213, 0.1488, 0.1845, 0.24, 0.3981,
-    ),
     250: (0.002, 0.0039, 0.007, 0.0106, 0.0146, 0.0191, 0.0241),
     500: (0.0, 0.0024, 0.0034, 0.0047, 0.0062, 0.0078),
-}  # fmt: skip
+}
 """Speeds of kicks by 1 / eta, to every level with a room of at least 0.1; others are barred."""
 
 BY_25: dict[str, Any] = {
@@ -100,7 +96,10 @@ BY_25: dict[str, Any] = {
     'up_even': stroke(500.0, 20.0, 360.0, 0.37, 440.0, -0.0354, 0.148),
     'up_odd': stroke(420.0, 20.0, 84.0, -0.665, 1100.0, 0.0277, 0.32, levels=2),
     'throw': throw(0.135, 300.0, 66.0, -0.02, 600.0, not_from='1 6 7'),
-    'kick': KickSettings('0.006 0.0145 0.0316 0.053 0.0793 0.1207 0.18 0.258'),
-    'push': PushSettings(A=0.55, omega_c=0.8, sigma=5.0, settle=800.0, after=1.1),
+    'kick': KickSettings(
+        '0.006 0.0145 0.0316 0.053 0.0793 0.1207 0.18 0.258',
+        rooms='0.51 0.58 0.33 0.23 0.17 0.26 0.15 0.23',
+    ),
+    'push': PushSettings(A=0.62, omega_c=0.74, sigma=12.0, settle=800.0, after=1.1, room=0.12),
 }
 """Strokes, a throw, kicks and a push for the paper's 25 cells per level."""

@@ -12,13 +12,13 @@ from .jit import ARITHMETIC
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .specimen import Scatter, Specimen, scattered
 from .stepping import default_step, stable_step, substep_times
-from .wall import Wall, level_of, walls
+from .wall import Wall, level_of, wall_energy, walls
 
 __all__ = [
     'ARITHMETIC', 'CASE_I', 'CASE_II', 'INTEGRATORS', 'NOH_BATHE', 'PEFRL', 'Chain', 'Design',
     'DesignError', 'HeldCell', 'Integrator', 'Scatter', 'Specimen', 'StateError', 'Wall',
     'default_step', 'kernel_in_cache', 'level_of', 'scattered', 'stable_step', 'substep_times',
-    'walls',
+    'wall_energy', 'walls',
 ]  # fmt: skip
 
 

@@ -58,3 +58,14 @@ def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> in
         if 0 <= level < design.levels:
             return level if abs(found[0].position - design.defect(level)) < tolerance else -2
     return -2
+
+
+def wall_energy(design: Design) -> float:
+    """Return the continuum energy of a wall at alpha = 1: the integral of sqrt(2 psi) over D.
+
+    It is the wall's mass, too: where waves run at speed 1, both are the integral of v_x^2.
+    """
+    D = np.linspace(design.D_s1, design.D_s2, 4001)
+    psi = design.potential.energy(D)
+    root = np.sqrt(2.0 * np.maximum(psi - psi[0], 0.0))
+    return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))

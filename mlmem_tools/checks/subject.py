@@ -8,11 +8,9 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-
 from mlmem_ros.device.pulse_corrections import PulseCorrection
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.physics import Design, Specimen, StateError
+from mlmem_ros.physics import Design, Specimen, StateError, wall_energy
 
 from .quasistatic import Landscape, depinning_strain, held_landscape
 
@@ -79,11 +77,8 @@ class Subject:
 
     @cached_property
     def wall_energy(self) -> float:
-        """Continuum energy of a wall at alpha = 1: the integral of sqrt(2 psi) over D."""
-        D = np.linspace(self.design.D_s1, self.design.D_s2, 4001)
-        psi = self.design.potential.energy(D)
-        root = np.sqrt(2.0 * np.maximum(psi - psi[0], 0.0))
-        return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
+        """Continuum energy of a wall at alpha = 1."""
+        return wall_energy(self.design)
 
     @property
     def wall_width(self) -> float:

@@ -1,0 +1,292 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where a kick or a push leaves the wall, on a bare chain as the device steps it; and how far each
+of its quantities may be off.
+
+`search_kicks` and `search_push` find them for a new design, or for one element.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
+from mlmem_ros.device.reading import BLANK, UNDECODABLE
+from mlmem_ros.device.settings import KickSettings, PushSettings, Settings
+from mlmem_ros.physics import Chain, HeldCell, Specimen, StateError, level_of, substep_times
+from mlmem_ros.physics.equilibrium import blank, resting_wall
+from mlmem_ros.physics.potential import Array
+
+from ..studies.bench import nearness
+
+SPEEDS = np.geomspace(0.002, 1.2, 321)
+"""Mean speeds of kicks: 2 % apart."""
+
+DAMPING_TIMES = 10.0
+"""Of rest after a motion."""
+
+QUANTITIES = {
+    'kick': ('speed', 'gain', 'hold', 'late'),
+    'push': ('gain', 'omega_c', 'sigma'),
+}
+"""What of a motion may be off: `gain` makes all its displacements greater, as a transducer that is
+calibrated wrong; `late` is off by that itself, the others by that share of themselves."""
+
+STEP, FARTHEST = 0.02, 0.3
+"""Changes of a quantity that are tried, until the first at which the move fails."""
+
+
+def bare(made: Specimen, settings: Settings, finer: int = 1) -> Chain:
+    """Return the chain of an element as the device steps it, or with `finer` times the steps."""
+    return Simulation.of(made, settings.time, finer).chain
+
+
+def drive(
+    chain: Chain,
+    site: int,
+    motion: BoundaryMotion | Course,
+    rest: float,
+    shake: Callable[[Array], Array] | None = None,
+) -> int:
+    """Drive an end of an unstrained chain, let it rest, and return the level where the wall is:
+    `BLANK` for none, `UNDECODABLE` for a wall elsewhere, or several.
+
+    `shake` is the acceleration of the base at times from the beginning.
+    """
+    steps = math.ceil((motion.duration + rest) / chain.dt)
+    times = substep_times(steps, chain.dt, chain.integrator)
+    held = HeldCell(site, motion.at(times[times <= motion.duration]))
+    try:
+        chain.advance(np.zeros(len(times)), held, None if shake is None else shake(times))
+    except StateError:  # driven so hard that the chain diverges
+        return UNDECODABLE
+    return level_of(chain.design, chain.configuration, nearness(chain.specimen))
+
+
+@dataclass(frozen=True)
+class Course:
+    """Motions of an end, one after the other."""
+
+    parts: tuple[BoundaryMotion, ...]
+
+    @property
+    def duration(self) -> float:
+        """Time for which the end is held."""
+        return sum(part.duration for part in self.parts)
+
+    def at(self, t: Array) -> Array:
+        """Return displacement and velocity at times t."""
+        ends = np.cumsum([part.duration for part in self.parts])
+        found = self.parts[0].at(t)
+        for begin, part in zip(ends[:-1], self.parts[1:], strict=True):
+            later = t > begin
+            found[:, later] = part.at(t[later] - begin)
+        return found
+
+
+def rest_of(chain: Chain) -> float:
+    """Return the time after which nothing moves any more."""
+    return DAMPING_TIMES / chain.design.eta
+
+
+def kick_of(
+    chain: Chain, speed: float, shape: KickSettings, quantity: str = '', off: float = 0.0
+) -> Kick:
+    """Return a kick from where the left end is, with one quantity off."""
+    start = chain.end(1)
+    gain = 1.0 + off if quantity == 'gain' else 1.0
+    if quantity == 'speed':
+        speed *= 1.0 + off
+    elif quantity == 'hold':
+        shape = replace(shape, hold=shape.hold * (1.0 + off))
+    elif quantity == 'late':
+        shape = replace(shape, late=min(1.0, max(0.0, shape.late + off)))
+    target = start + gain * (chain.design.D_s2 - start)
+    return Kick(start, target, gain * speed, shape)
+
+
+def push_of(push: PushSettings, quantity: str = '', off: float = 0.0) -> PushSettings:
+    """Return a push with one quantity off."""
+    name = 'A' if quantity == 'gain' else quantity
+    return replace(push, **{name: getattr(push, name) * (1.0 + off)}) if name else push
+
+
+def after_kick(
+    chain: Chain, speed: float, shape: KickSettings, quantity: str = '', off: float = 0.0
+) -> int:
+    """Return where a kick from rest leaves the wall, as `drive`."""
+    chain.place(blank(chain.specimen))
+    return drive(chain, 1, kick_of(chain, speed, shape, quantity, off), rest_of(chain))
+
+
+def after_push(chain: Chain, level: int, push: PushSettings) -> int:
+    """Return where a push leaves the wall of a level, as `drive`."""
+    chain.place(resting_wall(chain.specimen, level))
+    site = 1 if push.end == 'left' else chain.design.N
+    return drive(chain, site, Pulse(chain.end(site), push), rest_of(chain))
+
+
+def distance(fails: Callable[[float], bool], farthest: float = FARTHEST) -> float:
+    """Return how far a quantity may be off to either side: the nearest change at which a move
+    fails, to 0.005; `farthest` if none was seen.
+    """
+    for off in np.arange(STEP, farthest + 0.5 * STEP, STEP):
+        if bad := [side for side in (off, -off) if fails(side)]:
+            low, high = off - STEP, off
+            while high - low > 0.005:
+                middle = 0.5 * (low + high)
+                if any(fails(math.copysign(middle, side)) for side in bad):
+                    high = middle
+                else:
+                    low = middle
+            return round(float(high), 3)
+    return farthest
+
+
+def kick_rooms(chain: Chain, level: int, shape: KickSettings) -> dict[str, float]:
+    """Return how far each quantity of the kick to a level may be off."""
+    speed = shape.by_level[level]
+
+    def fails(quantity: str, off: float) -> bool:
+        return after_kick(chain, speed, shape, quantity, off) != level
+
+    return {each: distance(partial(fails, each)) for each in QUANTITIES['kick']}
+
+
+def push_rooms(chain: Chain, level: int, push: PushSettings) -> dict[str, float]:
+    """Return how far each quantity of a push from a level may be off until the wall stays."""
+
+    def fails(quantity: str, off: float) -> bool:
+        return after_push(chain, level, push_of(push, quantity, off)) != BLANK
+
+    return {each: distance(partial(fails, each)) for each in QUANTITIES['push']}
+
+
+@dataclass(frozen=True)
+class Found:
+    """The kick to a level that was found.
+
+    Attributes:
+        speed: Its mean speed; 0 if no kick leads there.
+        room: Least relative change of the speed that leads elsewhere.
+    """
+
+    speed: float = 0.0
+    room: float = 0.0
+
+
+def search_kicks(chain: Chain, shape: KickSettings, fastest: float = math.inf) -> list[Found]:
+    """Return the kick to every level of an element: the middle of its widest range of speeds, none
+    of which needs more than the `fastest` speed of the end.
+    """
+    speeds = SPEEDS[::2][SPEEDS[::2] * shape.fastest <= fastest]
+    ends = np.array([after_kick(chain, float(u), shape) for u in speeds])
+    return [_widest(chain, shape, speeds, ends, level) for level in range(chain.design.levels)]
+
+
+def _widest(
+    chain: Chain, shape: KickSettings, speeds: Array, ends: np.ndarray, level: int
+) -> Found:
+    there = np.flatnonzero(ends == level)
+    if not there.size:
+        return Found()
+    runs = np.split(there, np.flatnonzero(np.diff(there) > 1) + 1)
+    widest = max(runs, key=len)
+    low, high = (
+        edge(chain, shape, level, speeds, ends, int(at), way)
+        for at, way in ((widest[0], -1), (widest[-1], 1))
+    )
+    return Found(float(f'{math.sqrt(low * high):.4g}'), round(math.sqrt(high / low) - 1.0, 3))
+
+
+FINE = 5e-4
+"""Relative error of the edge of a range of speeds."""
+
+
+def edge(
+    chain: Chain,
+    shape: KickSettings,
+    level: int,
+    speeds: Array,
+    ends: np.ndarray,
+    inside: int,
+    way: int,
+) -> float:
+    """Return how far the speed of a level may change to one side, by bisection from a speed that
+    leads there and is the last that was tried on that side, or has others beyond.
+    """
+    while 0 <= inside + way < len(speeds) and ends[inside + way] == level:
+        inside += way
+    good = float(speeds[inside])
+    if not 0 <= inside + way < len(speeds):
+        return good
+    bad = float(speeds[inside + way])
+    while abs(bad / good - 1.0) > FINE:
+        middle = math.sqrt(good * bad)
+        if after_kick(chain, middle, shape) == level:
+            good = middle
+        else:
+            bad = middle
+    return good
+
+
+LENGTHS = (5.0, 8.0, 12.0, 16.0)
+"""Lengths of pushes that are tried, shortest first: what is shorter fades sooner."""
+
+ENOUGH = 0.1
+"""A push is wide enough if each of its quantities may be off by so much, from every level."""
+
+
+def search_push(
+    chain: Chain, push: PushSettings, levels: Sequence[int] = (), most: float = 1.0
+) -> tuple[PushSettings, float]:
+    """Return a push that sends out the wall of every level, and how far its quantities may be off.
+
+    The shortest and then the faintest that bears `ENOUGH`, else what bears most. It is looked for
+    among carriers above the lower edge of the band of the end's phase, and amplitudes to `most`.
+    """
+    design, made = chain.design, chain.specimen
+    levels = levels or range(design.levels)
+    stiffness = design.k_s1 if push.end == 'right' else design.k_s2
+    low = math.sqrt(stiffness * float(made.alpha.max()))
+    carriers, amplitudes = low * np.arange(1.2, 2.3, 0.08), np.arange(0.32, most + 0.01, 0.04)
+    first = sorted(levels, reverse=True)
+    first = [first[0], first[-1], *first[1:-1]]
+
+    def out(each: PushSettings) -> bool:
+        return all(after_push(chain, level, each) == BLANK for level in first)
+
+    best, widest = push, -1.0
+    for sigma in LENGTHS:
+        tried = {
+            (i, k): replace(push, A=float(A), omega_c=float(omega), sigma=sigma)
+            for i, omega in enumerate(carriers)
+            for k, A in enumerate(amplitudes)
+        }
+        good = {place for place, each in tried.items() if out(each)}
+        ranked = sorted(good, key=lambda place: (-_around(place, good), place[1]))
+        for place in ranked[:3]:
+            rounded = tried[place]
+            rounded = replace(rounded, A=round(rounded.A, 2), omega_c=round(rounded.omega_c, 3))
+            room = min(min(push_rooms(chain, at, rounded).values()) for at in levels)
+            if room > widest:
+                best, widest = rounded, room
+        if widest > ENOUGH:
+            break
+    return best, max(widest, 0.0)
+
+
+def _around(place: tuple[int, int], good: set[tuple[int, int]]) -> int:
+    """Return how many rings around a place of the map are all good; 3 at most."""
+    i, k = place
+    for ring in (1, 2, 3):
+        beside = [(i + a, k + b) for a in range(-ring, ring + 1) for b in range(-ring, ring + 1)]
+        if not good.issuperset(beside):
+            return ring - 1
+    return 3
