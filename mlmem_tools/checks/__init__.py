@@ -26,6 +26,7 @@ from . import (
     pinning,
     schedule,
     steps,
+    transducer,
     wall,
     waves,
     words,
@@ -47,6 +48,7 @@ CONCERNS = (
     echo_range,
     echoes,
     disturb,
+    transducer,
     words,
 )
 """Modules with `check(subject)`, in the order of a report."""

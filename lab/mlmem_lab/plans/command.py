@@ -13,12 +13,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from mlmem_ros.device import PRESETS, Preset
-from mlmem_ros.device.pulse_corrections import trimmed
+from mlmem_ros.device.moves import kick_speed
+from mlmem_ros.device.pulse_corrections import kicked, trimmed
 from mlmem_ros.device.settings import peak
 from mlmem_ros.element_file import ElementFileError, load, save
 from mlmem_ros.parameter_file import ParameterFileError
@@ -61,7 +63,13 @@ def plan(arguments: argparse.Namespace) -> int:
     else:
         for row in rows:
             told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
-            print(f'{told}, {_distance(row["margin"])}')
+            off = 'peaks'
+            if row['kick']:
+                told, off = f'level {row["level"]:3}: kick {row["kick"]:.4g}', 'a speed'
+            print(f'{told}, {_distance(row["margin"], off)}')
+        if not math.isnan(found.push):
+            told = f'with each quantity {found.push:.0%} off' if found.push else 'not used'
+            print(f'push: {told}')
         for line in _of_strokes(found):
             print(line)
     return 0 if found.complete else 1
@@ -92,10 +100,10 @@ def _of_strokes(found: Plan) -> Iterator[str]:
             yield f'{each.kind} from level {each.start}: not used'
 
 
-def _distance(margin: float | None) -> str:
+def _distance(margin: float | None, off: str) -> str:
     if margin is None:
         return 'no pulse found'
-    return f'arrives with peaks {margin:.0%} off' if margin else 'arrives, with this peak only'
+    return f'arrives with {off} {margin:.0%} off' if margin else 'arrives, with nothing off'
 
 
 def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
@@ -103,6 +111,7 @@ def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
     step = found.steps[level]
     write = trimmed(preset.settings, step.trim).write
     launched = level == 0
+    kick = step.trim.speed * kick_speed(*preset, level) if kicked(preset.settings, level) else None
     compress = not launched and preset.design.freed_by_compression(level - 1)
     return {
         'level': level,
@@ -112,6 +121,7 @@ def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
         'ease': write.ease,
         'release': write.release,
         'settle': write.settle,
+        'kick': kick,
         'launch_speed': write.launch_speed if launched else None,
         'margin': step.margin if step.margin >= 0.0 else None,
     }

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -16,12 +17,20 @@ from mlmem_ros.device.memory import Memory
 from mlmem_ros.device.presets import Preset
 from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.procedures.going_to_level import go_to_level
-from mlmem_ros.device.pulse_corrections import PulseCorrection, PulseCorrections, menu, schedule_of
+from mlmem_ros.device.pulse_corrections import (
+    PulseCorrection,
+    PulseCorrections,
+    kicked,
+    menu,
+    schedule_of,
+)
 from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.settings import Settings
 from mlmem_ros.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
 from mlmem_ros.physics.equilibrium import blank, relax, resting_wall
 from mlmem_ros.physics.potential import Array
 
+from ..windows.flight import Found, bare, least_room, search_kicks
 from .strokes import ENOUGH, RADII, Stroke, quick_moves, strokes
 
 NEAR = 1.0
@@ -39,8 +48,8 @@ class Step:
     Attributes:
         level: Level to which it takes the wall, from the one below; 0: a launch.
         trim: Factors on the pulse in the settings.
-        margin: Relative distance of the peak from failure, as far as it was tried; negative if no
-            pulse was found.
+        margin: Relative distance of the peak, or of the speed of a kick, from failure, as far as
+            it was tried; negative if no pulse was found.
     """
 
     level: int
@@ -56,11 +65,14 @@ class Plan:
         steps: By level.
         strokes: Strokes and throws, from every level.
         trims: The same for a calibration.
+        push: What the push of the settings bears, from every level; 0 if it leaves a wall
+            there, NaN for an element that is written by strain.
     """
 
     steps: tuple[Step, ...]
     strokes: tuple[Stroke, ...]
     trims: PulseCorrections
+    push: float = math.nan
 
     @property
     def complete(self) -> bool:
@@ -74,22 +86,39 @@ def plan(
     """Return the pulses for an element.
 
     Each is simulated on the element, also with a peak that is a little off, and starts where the
-    one before left the wall.
+    one before left the wall. Where the settings write by kicks, it is the middle of the widest
+    range of speeds that leads to the level.
 
     The preset is its design as built, and the settings of its instrument.
     """
     tried = _Trial(specimen, preset)
-    state, steps = tried.blank(), []
+    state, steps, push = tried.blank(), [], math.nan
+    by_kicks, chain = [Found()] * preset.design.levels, bare(specimen, preset.settings)
+    if kicked(preset.settings, 0):
+        most = preset.settings.transducer.max_speed
+        by_kicks = search_kicks(chain, preset.settings.kick, most)
+        push = least_room(chain, preset.settings.push, range(preset.design.levels))
     for level in range(preset.design.levels):
         if report is not None:
             report(f'level {level}', level / preset.design.levels)
-        step, state = _best(tried, state, level)
+        if kicked(preset.settings, level):
+            step, state = _kick(preset.settings, level, by_kicks[level]), tried.at(level)
+        else:
+            step, state = _best(tried, state, level)
         steps.append(step)
     found, settings = strokes(specimen, preset, report), preset.settings
     trims = PulseCorrections(
         tuple(step.trim for step in steps), schedule_of(settings), quick_moves(found, settings)
     )
-    return Plan(tuple(steps), tuple(found), trims)
+    return Plan(tuple(steps), tuple(found), trims, push)
+
+
+def _kick(settings: Settings, level: int, found: Found) -> Step:
+    """Return a kick as a factor on the speed in the settings."""
+    if not found.speed:
+        return Step(level, PulseCorrection(), -1.0)
+    factor = found.speed / settings.kick.by_level[level]
+    return Step(level, PulseCorrection(speed=min(max(factor, 0.1), 10.0)), found.room)
 
 
 def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:

@@ -9,7 +9,7 @@ of its quantities may be off.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -159,13 +159,15 @@ def kick_rooms(chain: Chain, level: int, shape: KickSettings) -> dict[str, float
     return {each: distance(partial(fails, each)) for each in QUANTITIES['kick']}
 
 
-def push_rooms(chain: Chain, level: int, push: PushSettings) -> dict[str, float]:
+def push_rooms(
+    chain: Chain, level: int, push: PushSettings, farthest: float = FARTHEST
+) -> dict[str, float]:
     """Return how far each quantity of a push from a level may be off until the wall stays."""
 
     def fails(quantity: str, off: float) -> bool:
         return after_push(chain, level, push_of(push, quantity, off)) != BLANK
 
-    return {each: distance(partial(fails, each)) for each in QUANTITIES['push']}
+    return {each: distance(partial(fails, each), farthest) for each in QUANTITIES['push']}
 
 
 @dataclass(frozen=True)
@@ -236,6 +238,13 @@ def edge(
     return good
 
 
+def least_room(
+    chain: Chain, push: PushSettings, levels: Iterable[int], farthest: float = FARTHEST
+) -> float:
+    """Return how far any quantity of a push may be off until the wall of some level stays."""
+    return min(min(push_rooms(chain, level, push, farthest).values()) for level in levels)
+
+
 LENGTHS = (5.0, 8.0, 12.0, 16.0)
 """Lengths of pushes that are tried, shortest first: what is shorter fades sooner."""
 
@@ -274,7 +283,7 @@ def search_push(
         for place in ranked[:3]:
             rounded = tried[place]
             rounded = replace(rounded, A=round(rounded.A, 2), omega_c=round(rounded.omega_c, 3))
-            room = min(min(push_rooms(chain, at, rounded).values()) for at in levels)
+            room = least_room(chain, rounded, levels, 1.4 * ENOUGH)
             if room > widest:
                 best, widest = rounded, room
         if widest > ENOUGH:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mlmem_ros.device import Command, Erase, Write, new_element
 from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics.potential import Array
 
 from ...studies import style
 from ...studies.trace import Trace, watch
@@ -53,14 +54,18 @@ def compute(quality: Quality) -> Data:
 
 @FIGURE.film
 def save(data: Data, stem: Path) -> list[Path]:
-    """Write the cells, which change their phases, over the strain; return the file.
+    """Write the cells over the strain; return the file."""
+    return [filmed(data, 1e3 * data['strain'], style.STRAIN, stem)]
 
-    What does not move is drawn once.
+
+def filmed(data: Data, below: Array, label: str, stem: Path) -> Path:
+    """Write a film of the cells, which change their phases, over something that changes with time,
+    `below`, as a GIF; return the file. What does not move is drawn once.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    t, strain, field = 1e-3 * data['t'], 1e3 * data['strain'], data['field']
+    t, field = 1e-3 * data['t'], data['field']
     figure = style.new_figure(3.6)
     upper, lower = style.axes_grid(figure, 2, 1, height_ratios=(2.4, 1.0))[:, 0]
     places = [CASE_II.defect(level) for level in range(CASE_II.levels)]
@@ -69,8 +74,8 @@ def save(data: Data, stem: Path) -> list[Path]:
     upper.set_xticks(places, [f'{place}\n{CASE_II.code(m)}' for m, place in enumerate(places)])
     upper.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
     upper.set(ylim=(-1.5, 1.5), xlabel='cell $j$, level')
-    lower.plot(t, strain, color=style.FAINT, lw=1.0)
-    lower.set(xlabel=style.TIME, ylabel=style.STRAIN)
+    lower.plot(t, below, color=style.FAINT, lw=1.0)
+    lower.set(xlabel=style.TIME, ylabel=label)
 
     title = upper.set_title(' ')
     cells = upper.scatter(
@@ -92,8 +97,8 @@ def save(data: Data, stem: Path) -> list[Path]:
         title.set_text(str(data['caption'][frame]))
         cells.set_offsets(np.column_stack((CASE_II.sites, field[frame])))
         cells.set_array(field[frame])
-        past.set_data(t[: frame + 1], strain[: frame + 1])
-        now.set_data(t[frame : frame + 1], strain[frame : frame + 1])
+        past.set_data(t[: frame + 1], below[: frame + 1])
+        now.set_data(t[frame : frame + 1], below[frame : frame + 1])
         canvas.restore_region(still)
         for artist in moving:
             artist.axes.draw_artist(artist)
@@ -104,4 +109,4 @@ def save(data: Data, stem: Path) -> list[Path]:
         path, save_all=True, append_images=pictures[1:], duration=MILLISECONDS, loop=0,
         optimize=True,
     )  # fmt: skip
-    return [path]
+    return path

@@ -1,0 +1,70 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every level of Case II written without strain: pushed out and kicked, over time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Erase, Write, new_element, preset
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics.potential import Array
+
+from ...studies import style
+from ...studies.trace import Trace, wall_path, watch
+from ..figure import Data, Figure, Quality
+
+FIGURE = Figure(
+    'kicked', 'Every level written by a kick, after a push', seconds=15, of=('kick_3',)
+)
+
+LEVELS = (7, 0, 6, 1, 5, 2, 4, 3)
+"""Written in this order, so that most are far from the one before; then the element is erased."""
+
+
+@FIGURE.data
+def compute(quality: Quality) -> Data:
+    """Return frames of the configuration, and how the ends move, while all levels are written."""
+    element, trace = new_element(preset('kick_3')), Trace()
+    captions: list[str] = []
+    levels = LEVELS[: quality.pick(2, len(LEVELS))]
+    begins, speeds = [], []
+    for level in levels:
+        begins.append(element.ticks * element.tick)
+        speeds.append(element.settings.kick.by_level[level])
+        watch(element, Write(level), trace)
+        told = f'level {level}  ({CASE_II.code(level)}): kicked at {speeds[-1]:g}'
+        captions += [told] * (len(trace.t) - len(captions))
+    begins.append(element.ticks * element.tick)
+    watch(element, Erase(), trace)
+    captions += ['erase: a push'] * (len(trace.t) - len(captions))
+    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 360)).astype(int)
+    field = np.array(trace.configuration, dtype=np.float32)
+    return {
+        't': np.array(trace.t)[frames],
+        'field': field[frames],
+        'caption': np.array(captions)[frames],
+        'begins': np.array(begins),
+        'levels': np.array(levels),
+        'path': wall_path(CASE_II, trace.configuration)[frames],
+        'success': [outcome.success for outcome in trace.outcomes],
+        'strained': float(np.abs(trace.strain).max()),
+    }
+
+
+@FIGURE.drawing
+def draw(data: Data) -> Any:
+    """Draw the configuration over time: every kick a ramp to its level, every push a way out."""
+    t: Array = 1e-3 * data['t']
+    figure = style.new_figure(3.2)
+    axes = style.axes_grid(figure)[0, 0]
+    mesh = style.contour(axes, t, CASE_II.sites, data['field'])
+    style.phase_bar(figure, mesh, axes, (CASE_II.D_s1, CASE_II.D_s2))
+    for begin, level in zip(1e-3 * data['begins'], data['levels'], strict=False):
+        axes.axvline(begin, color=style.FAINT, lw=0.6)
+        axes.text(begin, CASE_II.N + 4, f' {level}', va='bottom')
+    axes.text(1e-3 * data['begins'][-1], CASE_II.N + 4, ' blank', va='bottom')
+    axes.set(xlabel=style.TIME, ylabel='cell $j$', ylim=(1, CASE_II.N))
+    return figure

@@ -1,0 +1,25 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A film of eight kicks and pushes: every level of Case II written without strain, then erased."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..figure import Data, Figure, Quality
+from . import kicked
+from .mov_s1 import filmed
+
+FIGURE = Figure('kicks', 'Film: eight kicks, each after a push', seconds=30, of=('kick_3',))
+
+
+@FIGURE.data
+def compute(quality: Quality) -> Data:
+    """Return the frames of `kicked`."""
+    return kicked.compute(quality)
+
+
+@FIGURE.film
+def save(data: Data, stem: Path) -> list[Path]:
+    """Write the cells over the place of the wall; return the file."""
+    return [filmed(data, data['path'], 'wall at $j$', stem)]

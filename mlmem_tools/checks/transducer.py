@@ -1,0 +1,101 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a transducer must do for kicks and a push, in SI, so that one can be chosen: its stroke,
+speed, force and power, by simulation of the fastest kick and of a push from the last level.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from mlmem_ros.device.end import End
+from mlmem_ros.device.instrument import Units
+from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
+from mlmem_ros.physics import Chain, HeldCell, StateError, substep_times
+from mlmem_ros.physics.equilibrium import blank, metamaterial_force, resting_wall
+from mlmem_ros.verdict import Verdict
+
+from .disturb import bare
+from .finding import Finding
+from .subject import Subject
+
+SOURCE = 'a wall may be injected by an actuator coupled to the boundary site (p. 5)'
+
+
+class Demand(NamedTuple):
+    """What a motion asks of its transducer, at most: in cells, k_r and time units."""
+
+    stroke: float
+    speed: float
+    force: float
+    power: float
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield what kicks and a push need; nothing of an element that has no kicks."""
+    design, settings = subject.design, subject.settings
+    speeds, push = settings.kick.by_level, settings.push
+    if not any(speeds) or not push.A or settings.register.spacing:
+        return
+    chain = bare(subject.made, settings.time)
+    chain.place(blank(subject.made))
+    kick = Kick(chain.end(1), design.D_s2, max(speeds), settings.kick)
+    asked = {'kick': demand(chain, 1, kick)}
+    site = End(push.end).site(design)
+    try:
+        chain.place(resting_wall(subject.made, design.levels - 1))
+        asked['push'] = demand(chain, site, Pulse(chain.end(site), push))
+    except StateError:  # the last level pins no wall, as another check says
+        pass
+    units, limits = Units(design, settings.scale), settings.transducer
+    power = units.force * units.speed
+    able = {
+        'stroke': (units.length, 'm', {'kick': limits.max_stroke, 'push': limits.max_amplitude}),
+        'speed': (units.speed, 'm/s', dict.fromkeys(asked, limits.max_speed)),
+        'force': (units.force, 'N', {}),
+        'power': (power, 'W', {}),
+    }
+    for name, (unit, symbol, most) in able.items():
+        found = {each: getattr(one, name) for each, one in asked.items()}
+        beyond = [each for each in found if found[each] > most.get(each, math.inf) * (1 + 1e-9)]
+        text = 'the most that kicks and a push ask of an end'
+        if beyond:
+            text = f'the {beyond[0]} needs more than transducer.max_* allows: it is not made'
+        verdict = Verdict.WARN if beyond and settings.write.method != 'strain' else Verdict.PASS
+        values = {each: unit * value for each, value in found.items()}
+        yield Finding(f'transducer_{name}', values, symbol, verdict, text, SOURCE)
+
+
+def demand(
+    chain: Chain, site: int, motion: BoundaryMotion, powers: list[float] | None = None
+) -> Demand:
+    """Return what a motion of an end asks, from the present state of a chain.
+
+    The force moves the end cell, its spring to the next cell and its own against the substrate.
+    The power of every step is added to `powers`.
+    """
+    made = chain.specimen
+    still = np.zeros(chain.integrator.substeps)
+    steps = math.floor(motion.duration / chain.dt)
+    at = chain.dt * np.arange(steps + 1)
+    place, speed = motion.at(at)
+    acceleration = np.gradient(speed, chain.dt)
+    force = np.zeros(steps + 1)
+    for k in range(steps + 1):
+        pull = metamaterial_force(made, chain.v, chain.V)[site - 1]
+        force[k] = made.masses[site - 1] * acceleration[k] + made.eta * speed[k] - pull
+        if k < steps:
+            times = k * chain.dt + substep_times(1, chain.dt, chain.integrator)
+            chain.advance(still, HeldCell(site, motion.at(times)))
+    if powers is not None:
+        powers.extend((force * speed).tolist())
+    return Demand(
+        float(np.abs(place - place[0]).max()),
+        float(np.abs(speed).max()),
+        float(np.abs(force).max()),
+        float(np.abs(force * speed).max()),
+    )

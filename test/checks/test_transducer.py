@@ -1,0 +1,51 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a transducer must do: its force does the work that the element stores."""
+
+from dataclasses import replace
+
+import pytest
+
+from mlmem_ros.device import preset
+from mlmem_ros.device.instrument import Units
+from mlmem_ros.device.pulse import Kick
+from mlmem_ros.physics import PEFRL, Chain
+from mlmem_ros.physics.energy import energy
+from mlmem_ros.verdict import Verdict
+from mlmem_tools.checks import transducer
+from mlmem_tools.checks.subject import Subject
+
+
+def test_the_force_of_a_kick_does_the_work_that_is_stored():
+    """The sum of force times speed of every step, without damping; first order in the step."""
+    design, settings = preset('kick_2')
+    chain = Chain(replace(design, eta=1e-9), 0.05, PEFRL)
+    kick = Kick(chain.end(1), design.D_s2, 0.1, replace(settings.kick, hold=0.0))
+    before, powers = energy(chain).total, []
+    asked = transducer.demand(chain, 1, kick, powers)
+    put_in = energy(chain).total - before
+    assert sum(powers) * chain.dt == pytest.approx(put_in, rel=0.01)
+    assert max(map(abs, powers)) == asked.power <= asked.force * asked.speed
+    assert asked.stroke == pytest.approx(design.D_s2 - design.D_s1, rel=1e-5)
+    assert asked.speed == pytest.approx(0.1 * settings.kick.fastest, rel=1e-3)
+
+
+def test_a_check_says_it_in_si_and_warns_of_what_is_not_made():
+    design, settings = preset('kick_3')
+    found = {each.name: each for each in transducer.check(Subject(design, settings))}
+    units = Units(design, settings.scale)
+    assert found['transducer_stroke'].values['kick'] == pytest.approx(
+        units.length * (design.D_s2 - design.D_s1)
+    )
+    assert found['transducer_speed'].values['push'] == pytest.approx(
+        units.speed * settings.push.speed, rel=0.02
+    )
+    assert {each.verdict for each in found.values()} == {Verdict.PASS}
+    slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.3))
+    found = {each.name: each for each in transducer.check(Subject(design, slow))}
+    assert found['transducer_speed'].verdict is Verdict.WARN
+    assert 'it is not made' in found['transducer_speed'].text
+
+
+def test_an_element_without_kicks_asks_nothing():
+    assert list(transducer.check(Subject(*preset('case_1')))) == []
