@@ -125,11 +125,17 @@ def after_kick(
     return drive(chain, 1, kick_of(chain, speed, shape, quantity, off), rest_of(chain))
 
 
-def after_push(chain: Chain, level: int, push: PushSettings) -> int:
-    """Return where a push leaves the wall of a level, as `drive`."""
+def after_push(chain: Chain, level: int, push: PushSettings, pulses: int = 1) -> int:
+    """Return where a push leaves the wall of a level, as `drive`; it is repeated while the wall is
+    there, as the device does, up to a number of `pulses`.
+    """
     chain.place(resting_wall(chain.specimen, level))
-    site = 1 if push.end == 'left' else chain.design.N
-    return drive(chain, site, Pulse(chain.end(site), push), rest_of(chain))
+    site, ended = 1 if push.end == 'left' else chain.design.N, level
+    for _ in range(pulses):
+        ended = drive(chain, site, Pulse(chain.end(site), push), rest_of(chain))
+        if ended == BLANK:
+            break
+    return ended
 
 
 def distance(fails: Callable[[float], bool], farthest: float = FARTHEST) -> float:
@@ -160,12 +166,14 @@ def kick_rooms(chain: Chain, level: int, shape: KickSettings) -> dict[str, float
 
 
 def push_rooms(
-    chain: Chain, level: int, push: PushSettings, farthest: float = FARTHEST
+    chain: Chain, level: int, push: PushSettings, farthest: float = FARTHEST, pulses: int = 1
 ) -> dict[str, float]:
-    """Return how far each quantity of a push from a level may be off until the wall stays."""
+    """Return how far each quantity of a push from a level may be off until the wall stays, after
+    one pulse or more.
+    """
 
     def fails(quantity: str, off: float) -> bool:
-        return after_push(chain, level, push_of(push, quantity, off)) != BLANK
+        return after_push(chain, level, push_of(push, quantity, off), pulses) != BLANK
 
     return {each: distance(partial(fails, each), farthest) for each in QUANTITIES['push']}
 
@@ -241,8 +249,11 @@ def edge(
 def least_room(
     chain: Chain, push: PushSettings, levels: Iterable[int], farthest: float = FARTHEST
 ) -> float:
-    """Return how far any quantity of a push may be off until the wall of some level stays."""
-    return min(min(push_rooms(chain, level, push, farthest).values()) for level in levels)
+    """Return how far any quantity of a push may be off until the wall of some level stays, after
+    as many pulses as the device makes.
+    """
+    found = (push_rooms(chain, level, push, farthest, push.pulses) for level in levels)
+    return min(min(rooms.values()) for rooms in found)
 
 
 LENGTHS = (5.0, 8.0, 12.0, 16.0)
