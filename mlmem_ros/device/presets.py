@@ -312,7 +312,7 @@ PRESETS |= {
             '0.1 0.1 0.1 0.1 0.1 0.12 0.15 0.2',
             late=LATE,
         ),
-        push=PushSettings(A=0.5, omega_c=0.84, sigma=16.0, settle=1200.0, room=0.12),
+        push=PushSettings(A=0.5, omega_c=0.84, sigma=15.0, settle=1200.0, room=0.14),
     )),
 }  # fmt: skip
 """By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is

@@ -329,8 +329,8 @@ class PushSettings(Checked):
     )
     room: float = described(
         1.0,
-        'relative change that amplitude, carrier and length bear each, from every level; with '
-        'less than 0.1 the push is not used',
+        'relative change that amplitude, carrier and length bear each, from every level, with up '
+        'to `pulses`; with less than 0.1 the push is not used',
         low=0.0,
         high=1.0,
     )

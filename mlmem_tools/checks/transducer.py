@@ -12,12 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device.end import End
+from mlmem_ros.device.end import BoundaryMotion, End, Kick, Pulse
 from mlmem_ros.device.instrument import Units
-from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
+from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Chain, HeldCell, StateError, substep_times
 from mlmem_ros.physics.equilibrium import blank, metamaterial_force, resting_wall
-from mlmem_ros.verdict import Verdict
 
 from .disturb import bare
 from .finding import Finding
@@ -81,7 +80,7 @@ def demand(
     made = chain.specimen
     still = np.zeros(chain.integrator.substeps)
     steps = math.floor(motion.duration / chain.dt)
-    at = chain.dt * np.arange(steps + 1)
+    at = np.linspace(0.0, steps * chain.dt, steps + 1)
     place, speed = motion.at(at)
     acceleration = np.gradient(speed, chain.dt)
     force = np.zeros(steps + 1)
@@ -89,7 +88,7 @@ def demand(
         pull = metamaterial_force(made, chain.v, chain.V)[site - 1]
         force[k] = made.masses[site - 1] * acceleration[k] + made.eta * speed[k] - pull
         if k < steps:
-            times = k * chain.dt + substep_times(1, chain.dt, chain.integrator)
+            times = substep_times(1, chain.dt, chain.integrator, k)
             chain.advance(still, HeldCell(site, motion.at(times)))
     if powers is not None:
         powers.extend((force * speed).tolist())

@@ -7,12 +7,11 @@ from dataclasses import replace
 import pytest
 
 from mlmem_ros.device import preset
+from mlmem_ros.device.end import Kick
 from mlmem_ros.device.instrument import Units
-from mlmem_ros.device.pulse import Kick
 from mlmem_ros.physics import PEFRL, Chain
 from mlmem_ros.physics.energy import energy
-from mlmem_ros.verdict import Verdict
-from mlmem_tools.checks import transducer
+from mlmem_tools.checks import Verdict, transducer
 from mlmem_tools.checks.subject import Subject
 
 

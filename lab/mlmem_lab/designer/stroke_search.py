@@ -25,10 +25,12 @@ from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import SMOOTH_PEAK_RATE, Cycle
 from mlmem_ros.device.moves import stroke_peak
 from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
-from mlmem_ros.device.strokes import actuator, by_9, throw
-from mlmem_ros.physics import Design, Scatter, scattered, walls
+from mlmem_ros.device.strokes import LATE, actuator, by_9, throw
+from mlmem_ros.physics import Design, Scatter, Specimen, scattered, walls
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.checks.bare import COARSE, configuration_after
+
+from ..windows.flight import bare, search_kicks, search_push
 
 
 def inertia_over_mass(design: Design) -> float:
@@ -247,9 +249,10 @@ def going_back(design: Design, settings: Settings) -> Settings:
 
 
 def searched(design: Design, settings: Settings, trials: int) -> Settings:
-    """Return settings with the best strokes down and throw found by search from theirs.
+    """Return settings with the best strokes down and throw found by search from theirs, and with
+    kicks and a push for this element.
 
-    A move that the settings lack is not sought.
+    A stroke or throw that the settings lack is not sought.
 
     Raises:
         ImportError: The package cmaes is missing.
@@ -266,7 +269,21 @@ def searched(design: Design, settings: Settings, trials: int) -> Settings:
             lowest = 0 if name == 'throw' else max(begin.lowest, begin.levels)
             task = MoveTask(design, _some([each for each in levels if each >= lowest]))
             found[name] = search(task, begin, trials=trials, tick=settings.time.tick)
-    return replace(settings, **found)
+    return replace(settings, **found, **strainless(design, settings))
+
+
+def strainless(design: Design, settings: Settings) -> dict[str, Any]:
+    """Return kicks and a push for an element, with what they bear; 0 where no kick leads."""
+    chain, shape = bare(Specimen(design), settings), replace(settings.kick, late=LATE)
+    kicks = search_kicks(chain, shape, settings.transducer.max_speed)
+    speeds = ' '.join(f'{kick.speed:g}' for kick in kicks)
+    rooms = ' '.join(f'{kick.room:g}' for kick in kicks)
+    levels = _some(range(design.levels))
+    push, room = search_push(chain, settings.push, levels, settings.transducer.max_amplitude)
+    return {
+        'kick': replace(shape, speeds=speeds, rooms=rooms),
+        'push': replace(push, room=round(room, 3)),
+    }
 
 
 def _some(levels: Sequence[int]) -> list[int]:

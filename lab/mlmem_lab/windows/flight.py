@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from mlmem_ros.device.driver import Simulation
-from mlmem_ros.device.pulse import BoundaryMotion, Kick, Pulse
+from mlmem_ros.device.end import BoundaryMotion, Kick, Pulse
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
 from mlmem_ros.device.settings import KickSettings, PushSettings, Settings
 from mlmem_ros.physics import Chain, HeldCell, Specimen, StateError, level_of, substep_times

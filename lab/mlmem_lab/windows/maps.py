@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Preset, preset
-from mlmem_ros.device.pulse import Kick, Pulse
+from mlmem_ros.device.end import Kick, Pulse
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
 from mlmem_ros.device.settings import KickSettings, PushSettings
 from mlmem_ros.physics import Chain, Scatter, Specimen, StateError, scattered, walls
@@ -57,8 +57,8 @@ class Map:
 
     across: str
     up: str
-    xs: Sequence[float]
-    ys: Sequence[float]
+    xs: Sequence[float] | Array
+    ys: Sequence[float] | Array
     at: Callable[[float, float], int]
 
     def as_dict(self) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def _maps(chain: Chain, element: Preset) -> dict[str, Map]:
 
         return at
 
-    def plain(speed: float, **shaped: float) -> Kick:
+    def plain(speed: float, **shaped: Any) -> Kick:
         return kick_of(chain, speed, replace(shape, **shaped))
 
     def beyond(speed: float, overshoot: float) -> Course:

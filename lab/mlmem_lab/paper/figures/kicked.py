@@ -40,7 +40,7 @@ def compute(quality: Quality) -> Data:
     begins.append(element.ticks * element.tick)
     watch(element, Erase(), trace)
     captions += ['erase: a push'] * (len(trace.t) - len(captions))
-    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 360)).astype(int)
+    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 280)).astype(int)
     field = np.array(trace.configuration, dtype=np.float32)
     return {
         't': np.array(trace.t)[frames],
