@@ -51,6 +51,7 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'kicks least rooms': tables.least_rooms,
     'kicks astray': tables.astray,
     'word_kicks': tables.word_kicks,
+    'one_transducer': tables.one_transducer,
     'validity': tables.validity,
     'times writes': tables.writes,
     'tolerance steps': tables.steps,

@@ -129,6 +129,18 @@ def astray(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def one_transducer(result: Mapping[str, Any]) -> Rows:
+    """Return what one transducer does, and what one end and both say with a bad cell."""
+    rows: Rows = [['preset', 'writes', 'wrong', 'failed', 'tried again', 'median',
+                   'reads with a bad cell', 'wrong: left end', 'both ends']]  # fmt: skip
+    for name, found in result['presets'].items():
+        cells = [found[key] for key in ('writes', 'wrong', 'failed', 'again', 'median')]
+        bad = found['bad cell']
+        cells += [bad['left']['reads'], *(bad[end].get('wrong', 0) for end in ('left', 'both'))]
+        rows.append([f'`{name}`', *(f'{cell:g}' for cell in cells)])
+    return rows
+
+
 def barred(result: Mapping[str, Any]) -> Rows:
     """Return the moves that are not used from some levels."""
     rows: Rows = [['not used', 'from levels', 'least failure']]
