@@ -4,8 +4,8 @@
 
 Sites are counted from 1, masses are 1, and ends are free unless stated. A front is where the
 displacement (4, 6 and 7: the configuration) last falls below a level, linear between sites. In 1,
-2 and 4 to 6, everything starts at rest with u_j = mean - half tanh((j - X) / w), mean and half those
-of the two wells.
+2 and 4 to 6, everything starts at rest with u_j = mean - half tanh((j - X) / w), mean and half
+those of the two wells.
 
 Our answers are those of PEFRL, fourth order, at the step given. The error is the larger of the
 differences from twice that step and from Noh and Bathe's method.
