@@ -265,15 +265,15 @@ class KickSettings(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, least in (('speeds', 1e-4), ('kinks', 1e-4), ('rooms', 0.0)):
+        for name, least in (('speeds', '1e-4'), ('kinks', '1e-4'), ('rooms', '0')):
             given = getattr(self, name)
             try:
-                sound = all(not each or least <= each <= 10.0 for each in _numbers(given))
+                sound = all(not each or float(least) <= each <= 10.0 for each in _numbers(given))
             except ValueError:
                 sound = False
             if not sound:
                 raise SettingsError(
-                    f'{name} must be 0 or from {least:g} to 10, separated by spaces; got '
+                    f'{name} must be 0 or from {least} to 10, separated by spaces; got '
                     f'{clipped(given)}'
                 )
 

@@ -149,6 +149,18 @@ def test_where_no_kick_reaches_strain_takes_over():
         route(design, without, BLANK, 2)
 
 
+def test_what_bears_less_than_a_tenth_is_not_used():
+    design, settings = preset('kick_3')
+    rooms = replace(settings.kick, rooms='0.5 0.5 0.09')
+    narrow = replace(settings, kick=rooms)
+    assert [move.how for move in route(design, settings, BLANK, 2)] == [How.KICK]
+    assert any(move.how.strains for move in route(design, narrow, BLANK, 2))
+    assert [move.room for move in route(design, narrow, BLANK, 1)] == [0.5]
+    assert [move.room for move in route(design, narrow, BLANK, 3)] == [1.0]  # not known
+    stays = replace(settings, push=replace(settings.push, room=0.05))
+    assert How.PUSH not in [move.how for move in route(design, stays, 5, BLANK)]
+
+
 def test_kicks_and_pushes_keep_to_the_limits_of_the_transducer():
     design, settings = preset('kick_3')
     slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.25))
