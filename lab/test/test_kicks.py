@@ -71,10 +71,11 @@ def test_every_shipped_move_bears_a_tenth_in_every_quantity_but_the_stroke_of_a_
         assert found['room'] >= NARROW
         assert settings.kick.room(level) <= found['room'] + 0.005  # as it says itself
         assert min(found['rooms'][each] for each in ('hold', 'late')) >= NARROW
-    for rooms in MAPPED[name]['push']['rooms']:
-        assert min(rooms.values()) >= settings.push.room >= NARROW
-    for each, off in (('gain', -0.1), ('omega_c', 0.1), ('sigma', -0.1)):
-        assert after_push(chain, design.levels - 1, push_of(settings.push, each, off)) == BLANK
+    push = settings.push
+    assert push.room >= NARROW
+    for each, off in (('gain', -0.1), ('omega_c', 0.1), ('sigma', -0.1), ('sigma', 0.1)):
+        for level in (0, 1, design.levels - 1):  # as often as the device pushes
+            assert after_push(chain, level, push_of(push, each, off), push.pulses) == BLANK
 
 
 def test_the_stroke_must_be_right_within_a_hundredth():
