@@ -22,7 +22,7 @@ from mlmem_ros.device.register import NEAR, resting
 from mlmem_ros.physics import Chain, Specimen, walls
 
 from ..results import FOLDER, by, save
-from .kicks import DAMPING_TIMES, drive
+from .flight import DAMPING_TIMES, drive
 
 NAMES = ('byte',)
 FILE = FOLDER / 'word_kicks.json'
