@@ -26,6 +26,7 @@ from .settings import (
     RegisterSettings,
     Settings,
     TimeSettings,
+    TransducerSettings,
     WriteSettings,
 )
 from .strokes import BY_25, LATE, actuator, by_9, hand_rate, stroke, throw
@@ -103,6 +104,48 @@ def _byte() -> Preset:
             register=RegisterSettings(spacing=1),
         )
     )
+
+
+def _register(
+    *,
+    levels: int,
+    J: int,
+    beta: float,
+    eta: float,
+    register: RegisterSettings,
+    push: PushSettings,
+    kick: KickSettings,
+) -> Preset:
+    """Return an element for many walls, written without strain.
+
+    A deeper potential makes walls narrower, and deeper defects keep neighbours apart with fewer
+    cells a level than in the paper's second element.
+
+    Args:
+        levels: Number of levels: a wall or a kink may rest at each.
+        J: Cells per level.
+        beta: Anomaly of the defects.
+        eta: Damping: as much as lets a kick reach the last level.
+        register: How it is read.
+        push: The pulse that takes all walls out.
+        kick: The speeds that lead to each level, and the shape of a kick.
+    """
+    design = Design(
+        N=(levels + 1) * J + 1, gamma=-1.3e-4, beta=beta, J=J, J_s=2 * J, j_0=0.7 * J, d=0.05,
+        eta=eta, tail=J,
+    )  # fmt: skip
+    settings = Settings(
+        actuator=ActuatorSettings(present=False),
+        write=WriteSettings(method='kick'),
+        transducer=TransducerSettings(max_amplitude=1.2, max_speed=2.0),
+        kick=kick,
+        push=push,
+        probe=ProbeSettings(v_th=4e-4, gain_decay=eta / 2),
+        probe_right=replace(Settings().probe_right, gain_decay=eta / 2),
+        read=ReadSettings(patience=50.0 / eta),
+        register=register,
+    )
+    return Preset(design, settings)
 
 
 def _fast() -> Preset:
@@ -287,6 +330,28 @@ PRESETS = {
     'fast': _fast(),
 }  # fmt: skip
 PRESETS |= {
+    'register_4': _register(
+        levels=11, J=20, beta=-0.16, eta=1 / 360,
+        register=RegisterSettings(spacing=1, sigma=12.0, listen=1200.0),
+        push=PushSettings(end='left', A=0.9, omega_c=1.6, sigma=20.0, settle=3000.0),
+        kick=KickSettings(
+            '0.0018 0.0061 0.0116 0.0185 0.0265 0.0357 0.047 0.0617 0.0821 0.125 0.3009',
+            kinks='0.0017 0.0044 0.0087 0.0137 0.0195 0.0267 0.0349 0.0447 0.0576 0.0754 0.15',
+            late=0.85, settle=1200.0,
+        ),
+    ),
+    'register_5': _register(
+        levels=13, J=22, beta=-0.14, eta=1 / 475,
+        register=RegisterSettings(spacing=1, omega_c=1.75, sigma=16.0, listen=1500.0),
+        push=PushSettings(end='left', A=0.9, omega_c=1.6, sigma=20.0, settle=4500.0),
+        kick=KickSettings(
+            '0.0015 0.0036 0.0072 0.0112 0.0162 0.0219 0.0281 0.0357 0.0447 0.0559 0.072 0.1023 '
+            '0.2472',
+            kinks='0.0014 0.0028 0.0051 0.0082 0.0119 0.0159 0.0208 0.0261 0.0328 0.0403 0.0492 '
+            '0.0639 0.15',
+            late=1.0, settle=1500.0,
+        ),
+    ),
     'kick_2': _kicked(_damped(
         N=99, right=(0.692, 16.0, 1.1e-3), patience=2700.0, tick=20.0,
         write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),

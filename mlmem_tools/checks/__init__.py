@@ -53,6 +53,9 @@ CONCERNS = (
 )
 """Modules with `check(subject)`, in the order of a report."""
 
+BY_STRAIN = (drift, launch, steps)
+"""Those that judge what strain does: without an actuator there is none."""
+
 
 def check(
     design: Design, settings: Settings | None = None, element: Element | None = None
@@ -68,7 +71,12 @@ def check(
     if element is not None:
         made = replace(element.timed, stuck=())
         subject = Subject(made.design, sound, made, tuple(element.pulses(settings)))
-    found = [finding for concern in CONCERNS for finding in concern.check(subject)]
+    found = [
+        finding
+        for concern in CONCERNS
+        if settings.actuator.present or concern not in BY_STRAIN
+        for finding in concern.check(subject)
+    ]
     if settings.element.bad_cells:
         found.append(words.bad_cells(design, settings))
     return Report(tuple(found))

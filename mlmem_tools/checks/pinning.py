@@ -23,6 +23,8 @@ CAPTURE = (1.0, 4.0)
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the depth of the pins and the strains that free a wall."""
     yield _depth(subject)
+    if not subject.settings.actuator.present:
+        return
     for kind, forward in (('compression', -1.0), ('tension', 1.0)):
         compressed = forward < 0.0
         levels = range(min(2, subject.design.levels))

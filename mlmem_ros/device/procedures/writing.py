@@ -68,7 +68,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
                     strained = False  # from here on by kicks and pushes
                     yield from return_to_zero(element)
             reading = yield from look(element)
-            if _both_heard(reading):  # a wall that has just arrived swings, and its echoes with it
+            if _swings(element, reading):  # a wall that has just arrived, and its echoes with it
                 reading = yield from look(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
@@ -97,10 +97,12 @@ def restore(element: Memory, content: Reading) -> Procedure[Result]:
     return (yield from erase(element))
 
 
-def _both_heard(reading: Reading) -> bool:
-    """Whether both ends hear an echo, but not of the same wall."""
+def _swings(element: Memory, reading: Reading) -> bool:
+    """Whether another look may tell more: both ends hear an echo, but not of the same wall; or of
+    many walls no word is told, while waves of the last kick are dying away.
+    """
     delays = reading.left_delay, reading.right_delay
-    return reading.level == UNDECODABLE and None not in delays
+    return reading.level == UNDECODABLE and (element.register is not None or None not in delays)
 
 
 def _force(element: Memory, attempt: int) -> float:

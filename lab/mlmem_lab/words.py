@@ -1,38 +1,39 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What many walls bear: python3 -m mlmem_lab.reads.words [COUNT] makes lab/results/words.json.
+"""What many walls bear: python3 -m mlmem_lab.words [PRESET ...] makes results/words.json.
 
-Random words of the preset `byte` are read with every kind of fault, and written, each from the one
+Random words of a register are read with every kind of fault, and written, each from the one
 before, on specimens whose alpha or coupling springs scatter. A read is wrong if it succeeds with
 another word than that of the true walls, a write if it is acknowledged so. Nothing is discarded.
 """
 
 from __future__ import annotations
 
+import itertools
 import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from mlmem_ros.device import Faults, MemoryElement, Read, Write, new_element, preset
 from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.register import resting
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.specimen import Scatter, scattered
 
-from ..results import FOLDER, by, save, with_reads
-from .count import true_level
+from .results import run, with_reads
+from .reads.count import true_level
 
-NAME, SEED, COUNT = 'byte', 1, 200
-FILE = FOLDER / 'words.json'
+SEED, COUNT = 1, 200
 
 Rng = np.random.Generator
 
 
 def _cell(random: Rng) -> int:
-    return int(random.integers(2, preset(NAME).design.N))
+    return int(random.integers(2, 225))  # of the shortest
 
 
 FAULTS: dict[str, Callable[[Rng], Faults]] = {
@@ -56,12 +57,14 @@ FAULTS: dict[str, Callable[[Rng], Faults]] = {
 }
 """By name: draws one."""
 
-SCATTERED = (0.0, 3e-4, 1e-3, 3e-3)
+SCATTERED = (3e-4, 1e-3, 3e-3)
 
 
-def reads(faults: Callable[[Rng], Faults], count: int, random: Rng) -> dict[str, int]:
+def reads(
+    element: MemoryElement, faults: Callable[[Rng], Faults], random: Rng, count: int = COUNT
+) -> dict[str, int]:
     """Read random words at rest with faults; return how many ended how."""
-    element, found = new_element(preset(NAME)), Counter[str]()
+    found = Counter[str]()
     code = element.register.code if element.register else None
     assert code is not None
     for _ in range(count):
@@ -74,14 +77,17 @@ def reads(faults: Callable[[Rng], Faults], count: int, random: Rng) -> dict[str,
         element.transducer.release()
         read = outcome.reading.level if outcome.success and outcome.reading else None
         found['undecodable' if read is None else 'right' if read == word else 'wrong'] += 1
+    element.set_faults(Faults())
     return {name: found[name] for name in ('right', 'undecodable', 'wrong')}
 
 
-def writes(scatter: Scatter, count: int, random: Rng, specimens: int = 10) -> dict[str, Any]:
+def writes(
+    name: str, scatter: Scatter, random: Rng, count: int = COUNT, specimens: int = 10
+) -> dict[str, Any]:
     """Write random words in a row on some specimens; return how many ended how."""
     found, ticks = Counter[str](), []
     for number in range(specimens):
-        element = _specimen(scatter, number)
+        element = _specimen(name, scatter, number)
         for _ in range(count // specimens):
             word = int(random.integers(element.words))
             outcome = element.perform(Write(word))
@@ -92,39 +98,45 @@ def writes(scatter: Scatter, count: int, random: Rng, specimens: int = 10) -> di
             )
             found['wrong'] += outcome.success and not true
             found['first attempt'] += outcome.success and outcome.attempts == 1
-    names = ('right', 'first attempt', 'not written', 'wrong')
-    return {name: found[name] for name in names} | {'median ticks': float(np.median(ticks))}
+    kinds = ('right', 'first attempt', 'not written', 'wrong')
+    return {kind: found[kind] for kind in kinds} | {'median ticks': float(np.median(ticks))}
 
 
-def _specimen(scatter: Scatter, number: int) -> MemoryElement:
-    design, settings = preset(NAME)
+def _specimen(name: str, scatter: Scatter, number: int) -> MemoryElement:
+    design, settings = preset(name)
     made = scattered(design, scatter, number)
     return new_element(design, settings, driver=Simulation.of(made, settings.time))
 
 
-def main(arguments: list[str]) -> int:
-    """Count, and write the result; return the exit status."""
-    count = int(arguments[0]) if arguments else COUNT
+def counted(name: str) -> dict[str, Any]:
+    """Return the counts of a preset, by fault and by scatter."""
     random = np.random.Generator(np.random.PCG64(SEED))
-    result: dict[str, Any] = {'count': count, 'reads': {}, 'writes': {}}
-    for name, faults in FAULTS.items():
-        result['reads'][name] = reads(faults, count, random)
-        print(name, result['reads'][name], flush=True)
-    for size in SCATTERED:
-        kinds = ('alpha', 'k_r') if size else ('alpha',)
-        for kind in kinds:
-            name = f'{kind} scattered by {size:g}' if size else 'as designed'
-            result['writes'][name] = writes(Scatter(**{kind: size}), count, random)
-            print(name, result['writes'][name], flush=True)
+    element = new_element(preset(name))
+    of_reads = {what: reads(element, faults, random) for what, faults in FAULTS.items()}
+    of_writes = {'as designed': writes(name, Scatter(), random)}
+    for size, kind in itertools.product(SCATTERED, ('alpha', 'k_r')):
+        what = f'{kind} scattered by {size:g}'
+        of_writes[what] = writes(name, Scatter(**{kind: size}), random)
+    return {'count': COUNT, 'reads': of_reads, 'writes': of_writes}
+
+
+def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+    """Return the counts of every preset, and the sum of all reads and writes."""
+    presets = kept.get('presets', {}) | {name: found}
     total = Counter[str]()
-    for each in result['reads'].values():
-        total.update(each)
-    result['all'] = {'reads': total.total(), **total}
-    command = f'python3 -m mlmem_lab.reads.words {count}'
-    of = [*with_reads([NAME]), *by(reads, 'reads'), *by(writes, 'writes')]
-    save(FILE, result, command, SEED, of)
-    return 0
+    for each in presets.values():
+        for counts in each['reads'].values():
+            total.update(counts)
+        for counts in each['writes'].values():
+            total.update({'written': counts['right'], 'written wrong': counts['wrong']})
+    read = total['right'] + total['undecodable'] + total['wrong']
+    return {'all': {'reads': read, **total}, 'presets': presets}
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    registers = {
+        name: with_reads([name])
+        for name, (_, settings) in PRESETS.items()
+        if settings.register.spacing
+    }
+    sys.exit(run('words', __doc__, counted, SEED, joined, registers))
