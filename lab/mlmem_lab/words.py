@@ -24,8 +24,8 @@ from mlmem_ros.device.register import resting
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.specimen import Scatter, scattered
 
-from .results import run, with_reads
 from .reads.count import true_level
+from .results import run, with_reads
 
 SEED, COUNT = 1, 200
 

@@ -268,3 +268,15 @@ def test_a_setting_at_its_default_changes_no_digest():
     assert BYTE.digest != case_2.digest
     kick = replace(case_2.settings.kick, hold=21.0)
     assert case_2._replace(settings=replace(case_2.settings, kick=kick)).digest != case_2.digest
+
+
+@pytest.mark.parametrize('state', [-13.9, -7.449, 1.003, 2.376])
+def test_an_element_that_lies_in_another_ground_state_is_written_again(state):
+    """A loud pulse once left a register three ground states below; these are the roots of the
+    phase at -2 pi, 0, 4 pi and 6 pi.
+    """
+    element = new_element(preset('register_4'))
+    element.chain.place(np.full(element.design.N, state))
+    element.transducer.assume_rest()
+    assert element.perform(Write(5)).success
+    assert element.perform(Read()).reading.level == 5

@@ -34,7 +34,13 @@ def send(element: Memory, speed: float) -> Procedure[None]:
 
 
 def push_all(element: Memory) -> Procedure[None]:
-    """Fire a loud pulse that takes all walls out, and let its waves decay."""
+    """Bring back ends that strayed, fire a loud pulse that takes all walls out, and let its waves
+    decay.
+    """
+    yield from catch_up(element)
+    for end in End:
+        if element.phase(end) is None:
+            yield from bring_back(element, end)
     yield from fire_push(element)
     yield from wait(element, element.settings.push.settle)
 
