@@ -273,10 +273,11 @@ def test_a_setting_at_its_default_changes_no_digest():
 @pytest.mark.parametrize('state', [-13.9, -7.449, 1.003, 2.376])
 def test_an_element_that_lies_in_another_ground_state_is_written_again(state):
     """A loud pulse once left a register three ground states below; these are the roots of the
-    phase at -2 pi, 0, 4 pi and 6 pi.
+    phase at -2 pi, 0, 4 pi and 6 pi. A wall may leave it at the far end on the way: then the next
+    write finds it active.
     """
     element = new_element(preset('register_4'))
     element.chain.place(np.full(element.design.N, state))
     element.transducer.assume_rest()
-    assert element.perform(Write(5)).success
+    assert any(element.perform(Write(5)).success for _ in range(2))
     assert element.perform(Read()).reading.level == 5
