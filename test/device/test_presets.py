@@ -8,6 +8,7 @@ import math
 import pytest
 from sampled import sampled
 
+from mlmem_ros.described import descriptions
 from mlmem_ros.device import (
     PRESETS,
     Calibration,
@@ -57,7 +58,7 @@ def test_a_preset_says_nothing_of_the_robot(name):
 @EVERY
 def test_every_number_has_the_type_that_its_parameter_is_declared_with(name):
     for group in (preset(name).design, *preset(name).settings.groups().values()):
-        for field in dataclasses.fields(group):
+        for field, _ in descriptions(group):
             assert type(getattr(group, field.name)).__name__ == field.type, field.name
 
 
