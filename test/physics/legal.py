@@ -44,7 +44,7 @@ def value(random, field, description):
         return random.choice(description.choices)
     if field.name == 'not_from':
         return ' '.join(str(level) for level in range(9) if random.random() < 0.3)
-    if field.name in ('speeds', 'kinks'):
+    if field.name in ('speeds', 'kinks', 'rooms'):
         return ' '.join(f'{number(random, 1e-4, 10.0):g}' for _ in range(random.randint(0, 9)))
     if field.name == 'bad_cells':
         return ''  # a register has none
