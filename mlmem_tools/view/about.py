@@ -28,7 +28,7 @@ HEARD = 'omega_c', 'v_th', 'gain_decay'
 """Settings of a probe that a page shows."""
 
 WANTED = (
-    *(f'design.{each.name}' for each in fields(Design)),
+    *(f'design.{each.name}' for each, _ in descriptions(Design)),
     *FAULTS,
     'actuator.max_strain',
     'actuator.max_rate',

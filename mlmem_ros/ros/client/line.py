@@ -101,7 +101,13 @@ class Connection:
             executor.wake()
         elif executor is not None:
             with contextlib.suppress(InvalidHandle):  # the node is destroyed
-                timer: Timer = self.node.create_timer(0.0, lambda: self.node.destroy_timer(timer))
+                timers: list[Timer] = []  # it may fire before it is in here, and then fires again
+
+                def end() -> None:
+                    while timers:
+                        self.node.destroy_timer(timers.pop())
+
+                timers.append(self.node.create_timer(0.0, end))
 
     def link(self) -> Link:
         """Return the link, a new one if the last is broken."""
