@@ -3,7 +3,7 @@
 """Faults of a device. The defaults describe a healthy one.
 
 Each fault acts in one place: on the transducers' signals (`Sensors`), between actuator and
-substrate (`transmission`), or in the material (`with_faults`). The device does not know its
+substrate (`actuator`), or in the material (`with_faults`). The device does not know its
 own faults; it has to detect them.
 """
 
@@ -218,6 +218,11 @@ class Sensors:
         """Return how many samples late the signals are."""
         return round(faults.sensor_delay / self.dt)
 
+    def change(self, faults: Faults) -> None:
+        """Forget what the signals have still to show, unless they stay as late as they are."""
+        if self.late.shape[1] != self.delay(faults):
+            self.late = NOTHING
+
     def sense(self, ends: Array, last: Array, faults: Faults, tick: int) -> Array:
         """Return the samples of both ends in a tick, shape (2, steps), as transducers with faults
         measure them.
@@ -225,7 +230,6 @@ class Sensors:
         `ends` are the true displacements, and `last` the last samples before, shape (2,).
         """
         if faults == HEALTHY:
-            self.late = NOTHING
             return ends
         present = self._delayed(ends, last, self.delay(faults))
         if happens(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):

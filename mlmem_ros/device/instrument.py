@@ -176,6 +176,7 @@ class Instrument:
         if self.simulated:
             self.chain.set_specimen(specimen)
             self.last_moved = self.ticks
+        self.sensors.change(faults)
         self.faults = faults
 
     def renew(self) -> None:

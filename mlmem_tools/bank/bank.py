@@ -34,7 +34,7 @@ class MemoryBank:
     digit, others the old one. With check digits (`check`), the last elements hold those of a code.
     It corrects wrong or unreadable digits as far as it can, and reports them in `Word.corrected`;
     a read raises `TornWord` if a write was interrupted, and `LostWord` if the code cannot correct
-    the word. `contract.word_code` describes the code and its probability of error. A write then
+    the word. `bank.word_code` describes the code and its probability of error. A write then
     takes three phases: erase the last element, write the others, write the last one. Only one
     client at a time may write.
 

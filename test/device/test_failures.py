@@ -104,6 +104,19 @@ def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
     assert element.perform(Read()).reading.level == 1
 
 
+@pytest.mark.parametrize('after', [0.0, 10.0], ids='healed sooner'.split())
+def test_signals_that_are_late_no_more_are_restored(element, after):
+    """At rest no sample passes that would tell the sensors of it."""
+    element.apply(SetFaults(Faults(sensor_delay=25.0)))
+    element.advance(10)
+    element.apply(SetFaults(Faults(sensor_delay=after)))
+    assert element.at_rest == (after == 0.0)
+    kept = snapshot.take(element)
+    other = new_element(preset('bits_1'))
+    snapshot.restore(other, json.loads(json.dumps(kept)))
+    assert snapshot.take(other) == kept
+
+
 FAILING = (
     {'unit': 'sensor', 'failure': 'garbage', 'severity': 1e-4, 'tick': 7},
     {'unit': 'sensor', 'failure': 'delayed', 'severity': 7.25, 'tick': 30},
