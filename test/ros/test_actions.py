@@ -23,6 +23,7 @@ from robot import values
 
 from mlmem_ros import MemoryClient, RequestFailed, RequestRefused
 from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
+from mlmem_ros.ros.client.line import Link
 from mlmem_ros.ros.events import events_executor
 from mlmem_ros.ros.node import simulator
 
@@ -282,6 +283,24 @@ def test_a_client_cancels_its_own_goal(client):
         write.wait()
     assert client.write(1).wait().level == 1
     assert not write.cancel_goal()
+
+
+def test_a_cancel_waits_until_its_service_is_there(client, monkeypatch):
+    """A client of a service may need a moment to find it."""
+    client.write(0).wait()
+    ready, tried = Link.ready, []
+
+    def late(link, call):
+        if call.service.endswith('cancel_goal'):
+            tried.append(call)
+        return len(tried) != 1 and ready(link, call)
+
+    monkeypatch.setattr(Link, 'ready', late)
+    write = client.write(7)
+    assert write.cancel_goal()
+    with pytest.raises(RequestFailed, match='canceled'):
+        write.wait()
+    assert len(tried) > 1
 
 
 def test_without_actions_there_is_no_progress_and_no_cancel(client, memory):

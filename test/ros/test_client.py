@@ -297,6 +297,35 @@ def test_waiting_ends_with_ros(node, context):
         reply.wait()
 
 
+def test_nobody_complains_of_a_coroutine_that_awaits_when_ros_ends(node, context, caplog):
+    client, executor, asked = MemoryClient(node, '/nobody'), events_executor(context), Future()
+
+    async def callback():
+        timer.cancel()
+        reply = client.read()
+        asked.set_result(reply)
+        await reply
+
+    timer = node.create_timer(0.001, callback)
+    executor.add_node(node)
+    executor.spin_until_future_complete(asked, SOON)
+    rclpy.shutdown(context=context)
+    assert isinstance(asked.result().exception(SOON), NoAnswer)
+    asked.result().freed.result(SOON)  # after all callbacks
+    assert caplog.text == ''
+
+
+def test_what_is_asked_after_the_end_is_answered_at_once(node, context):
+    clients = [MemoryClient(node, '/nobody')]
+    rclpy.shutdown(context=context)
+    with standalone('nobody') as left:
+        clients.append(left)
+    for client in clients:
+        for ask in (client.ready, client.read, client.pause):
+            with pytest.raises(NoAnswer, match='ROS was shut down during'):
+                ask().result(SOON)
+
+
 def test_an_awaited_refusal_gives_the_reason(node, context):
     client = MemoryClient(node, '/mlmem')
 

@@ -27,6 +27,7 @@ from rclpy.context import Context
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
@@ -57,6 +58,9 @@ DESCRIBES = 'start_type_description_service'
 
 PATIENCE = 10.0
 """Seconds to wait for the end of the thread."""
+
+DESTROYED = InvalidHandle, rclpy_implementation.RCLError
+"""What rclpy raises when the node is destroyed, or ROS was shut down."""
 
 ASLEEP = 10.0
 """Seconds that this process may stand still before others may have forgotten it."""
@@ -100,7 +104,7 @@ class Connection:
         if isinstance(executor, Executor):
             executor.wake()
         elif executor is not None:
-            with contextlib.suppress(InvalidHandle):  # the node is destroyed
+            with contextlib.suppress(*DESTROYED):
                 timers: list[Timer] = []  # it may fire before it is in here, and then fires again
 
                 def end() -> None:
@@ -254,7 +258,7 @@ class Line:
         self._left: set[Link] = set()
         self._pending: set[Reply[Any]] = set()
         self._next = 0.0  # when it looks at them
-        self.over = False
+        self.over = self._ended = False
         self._lock = threading.RLock()
         self._woken = Future()
         self._thread = threading.Thread(target=self._run, name='mlmem-client', daemon=True)
@@ -305,9 +309,12 @@ class Line:
     def watch(self, reply: Reply[Any]) -> None:
         """Look after a reply from now on."""
         with self._lock:
-            self._pending.add(reply)
-            if reply.due < self._next:
-                self.stir()
+            if not (ended := self._ended):
+                self._pending.add(reply)
+                if reply.due < self._next:
+                    self.stir()
+        if ended:  # the thread looks no more
+            reply.look(time.monotonic())
 
     @property
     def here(self) -> bool:
@@ -342,6 +349,8 @@ class Line:
             before, seen = seen, _since_boot()
             self.broken |= seen - before > turn + ASLEEP
             self._look()
+        with self._lock:
+            self._ended = True
         self._look()
         atexit.unregister(self.close)
         self._executor.shutdown()

@@ -165,12 +165,13 @@ class Reply(Future[T]):
         if self.freed.done():
             return
         try:
-            self._step = self._steps.send(heard)
-            self._sent, self._asked = None, time.monotonic()
-            if isinstance(self._step, Call):
+            step, now = self._steps.send(heard), time.monotonic()
+            with self._lock:  # the line's thread may look meanwhile
+                self._step, self._sent, self._asked = step, None, now
+            if isinstance(step, Call):
                 self._send()
             else:
-                self._gather(self._step)
+                self._gather(step)
         except StopIteration as end:
             with suppress(InvalidStateError):
                 self.set_result(end.value)
@@ -190,16 +191,16 @@ class Reply(Future[T]):
 
     def _send(self) -> None:
         """Send the request if its service is available: DDS drops messages without a reader."""
-        call = self._step
         with self._lock:  # the asking thread and the line's may meet here
+            call = self._step
             if self._sent is not None or not isinstance(call, Call) or self._connection.gone():
                 return
             self._link = link = self._connection.link()
             self._sent = sent = link.send(call)
+            self._seen = time.monotonic()
         if sent is None:
             self._connection.line.watch(self)  # soon
         else:
-            self._seen = time.monotonic()
             sent.add_done_callback(self._heard)
 
     def _heard(self, sent: Any) -> None:
@@ -257,11 +258,13 @@ class Reply(Future[T]):
         """Return why there will be no answer; empty while there may be one."""
         if self._connection.gone():
             return self._gone()
-        peer, call = self._connection.peer, self._step
+        peer = self._connection.peer
+        with self._lock:
+            call, sent, asked = self._step, self._sent, self._asked
         if not isinstance(call, Call):
             return ''
-        if self._sent is None or self._link is None:
-            if now - self._asked <= self._patience:
+        if sent is None or self._link is None:
+            if now - asked <= self._patience:
                 return ''
             return (
                 f'no memory node answers as {peer} within {self._patience:g} s; start one '
@@ -372,7 +375,8 @@ class Goal(Reply[T]):
     def _stop(self) -> None:
         """Ask to cancel the goal; its result will say how it ended."""
         request = CancelGoal.Request(goal_info=GoalInfo(goal_id=self._number))
-        self._connection.link().send(Call(f'{self._path}/cancel_goal', CancelGoal, request))
+        call = Call(f'{self._path}/cancel_goal', CancelGoal, request)
+        Reply(self._connection, f'cancel {self._what}', _asked(call), self._timeout)
 
     def _hear(self, message: Any) -> None:
         if message.goal_id == self._number:
@@ -413,6 +417,11 @@ class _Turn:
         while not self._future.done():  # an executor that asyncio spins resumes it earlier
             self._future._asyncio_future_blocking = True
             yield self._future
+
+
+def _asked(call: Call) -> Steps[Any]:
+    """Return the response to a call."""
+    return (yield call)
 
 
 def seconds(name: str, value: Any) -> float:
