@@ -104,7 +104,7 @@ def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
     assert element.perform(Read()).reading.level == 1
 
 
-@pytest.mark.parametrize('after', [0.0, 10.0], ids='healed sooner'.split())
+@pytest.mark.parametrize('after', [0.0, 10.0], ids=['healed', 'sooner'])
 def test_signals_that_are_late_no_more_are_restored(element, after):
     """At rest no sample passes that would tell the sensors of it."""
     element.apply(SetFaults(Faults(sensor_delay=25.0)))
