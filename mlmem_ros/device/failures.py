@@ -111,6 +111,7 @@ class Failure:
             Refused: There is none such here, or a value is out of range.
         """
         if self.failure == 'ok':
+            self._heals(faults)
             return dataclasses.replace(faults, **{name: _HEALTHY[name] for name in of(self.unit)})
         if (meaning := MEANINGS.get((self.unit, self.failure))) is None:
             known = ', '.join(failure for unit, failure in MEANINGS if unit == self.unit)
@@ -120,6 +121,15 @@ class Failure:
             return dataclasses.replace(faults, **given | self._which(meaning, faults))
         except SettingsError as error:
             raise Refused(f'{self.unit} {self.failure}: {error}') from error
+
+    def _heals(self, faults: Faults) -> None:
+        """Raise `Refused` if only a part of the unit is to be healed, or by a measure."""
+        whole = self.unit == 'sensor' and ENDS.index(faults.sensor_end)
+        if self.instance not in (0, whole) or self.severity is not None:
+            raise Refused(
+                f'{self.unit} ok heals all of it: it takes no severity, and no instance but '
+                f'that of the sensor that fails; got instance {self.instance}'
+            )
 
     def _given(self, meaning: Meaning) -> dict[str, Any]:
         if self.severity is None:

@@ -62,6 +62,9 @@ def test_what_has_no_counterpart_is_refused_and_said():
         ([{'unit': 'sensor', 'failure': 'off', 'tick': 3},
           {'unit': 'sensor', 'failure': 'ok'}], 'ticks of a script must not decrease'),
         ([{'unit': 'sensor', 'failure': 'slow', 'instance': 1},
+          {'unit': 'sensor', 'failure': 'ok', 'instance': 2}], 'ok heals all of it'),
+        ([{'unit': 'actuator', 'failure': 'ok', 'severity': 1}], 'ok heals all of it'),
+        ([{'unit': 'sensor', 'failure': 'slow', 'instance': 1},
           {'unit': 'sensor', 'failure': 'off', 'instance': 2}], 'heal it before that of right'),
     ],
 )  # fmt: skip
