@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Imports run one way: from the bottom of this list to its top (docs/reference/architecture.md)."""
+"""Imports run one way, from the bottom of this list to its top: docs/reference/architecture.md."""
 
 import re
 import runpy
