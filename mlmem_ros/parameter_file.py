@@ -16,12 +16,16 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
+from . import law_file
 from .clipped import clipped, printable
 from .described import descriptions
 from .device import PRESETS, Preset, Settings, SettingsError, preset
 from .device.presets import DEFAULT
+from .device.settings import ScaleSettings
+from .law_file import LawFileError
 from .outside import DecodeError, from_yaml, read
 from .physics import Design, DesignError
+from .physics.curve import Curve
 
 OF_THE_NODE = (
     'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'actions',
@@ -105,6 +109,7 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
     """
     given = dict(_flat(_parameters(text, name), name))
     basis, file = given.pop('design.preset', DEFAULT), given.pop('design.file', '')
+    law = given.pop('design.law', None)
     if file and not further:
         raise ParameterFileError(f'{name}: it must not name another design.file; got {file!r}')
     try:
@@ -131,11 +136,23 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         parts = {
             group: dataclasses.replace(owners[group], **values) for group, values in groups.items()
         }
-        return Preset(parts.pop('design'), Settings(**parts))
+        design = parts.pop('design')
+        settings = Settings(**parts)
+        if law is not None:
+            design = dataclasses.replace(design, law=law and _law(law, settings.scale))
+        return Preset(design, settings)
     except DesignError as error:
         raise DesignError(f'{name}: design.*: {error}') from error
     except SettingsError as error:
         raise SettingsError(f'{name}: {error}') from error
+    except LawFileError as error:
+        raise ParameterFileError(f'{name}: design.law: {error}') from error
+
+
+def _law(source: str, scale: ScaleSettings) -> Curve:
+    """Return the on-site law of a text, or in the file that it names."""
+    text = source if law_file.is_text(source) else law_file.text_in(Path(source).expanduser())
+    return law_file.curve_of(text, scale.length, scale.stiffness)
 
 
 def text_of(design: Design, settings: Settings) -> str:
@@ -161,11 +178,13 @@ def text_of(design: Design, settings: Settings) -> str:
 
 def _differences(given: Any, default: Any) -> dict[str, Any]:
     pairs = ((field.name, getattr(given, field.name)) for field in dataclasses.fields(given))
-    return {
-        key: float(value) if isinstance(value, float) else value  # a search leaves NumPy's
-        for key, value in pairs
-        if value != getattr(default, key)
-    }
+    return {key: _plain(value) for key, value in pairs if value != getattr(default, key)}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Curve):
+        return law_file.text_of(value)
+    return float(value) if isinstance(value, float) else value  # a search leaves NumPy's
 
 
 def _parameters(text: str, name: str) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from mlmem_ros.device import (
     describe_level,
 )
 from mlmem_ros.device.instrument import Units
+from mlmem_ros.law_file import curve_of
 from mlmem_ros.ros.client.client import POLL, MemoryClient, standalone, wait_until
 from mlmem_ros.ros.qos import LATCHED, RELIABLE
 from mlmem_ros.session.data import SessionData
@@ -149,15 +150,19 @@ def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
     if session.header is None:
         return
     groups = {'design': session.design.as_dict(), **session.settings.as_dict()}
+    groups['design'].pop('law', None)
     recorded = {
         f'{group}.{name}': value
         for group, values in groups.items()
         for name, value in values.items()
     }
     try:
-        present = client.parameters(*recorded).wait()
+        present = client.parameters(*recorded, 'design.law').wait()
     except RequestRefused:  # a node of another version, whose parameters have other names
         return
+    scale, text = session.settings.scale, present['design.law']
+    if session.design.law != (curve_of(text, scale.length, scale.stiffness) if text else None):
+        yield f'design.law of {client.name} is not that of the session'
     for name, value in recorded.items():
         if present[name] != value:
             yield f'{name} of {client.name} is {present[name]}; when it was recorded, {value}'

@@ -14,9 +14,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mlmem_ros.law_file import LawFileError, load
 from mlmem_ros.physics import Design
 from mlmem_tools.cli.law import law
-from mlmem_tools.law.curves import CurveError, load, load_run, measured, save
+from mlmem_tools.law.curves import CurveError, load_run, measured, save
 
 EXAMPLES = Path(__file__).parents[1] / 'examples/law'
 H, W, TILT = 0.02, 0.015, 0.1
@@ -114,7 +115,7 @@ def test_files_that_are_no_curves(tmp_path, text, message):
 
 def test_what_is_no_law(tmp_path):
     (tmp_path / 'law.yaml').write_text('format: 1\nlaw: {low: 0.0, high: 1.0, force: [1.0]}')
-    with pytest.raises(CurveError, match='force must be 8 to 4096 numbers'):
+    with pytest.raises(LawFileError, match='force must be 8 to 4096 numbers'):
         load(tmp_path / 'law.yaml')
 
 

@@ -6,8 +6,8 @@ A file is one run: a CSV whose header names displacement (um, mm, cm, m) and for
 their units, as `displacement_mm,force_N`; other columns and lines that begin with # are left out.
 Where the displacement turns back, what follows is the way back, and the law is the mean of both.
 Several runs give the mean and its scatter: wells, barriers, the energy set free on passing. With
---mass and --coupling also the pass band of every well. `mlmem_tools.law.curves.load` makes a
-`Design.law` of the file that --output writes.
+--mass and --coupling also the pass band of every well. A node's parameter `design.law` takes the
+file that --output writes, and so does `mlmem design check --law`.
 
 Exit status 0: the law has two or more wells; 1: it has not, or could not be written; 2: a file is
 no curve, or an argument is wrong.

@@ -14,16 +14,16 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mlmem_ros import law_file
 from mlmem_ros.clipped import clipped
-from mlmem_ros.durable import write_atomically
-from mlmem_ros.outside import DecodeError, decode, from_yaml, read
+from mlmem_ros.outside import DecodeError, read
 from mlmem_ros.physics import DesignError
 from mlmem_ros.physics.curve import Curve
 from mlmem_ros.physics.potential import Array
@@ -34,9 +34,6 @@ FORCES = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
 
 FEWEST = 16
 """Fewest rows of a curve."""
-
-FORMAT = 1
-"""Version of the format of a law's file."""
 
 
 class CurveError(ValueError):
@@ -266,48 +263,10 @@ def measured(runs: Sequence[Run], knots: int) -> Measured:
     return Measured(runs, mean_curve, each, spread)
 
 
-@dataclass(frozen=True)
-class _File:
-    """The keys of a law's file; `law` in m and N."""
-
-    format: int
-    law: Curve
-    force_std: tuple[float | None, ...] = ()
-
-
 def save(path: Path, found: Measured) -> None:
     """Write a law to a file, whole or not at all.
 
     Raises:
         OSError: It cannot be written.
     """
-    import yaml  # type: ignore[import-untyped]
-
-    law = {'low': found.curve.low, 'high': found.curve.high, 'force': list(found.curve.force)}
-    std = [] if len(found.runs) == 1 else found.std.tolist()
-    values = {'format': FORMAT, 'law': law, 'force_std': std}
-    write_atomically(path, yaml.safe_dump(values, sort_keys=False, default_flow_style=None))
-
-
-def load(path: Path, length: float = 1.0, stiffness: float = 1.0) -> Curve:
-    """Read a law, as a `Design` takes it: in units of a lattice constant and of a spring.
-
-    Args:
-        path: The file.
-        length: Lattice constant, m.
-        stiffness: Of the springs between cells, N/m.
-
-    Raises:
-        CurveError: It cannot be read, or is none.
-    """
-    try:
-        given: _File = decode(_File, from_yaml(read(path)))
-        if given.format != FORMAT:
-            raise DecodeError(f'format must be {FORMAT}; got {given.format}')
-        force = (np.array(given.law.force) / (stiffness * length)).tolist()
-        return replace(
-            given.law, low=given.law.low / length, high=given.law.high / length,
-            force=tuple(force),
-        )  # fmt: skip
-    except (DecodeError, DesignError) as error:
-        raise CurveError(f'{path}: this is not a law as `mlmem law` writes: {error}') from error
+    law_file.save(path, found.curve, () if len(found.runs) == 1 else found.std.tolist())

@@ -15,7 +15,10 @@ from mlmem_ros.described import descriptions
 from mlmem_ros.device import Faults
 from mlmem_ros.device.register import code_of
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings, Settings
+from mlmem_ros.law_file import curve_of
+from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
+from mlmem_ros.physics.curve import Curve
 from mlmem_ros.physics.dispersion import band
 from mlmem_ros.procedures import PROCEDURES
 
@@ -29,6 +32,7 @@ HEARD = 'omega_c', 'v_th', 'gain_decay'
 
 WANTED = (
     *(f'design.{each.name}' for each, _ in descriptions(Design)),
+    'design.law',
     *FAULTS,
     'actuator.max_strain',
     'actuator.max_rate',
@@ -36,6 +40,7 @@ WANTED = (
     *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in HEARD),
     'scale.time',
     'scale.length',
+    'scale.stiffness',
     'time.speed',
 )
 """Parameters of a node that a page needs."""
@@ -102,9 +107,12 @@ class About:
 
         Raises:
             DesignError: They do not describe an element.
+            LawFileError, DecodeError: Nor does its law.
         """
-        design = Design(**groups['design'])
         actuator, scale = ActuatorSettings(**groups['actuator']), ScaleSettings(**groups['scale'])
+        given = dict(groups['design'])
+        given['law'] = _law(given.get('law'), scale)
+        design = Design(**given)
         kinds = ((name, type(getattr(Settings(), name))) for name in ('kick', 'register'))
         code = code_of(
             design, Settings(**{name: kind(**groups.get(name, {})) for name, kind in kinds})
@@ -139,3 +147,11 @@ class About:
             'speed': groups.get('time', {}).get('speed', 1.0),
         }
         return cls(design, actuator, scale, stride, json)
+
+
+def _law(given: Any, scale: ScaleSettings) -> Curve | None:
+    """Return the on-site law of a node's parameter, a text, or of a session's header."""
+    if isinstance(given, str):
+        return curve_of(given, scale.length, scale.stiffness) if given else None
+    law: Curve | None = decode(Curve | None, given)
+    return law

@@ -26,6 +26,33 @@ def context():
 
 
 @pytest.fixture
+def declared(context):
+    """Declare the parameters of a node that is given some: declared({'design.preset': 'fast'})."""
+    from types import SimpleNamespace
+
+    from rclpy.parameter import Parameter
+
+    from mlmem_ros.host import ThrottledLog
+    from mlmem_ros.ros.node.parameters import ParameterSet, UnlistedParameters
+
+    nodes = []
+
+    def declare(given=(), namespace=''):
+        overrides = [Parameter(name, value=value) for name, value in dict(given).items()]
+        node = UnlistedParameters(
+            'memory', namespace=namespace, context=context, parameter_overrides=overrides
+        )
+        nodes.append(node)
+        host = SimpleNamespace(loop=None, element=None, log=ThrottledLog(node.get_logger()))
+        node.known = ParameterSet(node, host)
+        return node, node.known
+
+    yield declare
+    for node in nodes:
+        node.destroy_node()
+
+
+@pytest.fixture
 def refused(capfd):
     """Start the program with bad input: refused(parameters, ...) returns the line it ends with."""
     import rclpy

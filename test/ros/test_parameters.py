@@ -3,7 +3,6 @@
 """A node's parameters: a preset is the whole element, others override it."""
 
 from dataclasses import asdict, replace
-from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -14,9 +13,7 @@ from rclpy.parameter import Parameter
 from robot import Robot
 
 from mlmem_ros.device import PRESETS, SettingsError, preset
-from mlmem_ros.host import ThrottledLog
 from mlmem_ros.parameter_file import text_of
-from mlmem_ros.ros.node.parameters import ParameterSet, UnlistedParameters
 
 
 @pytest.fixture(scope='module')
@@ -25,26 +22,6 @@ def context():
     rclpy.init(context=context)
     yield context
     rclpy.try_shutdown(context=context)
-
-
-@pytest.fixture
-def declared(context):
-    """Declare the parameters of a node that is given some: declared({'design.preset': 'fast'})."""
-    nodes = []
-
-    def declare(given=(), namespace=''):
-        overrides = [Parameter(name, value=value) for name, value in dict(given).items()]
-        node = UnlistedParameters(
-            'memory', namespace=namespace, context=context, parameter_overrides=overrides
-        )
-        nodes.append(node)
-        host = SimpleNamespace(loop=None, element=None, log=ThrottledLog(node.get_logger()))
-        node.known = ParameterSet(node, host)
-        return node, node.known
-
-    yield declare
-    for node in nodes:
-        node.destroy_node()
 
 
 def set_all(node, values):

@@ -21,6 +21,7 @@ from ...host.settings import (
     RecordSettings,
     StateSettings,
 )
+from ...law_file import text_of
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
@@ -35,6 +36,9 @@ LIVE = {
 
 DIGEST = 'design.digest'
 """What tells one element from another."""
+
+LAW = 'design.law'
+"""What brings an on-site law other than the paper's: once set, the law itself, as text."""
 
 OF_THE_NODE = {
     'autostart': (True, Description('configure and activate at start')),
@@ -54,6 +58,11 @@ OF_THE_NODE = {
     )),
     'design.file': ('', Description(
         'parameter file that brings the element instead of a preset; set at the start'
+    )),
+    LAW: ('', Description(
+        'file of an on-site law, as mlmem law writes it, or its text; scale.length and '
+        'scale.stiffness turn it into cells, d is a factor on it, and a, b and c are left out; '
+        "empty: the paper's", listed=False,
     )),
     DIGEST: ('', Description(
         'hash of the present design and settings: elements with one are the same'
@@ -101,8 +110,9 @@ def groups(chosen: Preset | None = None) -> dict[str, Any]:
 
 def declarations(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Description]]:
     """Yield every parameter with its default in a preset (that of a new node)."""
+    law = chosen.design.law if chosen else None
     for name, (default, description) in {**LIVE, **OF_THE_NODE}.items():
-        yield name, default, description
+        yield name, text_of(law) if name == LAW and law else default, description
     for prefix, defaults in groups(chosen).items():
         for field, description in descriptions(defaults):
             yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

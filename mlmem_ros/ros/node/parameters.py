@@ -32,8 +32,19 @@ from ...device.settings import Settings
 from ...device.timetable import checked_speed
 from ...host import Host
 from ...host.settings import Parameters
+from ...law_file import LawFileError, curve_of, is_text, text_in
 from ...physics import DesignError
-from .declarations import DIGEST, LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups, is_listed
+from ...physics.curve import Curve
+from .declarations import (
+    DIGEST,
+    LAW,
+    LIVE,
+    OF_A_PRESET,
+    OF_THE_NODE,
+    declarations,
+    groups,
+    is_listed,
+)
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""
@@ -90,6 +101,8 @@ class ParameterSet:
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         self._choices['device.driver'] = tuple(allowed)
+        if not is_text(given := self._value(LAW)):
+            node.set_parameters([Parameter(LAW, value=self._law_in(given))])
         checked_speed(self._value('time.speed'))
         self._warn_of_strangers()
         present = self.values()
@@ -191,10 +204,39 @@ class ParameterSet:
             field.name: self._value(f'{prefix}.{field.name}')
             for field, _ in descriptions(defaults)
         }
+        if prefix == 'design':
+            values['law'] = self._law()
         try:
             return type(defaults)(**values | changed)
         except (DesignError, SettingsError) as error:
             raise SettingsError(f'parameters {prefix}.*: {error}') from error
+
+    def _law(self) -> Curve | None:
+        """Return the on-site law in cells; None for the paper's.
+
+        Raises:
+            SettingsError: Not one in the present units.
+        """
+        if not (text := self._value(LAW)):
+            return None
+        try:
+            return curve_of(text, *map(self._value, ('scale.length', 'scale.stiffness')))
+        except LawFileError as error:
+            raise SettingsError(f'{LAW}: {error}') from error
+
+    def _law_in(self, source: str) -> str:
+        """Return the text of a law, given it or the path of its file; nothing for nothing.
+
+        Raises:
+            SettingsError: There is no such file, or it holds none.
+        """
+        try:
+            if not is_text(source):
+                return source and text_in(self._group('files').confined(source))
+            curve_of(source)
+        except (LawFileError, SettingsError) as error:
+            raise SettingsError(f'{LAW}: {error}') from error
+        return source
 
     def _limit_level(self, words: int) -> None:
         """Give `target_level` the range of the design."""
@@ -245,6 +287,8 @@ class ParameterSet:
             checked_speed(value)
         if name == DIGEST and value != (digest := self.digest()):
             raise SettingsError(f'{name} is computed: {digest}; got {clipped(value)}')
+        if name == LAW:
+            self._law_in(value)
         if name in PATHS and value:
             try:
                 self._group('files').confined(value)
@@ -280,7 +324,7 @@ class ParameterSet:
         Explicit values override the preset's; all are accepted together, or none. A file goes on
         to bring the element until it is left for nothing or for another preset than its own.
         """
-        changed = [self._double(parameter) for parameter in changed]
+        changed = [self._read(self._double(parameter)) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
         self._asked = set(given)
         file = self._value(FILE)
@@ -293,6 +337,7 @@ class ParameterSet:
         return [
             *changed,
             Parameter(FILE, value=''),
+            *([] if LAW in given else [Parameter(LAW, value='')]),
             *(
                 Parameter(key, value=value)
                 for key, value, _ in declarations(preset(name))
@@ -309,6 +354,13 @@ class ParameterSet:
             alike = difflib.get_close_matches(name, known, 1)
             hint = f'; did you mean {alike[0]}?' if alike else ''
             self._node.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
+
+    def _read(self, parameter: Parameter) -> Parameter:
+        """Return a law whose file is named as its text, which goes where the file does not."""
+        if parameter.name == LAW and isinstance(parameter.value, str):
+            with suppress(SettingsError):  # `_check` tells it
+                return Parameter(LAW, value=self._law_in(parameter.value))
+        return parameter
 
     def _double(self, parameter: Parameter) -> Parameter:
         """Return a parameter converted to a double if a double is declared, and one is meant.
