@@ -161,6 +161,22 @@ def test_a_parameter_that_is_not_listed_is_told_with_its_type_and_range(declared
     assert 'write.hold' not in listed(node)
 
 
+def test_to_ask_for_one_changes_nothing(declared, capfd):
+    """Even while it may not be set; it is declared only then."""
+    node, given = declared({'design.preset': 'bits_4'})
+    given.lock(16)
+    before, values = listed(node), given.values()
+    capfd.readouterr()
+    assert node.has_parameter('write.hold')
+    assert node.get_parameter_or('read.end').value == values.settings.read.end
+    assert node.describe_parameter('throw.peak').floating_point_range
+    probe = node.get_parameters_by_prefix('probe')
+    assert {name: each.value for name, each in probe.items()} == vars(values.settings.probe)
+    assert given.values() == values
+    assert listed(node) == before
+    assert not capfd.readouterr().err
+
+
 def test_one_that_is_given_or_set_is_listed(declared):
     node, given = declared({'throw.peak': 0.12})
     assert 'throw.peak' in listed(node)

@@ -3,7 +3,8 @@
 """The node's parameters, declared from the descriptions of the settings that they fill.
 
 Those of a preset that a robot leaves alone are not listed: 170 names hide the twenty that a robot
-builder changes. By name they are told and set like any; what was set is listed.
+builder changes. By name they are told and set like any; what was set is listed. They are declared
+when somebody asks for them: rclpy takes 0.2 ms for each.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import sys
+import threading
 from contextlib import suppress
 from typing import Any
 
@@ -72,7 +74,7 @@ class ParameterSet:
     """Knows all parameters of the contract, validates them, and puts changes into effect.
 
     Attributes:
-        hidden: Those that the node does not list; see `unlisted`.
+        hidden: Those that the node does not list.
         locked: Whether the node is configured, so that only live parameters may be set.
     """
 
@@ -88,16 +90,19 @@ class ParameterSet:
         self._given: dict[str, Parameter] = node._parameter_overrides  # no public way to ask
         self._choices: dict[str, tuple[str, ...]] = {}
         self._asked = set[str]()  # by name, in the request under way
+        self._undeclared: dict[str, tuple[Any, Description]] = {}  # default and description
+        self._declaring: str | None = None  # that which is asked for now
+        self._lock = threading.RLock()
         self.locked = False
         first = self._first()
         self._defaults = groups(first)
         own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
-        self.hidden = set[str]()
         for name, default, description in declarations(first):
-            if not node.has_parameter(name):
-                self._declare(name, own.get(name, default), description)
             if not (is_listed(name, description) or name in self._given):
-                self.hidden.add(name)
+                self._undeclared[name] = default, description
+            elif not node.has_parameter(name):
+                self._declare(name, own.get(name, default), description)
+        self.hidden = set(self._undeclared)
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         self._choices['device.driver'] = tuple(allowed)
@@ -137,6 +142,19 @@ class ParameterSet:
             return ''
         return Preset(values.design, values.settings).digest
 
+    def ask(self, name: str) -> None:
+        """Declare a parameter if it is one for which nobody has asked yet."""
+        with self._lock:
+            if (asked := self._undeclared.pop(name, None)) is not None:
+                self._declaring = name
+                self._declare(name, *asked)
+                self._declaring = None
+
+    def ask_all(self) -> None:
+        """Declare all parameters."""
+        for name in tuple(self._undeclared):
+            self.ask(name)
+
     def lock(self, words: int) -> None:
         """Allow only live parameters from now on, and contents below `words`."""
         self._limit_level(words)
@@ -160,7 +178,8 @@ class ParameterSet:
         return chosen
 
     def _value(self, name: str) -> Any:
-        return self._node.get_parameter(name).value
+        undeclared = self._undeclared.get(name)
+        return undeclared[0] if undeclared else self._node.get_parameter(name).value
 
     def _compare_digest(self) -> None:
         """Warn if a file that names a digest, as a dump does, is no longer of this element."""
@@ -252,6 +271,8 @@ class ParameterSet:
         self._node.set_descriptor('target_level', described)
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
+        if self._is_declared_now(changed):
+            return SetParametersResult(successful=True)
         try:
             for parameter in changed:
                 self._check_one(parameter.name, parameter.value)
@@ -262,6 +283,9 @@ class ParameterSet:
             self._host.log.refused('a parameter', error)
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _is_declared_now(self, changed: list[Parameter]) -> bool:
+        return [parameter.name for parameter in changed] == [self._declaring]
 
     def _check_one(self, name: str, value: Any) -> None:
         """Refuse a value that may not be set now.
@@ -306,6 +330,8 @@ class ParameterSet:
 
     def _apply(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
+        if self._is_declared_now(changed):
+            return
         self.hidden -= self._asked
         with self._host.log.guarded('parameters'):
             given = ', '.join(f'{each.name} = {clipped(each.value)}' for each in changed)
@@ -334,6 +360,7 @@ class ParameterSet:
         if name not in tuple(PRESETS) or of_the_file:
             return changed
         others = {*given, *OF_THE_NODE, *LIVE}
+        self.ask_all()
         return [
             *changed,
             Parameter(FILE, value=''),
@@ -347,7 +374,7 @@ class ParameterSet:
 
     def _warn_of_strangers(self) -> None:
         """Warn of given parameters that do not exist, such as misspelt ones."""
-        known = sorted(self._node.get_parameters_by_prefix(''))
+        known = sorted({*self._node.get_parameters_by_prefix(''), *self._undeclared})
         for name in sorted(self._given):
             if name in known or name.startswith('qos_overrides.'):
                 continue
@@ -415,6 +442,23 @@ class UnlistedParameters(Node):
             found.names = [name for name in found.names if name not in self.known.hidden]
             found.prefixes = sorted({n.rpartition('.')[0] for n in found.names if '.' in n})
         return found
+
+    def has_parameter(self, name: str) -> bool:
+        """Return whether there is such a parameter, listed or not."""
+        if self.known is not None:
+            self.known.ask(name)
+        return bool(super().has_parameter(name))
+
+    def describe_parameter(self, name: str) -> ParameterDescriptor:
+        """Return the descriptor of a parameter, listed or not."""
+        self.has_parameter(name)
+        return super().describe_parameter(name)
+
+    def get_parameters_by_prefix(self, prefix: str) -> Any:
+        """Return all parameters with a prefix, listed or not."""
+        if self.known is not None:
+            self.known.ask_all()
+        return super().get_parameters_by_prefix(prefix)
 
     def get_parameter(self, name: str) -> Any:
         """Return a parameter; the digest is that of the present values."""
