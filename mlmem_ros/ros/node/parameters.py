@@ -106,7 +106,7 @@ class ParameterSet:
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         self._choices['device.driver'] = tuple(allowed)
-        if not is_text(given := self._value(LAW)):
+        if (given := self._value(LAW)) and not is_text(given):
             node.set_parameters([Parameter(LAW, value=self._law_in(given))])
         checked_speed(self._value('time.speed'))
         self._warn_of_strangers()
