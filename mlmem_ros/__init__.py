@@ -17,8 +17,9 @@ from .version import __version__
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
     from .contract.calls import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
-    from .ros.client.client import MemoryClient, standalone
+    from .ros.client.client import MemoryClient
     from .ros.client.reply import Reply
+    from .ros.client.standalone import standalone
     from .ros.node.node import MemoryNode
 
 __all__ = [
@@ -36,7 +37,8 @@ _HOMES = {
         'RequestFailed',
         'RequestRefused',
     ),
-    'ros.client.client': ('MemoryClient', 'standalone'),
+    'ros.client.client': ('MemoryClient',),
+    'ros.client.standalone': ('standalone',),
     'ros.client.reply': ('Reply',),
     'ros.node.node': ('MemoryNode',),
 }

@@ -18,7 +18,7 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, UInt8
 
 from mlmem_ros import MemoryClient
-from mlmem_ros.ros.client.client import wait_until
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.qos import RELIABLE
 from mlmem_ros.testing import memory_node
 

@@ -11,7 +11,8 @@
 
 from .frozen_clock import FrozenClock, frozen_clock
 from .isolation import isolate
-from .node import RunningNode, faults, memory_node
+from .node import memory_node
+from .running import RunningNode, faults
 from .sessions import ReplayedSession, assert_replays, assert_written, replay_session, replayed
 
 __all__ = [

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
-from .node import START as NODE_START
-from .node import RunningNode
+from .running import START as NODE_START
+from .running import RunningNode
 
 if TYPE_CHECKING:
     from ..ros.client.reply import Reply

@@ -1,135 +1,29 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node that runs for a test, in its process or in one of its own, and its faults."""
+"""A memory node that runs for a test, in its process or in one of its own."""
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
-from abc import ABC, abstractmethod
+import threading
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from functools import cached_property
+from contextlib import contextmanager
 from os import PathLike
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from ..ros.node_process import Parameters, node_arguments, node_process
+from rclpy.context import Context
+from rclpy.utilities import try_shutdown
 
-if TYPE_CHECKING:
-    from typing_extensions import Self
+from ..contract.calls import RequestRefused
+from ..device.mailbox import Steps
+from ..host import REFUSALS
+from ..ros.node.command_line import ros_arguments
+from ..ros.node.node import MemoryNode
+from ..ros.node.run import ONE, Element, begin, end, turn
+from ..ros.node_process import Parameters, node_arguments
+from .running import NodeApart, RunningNode
 
-    from ..ros.client import MemoryClient
-
-START = 60.0
-"""Seconds that a node may take to start on a busy machine."""
-
-
-class RunningNode(ABC):
-    """A memory node that runs, until the end of its context.
-
-    Attributes:
-        element: Its full name.
-    """
-
-    def __init__(self, element: str) -> None:
-        self.element = element
-        self.ends = ExitStack()
-
-    @cached_property
-    def memory(self) -> MemoryClient:
-        """A client of it, created on first use."""
-        from ..ros.client.client import standalone
-
-        return self.ends.enter_context(standalone(self.element, START))
-
-    @abstractmethod
-    def step(self, ticks: int) -> int:
-        """Run ticks while time is paused; return the ticks since its start.
-
-        Raises:
-            RequestRefused: Its time is not paused, or it has failed.
-        """
-
-    @property
-    @abstractmethod
-    def output(self) -> str:
-        """All that it has logged."""
-
-    @property
-    @abstractmethod
-    def running(self) -> bool:
-        """Whether it is still running."""
-
-    @abstractmethod
-    def terminate(self) -> None:
-        """Ask it to end, like SIGTERM, if it is still running."""
-
-    @abstractmethod
-    def exit_status(self, within: float = 60.0) -> int:
-        """Wait for its end; return the exit status of `memory_node`.
-
-        Raises:
-            TimeoutError: It does not end in time.
-        """
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.terminate()
-        self.exit_status()
-        self.ends.close()
-
-
-class NodeApart(RunningNode):
-    """A running process of `memory_node`."""
-
-    def __init__(self, element: str, arguments: Sequence[str]) -> None:
-        super().__init__(element)
-        folder = self.ends.enter_context(tempfile.TemporaryDirectory(prefix='memory-node-'))
-        self._output = Path(folder, 'output.txt')
-        with self._output.open('wb') as output:
-            self._process = self.ends.enter_context(
-                node_process(arguments, stdout=output, stderr=subprocess.STDOUT)
-            )
-
-    def step(self, ticks: int) -> int:
-        """Run ticks while time is paused; return the ticks since its start."""
-        return [self.memory.step().wait().tick for _ in range(ticks)][-1]
-
-    @property
-    def output(self) -> str:
-        """Its output, on both streams."""
-        return self._output.read_text(encoding='utf-8')
-
-    @property
-    def running(self) -> bool:
-        """Whether it is still running."""
-        return self._process.poll() is None
-
-    @property
-    def pid(self) -> int:
-        """Process id."""
-        return self._process.pid
-
-    def signal(self, number: int) -> None:
-        """Send it a signal."""
-        self._process.send_signal(number)
-
-    def terminate(self) -> None:
-        """Ask it to end, if it is still running."""
-        self._process.terminate()
-
-    def exit_status(self, within: float = 60.0) -> int:
-        """Wait for its end; negative: the signal that killed it."""
-        try:
-            return self._process.wait(within)
-        except subprocess.TimeoutExpired:
-            raise TimeoutError(f'{self.element} did not end within {within:g} s') from None
-
-    def __exit__(self, *_: object) -> None:
-        self.ends.close()
+STEPPED = 60.0
+"""Seconds that a machine may take to run the ticks requested at a time."""
 
 
 @contextmanager
@@ -174,32 +68,116 @@ def memory_node(
         with NodeApart(element, [*options, *command]) as node:
             yield node
     else:
-        from .here import NodeHere
-
         with NodeHere(element, ['memory_node', *options, *command]) as node:
             yield node
 
 
-@contextmanager
-def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
-    """Set faults of an element, named like the parameters `faults.*`, and restore them at the end,
-    even after an exception.
+class NodeHere(RunningNode):
+    """A node in this process, or several, their executor and its thread.
 
-    ::
-
-        with faults(node, actuator_stuck=True), pytest.raises(RequestFailed):
-            node.memory.write(3).wait()
-
-    Commands sent in the block meet the faults; those sent afterwards do not.
-
-    Raises:
-        RequestRefused: There is no such fault, or the element cannot have it.
+    Attributes:
+        nodes: All of them.
     """
-    named = {f'faults.{name}': value for name, value in given.items()}
-    before = node.memory.parameters(*named).wait()
-    try:
-        node.memory.set_parameters(named).wait()
-        yield
-    finally:
-        if node.running:
-            node.memory.set_parameters(before).wait()
+
+    def __init__(
+        self, element: str, arguments: Sequence[str], elements: Sequence[Element] = ONE
+    ) -> None:
+        """Start the nodes, the first named `element`; raises what keeps them from starting."""
+        super().__init__(element)
+        self._said: list[str] = []
+        self._stop: list[None] = []
+        self._status: int | None = None
+        said = self._said
+
+        class Overheard(MemoryNode):
+            """A node that keeps its log."""
+
+            def get_logger(self) -> Any:
+                made: Any = super().get_logger()
+                return made if isinstance(made, Kept) else Kept(made, said)  # in Kilted it is
+
+        context = Context()
+        try:
+            self.nodes, self._executor = begin(
+                ros_arguments(arguments), context, Overheard, elements
+            )
+        except BaseException:
+            try_shutdown(context=context)
+            raise
+        self._thread = threading.Thread(target=self._run, name='mlmem-node', daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        turn(self._executor, self._stop)
+        self._status = end(self.nodes, self._executor)
+
+    @property
+    def node(self) -> MemoryNode:
+        """The first node."""
+        return self.nodes[0]
+
+    def step(self, ticks: int) -> int:
+        """Run ticks while time is paused; return the ticks since its start."""
+        try:
+            return self.node.host.step(Steps(ticks)).answer.result(STEPPED)
+        except REFUSALS as refusal:
+            raise RequestRefused({'error': str(refusal)}) from refusal
+
+    @property
+    def output(self) -> str:
+        """Its log, in console format."""
+        return ''.join(self._said)
+
+    @property
+    def running(self) -> bool:
+        """Whether it is still running."""
+        return self._thread.is_alive()
+
+    def terminate(self) -> None:
+        """Ask it to end, if it is still running."""
+        if not self._stop:
+            self._stop.append(None)
+            self._executor.interrupt()
+
+    def exit_status(self, within: float = 60.0) -> int:
+        """Wait for its end.
+
+        Raises:
+            TimeoutError: It does not end in time.
+        """
+        self._thread.join(within)
+        if self._status is None:
+            raise TimeoutError(f'{self.element} did not end within {within:g} s')
+        return self._status
+
+
+class Kept:
+    """A logger that keeps what it logs.
+
+    Each severity has its own source line, since rclpy allows only one severity a line.
+    """
+
+    def __init__(self, logger: Any, said: list[str]) -> None:
+        self._logger = logger
+        self._said = said
+
+    def info(self, text: str) -> None:
+        """Keep it, and log it."""
+        self._keep('INFO', text)
+        self._logger.info(text)
+
+    def warning(self, text: str) -> None:
+        """Keep it, and log it."""
+        self._keep('WARN', text)
+        self._logger.warning(text)
+
+    def error(self, text: str) -> None:
+        """Keep it, and log it."""
+        self._keep('ERROR', text)
+        self._logger.error(text)
+
+    def _keep(self, severity: str, text: str) -> None:
+        self._said.append(f'[{severity}] [{self._logger.name}]: {text}\n')
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._logger, name)

@@ -14,7 +14,7 @@ from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.calls import BankFailed, RequestError, RequestFailed, RequestRefused
 from mlmem_ros.procedures import BLANK
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.client.line import Connection
+from mlmem_ros.ros.client.link import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps
 
 from .word import Word, word_of

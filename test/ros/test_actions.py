@@ -23,7 +23,7 @@ from robot import values
 
 from mlmem_ros import MemoryClient, RequestFailed, RequestRefused
 from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
-from mlmem_ros.ros.client.line import Link
+from mlmem_ros.ros.client.link import Link
 from mlmem_ros.ros.events import events_executor
 from mlmem_ros.ros.node import simulator
 

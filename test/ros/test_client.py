@@ -30,7 +30,7 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.ros.client.client import wait_until
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
 
 SOON = 30.0

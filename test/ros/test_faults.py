@@ -14,7 +14,7 @@ from robot import BLANK, SENSOR, Imu, Robot, values
 from mlmem_ros.contract.calls import RequestRefused
 from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.client.client import standalone
+from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.cli.main import main

@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.client.client import wait_until
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
 
 SOON = 30.0

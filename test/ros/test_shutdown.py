@@ -19,8 +19,8 @@ from robot import Robot
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
-from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.client.line import GRACE, LEASE
+from mlmem_ros.ros.client.link import GRACE, LEASE
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.fast_dds import PROFILE, profile_variable
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
 from mlmem_ros.ros.node.services import SILENT

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.ros.client.client import standalone
+from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.ros.node_process import child
 from mlmem_tools.cli.main import main
 

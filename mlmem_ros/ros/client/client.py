@@ -1,27 +1,19 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory in a robot's code: a client on one of the robot's own nodes, or on one for itself."""
+"""The memory in a robot's code: a client on one of the robot's own nodes."""
 
 from __future__ import annotations
 
 import json
-import os
-import threading
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-import rclpy
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from ... import packages
@@ -38,7 +30,6 @@ from ...contract.answers import (
     Stepped,
 )
 from ...contract.calls import (
-    NoAnswer,
     RequestRefused,
     fitted,
     message_of,
@@ -48,18 +39,12 @@ from ...contract.calls import (
 )
 from ...contract.services import DEADLINE, action_types
 from ...procedures import PROCEDURES
-from ..events import events_executor
-from .line import Call, Connection, Line
-from .reply import Goal, Reply, Steps, seconds
+from .goal import Goal
+from .link import Call, Connection
+from .reply import Reply, Steps, seconds
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
-
-POLL = 0.02
-"""Seconds between two checks of a condition."""
-
-TURN = 10.0
-"""Seconds per spin; this executor must not wait without a time-out."""
 
 
 class MemoryClient:
@@ -340,62 +325,3 @@ def _type_of(name: str, value: Any) -> int:
 
 def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
     return parse(kind, response.success, response.message)
-
-
-# --- without a node of the robot -------------------------------------------------------------
-
-
-@contextmanager
-def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryClient]:
-    """Join the ROS graph with a client, its node and a thread that spins it; leave it at the end.
-
-    ::
-
-        with standalone() as memory:
-            memory.write(5).wait()
-
-    It has its own context and no signal handlers, so it does not disturb the program's rclpy.
-    Callbacks of subscriptions created on `memory.node` run in its thread. The memory node may take
-    `patience` seconds to appear.
-    """
-    context = Context()
-    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-    node = Node(
-        f'mlmem_client_{os.getpid()}_{time.time_ns() % 10**6}',
-        context=context,
-        use_global_arguments=False,
-        start_parameter_services=False,
-    )
-    executor = events_executor(context)
-    executor.add_node(node)
-    over = Future()
-
-    def turn() -> None:
-        while not over.done():
-            executor.spin_until_future_complete(over, TURN)
-
-    thread = threading.Thread(target=turn, name='mlmem-client', daemon=True)
-    thread.start()
-    try:
-        yield MemoryClient(node, name, patience=patience)
-    finally:
-        over.set_result(None)
-        thread.join()  # an executor must not be shut down while it spins
-        executor.shutdown()
-        Line.of(context).close()
-        node.destroy_node()
-        rclpy.try_shutdown(context=context)
-
-
-def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:
-    """Wait in the program's thread until a condition holds, which the client's callbacks may make
-    true.
-
-    Raises:
-        NoAnswer: It does not become true in time.
-    """
-    deadline = time.monotonic() + timeout
-    while not condition():
-        if time.monotonic() > deadline:
-            raise NoAnswer(f'{what} did not come within {timeout:g} s')
-        time.sleep(POLL)

@@ -1,0 +1,205 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a client reaches its memory node: service calls and topics over one line, or the next."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import Executor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.task import Future
+from rclpy.timer import Timer
+from std_msgs.msg import Empty
+
+from ..qos import ALIVE, CLIENTS, EVERY_ONE, HEARD, RELIABLE, heard_within
+from .line import Line, is_destroyed
+
+LEASE = 2.0
+"""Seconds without a sign of life after which the middleware says so."""
+
+GRACE = 2.0
+"""Seconds after which that is believed."""
+
+DESTROYED = InvalidHandle, rclpy_implementation.RCLError
+"""What rclpy raises when the node is destroyed, or ROS was shut down."""
+
+
+@dataclass(frozen=True)
+class Call:
+    """One service call: the service below the memory node's name, its type, and the request.
+
+    Without a request it only waits until the service is available.
+    """
+
+    service: str
+    kind: Any
+    request: Any = None
+
+
+class Connection:
+    """How a client reaches its memory node.
+
+    Attributes:
+        node: The robot's node.
+        peer: Full name of the memory node.
+        patience: Seconds to wait for it to appear.
+    """
+
+    def __init__(self, node: Node, peer: str, patience: float) -> None:
+        self.node = node
+        self.peer = peer
+        self.patience = patience
+        self.line = Line.of(node.context)
+        self._link: Link | None = None
+        self._lock = threading.Lock()
+
+    def wake(self, _: Any = None) -> None:
+        """Have the robot's executor, if there is one, resume its coroutines.
+
+        The executor of events does so only after a callback of the node.
+        """
+        executor = self.node.executor
+        if isinstance(executor, Executor):
+            executor.wake()
+        elif executor is not None:
+            with contextlib.suppress(*DESTROYED):
+                timers: list[Timer] = []  # it may fire before it is in here, and then fires again
+
+                def end() -> None:
+                    while timers:
+                        self.node.destroy_timer(timers.pop())
+
+                timers.append(self.node.create_timer(0.0, end))
+
+    def link(self) -> Link:
+        """Return the link, a new one if the last is broken."""
+        with self._lock:
+            if self._link is None or self._link.broken:
+                broken, line = self._link, self.line
+                if broken is not None:
+                    line = self.line.renewed(broken, self.node)
+                    broken.close()
+                self._link = Link(line, self.node, self.peer)
+            return self._link
+
+    def gone(self) -> str:
+        """Return why nothing can come any more; empty while it can."""
+        if not self.node.context.ok() or self.line.over:
+            return 'ROS was shut down'
+        return 'the node was destroyed' if is_destroyed(self.node) else ''
+
+
+class Link:
+    """A memory node as it is reached over one line: the ROS entities for it, and whether it lives.
+
+    Attributes:
+        node: The hidden node.
+    """
+
+    def __init__(self, line: Line, robot: Node, peer: str) -> None:
+        self._line = line
+        self._peer = peer
+        self._lost = False
+        self._clients: dict[str, Any] = {}
+        self._heard: dict[str, Any] = {}
+        self._takers: dict[str, set[Callable[[Any], None]]] = {}
+        self._lock = threading.Lock()
+        self._alive, self._since = 0, time.monotonic() + LEASE
+        self._met = False
+        self.node = line.join(self, robot)
+        self.node.create_publisher(Empty, f'{peer}/{CLIENTS}', heard_within(HEARD))
+        callbacks = SubscriptionEventCallbacks(
+            liveliness=self._on_liveliness, use_default_callbacks=False
+        )
+        with contextlib.suppress(UnsupportedEventTypeError):  # then only the graph tells
+            self._heard[ALIVE] = self.node.create_subscription(
+                Empty, f'{peer}/{ALIVE}', _ignore, heard_within(LEASE), event_callbacks=callbacks
+            )
+
+    @property
+    def broken(self) -> bool:
+        """Whether it was silent for so long that it may have to be reached anew."""
+        return self._lost or self._line.broken
+
+    def ready(self, call: Call) -> bool:
+        """Return whether the service of a call is available."""
+        ready: bool = self._client(call).service_is_ready()
+        return ready
+
+    def send(self, call: Call) -> Future | None:
+        """Send a request; return its response to come, or none if it cannot be sent yet."""
+        if self.silent(time.monotonic()) or not self.ready(call):
+            return None
+        if call.request is not None:
+            return self._client(call).call_async(call.request)
+        there = Future()
+        there.set_result(None)
+        return there
+
+    def drop(self, call: Call, sent: Future | None) -> None:
+        """Take no interest in a response any more."""
+        with contextlib.suppress(InvalidHandle):
+            if sent is not None:
+                self._client(call).remove_pending_request(sent)
+
+    def takers(self, topic: str, kind: Any) -> set[Callable[[Any], None]]:
+        """Return who is given the messages of a topic of the memory node, to be changed."""
+        with self._lock:
+            if topic not in self._takers:
+                self._takers[topic] = takers = set[Callable[[Any], None]]()
+
+                def take(message: Any) -> None:
+                    for each in list(takers):
+                        each(message)
+
+                self._heard[topic] = self.node.create_subscription(
+                    kind, f'{self._peer}/{topic}', take, RELIABLE
+                )
+                self._line.stir()
+            return self._takers[topic]
+
+    def _client(self, call: Call) -> Any:
+        """Return the rclpy client of a service, created on first use since each slows the node."""
+        with self._lock:
+            if call.service not in self._clients:
+                self._clients[call.service] = self.node.create_client(
+                    call.kind, f'{self._peer}/{call.service}', qos_profile=EVERY_ONE
+                )
+                self._line.stir()
+            return self._clients[call.service]
+
+    def serves(self, service: str) -> bool:
+        """Return whether the memory node has a service, as far as is known."""
+        return bool(self.node.count_services(f'{self._peer}/{service}'))
+
+    def silent(self, now: float) -> bool:
+        """Return whether the memory node has given no sign of life for long; then it is broken."""
+        if not self._alive and ALIVE in self._heard:
+            if not self._met:  # the first sign follows the discovery
+                self._met = self.node.count_publishers(f'{self._peer}/{ALIVE}') > 0
+                self._since = now + LEASE
+            elif now - self._since > GRACE:
+                self._lost = True
+        return self._lost
+
+    def close(self) -> None:
+        """Leave the line. The entities stay until it ends: the executor may hold an event of one
+        that another thread destroys, and crash.
+        """
+        self._line.leave(self)
+
+    def _on_liveliness(self, event: Any) -> None:
+        self._alive, self._since = event.alive_count, time.monotonic()
+
+
+def _ignore(_: Empty) -> None:
+    """Take nothing from a topic whose publisher only lives."""
