@@ -7,6 +7,10 @@ and closed forms; with `--output FILE.yaml` it writes them as a node's parameter
 `--prove` it simulates them. Its strokes and its throw, which take a wall down, also follow rules;
 `--search TRIALS` looks for better ones (minutes). No ROS is needed.
 
+`--law LAW.yaml` asks for cells with a law of their own, as `mlmem law` writes it: whether
+they can be a memory with such springs and masses, with which gradient, and, without `--levels`, of
+how many levels (2, 4, 8 ... 256). If not, it says why.
+
 `check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
 depends on, and says what goes wrong if one fails. `prove` simulates such designs: every level is
 written and read back, lower ones are written, and every level is erased; results are kept, so the
@@ -96,6 +100,11 @@ TASKS = {'check': check, 'prove': prove}
 @command(
     'find a design for a number of levels, judge one, prove one',
     option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
+    option('--law', type=Path, metavar='LAW.yaml', help='on-site law of the cells'),
+    option('--phase', type=int, default=0, help='ground state of the law that is blank, from 0'),
+    option('--length', type=float, metavar='M', help='its lattice constant'),
+    option('--spring', type=float, metavar='N/M', help='its springs between cells'),
+    option('--mass', type=float, metavar='KG', help='its masses'),
     option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
     option(
         '--search',
@@ -114,17 +123,21 @@ def design(arguments: argparse.Namespace) -> int:
     """Do the task; return the exit status."""
     from mlmem_ros.device.errors import SettingsError
     from mlmem_ros.element_file import ElementFileError
+    from mlmem_ros.law_file import LawFileError
     from mlmem_ros.parameter_file import ParameterFileError
     from mlmem_ros.physics import DesignError
 
-    if not arguments.task and arguments.levels is None:
-        return complain('design', 'give --levels P to find a design, or one of check and prove', 2)
+    if not arguments.task and arguments.levels is None and arguments.law is None:
+        return complain('design', 'give --levels P or --law FILE, or one of check and prove', 2)
+    of_a_law = arguments.length, arguments.spring, arguments.mass
+    if any((each is None) == (arguments.law is not None) for each in of_a_law):
+        return complain('design', '--law, --length, --spring and --mass need each other', 2)
     try:
         if arguments.task:
             return TASKS[arguments.task].run(arguments)
         found: int = laboratory.part('find_design')(arguments)
         return found
-    except (ParameterFileError, ElementFileError) as error:
+    except (ParameterFileError, ElementFileError, LawFileError) as error:
         return complain('design', error, 2)
     except (DesignError, SettingsError, OSError) as error:
         return complain('design', error, 1)

@@ -6,13 +6,17 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mlmem_ros.device.end import End
 from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.law_file import load as load_law
 from mlmem_ros.parameter_file import load, text_of
+from mlmem_ros.physics import CASE_II
 from mlmem_tools.checks.schedule import cycle_time
 from mlmem_tools.checks.subject import Subject
 from mlmem_tools.cli.command import element_of
@@ -23,7 +27,7 @@ from ..results import by, load_kept, save, with_reads
 from ..studies.campaign import CampaignError
 from ..studies.campaign.terminal import evaluated
 from ..studies.proof import Proof, Tally
-from . import DesignNotFound, propose, searched
+from . import DesignNotFound, Proposal, propose, searched
 from .pulses import dynamic_range
 
 if TYPE_CHECKING:
@@ -64,8 +68,11 @@ def prove(arguments: argparse.Namespace) -> int:
 
 def _find(arguments: argparse.Namespace) -> int:
     console = plain_console(aside=arguments.json)
-    found = propose(arguments.levels)
-    how = f'mlmem design --levels {arguments.levels}'
+    if arguments.law is None:
+        found, how = propose(arguments.levels), f'mlmem design --levels {arguments.levels}'
+    else:
+        found, how = _of_a_law(arguments, console)
+    levels = found.design.levels
     if arguments.search > 0:
         how += f' --search {arguments.search}'
         try:
@@ -73,7 +80,7 @@ def _find(arguments: argparse.Namespace) -> int:
         except ImportError as error:
             raise DesignNotFound(f'--search needs the extra `search`: {error}') from error
         found = dataclasses.replace(found, settings=settings)
-    text = f'# {arguments.levels} levels, by `{how}`.\n' + text_of(found.design, found.settings)
+    text = f'# {levels} levels, by `{how}`.\n' + text_of(found.design, found.settings)
     if arguments.json and not arguments.prove:
         print_json(
             {
@@ -90,11 +97,46 @@ def _find(arguments: argparse.Namespace) -> int:
         console.print(f'written: {arguments.output}')
         for number, reason in found.reasons.items():
             console.print(f'not {number} cells per level: {reason}')
-        print_report(console, f'{arguments.levels} levels', found.report, brief=True)
+        print_report(console, f'{levels} levels', found.report, brief=True)
     if not arguments.prove:
         return 0
-    name = f'levels_{arguments.levels}'
+    name = f'levels_{levels}'
     return _show(console, [(name, found.design, found.settings)], arguments, None)
+
+
+def _of_a_law(arguments: argparse.Namespace, console: Console) -> tuple[Proposal, str]:
+    """Return a design of cells with a law, of the most levels if none are given, and its command.
+
+    Raises:
+        DesignNotFound: They can be no such memory.
+    """
+    scale = ScaleSettings(
+        length=arguments.length, stiffness=arguments.spring,
+        time=math.sqrt(max(0.0, arguments.mass / (arguments.spring or math.inf))),
+    )  # fmt: skip
+    law = load_law(arguments.law, scale.length, scale.stiffness)
+    cell = dataclasses.replace(CASE_II, d=1.0, phase=arguments.phase, law=law)
+    tried = [arguments.levels] if arguments.levels else [2**bits for bits in range(1, 9)]
+    found = None
+    for levels in tried:
+        try:
+            with console.status(f'{levels} levels'):
+                found = propose(levels, cell)
+        except DesignNotFound as error:
+            if found is None:
+                raise
+            console.print(f'{error}', soft_wrap=True)
+            break
+    assert found is not None
+    console.print(
+        f'{found.design.levels} levels, with a gradient of {found.design.gamma:.3g} per cell'
+    )
+    settings = dataclasses.replace(found.settings, scale=scale)
+    how = (
+        f'mlmem design --law {arguments.law} --length {scale.length:g} --spring '
+        f'{scale.stiffness:g} --mass {arguments.mass:g} --levels {found.design.levels}'
+    )
+    return dataclasses.replace(found, settings=settings), how
 
 
 def _show(

@@ -11,6 +11,8 @@ What is chosen, and why:
 - J_s = 2 J and j_0 = 0.38 J_s: launched walls and kinks are caught near level 0. A released wall
   has a third of the way left, along which the next defect pulls it; the gradient only has to keep
   it from turning back. gamma = -3e-5 then costs 8 % of alpha over 256 levels.
+- A cell with a law of its own needs a gradient that balances the energy which every passage sets
+  free (`balance`), beside that: it changes alpha by so much that few levels are left, if any.
 - eta is 1/250, or less if the farthest echo needs it.
 - Peaks and times follow from what frees walls and kinks. A write places the wall gently: up,
   hardly a hold, and nearly all the way back while the next defect pulls the wall in; no time is
@@ -24,6 +26,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
 
 from mlmem_ros.device import Settings
 from mlmem_ros.device.settings import (
@@ -35,12 +40,14 @@ from mlmem_ros.device.settings import (
     WriteSettings,
 )
 from mlmem_ros.device.strokes import hand_rate
-from mlmem_ros.physics import CASE_II, Design
+from mlmem_ros.physics import CASE_II, Design, Specimen
+from mlmem_ros.physics.dispersion import band
+from mlmem_ros.physics.held_wall import hold_walls, uniform
 from mlmem_tools.checks import Report, Verdict, check
 from mlmem_tools.checks.schedule import CALM
 from mlmem_tools.checks.subject import Subject
 
-from .pulses import confirm, damping_for, listen
+from .pulses import HALF_WIDTH, LENGTHS, confirm, damping_for, listen
 from .stroke_search import going_back
 
 TICK = TimeSettings().tick
@@ -173,6 +180,9 @@ CELLS = range(7, 21)
 GAMMA = -3e-5
 """Gradient per cell."""
 
+STEEPEST = 0.5
+"""Most change of alpha over an element."""
+
 PLACE = 0.38
 """Site of the least substrate stiffness, over its period."""
 
@@ -201,8 +211,28 @@ class Proposal:
     reasons: dict[int, str]
 
 
-def propose(levels: int) -> Proposal:
+def balance(cell: Design) -> float:
+    """Return the gradient with which a wall is drawn neither way in a chain of such cells.
+
+    Cell by cell a wall sets an energy free, while its own energy changes by the gradient times its
+    on-site part (Hellmann-Feynman). The paper's ground states are alike: 0.
+    """
+    chain = uniform(replace(cell, N=200, J=100, J_s=200, tail=0))
+    v = hold_walls(Specimen(chain), np.array([100.5]), np.zeros(chain.N)).v[0]
+    energy, active = chain.potential.energy, v > chain.D_barrier
+    if chain.D_s2 < chain.D_s1:
+        active = ~active
+    first, second = float(energy(chain.D_s1)), float(energy(chain.D_s2))
+    own = float((energy(v) - np.where(active, second, first)).sum())
+    return (first - second) / own
+
+
+def propose(levels: int, cell: Design = CASE_II) -> Proposal:
     """Return a design for a number of levels that passes the checker.
+
+    Args:
+        levels: The number.
+        cell: A design with the law of the cells.
 
     Raises:
         DesignNotFound: None was found, or levels is out of range.
@@ -211,9 +241,12 @@ def propose(levels: int) -> Proposal:
         raise DesignNotFound(
             f'levels must be a whole number from {FEWEST} to {MOST}; got {levels!r}'
         )
+    drawn = balance(cell) if cell.law else 0.0
+    if unfit := _unfit(levels, cell, drawn):
+        raise DesignNotFound(f'no design for {levels} levels was found: {unfit}')
     reasons: dict[int, str] = {}
     for J in CELLS:
-        found = _with(levels, J)
+        found = _with(levels, J, replace(cell, gamma=GAMMA + drawn))
         if isinstance(found, Proposal):
             return replace(found, reasons=reasons)
         reasons[J] = found
@@ -221,9 +254,29 @@ def propose(levels: int) -> Proposal:
     raise DesignNotFound(f'no design for {levels} levels was found: {said}')
 
 
-def _with(levels: int, J: int) -> Proposal | str:
+def _unfit(levels: int, cell: Design, drawn: float) -> str:
+    """Return why cells are none of a memory, given the gradient that balances them."""
+    first, second = (band(k)[0] for k in (cell.k_s1, cell.k_s2))
+    least = 2.0 * HALF_WIDTH / LENGTHS[-1]
+    if second < first + least:
+        return (
+            f'the band of the second well must begin at least {least:.2g} above that of the '
+            f'first, or no carrier tells them by an echo; they begin at {second:.3g} and '
+            f'{first:.3g}, with stiffnesses of {cell.k_s2:.3g} and {cell.k_s1:.3g}'
+        )
+    if (most := STEEPEST / abs(drawn) if drawn else math.inf) < (levels + 1) * CELLS[0]:
+        return (
+            f"a passage sets free {drawn:.2g} of the wall's on-site energy. A gradient of as much "
+            f'a cell balances that, but changes alpha by half over {most:.0f} cells, and '
+            f'{levels} levels need {(levels + 1) * CELLS[0]}'
+        )
+    return ''
+
+
+def _with(levels: int, J: int, cell: Design) -> Proposal | str:
     """Return a proposal with J cells per level, or the reason why there is none."""
-    frees = freeing(Subject(_element(levels + 2, J, 1 / 250, 0), Settings()))
+    element = partial(_element, cell, J=J)
+    frees = freeing(Subject(element(levels + 2, eta=1 / 250), Settings()))
     if math.isnan(frees.room):
         return 'at some level no tension frees the kink, or the wall'
     if frees.room < ROOM:
@@ -231,12 +284,12 @@ def _with(levels: int, J: int) -> Proposal | str:
             f'the tensions that free kink and wall are too close: {frees.kink_tension:.4f} and '
             f'{frees.wall_tension_least:.4f}'
         )
-    eta = damping_for(_element(levels, J, 1 / 250, 0))
-    heard = listen(_element(levels, J, eta, 0))
+    eta = damping_for(element(levels, eta=1 / 250))
+    heard = listen(element(levels, eta=eta))
     if heard is None:
         return 'no pulse separates the farthest level from the clutter of the defects'
     probe, tail = heard
-    design = _element(levels, J, eta, tail)
+    design = element(levels, eta=eta, tail=tail)
     settings = going_back(design, _settings(design, frees, probe))
     report = check(design, settings)
     if report.verdict is Verdict.FAIL:
@@ -244,10 +297,10 @@ def _with(levels: int, J: int) -> Proposal | str:
     return Proposal(design, settings, report, {})
 
 
-def _element(levels: int, J: int, eta: float, tail: int) -> Design:
+def _element(cell: Design, levels: int, J: int, eta: float, tail: int = 0) -> Design:
     return replace(
-        CASE_II, N=(levels + 1) * J + tail, gamma=GAMMA, J=J, J_s=2 * J,
-        j_0=round(2 * J * PLACE, 6), eta=eta, tail=tail,
+        cell, N=(levels + 1) * J + tail, J=J, J_s=2 * J, j_0=round(2 * J * PLACE, 6), eta=eta,
+        tail=tail,
     )  # fmt: skip
 
 
