@@ -28,8 +28,8 @@ from .physics import Design, DesignError
 from .physics.curve import Curve
 
 OF_THE_NODE = (
-    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'actions',
-    'view', 'use_sim_time',
+    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'target_word', 'autostart',
+    'actions', 'view', 'use_sim_time',
 )  # fmt: skip
 """Groups and names that concern only the node."""
 

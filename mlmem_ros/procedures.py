@@ -10,10 +10,12 @@ client and the command line read it without importing the device.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from typing import Any, NamedTuple
 
+from .clipped import clipped
 from .described import Description, described, descriptions
 
 BLANK = -1
@@ -22,22 +24,54 @@ BLANK = -1
 UNDECODABLE = -2
 """Level reported when the reading is not clear."""
 
+WIDE = -3
+"""Stands for a content where an integer does not hold it: the text beside it does."""
+
+NARROW = 2**15 - 1
+"""The greatest content in `~/level`."""
+
+EXACT = 2**53 - 1
+"""The greatest integer that every reader of JSON keeps."""
+
 JOINT = 'substrate'
 """The one joint of an element, as named in `~/joint_states`."""
 
 
 def describe_level(level: int) -> str:
-    """Return a level in words."""
+    """Return a level in words; a wide one in hexadecimal."""
     if level >= 0:
-        return f'level {level}'
+        return f'level {level if level <= EXACT else as_text(level)}'
     return 'blank' if level == BLANK else 'undecodable'
+
+
+def fitting(level: int, most: int = EXACT) -> int:
+    """Return a content as an integer up to `most` holds it: `WIDE` if it is greater."""
+    return level if level <= most else WIDE
+
+
+def as_text(level: int) -> str:
+    """Return a content as text, such as 0xa7; empty without a level."""
+    return f'{level:#x}' if level >= 0 else ''
+
+
+def from_text(text: str) -> int:
+    """Return the content in a text.
+
+    Raises:
+        ValueError: It is no number from 0 in hexadecimal (0xa7) or decimal digits.
+    """
+    if re.fullmatch('0[xX][0-9a-fA-F]{1,255}|[0-9]{1,300}', text):  # `WIDEST`
+        return int(text, 16 if text[1:2] in ('x', 'X') else 10)
+    raise ValueError(f'must be a number such as 0xa7 or 167; got {clipped(text)}')
 
 
 @dataclass(frozen=True)
 class Write:
     """Write a level and verify it."""
 
-    level: int = described(MISSING, 'level to write, from 0', low=0, high=65_535)
+    level: int = described(
+        MISSING, 'level to write, from 0; in decimal or as 0xa7', low=0, beside='word'
+    )
 
 
 @dataclass(frozen=True)
@@ -126,6 +160,14 @@ class Procedure(NamedTuple):
     def required(self) -> tuple[str, ...]:
         """Arguments without a default."""
         return tuple(name for name, _, default, _ in self.arguments if default is MISSING)
+
+    @property
+    def targets(self) -> Mapping[str, str]:
+        """The parameters with what must be given, for a service that takes nothing, by argument or
+        text beside it.
+        """
+        beside = (described.beside for *_, described in self.arguments if described.beside)
+        return {name: f'target_{name}' for name in (*self.required, *beside)}
 
 
 PROCEDURES = {

@@ -72,7 +72,13 @@ def examples():
     hashed = messages.state_hash(element)
     told = dict.fromkeys(('attempts', 'ticks', 'tick', 'level'), 1)
     told |= dict.fromkeys(('delay', 'level_margin', 'threshold_margin', 'confidence'), 0.5)
-    told |= {'code': '1', 'end': 'left', 'passed': True, 'checks': {'erase': 'blank'}}
+    told |= {
+        'word': '0x1',
+        'code': '1',
+        'end': 'left',
+        'passed': True,
+        'checks': {'erase': 'blank'},
+    }
     told |= {'failed': ['levels'], 'delays': {'left': [1.0]}, 'paused': True, 'recording': True}
     told |= {'path': 'bag', 'details': {}, 'right_delay': 0.5, 'walls': 1, 'reason': 'why'}
     told |= {'position': 9.5, 'position_std': 0.1, 'cells': '4 9', 'kinds': 'wall', 'shots': 3}

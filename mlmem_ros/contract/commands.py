@@ -5,15 +5,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from ..clipped import clipped
+from ..described import descriptions
 from ..device import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
 from ..device.actuator import MOST_POINTS
 from ..device.instrument import Units
-from ..procedures import JOINT, PROCEDURES
+from ..procedures import JOINT, PROCEDURES, from_text
 from . import topics
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 
@@ -126,7 +127,7 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
     name = None if asked is None else STRING.of(asked)
     if name not in REQUESTS:
         raise Refused(f'{NAME} must be one of {", ".join(REQUESTS)}; got {clipped(name)}')
-    kind, types = OF_REQUEST[name], REQUESTS[name]
+    types = REQUESTS[name]
     if name in PROCEDURES:
         given.pop(DEADLINE, None)
     for argument, value in given.items():
@@ -139,13 +140,29 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
                 f'{argument} must be of type {types[argument].number} '
                 f'({types[argument].name}); got type {value.type}'
             )
-    needed = (field.name for field in fields(kind) if field.default is MISSING)
-    if missing := [argument for argument in needed if argument not in given]:
-        raise Refused(f'{name} must be given {", ".join(missing)}')
-    wanted: Command | Record = kind(
-        **{argument: types[argument].of(value) for argument, value in given.items()}
-    )
+    wanted: Command | Record
+    wanted = made(name, {argument: types[argument].of(value) for argument, value in given.items()})
     return wanted
+
+
+def made(name: str, given: Mapping[str, Any]) -> Any:
+    """Return the command of a request with its arguments, by name; a text that is given takes the
+    place of the number that it stands beside.
+
+    Raises:
+        Refused: An argument is missing, or a text is no number.
+    """
+    kind, values = OF_REQUEST[name], dict(given)
+    for field, described in descriptions(kind):
+        if described.beside and (text := values.pop(described.beside, '')):
+            try:
+                values[field.name] = from_text(str(text))
+            except ValueError as error:
+                raise Refused(f'{described.beside} {error}') from error
+    needed = (field.name for field in fields(kind) if field.default is MISSING)
+    if missing := [argument for argument in needed if argument not in values]:
+        raise Refused(f'{name} must be given {", ".join(missing)}')
+    return kind(**values)
 
 
 def wait_of(parameters: Sequence[Any]) -> float:

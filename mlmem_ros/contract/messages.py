@@ -28,7 +28,7 @@ from . import values
 
 
 def level(reading: Reading | None) -> Int16:
-    """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or unknown."""
+    """Return the content; see `values.level`."""
     return Int16(data=values.level(reading))
 
 
@@ -37,7 +37,7 @@ def content(element: MemoryElement, name: str) -> DiagnosticStatus:
     name.
     """
     text, found = values.content(element)
-    known = values.level(element.reading) != UNDECODABLE
+    known = element.reading is not None and element.reading.level != UNDECODABLE
     return DiagnosticStatus(
         level=DiagnosticStatus.OK if known else DiagnosticStatus.WARN,
         name=name.rpartition('/')[2],

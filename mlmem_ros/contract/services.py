@@ -37,7 +37,7 @@ SELF_TEST = 'diagnostic_msgs/srv/SelfTest'
 
 def _of(name: str, row: Procedure) -> Service:
     """Return the service of a procedure; what it must be given is a parameter of the node."""
-    given = ', '.join(f'`target_{argument}`' for argument in row.required)
+    given = ' or '.join(f'`{parameter}`' for parameter in row.targets.values())
     type_ = SELF_TEST if name == 'self_test' else TRIGGER
     return Service(name, type_, f'{row.meaning}; it takes {given}' if given else row.meaning)
 
@@ -156,11 +156,16 @@ _TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
 
 REQUESTS: dict[str, dict[str, Type]] = {
     **{
-        name: {argument: _TYPES[kind] for argument, kind, *_ in row.arguments}
+        name: {
+            field: type_
+            for argument, kind, _, described in row.arguments
+            for field, type_ in ((argument, _TYPES[kind]), (described.beside, STRING))
+            if field
+        }
         for name, row in PROCEDURES.items()
     },
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
     'record': {'on': BOOL, 'path': STRING},
     'inject': {'script': STRING},
 }
-"""All requests, with the types of their arguments."""
+"""All requests, with the types of their arguments, texts beside numbers among them."""

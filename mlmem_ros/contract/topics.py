@@ -103,14 +103,15 @@ LEVEL = Topic(
     'std_msgs/msg/Int16',
     LATCHED,
     'the content as last decoded, published when a procedure ends; -1: blank; -2: undecodable or '
-    'unknown, published at once when something may have moved the wall',
+    'unknown, published at once when something may have moved the wall; -3: a content above '
+    '32767, which `~/content` names',
 )
 CONTENT = Topic(
     'content',
     'diagnostic_msgs/msg/DiagnosticStatus',
     LATCHED,
     'what `~/level` says, in words: a level, or why it is not known and since which tick; keys: '
-    'level, reason, since',
+    'level, word (as text, such as 0xa7, of an element with more than 32 bits), reason, since',
 )
 OUTCOME = Topic(
     'outcome',

@@ -24,6 +24,7 @@ from ..device import (
 )
 from ..physics import walls
 from ..physics.potential import Array
+from ..procedures import NARROW, fitting
 from . import topics
 from .answers import ended
 from .topics import Topic
@@ -43,18 +44,21 @@ def published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
 
 
 def level(reading: Reading | None) -> int:
-    """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or unknown."""
-    return UNDECODABLE if reading is None else reading.level
+    """Return the content as 16 bits hold it: 0 ... p - 1, -1 blank, -2 undecodable or unknown, -3
+    if it is greater.
+    """
+    return fitting(UNDECODABLE if reading is None else reading.level, NARROW)
 
 
 def content(element: MemoryElement) -> tuple[str, dict[str, str]]:
     """Return the content in words, and its values as texts: a level, or why it is not known."""
     reading, unknown = element.reading, element.unknown
-    found = {'level': str(level(reading))}
     if reading is not None:
+        found = {'level': str(fitting(reading.level)), 'word': reading.word}
         why = f': {reading.reason}' if reading.level == UNDECODABLE else ''
-        more = {'reason': reading.reason} if why else {}
-        return describe_level(reading.level) + why, found | more
+        found |= {'reason': reading.reason}
+        return describe_level(reading.level) + why, {key: it for key, it in found.items() if it}
+    found = {'level': str(UNDECODABLE)}
     if unknown is None:
         return 'not read yet', found
     return str(unknown), found | {'reason': unknown.reason, 'since': str(unknown.since)}

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from .bad_cells import BadCells
     from .register import Forecasts, Register
 
+MOST_COUNTED = 2**14
+"""Contents up to which writes are counted of each: more are hardly written twice."""
+
 _count = partial(described, low=0, high=2**62)
 
 
@@ -37,7 +40,9 @@ _count = partial(described, low=0, high=2**62)
 class MemoryStatistics:
     """Counts over the life of an element, saved with its content."""
 
-    level_writes: list[int] = described(MISSING, 'successful writes by level', low=0)
+    level_writes: list[int] = described(
+        MISSING, 'successful writes by level; of none above `MOST_COUNTED` of them', low=0
+    )
     level_ticks: list[int] = described(MISSING, 'total ticks they took, by level', low=0)
     writes: int = _count(0, 'writes that were not aborted')
     first_try: int = _count(0, 'of these, those that succeeded at the first attempt')
@@ -51,9 +56,10 @@ class MemoryStatistics:
     resets: int = _count(0, 'how often it was replaced by a fresh one')
 
     @classmethod
-    def of(cls, levels: int) -> MemoryStatistics:
-        """Return the statistics of a new element."""
-        return cls([0] * levels, [0] * levels)
+    def of(cls, words: int) -> MemoryStatistics:
+        """Return the statistics of a new element with so many contents."""
+        counted = words if words <= MOST_COUNTED else 0
+        return cls([0] * counted, [0] * counted)
 
     def count(self, outcome: Outcome) -> None:
         """Count the outcome of a procedure that was not aborted."""
@@ -73,9 +79,10 @@ class MemoryStatistics:
             self.failures += 1
             return
         self.first_try += outcome.attempts == 1
-        level = outcome.reading.level
-        self.level_writes[level] += 1
-        self.level_ticks[level] += outcome.end_tick - outcome.start_tick
+        if self.level_writes:
+            level = outcome.reading.level
+            self.level_writes[level] += 1
+            self.level_ticks[level] += outcome.end_tick - outcome.start_tick
 
     def as_dict(self) -> dict[str, float]:
         """Return flat values for diagnostics: the counts, and the mean ticks of a write by level.

@@ -8,12 +8,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
 
-from ..described import described
+from ..described import Description, described
 from ..procedures import BLANK as BLANK
 from ..procedures import UNDECODABLE as UNDECODABLE
+from ..procedures import as_text
 from ..procedures import describe_level as describe_level
 from .echo import Shape
 from .end import End
+
+SHORT = 32
+"""Bits of the contents for which an integer does everywhere: their answers have no texts."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Reading:
         shapes: Shapes of the echoes, by end.
     """
 
-    level: int
+    level: int = field(metadata={'description': Description('the content', beside='word')})
     code: str
     end: str
     delay: float | None
@@ -53,6 +57,11 @@ class Reading:
     right_delay: float | None = None
     left_delay: float | None = None
     shapes: Mapping[End, Shape] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def word(self) -> str:
+        """The level as text, such as 0xa7, if the codes have more than `SHORT` digits."""
+        return as_text(self.level) if len(self.code) > SHORT else ''
 
     @property
     def confidence(self) -> float:

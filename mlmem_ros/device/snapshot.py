@@ -143,8 +143,9 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             raise ValueError('it is of a real element, or damaged')
         calibration, statistics = saved.calibration, saved.statistics
         calibration.check(element.design.levels, primary(element.settings.read))
-        if {len(statistics.level_writes), len(statistics.level_ticks)} != {element.words}:
-            raise ValueError(f'the statistics must be for {element.words} levels')
+        counted = len(element.statistics.level_writes)
+        if {len(statistics.level_writes), len(statistics.level_ticks)} != {counted}:
+            raise ValueError(f'the statistics must be for {counted} levels')
         key = calibration_key(element.design, element.settings)
         same_pulses = saved.calibration_key in ('', key)  # '' in a replay
         if saved.design != element.design:

@@ -129,7 +129,7 @@ class SessionData:
 
 def _is_decoded(values: Mapping[str, str]) -> bool:
     try:
-        int(values['level'])
+        calls.level_of(values)
         return 'error' not in values and math.isfinite(float(values['delay']))
     except (KeyError, ValueError):
         return False
@@ -266,7 +266,7 @@ class _Collector:
     def _outcome(self, seconds: float, message: Any) -> None:
         values = calls.values_of(message)
         if _is_decoded(values):  # from the echo just before
-            self._set_level(int(values['level']))
+            self._set_level(calls.level_of(values))
         self._session.outcomes.append((seconds, values))
         self._stream(topics.OUTCOME, (message.message, values))
         self._level_is_due = False

@@ -11,6 +11,7 @@ from typing import Any
 from ..bag.contents import NOT_CLOSED
 from ..contract.answers import ended
 from ..device import BLANK, UNDECODABLE, Outcome
+from ..procedures import WIDE
 from .streams import ROUNDING, Compared
 
 
@@ -210,7 +211,12 @@ def ending(values: Mapping[str, Any]) -> str:
     if 'error' in values:
         return f'{procedure} failed'
     level = str(values.get('level', ''))
-    words = {str(BLANK): 'blank', str(UNDECODABLE): 'undecodable'}.get(level, level)
+    named = {
+        str(BLANK): 'blank',
+        str(UNDECODABLE): 'undecodable',
+        str(WIDE): values.get('word', ''),
+    }
+    words = named.get(level, level)
     return f'{procedure} {words}'.rstrip()
 
 

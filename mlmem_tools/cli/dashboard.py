@@ -13,6 +13,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from mlmem_ros.contract import calls
 from mlmem_ros.device import BLANK, UNDECODABLE, describe_level
 
 if TYPE_CHECKING:
@@ -83,6 +84,9 @@ def _level(view: View) -> Text:
         return Text(text, style='bold red')
     if view.level == BLANK:
         return Text('blank', style='bold')
+    if view.level < UNDECODABLE:  # beyond the 16 bits of `~/level`
+        values = view.content.values if view.content is not None else {}
+        return Text(values.get('word', 'a word'), 'bold green')
     code = view.outcome.values.get('code', '') if view.outcome is not None else ''
     same = view.outcome is not None and view.outcome.values.get('level') == str(view.level)
     return Text.assemble(
@@ -149,7 +153,7 @@ def _outcome(outcome: Status | None) -> Text:
         return Text(f'{procedure} failed: {outcome.text}', style=COLOURS[outcome.severity])
     parts = [outcome.text]
     if 'level' in outcome.values:
-        parts.append(describe_level(int(outcome.values['level'])))
+        parts.append(describe_level(calls.level_of(outcome.values)))
     for key in ('delay', 'confidence', 'attempts', 'ticks'):
         if key in outcome.values:
             parts.append(f'{key} {outcome.values[key]}')

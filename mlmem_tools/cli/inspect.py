@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.clipped import printable
+from mlmem_ros.procedures import EXACT, WIDE, as_text
 
 from . import laboratory
 from .command import JSON, command, option
@@ -172,8 +173,10 @@ def _list_commands(console: Console, session: SessionData) -> None:
 
 def _words(command: Command) -> str:
     """Return a command in words, with active faults only."""
-    from mlmem_ros.device import SetFaults
+    from mlmem_ros.device import SetFaults, Write
 
+    if isinstance(command, Write) and command.level > EXACT:
+        return f'Write(level={as_text(command.level)})'
     if isinstance(command, SetFaults):
         return f'SetFaults({command.faults.active() or "healthy"})'
     return str(command)
@@ -193,8 +196,8 @@ def _list_procedures(console: Console, session: SessionData) -> None:
             table,
             f'{seconds:.3f} s',
             values.get('procedure', ''),
-            values.get('level', ''),
-            values.get('code', ''),
+            values.get('word' if (wide := values.get('level') == str(WIDE)) else 'level', ''),
+            '' if wide else values.get('code', ''),
             _rounded(values.get('delay', '')),
             ' '.join(margins),
             values.get('attempts', ''),
@@ -222,8 +225,8 @@ def _rounded(text: str) -> str:
 
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
-    if session.header is None or not session.echoes:
-        return []
+    if session.header is None or not session.echoes or session.settings.register.spacing:
+        return []  # what many walls answer is compared as a whole
     from rich.text import Text
 
     from mlmem_ros.session.redecode import redecode

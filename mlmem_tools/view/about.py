@@ -13,14 +13,14 @@ import numpy as np
 
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import Faults
-from mlmem_ros.device.register import code_of
+from mlmem_ros.device.register import MOST_WORDS, code_of
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings, Settings
 from mlmem_ros.law_file import curve_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
 from mlmem_ros.physics.curve import Curve
 from mlmem_ros.physics.dispersion import band
-from mlmem_ros.procedures import PROCEDURES
+from mlmem_ros.procedures import PROCEDURES, as_text
 
 ROWS = 512
 """Most cells in a picture; of a longer chain every second, third ... one is shown."""
@@ -126,8 +126,11 @@ class About:
             'rows': len(range(0, design.N, stride)),
             'stride': stride,
             'levels': design.levels,
-            'words': words,
-            'codes': [code.binary(n) if code else design.code(n) for n in range(words)],
+            'codes': [code.binary(n) if code else design.code(n) for n in range(words)]
+            if words <= MOST_WORDS
+            else [],
+            'weights': [as_text(word) for word in code.each] if code else None,
+            'spacing': code.spacing if code else 0,
             'defects': [design.defect(level) for level in range(design.levels)],
             'phases': [design.D_s1, design.D_s2],
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),

@@ -37,7 +37,7 @@ class Activity:
         name = asked.get('do')
         if name not in PROCEDURES or (self._doing and name != 'abort'):
             return False
-        self._begin(name, asked.get('level'))
+        self._begin(name, asked.get('level', asked.get('word')))
         return True
 
     def refused(self) -> None:
@@ -72,5 +72,5 @@ class Activity:
             self._ended = time.monotonic()
 
     def _begin(self, name: str, level: Any = None) -> None:
-        self._doing = {'name': name, 'level': level if isinstance(level, int) else None}
+        self._doing = {'name': name, 'level': level if isinstance(level, int | str) else None}
         self._begun = time.monotonic()

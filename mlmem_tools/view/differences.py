@@ -8,6 +8,7 @@ from difflib import SequenceMatcher
 from itertools import zip_longest
 from typing import Any
 
+from mlmem_ros.contract import calls
 from mlmem_ros.procedures import describe_level
 
 from .session_frame import SessionFrame
@@ -47,11 +48,12 @@ def differences(left: SessionFrame, right: SessionFrame) -> dict[str, Any]:
 def _text(event: dict[str, Any]) -> str:
     """Return the part of an event that must agree: not its time or its delay."""
     values = event.get('values', {})
-    kept = [values[key] for key in ('level', 'attempts') if key in values]
+    kept = [values[key] for key in ('level', 'word', 'attempts') if key in values]
     return ' '.join([event['kind'], event['text'], *kept])
 
 
 def _shown(event: dict[str, Any]) -> dict[str, Any]:
-    level = event.get('values', {}).get('level')
-    text = event['text'] if level is None else f'{event["text"]}, {describe_level(int(level))}'
+    values, text = event.get('values', {}), event['text']
+    if 'level' in values:
+        text = f'{text}, {describe_level(calls.level_of(values))}'
     return {'t': event['t'], 'kind': event['kind'], 'text': text}

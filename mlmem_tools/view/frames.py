@@ -11,18 +11,28 @@ from __future__ import annotations
 import json
 import math
 import struct
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mlmem_ros.contract import calls
+from mlmem_ros.procedures import EXACT, NARROW, as_text, fitting
 
 COUNTS = 8000
 """The active phase in a picture of integers; the inactive phase is 0."""
 
 SAMPLES = 1200
 """Most samples of an echo on a page; of several the largest is kept."""
+
+
+def known(values: Mapping[str, str]) -> int | str | None:
+    """Return the content in `~/content` for a page, if `~/level` cannot hold it, or None."""
+    level = calls.level_of(values)
+    if level == fitting(level, NARROW):
+        return None
+    return level if level <= EXACT else as_text(level)
 
 
 def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:

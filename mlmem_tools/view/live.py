@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import action_types
+from mlmem_ros.procedures import WIDE
 from mlmem_ros.ros.qos import RELIABLE
 from mlmem_tools.view.monitor import Status, components, listen
 
 from .about import WANTED, About, grouped
 from .activity import Activity
-from .frames import packed, thinned
+from .frames import known, packed, thinned
 from .pages import Page, Pages
 from .pictures import Pictures
 from .requests import Requests
@@ -133,11 +134,15 @@ class Live:
 
     def _on_level(self, message: Any) -> None:
         self._hear()
-        self._announce('level', {'level': message.data})
+        if message.data != WIDE:  # or the content says it
+            self._announce('level', {'level': message.data})
 
     def _on_content(self, message: Any) -> None:
         self._hear()
-        self._announce('content', {**asdict(Status.of(message)), 't': self._pictures.clock})
+        content = Status.of(message)
+        if (level := known(content.values)) is not None:
+            self._announce('level', {'level': level})
+        self._announce('content', {**asdict(content), 't': self._pictures.clock})
 
     def _on_outcome(self, message: Any) -> None:
         self._hear()

@@ -12,10 +12,12 @@ from time import strftime
 from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.contract.calls import NoAnswer, RequestError, RequestRefused
+from mlmem_ros.contract.commands import made
+from mlmem_ros.contract.services import REQUESTS
 from mlmem_ros.described import descriptions, problems
-from mlmem_ros.device import Faults
+from mlmem_ros.device import Faults, Refused
 from mlmem_ros.device.timetable import FASTEST, checked_speed
-from mlmem_ros.procedures import PROCEDURES, Procedure
+from mlmem_ros.procedures import PROCEDURES
 
 from .about import About
 from .activity import Activity
@@ -102,7 +104,7 @@ class Requests:
         client = self._client
         match asked.get('do'):
             case str(name) if name in PROCEDURES:
-                return client.procedure(name, PATIENCE, **_arguments(asked, PROCEDURES[name]))
+                return client.procedure(name, PATIENCE, **_arguments(asked))
             case 'strain':
                 return self._strain(_number(asked, 'strain', -1.0, 1.0))
             case 'pause':
@@ -146,12 +148,14 @@ def _number(asked: Asked, name: str, low: float, high: float) -> float:
     return float(value)
 
 
-def _arguments(asked: Asked, row: Procedure) -> dict[str, Any]:
-    names = [name for name, *_ in row.arguments]
-    given = {name: asked[name] for name in names if name in asked}
-    if missing := [name for name in row.required if name not in given]:
-        raise ValueError(f'{", ".join(missing)} must be given')
-    if wrong := problems(row.command(**given)):
+def _arguments(asked: Asked) -> dict[str, Any]:
+    name = asked['do']
+    given = {each: asked[each] for each in REQUESTS[name] if each in asked}
+    try:
+        command = made(name, given)
+    except Refused as refusal:
+        raise ValueError(str(refusal)) from refusal
+    if wrong := problems(command):
         raise ValueError('; '.join(wrong))
     return given
 

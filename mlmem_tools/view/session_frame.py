@@ -27,12 +27,13 @@ from mlmem_ros.device import (
     SetStrain,
     Write,
 )
+from mlmem_ros.procedures import EXACT, WIDE, as_text
 from mlmem_ros.session.data import timed
 from mlmem_ros.session.messages import COMMAND, HEADER
 from mlmem_ros.session.records import Header, naming, read_command, read_header
 
 from .about import About
-from .frames import counts, packed, thinned
+from .frames import counts, known, packed, thinned
 
 COLUMNS = 12_000
 """Most configurations shown; of a longer session every second, fourth ... one."""
@@ -129,7 +130,7 @@ class _Collector:
     def __init__(self, about: About) -> None:
         self._about = about
         self._fields, self._strains, self._walls = Columns(), Columns(), Columns()
-        self._levels: list[tuple[float, int]] = []
+        self._levels: list[tuple[float, int | str]] = []
         self._echoes: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
         self.duration = 0.0
@@ -183,6 +184,8 @@ class _Collector:
 
     def _content(self, t: float, message: Any) -> None:
         values = calls.values_of(message)
+        if self._levels and self._levels[-1][1] == WIDE and (level := known(values)) is not None:
+            self._levels[-1] = self._levels[-1][0], level
         if 'since' in values:
             self._event(t, 'content', message.message, ok=False, values=values)
 
@@ -211,7 +214,7 @@ def _words(command: Command) -> str:
     name = NAMES[type(command)]
     match command:
         case Write(level=level):
-            return f'{name} {level}'
+            return f'{name} {level if level <= EXACT else as_text(level)}'
         case SetStrain(strain=strain):
             return f'{name} {strain:+.4f}'
         case FollowTrajectory(strains=strains):

@@ -31,9 +31,9 @@ def parameters_page() -> str:
 
     return (
         '# Parameters\n\n'
-        'Defaults are those of the preset `case_2`. `target_level`, `time.speed`, `faults.*` and '
-        '`record.*`, except `record.hash_every`, may be set at any time, all others only while '
-        'the node is unconfigured. '
+        'Defaults are those of the preset `case_2`. `target_level`, `target_word`, `time.speed`, '
+        '`faults.*` and `record.*`, except `record.hash_every`, may be set at any time, all '
+        'others only while the node is unconfigured. '
         'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
         '`scale.length` metres each.\n\n'
         f'## Listed by every node\n\n{tables(listed)}\n'

@@ -31,7 +31,8 @@ from ...contract.answers import (
 )
 from ...contract.calls import (
     RequestRefused,
-    fitted,
+    carried,
+    content,
     message_of,
     parameter,
     parse,
@@ -94,12 +95,12 @@ class MemoryClient:
         return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
 
     def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
-        """Write a level from 0 to p - 1, verified by an echo.
+        """Write a level from 0 to p - 1, or a word of any size, verified by an echo.
 
         Raises:
-            ValueError: The level is not a whole number from 0 to 65535.
+            ValueError: The level is not a whole number from 0.
         """
-        level = fitted('level', 'uint16', level)  # as the action has it
+        level = content(level)
         return self._goal('write', Decoded, timeout, f'write {level}', level=level)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Goal[Decoded]:
@@ -287,6 +288,7 @@ class MemoryClient:
         if kind is SelfTested:  # its own service reports every check
             service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
         action = self._actions.get(name)
+        arguments = carried(name, arguments)
         return Goal(self._connection, name, action, arguments, kind, after, service, timeout, what)
 
     def _requested(

@@ -21,9 +21,9 @@ from rclpy.qos import qos_profile_action_status_default
 
 from ... import threads
 from ...contract import answers, messages, services
-from ...contract.commands import OF_REQUEST
+from ...contract.commands import made
 from ...contract.services import REQUESTS
-from ...device import Outcome
+from ...device import Outcome, Refused
 from ...device.mailbox import Request
 from ...host import Host
 from ..qos import EVERY_ONE, RELIABLE
@@ -180,9 +180,15 @@ class Action:
 
     def _begin(self, goal: Any) -> Request[Any]:
         """Make the request behind a goal, which is any goal message of this action."""
-        wanted = {name: getattr(goal, name) for name in REQUESTS[self._name]}
+        known = services.fields(goal)  # of an older build, maybe
+        wanted = {name: getattr(goal, name) for name in REQUESTS[self._name] if name in known}
         wait = max(0.0, getattr(goal, 'deadline', 0.0))
-        return self._host.submit(OF_REQUEST[self._name](**wanted), REQUESTER.get(), wait)
+        try:
+            command = made(self._name, wanted)
+        except Refused as refusal:
+            self._host.refused += 1
+            return Request[Any](None).refuse(refusal)
+        return self._host.submit(command, REQUESTER.get(), wait)
 
     def _stop(self, request: Request[Any]) -> Request[Any]:
         """Stop what a goal has begun; return what is answered when it has ended."""

@@ -25,6 +25,10 @@ from ...law_file import text_of
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
+    'target_word': ('', Description(
+        'the same as text, such as 0xa7, for contents of any size; empty: `target_level`, and '
+        'setting that empties it'
+    )),
     'time.speed': (
         1.0, Description(
             f'multiple of real time, at least {SLOWEST:g}; 0: as fast as possible',

@@ -21,6 +21,7 @@ from ...device.end import End
 from ...host import Host
 from ...physics import stable_step, walls
 from ...physics.energy import energy
+from ...procedures import fitting
 from ..qos import profile
 from .callback_guard import CallbackGuard
 
@@ -141,7 +142,8 @@ def memory(element: MemoryElement) -> Health:
             WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
         )
     values = {
-        'level': reading.level,
+        'level': fitting(reading.level),
+        **({'word': reading.word} if reading.word else {}),
         'end': reading.end,
         'delay': 'none' if reading.delay is None else reading.delay,
         'level_margin': reading.level_margin,

@@ -37,6 +37,7 @@ from ...host.settings import Parameters
 from ...law_file import LawFileError, curve_of, is_text, text_in
 from ...physics import DesignError
 from ...physics.curve import Curve
+from ...procedures import as_text, from_text
 from .declarations import (
     DIGEST,
     LAW,
@@ -62,6 +63,9 @@ METHOD = 'write.method'
 
 PACE = 'record.hash_every'
 """Of these groups, but the running loop counts on it."""
+
+LEVEL, WORD = 'target_level', 'target_word'
+"""What `~/write` writes: the word unless it is empty."""
 
 PRESET, FILE = 'design.preset', 'design.file'
 """What brings an element."""
@@ -94,6 +98,7 @@ class ParameterSet:
         self._declaring: str | None = None  # that which is asked for now
         self._lock = threading.RLock()
         self.locked = False
+        self._words = 1
         first = self._first()
         self._defaults = groups(first)
         own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
@@ -116,7 +121,7 @@ class ParameterSet:
             from ...device.register import words_of  # few elements hold many walls
 
             words = words_of(present.design, present.settings)
-        self._limit_level(words)
+        self._limit_content(words)
         self._compare_digest()
         node.add_pre_set_parameters_callback(self._meant)  # with two, rclpy would use both answers
         node.add_on_set_parameters_callback(self._check)
@@ -157,7 +162,7 @@ class ParameterSet:
 
     def lock(self, words: int) -> None:
         """Allow only live parameters from now on, and contents below `words`."""
-        self._limit_level(words)
+        self._limit_content(words)
         self.locked = True
 
     def _first(self) -> Preset:
@@ -257,18 +262,30 @@ class ParameterSet:
             raise SettingsError(f'{LAW}: {error}') from error
         return source
 
-    def _limit_level(self, words: int) -> None:
-        """Give `target_level` the range of the design."""
-        default, description = LIVE['target_level']
-        limited = dataclasses.replace(description, high=max(0, words - 1))
-        present = self._node.get_parameter('target_level').value
+    def _limit_content(self, words: int) -> None:
+        """Give `target_level` and `target_word` the range of the design."""
+        default, description = LIVE[LEVEL]
+        limited = dataclasses.replace(description, high=min(max(0, words - 1), 2**63 - 1))
+        present = self._value(LEVEL)
         if not 0 <= present < max(1, words):
-            raise SettingsError(
-                f'parameter target_level must be from 0 to {words - 1}; got {present}'
-            )
+            raise SettingsError(f'parameter {LEVEL} must be from 0 to {words - 1}; got {present}')
+        self._words = words
+        try:
+            self._check_word(self._value(WORD))
+        except SettingsError as error:
+            raise SettingsError(f'parameter {error}') from error
         described = descriptor(limited, default)
         described.type = ParameterType.PARAMETER_INTEGER
-        self._node.set_descriptor('target_level', described)
+        self._node.set_descriptor(LEVEL, described)
+
+    def _check_word(self, text: str) -> None:
+        """Raise `SettingsError` unless a text is empty or a content."""
+        try:
+            if text and not from_text(text) < max(1, self._words):
+                last = as_text(self._words - 1)
+                raise SettingsError(f'{WORD} must be from 0x0 to {last}; got {clipped(text)}')
+        except ValueError as error:
+            raise SettingsError(f'{WORD} {error}') from error
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
         if self._is_declared_now(changed):
@@ -309,6 +326,8 @@ class ParameterSet:
             raise SettingsError(f'{name} may be set only at the start of the node')
         if name == 'time.speed':
             checked_speed(value)
+        if name == WORD:
+            self._check_word(value)
         if name == DIGEST and value != (digest := self.digest()):
             raise SettingsError(f'{name} is computed: {digest}; got {clipped(value)}')
         if name == LAW:
@@ -352,6 +371,8 @@ class ParameterSet:
         """
         changed = [self._read(self._double(parameter)) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
+        if LEVEL in given and WORD not in given:
+            changed.append(Parameter(WORD, value=''))
         self._asked = set(given)
         file = self._value(FILE)
         leaving = bool(file) and given.get(FILE) == ''

@@ -19,7 +19,7 @@ from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 
 from ...contract import answers, messages, topics
-from ...contract.commands import Record, name_of, requested, wait_of
+from ...contract.commands import Record, made, name_of, requested, wait_of
 from ...device import Command, Refused, SelfTest, Write, drivers
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
@@ -81,20 +81,20 @@ class Services:
         self._plan = plan
         for name, row in PROCEDURES.items():
             if name != 'self_test':  # which answers in a type of its own
-                self._serve(Trigger, name, self._procedure(row))
+                self._serve(Trigger, name, self._procedure(name, row))
         self._serve(Trigger, 'step', lambda _: self._counted('step', host.step().answer))
         self._serve(SetBool, 'pause', self._paused)
         self._serve(SetBool, 'record', lambda request: self._recorded(Record(request.data)))
         self._create(SetParametersAtomically, 'request', self._request)
         self._create(SelfTestService, 'self_test', self._self_test)
 
-    def _procedure(self, row: Procedure) -> Callable[[Any], Answered]:
+    def _procedure(self, name: str, row: Procedure) -> Callable[[Any], Answered]:
         """Return the answer to a Trigger; what it must be given is a parameter."""
 
         def answer(_: Any) -> Answered:
-            targets = {name: f'target_{name}' for name in row.required}
-            given = {name: self._node.get_parameter(of).value for name, of in targets.items()}
-            return self._done(row.command(**given))
+            parameters = row.targets.items()
+            given = {each: self._node.get_parameter(of).value for each, of in parameters}
+            return self._done(made(name, given))
 
         return answer
 
@@ -123,7 +123,7 @@ class Services:
         return response
 
     async def _done(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
-        asked = {'asked': command.level} if isinstance(command, Write) else {}
+        asked = answers.asked(command.level) if isinstance(command, Write) else {}
         try:
             outcome = await settled(self._host.submit(command, REQUESTER.get(), wait).answer)
         except REFUSALS as failure:

@@ -4,6 +4,7 @@
 
 import { configuration, COUNTS, css, magnified, tone } from './colours.js';
 import { make, name, put, signed, Tip } from './page.js';
+import { toggled, walls } from './words.js';
 
 const BUTTON = 31; // width of the button of a level in pixels
 
@@ -34,11 +35,24 @@ export class Chain {
 
   show(state) {
     this.state = state;
+    const held = this.levels(state.level), wanted = state.doing?.name === 'write' ? this.levels(state.doing.level) : [];
     for (const [level, button] of this.buttons.entries()) {
-      button.classList.toggle('held-here', level === state.level);
-      button.classList.toggle('wanted', state.doing?.name === 'write' && level === state.doing.level);
+      button.classList.toggle('held-here', held.includes(level));
+      button.classList.toggle('wanted', wanted.includes(level));
     }
     if (!same(this.drawn, state)) this.draw();
+  }
+
+  /** Return the levels at which walls rest in a content. */
+  levels(content) {
+    if (!(content >= 0)) return [];
+    return this.about.weights ? walls(content, this.about.weights) : [content];
+  }
+
+  /** Write a level; where there are many walls, set or clear the one there. */
+  write(level, control) {
+    const present = this.state?.level >= 0 ? this.state.level : 0;
+    this.controls?.write(this.about.weights ? toggled(present, level, this.about) : level, control);
   }
 
   /** Put a button below every defect if there is room. */
@@ -54,21 +68,20 @@ export class Chain {
     this.row.classList.toggle('crowded', room < BUTTON);
     if (room < BUTTON) return this.arrangeMany();
     this.buttons = defects.map((site, level) => {
-      const many = this.about.words > defects.length;
-      const title = many ? `Level ${level}, site ${site}: ${this.controls ? 'set or clear this wall' : ''}`
+      const title = this.about.weights ? `Level ${level}, site ${site}: ${this.controls ? 'set or clear this wall' : ''}`
         : `${this.controls ? 'Write level' : 'Level'} ${level} (${this.about.codes[level]}), site ${site}`;
       const button = make('button', { textContent: level, title, disabled: !this.controls });
       button.dataset.level = level;
       button.style.left = `${(100 * (site - 0.5)) / cells}%`;
-      button.onclick = () => this.controls.write(many ? Math.max(0, this.state?.level ?? 0) ^ (1 << level) : level, button);
+      button.onclick = () => this.write(level, button);
       return button;
     });
     this.row.append(...this.buttons);
   }
 
-  /** Put a tick below every defect of many levels: a click takes the nearest, or a number is typed. */
+  /** Put a tick below every defect of many levels: a click takes the nearest, or a content is typed. */
   arrangeMany() {
-    const { defects, cells } = this.about;
+    const { defects, cells, weights } = this.about;
     const at = (site) => (site - 0.5) / cells;
     const word = make('span');
     const strip = make('div', { className: 'strip' }, word, ...defects.map((site) => {
@@ -82,15 +95,17 @@ export class Chain {
     };
     strip.onpointermove = (event) => {
       const level = nearest(event);
-      word.textContent = `${this.controls ? 'write ' : ''}${level}`;
+      word.textContent = `${!this.controls ? '' : weights ? 'set or clear ' : 'write '}${level}`;
       word.style.left = `${100 * at(defects[level])}%`;
     };
     strip.onpointerleave = () => { word.textContent = ''; };
-    strip.onclick = (event) => this.controls?.write(nearest(event), strip);
-    const input = make('input', { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: 'Level' });
+    strip.onclick = (event) => this.write(nearest(event), strip);
+    const what = weights ? 'Word' : 'Level';
+    const input = make('input', weights ? { type: 'text', value: '0x0', size: 20, ariaLabel: what }
+      : { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: what });
     const button = make('button', { textContent: 'Write' });
-    button.onclick = () => this.controls.write(Number(input.value), button);
-    this.row.append(strip, make('div', { className: 'many live-only' }, 'Level', input, button));
+    button.onclick = () => this.controls.write(weights ? input.value.trim() : Number(input.value), button);
+    this.row.append(strip, make('div', { className: 'many live-only' }, what, input, button));
   }
 
   site(event) {

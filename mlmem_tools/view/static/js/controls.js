@@ -39,8 +39,9 @@ export class Controls {
     return answer;
   }
 
-  write(level, control) {
-    return this.ask(control, { do: 'write', level });
+  /** Write a level, or a word, a text for numbers of any size. */
+  write(content, control) {
+    return this.ask(control, { do: 'write', [typeof content === 'string' ? 'word' : 'level']: content });
   }
 
   /** Choose the cell whose faults are set. */

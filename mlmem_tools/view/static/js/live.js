@@ -4,7 +4,7 @@
 
 import { Controls } from './controls.js';
 import { probed } from './echo.js';
-import { entry, facts, find, found, make, notice, number, put, row } from './page.js';
+import { content, entry, facts, find, found, make, notice, number, put, row } from './page.js';
 import { Panel } from './panel.js';
 import { Track } from './track.js';
 import { Wire } from './wire.js';
@@ -109,7 +109,7 @@ export class Live {
 
   on_outcome({ severity, text, values, t }) {
     const ok = severity === 0, delay = number(values, 'delay');
-    this.outcome = { level: number(values, 'level'), confidence: number(values, 'confidence') };
+    this.outcome = { level: content(values), confidence: number(values, 'confidence') };
     if (this.state.level === this.outcome.level) this.state.confidence = this.outcome.confidence;
     if (this.echo && values.end) {
       Object.assign(this.echo, { end: probed(values), level: this.outcome.level, delay });
@@ -145,11 +145,12 @@ export class Live {
     }));
     this.controls.health(parts);
     this.panel.twin.show(parts.twin);
-    const { delays_left: left, delays_right: right, confidence, level } = { ...parts.transducer?.values, ...parts.memory?.values };
+    const known = { ...parts.transducer?.values, ...parts.memory?.values };
+    const { delays_left: left, delays_right: right, confidence } = known;
     const before = JSON.stringify(this.delays);
     for (const [end, text] of Object.entries({ left, right })) if (text) this.delays[end] = text.split(' ').map(Number);
     if (this.echo && JSON.stringify(this.delays) !== before) this.showEcho();
-    if (confidence != null && Number(level) === this.state.level) this.state.confidence ??= Number(confidence);
+    if (confidence != null && content(known) === this.state.level) this.state.confidence ??= Number(confidence);
   }
 
   tone(tone, word) {

@@ -49,9 +49,13 @@ export const signed = (value, digits) => (value < 0 ? '−' : '+') + Math.abs(va
 /** Return a number from the values of an outcome; null if it is not there. */
 export const number = (values, name) => (Number.isFinite(parseFloat(values[name])) ? Number(values[name]) : null);
 
+/** Return the content in the values of an outcome: a number, or a text such as 0xa7 if none holds it; null without one. */
+export const content = (values) => (values.level === '-3' ? values.word : number(values, 'level'));
+
 /** Return what an outcome found in words: where the wall is, or the level; empty for nothing. */
 export function found(values, withDelay = false) {
-  const [walls, position, deviation, level, delay] = ['walls', 'position', 'position_std', 'level', 'delay'].map((key) => number(values, key));
+  const [walls, position, deviation, delay] = ['walls', 'position', 'position_std', 'delay'].map((key) => number(values, key));
+  const level = content(values);
   if (values.procedure === 'locate') {
     const count = walls === 0 ? 'no wall' : walls === 1 ? '1 wall' : walls === 2 ? '2 walls' : '3 walls or more';
     const cell = number(values, 'stuck_cell');

@@ -3,7 +3,7 @@
 // One or two recorded sessions on the page, with a time line to scrub and to play.
 
 import { probed } from './echo.js';
-import { entry, facts, find, found, make, notice, number, row } from './page.js';
+import { content, entry, facts, find, found, make, notice, number, row } from './page.js';
 import { Panel } from './panel.js';
 import { last, Track } from './track.js';
 import { fetchFrame } from './wire.js';
@@ -148,7 +148,7 @@ function runs(events, procedures) {
   for (const event of events) {
     if (event.kind === 'command') {
       const [name, level] = event.text.split(' ');
-      if (name in procedures) open = { from: event.t, name, level: name === 'write' ? Number(level) : null };
+      if (name in procedures) open = { from: event.t, name, level: name === 'write' ? (Number.isSafeInteger(Number(level)) ? Number(level) : level) : null };
     } else if (open && event.kind === 'outcome') {
       found.push({ ...open, to: event.t });
       open = null;
@@ -169,7 +169,7 @@ function show(session, time) {
     walls: at(...walls) ?? [],
     level,
     why: level === -2 ? events.findLast((event) => event.t <= time && event.kind !== 'command')?.text : '',
-    confidence: number(values, 'level') === level ? number(values, 'confidence') : null,
+    confidence: content(values) === level ? number(values, 'confidence') : null,
     doing: run && { name: run.name, level: run.level, for: time - run.from, share: (time - run.from) / (run.to - run.from) },
   });
   panel.picture.draw(time);
@@ -184,5 +184,5 @@ function decoded(echo, { track, events, delays }) {
   const outcome = events.find((event) => event.kind === 'outcome' && event.t >= echo.t - 1e-3);
   const values = outcome && outcome.t - echo.t < 0.05 ? outcome.values : {};
   const end = probed(values, track.columns[Math.max(0, last(track.t, echo.t))]);
-  return { ...echo, end, delay: number(values, 'delay'), level: number(values, 'level'), delays: delays[end] ?? [] };
+  return { ...echo, end, delay: number(values, 'delay'), level: content(values), delays: delays[end] ?? [] };
 }
