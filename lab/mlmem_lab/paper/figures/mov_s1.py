@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -58,9 +59,10 @@ def save(data: Data, stem: Path) -> list[Path]:
     return [filmed(data, 1e3 * data['strain'], style.STRAIN, stem)]
 
 
-def filmed(data: Data, below: Array, label: str, stem: Path) -> Path:
+def filmed(data: Data, below: Array, label: str, stem: Path, names: Sequence[str] = ()) -> Path:
     """Write a film of the cells, which change their phases, over something that changes with time,
-    `below`, as a GIF; return the file. What does not move is drawn once.
+    `below`, as a GIF; return the file. What does not move is drawn once. Levels have their code as
+    name.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
@@ -71,7 +73,10 @@ def filmed(data: Data, below: Array, label: str, stem: Path) -> Path:
     places = [CASE_II.defect(level) for level in range(CASE_II.levels)]
     for place in places:
         upper.axvline(place, color=style.FAINT, lw=0.8, zorder=0)
-    upper.set_xticks(places, [f'{place}\n{CASE_II.code(m)}' for m, place in enumerate(places)])
+    names = names or [CASE_II.code(m) for m in range(CASE_II.levels)]
+    upper.set_xticks(
+        places, [f'{place}\n{name}' for place, name in zip(places, names, strict=True)]
+    )
     upper.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
     upper.set(ylim=(-1.5, 1.5), xlabel='cell $j$, level')
     lower.plot(t, below, color=style.FAINT, lw=1.0)
