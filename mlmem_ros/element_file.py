@@ -37,12 +37,10 @@ class Element:
     """An individual element, as far as it is known.
 
     Attributes:
-        specimen: The element.
         alpha_std: Standard deviation of every alpha, shape (N,).
         time_unit: The instrument's time unit in true ones.
         transducers: Zero, gain and drive of both ends.
         chi2: Misfit per datum of the fit.
-        data: Number of data.
         untold: What the data could not tell.
         plan: PulseCorrections of its pulses, or None.
     """
@@ -173,11 +171,6 @@ def load(path: Path) -> Element:
 
 def of_design(path: Path, design: Design, settings: Settings | None = None) -> Element:
     """Read the file of an element that must be one of a design.
-
-    Args:
-        path: The file.
-        design: The design.
-        settings: Those with which its pulses must have been planned, if they have; None: any.
 
     Raises:
         ElementFileError: It cannot be read, has other cells and defects, or pulses for others.

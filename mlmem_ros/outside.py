@@ -140,7 +140,6 @@ def decode(kind: type[Some] | Any, data: Any, name: str = '', given: Description
     list of numbers or of hexadecimal ones, or the object that `encoded` gives. Numbers are finite.
 
     Args:
-        kind: The type.
         data: The values.
         name: What they are called in messages.
         given: The range of every number in them.

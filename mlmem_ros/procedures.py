@@ -134,8 +134,6 @@ class Procedure(NamedTuple):
     """A row of the table.
 
     Attributes:
-        command: Its command; the described fields are its arguments, with their ranges.
-        meaning: What it does.
         steps: Module and name of its generator, in `device.procedures`.
         expected: Name of the estimate of its duration, in `device.procedures.estimates`.
         changes: Whether content or calibration may change: a success is acknowledged when the

@@ -59,7 +59,6 @@ class Played:
     Attributes:
         ended: How the node's procedures ended; see `ending`.
         recorded: How they ended when they were recorded.
-        lost: What is missing from the recording, one line each.
         hints: What differed before the first command, one line each.
     """
 
@@ -100,9 +99,6 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
     The node is read first, since the session depends on its content.
 
     Args:
-        session: The recorded session. Its stamped commands are sent; if it has none (another
-            recorder's bag), its command messages.
-        name: Name of the node.
         progress: Called with milliseconds done and to do.
 
     Returns:

@@ -21,8 +21,6 @@ class Repaired:
     """Result of a repair.
 
     Attributes:
-        destination: The new bag.
-        messages: Messages the new bag holds.
         losses: What could not be read of the damaged bag.
     """
 

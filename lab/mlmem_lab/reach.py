@@ -43,7 +43,6 @@ class Module(NamedTuple):
     """The names of a module.
 
     Attributes:
-        definitions: Statements that make each.
         imports: What each means, as (module, name).
     """
 

@@ -82,10 +82,6 @@ def save(
     """Write a result file; return its path.
 
     Args:
-        path: Of the file.
-        result: Of mappings, sequences, dataclasses, arrays and plain values.
-        command: That makes it again.
-        seed: Of its random numbers.
         of: The presets that it measured, `with_reads` if it counted these, `LATTICE`; what
             measured them (`by`); files of the checkout, by path.
         kept: The file whose other entries the result has too: they keep their fingerprints.
@@ -100,13 +96,7 @@ def save(
 
 
 def keep_picture(picture: Path, command: str, of: Iterable[str] = ()) -> None:
-    """Note what made a picture of a page; of one that is elsewhere, nothing.
-
-    Args:
-        picture: The file, as it was just written.
-        command: That makes it again.
-        of: What it is drawn from, as for `save`.
-    """
+    """Note what made a picture of a page; of one that is elsewhere, nothing."""
     name = _in_checkout(picture)
     if name.startswith(SHOWN):
         made = _origin(command, [name, *of])
@@ -203,14 +193,10 @@ def run(
 
     Args:
         module: Its name, such as `times`, and that of the file.
-        about: Its docstring.
         measure: What it does with an entry.
-        seed: Of its random numbers.
         joined: Default: `presets` of the file holds each by name.
         entries: What can be measured, and which fingerprints that has beside the code's; default:
             every preset by itself.
-        draw: Draws the file for `--figure`.
-        arguments: Of the command line; default: those of the program.
 
     Returns:
         0; 1 if the file cannot be read or written; 2 if the code is not committed.

@@ -36,7 +36,6 @@ class Rk4Element(Driver):
     """An element over a rigid substrate, blank and at rest at first.
 
     Attributes:
-        specimen: The element.
         v: Displacements, shape (N,).
         velocity: Velocities, shape (N,).
     """
@@ -54,7 +53,6 @@ class Rk4Element(Driver):
         """Make an element.
 
         Args:
-            specimen: The element.
             dt: Time between samples, in time units.
             step: Greatest step in time units.
             friction: Dry (Coulomb) friction of a cell against the substrate, in k_r cells; it
@@ -139,18 +137,9 @@ def _advance(
     Args:
         v: In and out: displacements, shape (N,).
         velocity: In and out: velocities, shape (N,).
-        V_N: Displacement of the substrate's end before.
         set_points: The same at the end of every sample, shape (n,); linear in between.
-        site: The end that is held, 1 or N.
         motion: Its displacement and velocity at the end of its samples, shape (2, m), m <= n; a
             cubic in between.
-        dt: Time of a sample.
-        steps: Steps of a sample.
-        cells: The element.
-        relative: Whether eta damps v - V.
-        friction: Dry friction of a cell.
-        eta: Damping of every cell.
-        harmonic: Force of a third harmonic of the on-site energy, over that of the first.
         ends: Out: displacement of both ends after every sample, shape (2, n).
     """
     law, (k_r,), origin, mobility, under, _, _ = cells

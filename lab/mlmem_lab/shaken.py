@@ -134,13 +134,11 @@ class Counts:
     """How reads ended.
 
     Attributes:
-        right: Reads that gave the true level.
         undecodable: Reads that gave no level.
         wrong: Reads that gave another level.
         blocks: Rows of reads; those of a row depend on each other.
         wrong_blocks: Rows with a wrong read.
         moved: Reads that were not counted because the wall had moved.
-        ticks: How long all reads took.
         confidences: Wrong and right reads by confidence, shape (2, BINS).
     """
 

@@ -43,9 +43,7 @@ class Trial:
     """What a preset did.
 
     Attributes:
-        preset: Its name.
         way: What was changed, of `WAYS`.
-        amount: By how much.
         reached: Of the writes, how many put the wall where it belongs.
         read: Of these, how many the device knew to be right by their echo.
         writes: How many were asked for; a failed one is the last.

@@ -31,7 +31,6 @@ class TopicInfo:
     """One topic of a bag.
 
     Attributes:
-        name: Its full name.
         type: Name of the message type; empty when the bag does not say.
         serialization_format: Encoding of the messages.
         offered_qos: QoS of each of its publishers, as rosbag2's YAML text.
@@ -51,7 +50,6 @@ class Message(NamedTuple):
     """One recorded message, still encoded.
 
     Attributes:
-        topic: Name of the topic.
         type: Name of the message type; empty when the bag does not say.
         log_time: When it was received, in nanoseconds.
         publish_time: When it was sent, in nanoseconds; the log time if the bag has none.
@@ -70,7 +68,6 @@ class Loss:
     """A stretch of a file that could not be read.
 
     Attributes:
-        file: The file.
         offset: Where in the file the stretch begins, in bytes.
         size: Its length in bytes; 0 when nothing is damaged but something is missing.
         reason: What is wrong with it.

@@ -80,12 +80,7 @@ def message(digest: Digest) -> bytes:
 
 @dataclass
 class Findings:
-    """What the digests of a bag tell, one line each.
-
-    Attributes:
-        lost: What was recorded and is not there.
-        altered: What is there and was not recorded so.
-    """
+    """What the digests of a bag tell, one line each."""
 
     lost: list[str] = field(default_factory=list)
     altered: list[str] = field(default_factory=list)

@@ -75,7 +75,6 @@ def deserialize(cdr: bytes, type_name: str) -> Any:
     Args:
         cdr: The encoded message, with its encapsulation header. Bytes after the message are
             ignored, as ROS does.
-        type_name: Name of its type.
 
     Returns:
         An object with the fields as attributes; arrays of numbers are numpy arrays.

@@ -52,11 +52,6 @@ class Block:
     """Contiguous messages in a file: a chunk, or a run of messages outside chunks.
 
     Attributes:
-        offset: Where the block begins in the file, in bytes.
-        end: Where it ends.
-        chunked: Whether it is one chunk.
-        earliest: Earliest log time, in nanoseconds.
-        latest: Latest log time, in nanoseconds.
         counts: Number of messages of each channel.
     """
 
@@ -78,13 +73,11 @@ class McapPart:
     """What one MCAP file of a bag holds. A few chunks of it are in memory at a time.
 
     Attributes:
-        path: The file.
         schemas: Message types by id.
         channels: Channels by id.
         blocks: Where the messages are, in file order.
         metadata_text: The last metadata record that rosbag2 wrote; None without one.
         library: The program that wrote it.
-        losses: What could not be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -148,7 +141,6 @@ class McapPart:
         """Yield the messages of some topics.
 
         Args:
-            topics: Their names.
             as_written: In the order in which they were written; otherwise in that of their log
                 times, ties as written.
 

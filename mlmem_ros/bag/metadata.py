@@ -58,7 +58,6 @@ class BagMetadata:
 
     Attributes:
         files: Names of the storage files, in the order they were written.
-        message_counts: Number of messages by topic.
         custom_data: What the recording application stored.
         compressed: Whether the files or messages are compressed as a whole.
     """
@@ -89,9 +88,6 @@ def metadata_text(
     """Return the metadata of a bag as YAML.
 
     Args:
-        topics: Its topics.
-        files: Its files, in the order they were written.
-        custom_data: What the application stores.
         root: Whether to put all below the root key, as in ``metadata.yaml``; the MCAP record
             ``rosbag2`` has none.
     """

@@ -34,11 +34,9 @@ class WriterStatus:
     """Status of a recording.
 
     Attributes:
-        path: The bag.
         state: ``recording``, ``failed`` or ``closed``.
         messages: Messages written, including the counts of dropped ones.
         size: Bytes written.
-        queued: Messages waiting to be written.
         dropped: Messages refused because too many were waiting.
         error: Why the recording failed.
         longest_wait: Longest time in seconds from the `put` of a message until it was safe on the

@@ -124,12 +124,9 @@ class BagWriter:
         publish time the original one, which tells a reader that it is repeated.
 
         Args:
-            name: Full name of the topic.
-            type_name: Name of its type, such as ``std_msgs/msg/Float64``.
             qos: The QoS that its publishers offer, as rosbag2's YAML text.
             latch: Repeat the last message in every new file.
             definition: The type's definition; Jazzy's by default.
-            serialization_format: Encoding of the messages.
 
         Raises:
             BagError: The topic is there already, the type is not known, the bag is closed, or the

@@ -35,8 +35,6 @@ class Actuator:
     """The strain of the element as a function of time.
 
     Attributes:
-        settings: Limits of strain and rate.
-        strain: Present strain.
         motion: The present or last move.
         elapsed: Time since that move began, up to the end of the tick in which it ended.
     """
@@ -240,11 +238,7 @@ class TransmissionState:
 
 
 class Transmission:
-    """Passes the strain on; exactly, if there is no fault.
-
-    Attributes:
-        state: Its state.
-    """
+    """Passes the strain on; exactly, if there is no fault."""
 
     def __init__(self, settings: ActuatorSettings) -> None:
         """Link an actuator to a substrate, unstrained."""
@@ -310,7 +304,6 @@ def _followed(start: float, wanted: Array, limits: Array, share: Array | None = 
     """Return a path that follows a course, limited in each sub-step.
 
     Args:
-        start: Where it starts.
         wanted: The course, shape (m,).
         limits: Largest changes down and up in each sub-step, shape (2, m).
         share: Fraction of the remaining way made in each sub-step, shape (m,); all by default.

@@ -49,7 +49,6 @@ class BadCells(Forecasts):
 
     Attributes:
         lost: Why a level cannot be used, by level.
-        usable: The other levels.
     """
 
     def __init__(
@@ -181,12 +180,7 @@ def stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> For
 
 
 def _listening(design: Design, settings: Settings) -> Settings:
-    """Return settings whose read listens until the pulse comes back from the farthest cell.
-
-    Raises:
-        SettingsError: The substrate is elastic, the element is too long, or the pulse is not
-            inside both pass bands.
-    """
+    """Return settings whose read listens until the pulse comes back from the farthest cell."""
     probe = settings.register.probe
     if design.substrate == 'elastic' or design.N > MOST_CELLS:
         raise SettingsError(

@@ -44,9 +44,6 @@ class Base:
     The acceleration ramps linearly to a message's value by the end of the following tick, and
     holds until the next message. Once no message has come for the time-out, the base comes to rest
     within one tick: a dead sensor shakes nothing.
-
-    Attributes:
-        state: Its state.
     """
 
     def __init__(self, settings: DisturbanceSettings, tick: float, most: float = math.inf) -> None:
@@ -98,7 +95,6 @@ class Base:
 
         Args:
             progress: End of each of the m sub-steps as a fraction of the tick.
-            ticks: How many.
             shakes: Accelerations as in `disturb`, each from its tick on.
         """
         if self.still and not shakes:

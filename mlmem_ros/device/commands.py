@@ -35,7 +35,6 @@ class FollowTrajectory:
         times: Of every point, in seconds since the beginning.
         strains: Of every point.
         rates: Of every point, in 1/s; empty for straight lines between them.
-        joint: The joint that moves: `JOINT`.
     """
 
     times: tuple[float, ...]
@@ -100,14 +99,7 @@ class EchoReceived:
 
 @dataclass(frozen=True)
 class Check:
-    """One test of a self-test.
-
-    Attributes:
-        name: What was tested.
-        passed: Whether it passed.
-        message: The result in words.
-        values: The measured values, by name.
-    """
+    """One test of a self-test."""
 
     name: str
     passed: bool
@@ -121,13 +113,8 @@ class Outcome:
 
     Attributes:
         procedure: Its name, one of `PROCEDURES`.
-        success: Whether it succeeded.
         error: Why not; empty on success.
         reading: The last reading it made, or None.
-        attempts: Attempts it took.
-        start_tick: The tick in which it began.
-        end_tick: The tick in which it ended.
-        checks: The checks of a self-test.
         delays: Echo delay of every level in time units, by end, from a calibration.
         found: What else was measured, by name: as `contract.answers` declares it.
     """
@@ -182,14 +169,7 @@ class Feedback(NamedTuple):
 
 
 class Progress:
-    """The progress of one procedure.
-
-    Attributes:
-        procedure: Its name; empty before the first one.
-        phase: Its present phase, one of the above; empty before its first tick.
-        attempts: Attempts so far, including the present one.
-        start_tick: The tick in which it began.
-    """
+    """The progress of one procedure."""
 
     def __init__(self, procedure: str = '', tick: int = 0) -> None:
         self.procedure = procedure

@@ -140,7 +140,6 @@ class Simulation(Driver):
         """Return the driver of a blank element at rest, exactly as designed if a design is given.
 
         Args:
-            made: The element.
             time: Tick and integrator.
             finer: By how much its steps are shorter than they need to be.
 

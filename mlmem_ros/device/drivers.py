@@ -33,7 +33,6 @@ def opened(
     Args:
         name: 'sim', a name of `SHIPPED`, or 'package.module:Class'.
         address: Where the element is, as its driver understands it.
-        design: The element.
         settings: The instrument's settings.
         made: What a simulated element is; by default exactly as designed.
 

@@ -161,8 +161,6 @@ class Echo:
     """The response to a probe.
 
     Attributes:
-        end: The end that was probed.
-        probe: The pulse and the detector's settings.
         t: Times since the pulse began, shape (n,).
         v_m: Magnitude of the carrier's part of v - rest, shape (n,).
         v_c: v_m averaged over a centred window of width T, shape (n,).
@@ -221,7 +219,6 @@ class EchoDetector:
     """Detects an echo sample by sample.
 
     Attributes:
-        probe: The pulse and the detector's settings.
         delay: Time of the first crossing so far, or None.
         threshold_margin: Greatest v_c over the threshold so far.
         time: Time up to which v_c is known.
@@ -240,7 +237,6 @@ class EchoDetector:
         """Prepare for the samples of a pulse that begins now.
 
         Args:
-            probe: The pulse and the detector's settings.
             dt: Sampling interval; the first sample is at dt.
             floor: Contribution of noise alone to v_c, which raises the threshold.
             least: Lower bound of the threshold: the contribution of rounding.
@@ -325,11 +321,7 @@ def _average(sums: Array, new: int, half: int, v_c: Array, first: int) -> None:
     """Average v_m over a centred window.
 
     Args:
-        sums: Running sums of v_m, beginning with 0; in place of the last, v_m itself.
-        new: How many those are.
-        half: Samples of the window before and after its centre.
         v_c: Out: the averages, from a sample on.
-        first: That sample.
     """
     for i in range(len(sums) - new, len(sums)):
         sums[i] += sums[i - 1]

@@ -338,7 +338,6 @@ def new_element(
     """Return a calibrated device, blank unless a driver has its own element.
 
     Args:
-        design: The element; a preset includes its settings.
         settings: The instrument's settings, by default the preset's, or those for Case II.
         calibration: A known calibration for them; by default the factory's.
         driver: The driver of a real element; by default that of a simulated one.
@@ -369,14 +368,7 @@ def with_method(settings: Settings, method: str) -> Settings:
 
 @dataclass(eq=False)
 class Run:
-    """A procedure under way.
-
-    Attributes:
-        command: Its command.
-        steps: What is left of it.
-        due: The tick in which to resume it.
-        outcome: How it has ended, or None.
-    """
+    """A procedure under way."""
 
     command: Command
     steps: Procedure[Any]

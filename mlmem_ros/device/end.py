@@ -103,12 +103,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class Pulse:
-    """The Gaussian-modulated harmonic pulse about a rest displacement (page 5).
-
-    Attributes:
-        rest: Displacement of the cell at rest.
-        probe: Carrier, amplitude and envelope.
-    """
+    """The Gaussian-modulated harmonic pulse about a rest displacement (page 5)."""
 
     rest: float
     probe: ProbeSettings | PushSettings
@@ -159,8 +154,6 @@ class Kick:
     It is 3 x^2 - 2 x^3 of a clock x that itself begins slowly: (1 - late) s + late s^2.
 
     Attributes:
-        start: Displacement at the beginning.
-        target: Displacement at the end.
         speed: Mean speed; the highest is `shape.fastest` times that.
         shape: How late it is fastest, and how long the cell is held at its target.
     """
@@ -191,12 +184,7 @@ BoundaryMotion = Pulse | Move | Kick
 
 
 class WaveformRecorder:
-    """Records both ends from now on, where a pulse begins.
-
-    Attributes:
-        end: The driven end.
-        probe: The pulse.
-    """
+    """Records both ends from now on, where a pulse begins."""
 
     def __init__(self, end: End, probe: ProbeSettings, before: Array, lag: int) -> None:
         """Begin with the samples that are taken `lag` ticks from now.

@@ -20,11 +20,7 @@ class DriverHangs(DriverError):
 
 
 class ProcedureFailed(Exception):
-    """A procedure that ran and failed; the message says what was observed.
-
-    Attributes:
-        attempts: Attempts it took.
-    """
+    """A procedure that ran and failed; the message says what was observed."""
 
     def __init__(self, message: str, attempts: int = 1) -> None:
         super().__init__(message)

@@ -90,7 +90,6 @@ class Failure:
     Attributes:
         tick: When it begins, in ticks after the script.
         unit: What fails.
-        failure: How.
         instance: Which sensor: 1 left, 2 right, 0 both; which cell, from 1. Of the actuator there
             is one, 0 or 1.
         severity: How badly, in the unit of the fault; None for the usual.

@@ -45,16 +45,7 @@ class Instrument:
     """Strains an element and listens to its ends, tick by tick.
 
     Attributes:
-        design: The element.
-        settings: The instrument's settings.
-        driver: Strains and measures the element, simulated or real.
         made: What a simulated element is without faults.
-        actuator: Sets the strain of the substrate.
-        transmission: Brings that strain to the substrate.
-        base: What carries the element.
-        faults: The present faults.
-        sensors: Bring the signals of the ends to it.
-        transducer: Drives and senses the ends.
         ticks: Ticks done: its clock.
         tick: Length of a tick in time units.
         steps_per_tick: Samples of a tick.
@@ -267,11 +258,6 @@ def _last_moved(V_N: Array, start: float, excites: Array) -> int:
     """Return how many values there are up to the last towards which the substrate moves.
 
     A lagging actuator approaches its set-point for ever; what excites no waves does not count.
-
-    Args:
-        V_N: Displacement of the substrate's end after every sub-step.
-        start: The same before.
-        excites: Least change that excites waves, for every sub-step of a tick.
     """
     for k in range(len(V_N) - 1, -1, -1):
         before = V_N[k - 1] if k else start
@@ -307,7 +293,6 @@ class Units:
     """The units of an element of some size and scale.
 
     Attributes:
-        design: The element.
         scale: The dimensionless units in SI.
     """
 

@@ -41,8 +41,6 @@ class Loop:
     """Runs a device and hands it commands at tick boundaries.
 
     Attributes:
-        element: The element; while the loop runs, its thread alone reads and changes what changes.
-        statistics: How the loop keeps time.
         failure: What stopped the loop, or None.
     """
 
@@ -63,9 +61,7 @@ class Loop:
         """Prepare a loop; `start` sets it going.
 
         Args:
-            element: The element.
             listener: Called after ticks with the commands that they began with and their events.
-            pacer: The clock; by default the steady clock of the machine.
             speed: Multiple of the scale's real time; 0 runs as fast as possible.
             batch: Most ticks to defer and run together: ticks that matter to the listener must be
                 multiples of this number to be on time.

@@ -122,9 +122,7 @@ class Mailbox:
         changed: Notified when anything here changes; its lock guards all attributes.
         commands: Pending commands, oldest first.
         shakes: Pending accelerations of the base, which are accepted, with their times.
-        calls: Pending functions.
         steps: Pending requests for ticks while time is paused.
-        paused: Whether time is paused.
         speed: Multiple of real time; 0 for as fast as possible.
         ending: How the loop is to end.
         asleep: Whether the loop waits so long that even an acceleration has to wake it.

@@ -113,14 +113,12 @@ class Memory(Instrument):
     """An instrument that reads levels.
 
     Attributes:
-        calibration: Echo delay of every level.
         forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
         register: What it answers in every word, if it holds many walls; None for one wall.
         bad_cells: What it answers at every level with known bad cells; None without any.
         reading: The last reading; None while the content is unknown.
         unknown: Why and since when it is, if it was known before.
         loudest: The loudest pulse that moves nothing, in cells, by end, where that is known.
-        statistics: The history of the element.
     """
 
     def __init__(
@@ -225,7 +223,6 @@ class Memory(Instrument):
         """Decode the echoes at the ends, store the reading and report it.
 
         Args:
-            echoes: The echoes, by end.
             end: The end whose delay is reported: 'left', 'right' or 'both'; empty for the one in
                 the settings.
         """

@@ -30,8 +30,6 @@ class Ramp:
     """A smooth move, or a wait if start and target are equal.
 
     Attributes:
-        start: Strain at the beginning.
-        target: Strain at the end.
         duration: In time units; 0 is a jump.
     """
 

@@ -119,16 +119,7 @@ def _register(
     """Return an element for many walls, written without strain.
 
     A deeper potential makes walls narrower, and deeper defects keep neighbours apart with fewer
-    cells a level than in the paper's second element.
-
-    Args:
-        levels: Number of levels: a wall or a kink may rest at each.
-        J: Cells per level.
-        beta: Anomaly of the defects.
-        eta: Damping: as much as lets a kick reach the last level.
-        register: How it is read.
-        push: The pulse that takes all walls out.
-        kick: The speeds that lead to each level, and the shape of a kick.
+    cells a level than in the paper's second element. A kick has a speed for each level.
     """
     design = Design(
         N=(levels + 1) * J + 1, gamma=-1.3e-4, beta=beta, J=J, J_s=2 * J, j_0=0.7 * J, d=0.05,
@@ -184,21 +175,7 @@ def _nine_cells(
     tick: float = 20.0,
     **back: Any,
 ) -> Preset:
-    """Return an element found by `mlmem_lab.designer`: Case II's cells, nine per level.
-
-    Args:
-        N: Number of cells.
-        write: Its cycle, found by trial.
-        erase: Its cycle.
-        right: Carrier, sigma and threshold of the probe at the right end.
-        patience: Longest wait for the element to be quiet.
-        left: Carrier and threshold of the probe at the left end.
-        tail: Cells at the right end without defects.
-        eta: Damping, which the gain of both probes compensates.
-        max_rate: Rate limit, slightly above that of the steepest ramp of a write.
-        tick: Tick, of which every ramp of a write is a multiple.
-        **back: A throw, and strokes other than those of `by_9`. Without a throw, a kink erases.
-    """
+    """Return an element found by `mlmem_lab.designer`: Case II's cells, nine per level."""
     omega_c, sigma, v_th = right
     design = Design(
         N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail

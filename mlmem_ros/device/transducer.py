@@ -147,7 +147,6 @@ class Transducer:
     Attributes:
         recent: Last displacements of both ends, shape (2, w), newest last. They give the rest
             displacement, and show whether the element is quiet.
-        detectors: The detectors that listen, by end.
         reverberation: The waves that may still arrive, by end.
         recorders: What records both ends, by pulse, in their order.
         held: The held boundary cell, or None.

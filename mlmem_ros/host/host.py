@@ -47,7 +47,6 @@ class Host(Requests):
     `activate`, `deactivate`, `release`, `fail` and `on_timer`; requests may come from any thread.
 
     Attributes:
-        log: The log.
         watcher: Compares its reads with a twin's forecast; None without one.
     """
 
@@ -62,7 +61,6 @@ class Host(Requests):
         """Create an empty host.
 
         Args:
-            log: Where log lines go.
             now: Returns the time of recorded messages in nanoseconds.
             name: Of the node, which owns its state file.
             failed: Called in the loop's thread when the device has failed: `fail` is due.
@@ -122,9 +120,7 @@ class Host(Requests):
 
         Args:
             given: The configuration, with the present faults and recording.
-            plan: What a session records.
             listener: Called after ticks with their events.
-            pacer: The clock.
             speed: Multiple of real time; 0: as fast as possible.
             has_subscribers: Returns whether anybody subscribes to a stream that must be on time.
             watched: Returns the ticks of which those of all streams and views that anybody takes

@@ -27,8 +27,6 @@ class Recording:
     """Hands messages to a sink: the pre-trigger buffer before a session, or the queue of its bag.
 
     Attributes:
-        plan: What is recorded.
-        sink: Where the messages go.
         full: Whether the session has ended at its maximum size.
     """
 

@@ -29,10 +29,7 @@ class Requests:
 
     Attributes:
         element: The element; None while unconfigured.
-        loop: Runs it while active; otherwise None.
-        sessions: Its recording.
         stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
-        refused: Requests refused so far.
         patience: Seconds for which a request waits for its turn unless it says otherwise.
     """
 

@@ -48,8 +48,6 @@ class Sessions:
     with them, and they are saved as a session if the device fails.
 
     Attributes:
-        state: The state.
-        current: The recording, or None.
         buffer: The pre-trigger buffer, or None without one; empty during a recording.
     """
 
@@ -211,11 +209,7 @@ class Sessions:
             self.state = State.IDLE
 
     def _closed(self, bag: QueuedWriter) -> Path:
-        """Write what is queued, finish the bag, and return its path; waits for the disk.
-
-        Raises:
-            BagError: The recording has failed, now or earlier.
-        """
+        """Write what is queued, finish the bag, and return its path; waits for the disk."""
         status = bag.close()
         if status.error is not None:
             raise status.error

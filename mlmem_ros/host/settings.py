@@ -127,8 +127,6 @@ class SessionPlan:
     """What a session records.
 
     Attributes:
-        node: Full name of the node.
-        settings: Where and how.
         topics: All published and subscribed topics, by full name.
         parameters: The node's parameters, for the record.
         files: Where it may be.
@@ -176,16 +174,8 @@ class Parameters:
     """The complete configuration of a host.
 
     Attributes:
-        design: The element.
         check: What configure does with a design that fails its check.
-        settings: The instrument's settings.
         publish: How often streams are published.
-        record: Where and how a session is recorded.
-        state: Where the content is stored.
-        faults: The device's injected faults.
-        files: Where the node may write.
-        device: What drives the element.
-        queue: How requests wait.
     """
 
     design: Design

@@ -39,9 +39,6 @@ class Store:
 
     A worker thread writes to the disk, in the order in which states were taken. Neither the loop
     nor a caller waits for it.
-
-    Attributes:
-        path: The state file.
     """
 
     def __init__(

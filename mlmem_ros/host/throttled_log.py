@@ -36,11 +36,7 @@ class Log(Protocol):
 
 
 class ThrottledLog:
-    """Writes to a log from any thread, and catches exceptions that nobody else handles.
-
-    Attributes:
-        caught: Number of exceptions caught.
-    """
+    """Writes to a log from any thread, and catches exceptions that nobody else handles."""
 
     def __init__(self, log: Log) -> None:
         self.caught = 0

@@ -46,7 +46,6 @@ class Worker:
 
         Args:
             what: Description for messages, such as "saving the state in ...".
-            work: Called in the worker's thread.
             anyway: Whether to do it even if nobody waits for it any more.
 
         Returns:

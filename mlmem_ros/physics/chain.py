@@ -26,11 +26,7 @@ class Chain:
     """The state of an element's material, and how it advances.
 
     Attributes:
-        design: The element.
         specimen: The element in its present condition; changed by `set_specimen`.
-        dt: Step size in time units.
-        integrator: How it is stepped.
-        steps_done: Steps since the chain was made: its clock.
         V_N: Current displacement of the substrate's end.
     """
 
@@ -40,9 +36,7 @@ class Chain:
         """Make a blank chain at rest: every cell in the inactive phase.
 
         Args:
-            design: The element.
             dt: Step size in time units; by default `default_step(design, integrator)`.
-            integrator: How it is stepped.
 
         Raises:
             DesignError: The step is not positive or beyond the stability limit.
@@ -294,11 +288,7 @@ class Chain:
         return ends
 
     def _stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:
-        """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0.
-
-        Returns:
-            Displacements v_1 and v_N after every step done, and whether a cell left its range.
-        """
+        """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0."""
         substeps = self.integrator.substeps
         if every and self.at_rest and (ticks := inputs.still(self.V_N) // (substeps * every)):
             steps = every * ticks

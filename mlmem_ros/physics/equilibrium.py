@@ -115,7 +115,6 @@ def wall_profile(design: Design, position: float, *, kink: bool = False) -> Arra
     first guess for `relax`.
 
     Args:
-        design: The element.
         position: Where the wall is, in sites.
         kink: Whether it is a kink, with s1 on the left.
 
@@ -136,7 +135,6 @@ def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> A
     at a fifth of a lattice constant, so that it goes downhill and stays in its basin.
 
     Args:
-        specimen: The element.
         v: Guess, shape (N,).
         V: Substrate displacements, shape (N,).
         iterations: Bound on the Newton steps.

@@ -133,7 +133,6 @@ def hold_walls(
     """Return anti-kinks held at positions over a fixed substrate.
 
     Args:
-        specimen: The element.
         positions: X in sites, shape (m,), within 1 <= X < N.
         V: Substrate displacements, shape (N,).
         iterations: Bound on the Newton steps.

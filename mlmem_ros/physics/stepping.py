@@ -26,7 +26,6 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     By Gershgorin's circles, with a bound on the on-site stiffness over a cell's range.
 
     Args:
-        specimen: The element.
         reach: Largest |D - origin| of a cell; by default that of the wells of both phases.
     """
     cells, on_site = _cells(specimen, reach)
@@ -91,7 +90,6 @@ def substep_times(steps: int, dt: float, asker: Nodes = NOH_BATHE, first: int = 
     """Return the times in a run of steps at which the prescribed motion is needed.
 
     Args:
-        steps: Number of steps.
         dt: Step size in time units.
         asker: Its nodes follow each other in every step.
         first: Number of the first step.

@@ -43,7 +43,6 @@ def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> in
     A cell in a ground state other than the two phases gives -2.
 
     Args:
-        design: The element.
         configuration: Delta_j = v_j - V_j, shape (N,).
         tolerance: How near to the defect, in cells.
     """

@@ -56,8 +56,6 @@ class Rig(Driver):
         """Connect to a rig and receive the first samples of its element at rest.
 
         Args:
-            design: The element.
-            settings: The instrument's settings.
             address: Address of the rig, with options (see `docs/reference/rig.md`).
             transport: The line, if it is already open; the caller keeps it alive.
 

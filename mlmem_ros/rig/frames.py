@@ -92,7 +92,6 @@ class Played(NamedTuple):
     """Samples of a rig; displacements in its own unit.
 
     Attributes:
-        first: Number of the first one.
         ends: Displacements of both ends, shape (2, n).
         missed: Samples just before them for which the rig had no set-points.
         force: Force on the substrate's end, or NaN.
@@ -181,8 +180,6 @@ def play(first: int, samples: int, V_N: Array, site: int, motion: Array, kind: s
     """Return the payload of set-points.
 
     Args:
-        first: Number of the first sample.
-        samples: Number of samples.
         V_N: Displacement of the substrate's end, shape (samples nodes,).
         site: The end that is held, 1 or N; 0 for none.
         motion: Its displacement and velocity, shape (2, m).

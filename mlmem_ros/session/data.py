@@ -61,15 +61,11 @@ class SessionData:
         stamped: Commands with the tick at which they took effect; empty without a header.
         commands: Messages on the command topics: seconds and the requested command.
         refused: Messages on these topics that are not valid commands: seconds and reason.
-        hashes: Hashes of the state.
         field_time: Seconds of every configuration.
         configuration: Delta_j over time, one array of shape (N,) each.
         strain_time: Seconds of every `end_displacement`.
         end_displacement: Displacement of the substrate's end in metres.
-        echoes: Every probe, in order.
-        shots: Shots of surveys, in order.
         contents: What the content was, in words: seconds, text, and its keys and values.
-        outcomes: Outcome of every procedure: seconds, and its keys and values.
         lost: What cannot be read, or was dropped from the recording: one line each.
         altered: What is not as it was recorded, by the digests of the bag: one line each.
         streams: Numbers of the streams that a replay compares, by topic; see `streams`.

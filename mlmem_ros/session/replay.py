@@ -259,8 +259,6 @@ def last_tick(session: SessionData, first: int, silence: int) -> int:
     """Return the tick before which a session ends.
 
     Args:
-        session: The session.
-        first: Its first tick.
         silence: The most ticks that may lie between two of its records.
 
     Raises:

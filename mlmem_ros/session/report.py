@@ -33,11 +33,8 @@ class ReplayReport:
     """Result of a replay.
 
     Attributes:
-        ticks: Ticks run.
-        commands: Commands applied.
         refused: Commands that the replay refused, with reasons.
         hashes: State hashes compared.
-        equal_hashes: Those that are equal.
         difference: The first that differs, or None.
         state_difference: Greatest difference of a displacement at any of them, in cells.
         levels: Levels decoded by the replay, in order.
@@ -45,7 +42,6 @@ class ReplayReport:
         equal_echoes: Recorded echoes that the replay reproduced bit for bit.
         echo_difference: Greatest difference between a recorded and a replayed echo, in cells.
         other_echoes: Recorded echoes with another number of samples than the replayed ones.
-        outcomes: How the procedures ended in the replay.
         recorded_endings: How they ended in the recording; see `ending`.
         streams: How the published streams of a session agree, by topic.
         lost: What is missing from the recording, one line each.

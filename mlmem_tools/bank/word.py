@@ -19,7 +19,6 @@ class Corrected:
     """A digit that the code corrected.
 
     Attributes:
-        element: Full name of the element.
         read: The level it reported; -1 if blank, None if it could not be read.
         digit: What it should hold.
         why: Why it could not be read; empty if it could.

@@ -62,7 +62,6 @@ class WordCode:
     """Encodes words as the digits of elements, and decodes what is read from them.
 
     Attributes:
-        elements: Number of elements.
         base: Levels used per element.
         check: Number of check digits, held by the last elements; 0: no code, no seal.
     """
@@ -71,7 +70,6 @@ class WordCode:
         """Make a code.
 
         Args:
-            elements: Number of elements.
             base: Levels used per element, at least 2; with check digits a power of two.
             check: Number of check digits.
 

@@ -96,7 +96,6 @@ def departures(
     the previous cycle, before that rest. A write may end where the wall is within a cell.
 
     Args:
-        made: The element.
         write: Its cycles.
         start: The level at which the wall starts.
         goal: The level of the last step.

@@ -40,10 +40,8 @@ def forecast_echo(
     Only the first echo: not the ring-down of the released end, nor multiple reflections.
 
     Args:
-        made: The element.
         v: Its displacements at rest, shape (N,).
         probe: Pulse and detector.
-        end: Which.
         dt: Step of the device.
         integrator: Its method, which damps and slows the wave a little (see
             `Integrator.squared_frequency`).
@@ -79,7 +77,6 @@ def echo_response(
         omega: Angular frequencies, shape (m,), positive; the time factor is exp(i omega t).
         end: The end that is driven, released and listened to.
         dt: Step of the integrator whose numerical damping and dispersion to include; 0 for none.
-        integrator: That integrator.
 
     Returns:
         Ratio of the complex amplitudes, shape (m,).

@@ -73,7 +73,6 @@ def echo_strength(
     end moves twice as far as the wave, and v_c averages |v| over its window.
 
     Args:
-        design: The element.
         probe: The pulse.
         k_s: On-site stiffness of the phase it travels in.
         distance: Cells from the end to the mirror, shape (m,).

@@ -17,7 +17,6 @@ class Finding:
     """One quantity of a design, judged.
 
     Attributes:
-        name: Short name, unique in a report.
         values: Numbers by name, all in one unit; NaN for one that does not exist.
         unit: Unit symbol; empty for counts and ratios.
         verdict: Whether the memory will work.
@@ -43,11 +42,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Report:
-    """All findings about a design and its settings.
-
-    Attributes:
-        findings: In the order of the checks.
-    """
+    """All findings about a design and its settings."""
 
     findings: tuple[Finding, ...]
 

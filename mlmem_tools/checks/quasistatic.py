@@ -109,7 +109,6 @@ def depinning_strain(
     Newton's method follows it; when it fails or jumps, the step is halved.
 
     Args:
-        made: The element.
         level: Level at whose defect the wall is.
         sign: -1 for compression, +1 for tension.
         largest: Size of the largest strain to try.

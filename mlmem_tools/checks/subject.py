@@ -41,9 +41,6 @@ class Subject:
     """A design and the settings of its instrument; or one element of the design, and its pulses.
 
     Attributes:
-        design: The design; that of the element, if there is one.
-        settings: The settings.
-        element: The element; None for one that is exactly as designed.
         trims: Factors on the launch and the steps of a write, by level; none: 1.
 
     Sampled levels are both kinds of site at the start, in the middle and at the end.

@@ -56,9 +56,6 @@ class Diagnosis:
     """What a check found.
 
     Attributes:
-        what: What was looked at.
-        verdict: Whether it is as required.
-        seen: What was seen.
         advice: What to do; empty if nothing is needed.
     """
 

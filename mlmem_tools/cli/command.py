@@ -26,7 +26,6 @@ class Command:
     """A sub-command.
 
     Attributes:
-        summary: One line for the list.
         text: Its help text above the options.
         options: In order.
         run: Does it, and returns the exit status.

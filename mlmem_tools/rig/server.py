@@ -37,7 +37,6 @@ class Line:
         jitter: Greatest additional random delay in seconds.
         loss: Probability that a frame is lost.
         restart: Seconds after which the rig disconnects and restarts; 0: never.
-        seed: Seed of the random numbers.
     """
 
     latency: float = 0.0
@@ -77,12 +76,7 @@ class _Wire:
 
 
 class Server:
-    """Serves one rig to one client at a time.
-
-    Attributes:
-        port: Port at which it listens.
-        clients: How many clients have connected.
-    """
+    """Serves one rig to one client at a time."""
 
     def __init__(self, rig: EmulatedRig, line: Line, host: str = '127.0.0.1', port: int = 0):
         """Listen at an address for clients of a rig, whose element keeps its state from one to the

@@ -43,11 +43,7 @@ class Forecast:
 
 
 class Forecasts:
-    """Makes the forecasts of an element, and keeps the latest.
-
-    Attributes:
-        forward: The element's forward model.
-    """
+    """Makes the forecasts of an element, and keeps the latest."""
 
     def __init__(self, element: Element, integrator: Integrator | None) -> None:
         self.forward = forward_of(element, integrator)

@@ -71,7 +71,6 @@ def at_rest(specimen: Specimen, wall: float, strain: float) -> Array:
     """Return the displacements of an element at rest, shape (N,).
 
     Args:
-        specimen: The element.
         wall: Site near which its wall rests, 0 for a blank element.
         strain: Strain, held; it must not free the wall.
 
@@ -88,9 +87,7 @@ class Forward:
     """Predicts the shots of an element with given values of the unknowns.
 
     Attributes:
-        unknowns: What the values mean.
         x: The values, shape (size,).
-        specimen: The element that they describe.
     """
 
     def __init__(self, unknowns: Unknowns, x: Array, integrator: Integrator | None = None) -> None:

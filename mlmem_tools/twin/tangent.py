@@ -43,9 +43,6 @@ class Material(NamedTuple):
         potential: a and b.
         forces: Factor on all forces: the square of the time unit.
         eta: Damping of every cell, shape (N,).
-        masses: Whether to take derivatives by every mass.
-        offsets: Whether to take derivatives by every origin.
-        springs: Whether to take derivatives by every k_r.
         damping: Whether to take derivatives by the damping of every cell, over its own.
         patterns: Heights that change together, shape (k, N): if there are any, their derivatives,
             which come last, replace those by every height.
@@ -123,11 +120,9 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
     """Return the derivatives of the motion of both ends.
 
     Args:
-        material: The element.
         v: Displacements at rest, shape (N,): an equilibrium.
         source: The driven end.
         dt: Step in the instrument's time.
-        steps: Number of steps.
 
     Returns:
         At rest and after every step, shape (2, steps + 1, columns).

@@ -33,11 +33,6 @@ class Unknowns:
     """The vector of unknowns of a design.
 
     Attributes:
-        design: The element as designed.
-        masses: Whether the masses of the cells are unknown.
-        offsets: Whether the offsets of the cells are unknown.
-        springs: Whether the stiffness k_r of every spring between the cells is unknown.
-        damping: Whether the damping of every cell is unknown, over eta.
         latency: Whether a transducer may be late; otherwise it is known to be in time.
         friction: Whether to take the derivative by dry friction, which the model does not have.
     """

@@ -24,11 +24,8 @@ class Watcher:
     A read that comes while another is compared is left out.
 
     Attributes:
-        twin: The element as fitted.
         text: What has changed, in words; empty as long as all is as forecast.
-        compared: Number of reads that were compared.
         skipped: Number of those that were not: disturbed, or too soon after something else.
-        last: The last comparison, or None.
     """
 
     def __init__(self, twin: Element, element: MemoryElement, log: ThrottledLog) -> None:

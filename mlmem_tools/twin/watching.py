@@ -73,7 +73,6 @@ class Comparison:
         residual: Root mean square residual of either end in cells, shape (2,).
         wall: Site near which the wall rests, as far as its echo tells; 0 for a blank element.
         change: What explains it, if that is beyond doubt.
-        text: In words; empty if all is as forecast.
     """
 
     chi2: float
@@ -87,13 +86,8 @@ class _Read(NamedTuple):
     """What a read says of the candidates.
 
     Attributes:
-        g, H: Normal equations, with the noise that its residual shows.
         z: Of each candidate alone, its size in standard deviations, shape (m,).
-        share: Of each alone, the share of the residual beyond noise and fit that it explains.
-        excess: Residual over that of noise and fit.
-        chi2: Residual per datum.
         rms: Root mean square residual of either end, shape (2,).
-        wall: Where the wall rests in the forecast.
     """
 
     g: Array
@@ -233,8 +227,6 @@ def place(design: Design, reading: Reading, known: float | None, moved: bool) ->
     """Return the cell of the wall that was read, 0 without a wall, or None if it is not known.
 
     Args:
-        design: The element.
-        reading: What was read.
         known: The cell before.
         moved: Whether the wall may be elsewhere by now; otherwise, if the reading does not tell,
             it is where it was.

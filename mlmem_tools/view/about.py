@@ -73,11 +73,7 @@ class About:
     """An element as a page shows it.
 
     Attributes:
-        design: The element.
-        actuator: Its actuator; only limits of strain and rate are set.
-        scale: Its units in SI.
         stride: Every stride-th cell is shown.
-        json: What the page gets.
     """
 
     design: Design

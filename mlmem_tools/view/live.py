@@ -47,12 +47,7 @@ no longer cost the node time."""
 
 
 class Live:
-    """The element behind a node, in the server's event loop.
-
-    Attributes:
-        pages: Open pages; see `open` and `close`.
-        requests: What pages ask for.
-    """
+    """The element behind a node, in the server's event loop."""
 
     def __init__(self, client: MemoryClient) -> None:
         """Listen; to be called in the event loop."""

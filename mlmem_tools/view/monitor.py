@@ -21,13 +21,7 @@ WANTED = ('design.N', 'design.J', 'scale.length', 'actuator.max_strain', 'probe.
 
 @dataclass(frozen=True)
 class Status:
-    """A component's health or a procedure's end.
-
-    Attributes:
-        severity: 0 good, 1 warning, 2 error, 3 stale.
-        text: What it says.
-        values: Its keys and values, all as strings.
-    """
+    """A component's health or a procedure's end."""
 
     severity: int
     text: str
@@ -45,7 +39,6 @@ class View:
 
     Attributes:
         name: Full name of the node.
-        cells: Number of cells.
         period: Cells from one level to the next.
         max_strain: Largest strain of the actuator.
         level: Level that was decoded last, or -2 if it is not known any more.
@@ -53,7 +46,6 @@ class View:
         walls: True wall positions in sites.
         strain: Substrate strain, tension positive.
         echo: v_c of the last echo in cells over time, compensated for damping.
-        outcome: How the last procedure ended.
         health: Status of every component, by its name.
         last_message: When the last message came, on the clock of `time.monotonic`.
     """
@@ -97,11 +89,7 @@ def listen(client: MemoryClient, topic: topics.Topic, take: Callable[[Any], None
 
 
 class Monitor:
-    """Listens to a node.
-
-    Attributes:
-        view: The latest state; the thread that spins the client's node updates it.
-    """
+    """Listens to a node."""
 
     def __init__(self, client: MemoryClient, parameters: Mapping[str, Any]) -> None:
         """Subscribe to the topics of a client's node, given its parameters, at least those in

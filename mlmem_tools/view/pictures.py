@@ -34,11 +34,7 @@ HISTORY = 1800
 
 
 class Pictures:
-    """Makes pictures of the newest messages; any thread may call `take`, only the loop's the rest.
-
-    Attributes:
-        clock: Time of the last picture in seconds.
-    """
+    """Makes pictures of the newest messages; any thread may call `take`, the loop the rest."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, due: Callable[[], None]) -> None:
         """Call `due` in the server's event loop when it is time for a picture."""

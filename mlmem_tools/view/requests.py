@@ -44,7 +44,6 @@ class Requests:
     """Sends the requests of pages and waits for the answers, in the server's event loop.
 
     Attributes:
-        about: The element, once it is known.
         folder: Where recordings started by pages go, on the node's machine.
         recordings: Paths of the sessions that pages have recorded.
     """

@@ -20,12 +20,7 @@ BITES = {}
 
 
 def _bite(*replaced):
-    """Register a fault.
-
-    Args:
-        replaced: Pairs of an object that holds a function, and its name there. The fault gets the
-            right functions and returns the wrong ones.
-    """
+    """Register a fault."""
 
     def enter(fault):
         @contextmanager

@@ -23,7 +23,6 @@ class Executor:
     """Runs callbacks one after the other, and tends the host in between.
 
     Attributes:
-        task: Its task.
         longest: Name and seconds of the callback that took longest.
     """
 
@@ -89,7 +88,6 @@ class Node:
     """The life cycle of a managed node around a host, as rclpy drives it.
 
     Attributes:
-        host: The host.
         state: Of the life cycle.
     """
 
@@ -97,7 +95,6 @@ class Node:
         """Start unconfigured.
 
         Args:
-            host: The host.
             activate: Activates it.
             configured: Its configuration.
         """

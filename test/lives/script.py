@@ -34,7 +34,6 @@ class Step:
 
     Attributes:
         after: Seconds since the previous step.
-        what: Its name.
         given: Its arguments.
     """
 
@@ -53,13 +52,10 @@ class Script:
 
     Attributes:
         seed: Seed of the order of threads, and of what the disk does.
-        levels: Levels of its element.
         level: Level that the element held before; -1: blank.
-        state: Whether there is a state file.
         record: Whether a recording begins with every activation.
         interval: Seconds between two saves; 0: none.
         sync_interval: Seconds after which a recording is synced.
-        steps: The steps.
     """
 
     seed: int

@@ -53,11 +53,8 @@ class Life:
     """A life from a script.
 
     Attributes:
-        script: The script.
-        scheduler: Its scheduler.
         disk: The disk with its files.
         oracles: The oracles that watch it.
-        kind: The kind of its element.
         given: The configuration of the host.
     """
 

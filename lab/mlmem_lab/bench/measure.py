@@ -50,9 +50,6 @@ class Contender:
     """One way to do the work.
 
     Attributes:
-        name: Its name.
-        call: Does the work once; called many times.
-        work: Units of work in a call: the cost is reported per unit.
         values: Other numbers to report, such as the error it was run at.
     """
 
@@ -67,10 +64,7 @@ class Entry:
     """The measurements of one contender.
 
     Attributes:
-        name: Its name.
-        samples: Cost per unit of work in every round.
         x: Its place along the axis of a comparison, or None.
-        values: Other numbers.
         verdict: Whether it reaches its goal, in words; empty without one.
         key: What it is called in a result file; empty for its name.
     """
@@ -102,7 +96,6 @@ def measure(
     """Measure contenders side by side.
 
     Args:
-        contenders: The contenders; each is called once before anything is measured.
         repeats: Rounds. Every second round goes through the contenders backwards.
         scale: Units of cost in a second: 1e9 reports nanoseconds.
         clock: The clock that measures cost.
@@ -143,12 +136,8 @@ class Comparison:
     """Contenders that did the same work, measured side by side.
 
     Attributes:
-        name: Stem of its files.
-        title: What is compared.
-        unit: Unit of the cost; smaller is better.
         terms: What is equal for all contenders, and what each was given.
         entries: What was measured; ratios are to the first.
-        skipped: Who did not take part, and why.
         axis: What `x` of the entries is; empty if they have none.
         measured: Whether the entries are costs, with a spread and ratios, or plain results.
     """

@@ -55,7 +55,6 @@ def main(begun: float, number: int) -> None:
 
     Args:
         begun: When the process was started, in seconds since the epoch.
-        number: How many; above 1 they are those of `memory_bank`.
     """
     use_profile(os.environ)
     arguments, bank = bank_arguments(['memory_bank', f'--elements={number}'])

@@ -71,9 +71,7 @@ class NodeProcess:
         `others` is the share of a core that others took meanwhile.
 
         Args:
-            seconds: How long.
             meanwhile: Called with this time; what the robot does to the node.
-            speed: Multiple of real time; 0 for as fast as possible.
         """
         assert self._process.stdin is not None
         load = self.load()

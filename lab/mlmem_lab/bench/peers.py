@@ -82,7 +82,6 @@ class Peer(NamedTuple):
     """A solver that is ready.
 
     Attributes:
-        ladder: Settings, cheapest first.
         solve: From a setting to the displacements at the end, shape (N,).
     """
 

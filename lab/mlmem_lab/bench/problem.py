@@ -24,12 +24,7 @@ COEFFICIENTS = np.array(coefficients(STEP))
 
 
 class Runner(NamedTuple):
-    """An implementation with its own state.
-
-    Attributes:
-        advance: Advances by a number of steps.
-        displacements: Returns the present displacements, shape (N,).
-    """
+    """An implementation with its own state."""
 
     advance: Callable[[int], None]
     displacements: Callable[[], Array]
@@ -40,7 +35,6 @@ class Problem:
     """Eq. (1a) over an unstrained rigid substrate, both ends free.
 
     Attributes:
-        design: The element.
         start: Displacements at the start, at rest, shape (N,).
     """
 

@@ -199,9 +199,6 @@ class Proposal:
     """A design that passes the checker, with the settings of its instrument.
 
     Attributes:
-        design: The element.
-        settings: The instrument's settings.
-        report: What the checker says.
         reasons: Why each J below the chosen one was rejected, by J.
     """
 

@@ -103,7 +103,6 @@ class MoveTask:
     """The task of a stroke or a throw.
 
     Attributes:
-        design: The element.
         starts: Levels from which it must work.
     """
 

@@ -33,7 +33,6 @@ class Stage:
         blur: Least standard deviation of a sample.
         free: What is sought: 'rest', what the displacements at rest show; 'shared', what all cells
             share; 'cells', everything.
-        iterations: Most iterations.
         enough: Decrease of the misfit at which it ends, relative.
         least: The same in absolute terms.
     """
@@ -55,9 +54,6 @@ def minimise(
     by how much the misfit decreases; only new ones tell that the minimum is near.
 
     Args:
-        misfit: What is minimised.
-        x: Where it begins.
-        stage: What is sought, and how long.
         slopes: Derivatives taken near x.
 
     Returns:

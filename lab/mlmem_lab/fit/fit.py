@@ -46,11 +46,8 @@ def fit(
     Masses and then offsets of the cells are unknown only if the shots cannot be explained without.
 
     Args:
-        design: The element as designed.
         shots: Pulses and what both ends did, with every state at rest before.
-        prior: What is known beforehand.
         integrator: That of a simulated element, whose errors are repeated; None for a real one.
-        report: Is told the progress.
 
     Raises:
         Misfitting: The data cannot answer, or no model describes the element.
@@ -76,9 +73,6 @@ def _predicted(found: Fit) -> Fit:
 
     Far from the minimum, what all cells share can be bent until all shots agree; leave one out,
     and they do not.
-
-    Raises:
-        Misfitting: A shot is not predicted.
     """
     worst = int(np.argmax(found.held_out))
     if not found.held_out[worst] <= PREDICTED:  # also NaN
@@ -159,11 +153,7 @@ def _blank(misfit: Misfit, told: Report) -> Fit:
 
 
 def _explained(found: Fit, told: Report, terms: Sequence[str] = ADDED) -> Fit:
-    """Return a fit that describes the element, with more unknowns if the data ask for them.
-
-    Raises:
-        Misfitting: There is none.
-    """
+    """Return a fit that describes the element, with more unknowns if the data ask for them."""
     while asks(found):
         term, why = missing_term(found)
         if term in terms and not has(found.misfit, term):

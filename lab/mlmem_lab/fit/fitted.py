@@ -50,14 +50,11 @@ class Fit:
     """An element as fitted.
 
     Attributes:
-        misfit: What was minimised: unknowns and shots.
         x: The most probable values, shape (size,).
         covariance: Of their posterior distribution, shape (size, size).
         chi2: Misfit per datum.
-        data: Number of data.
         in_band: Misfit per datum at the frequencies of the echoes: 1 if noise alone is left. There
             an error of the model is, whatever the rest of what is sampled looks like.
-        untold: What the data cannot tell, in words.
         held_out: Misfit per datum of every shot as the others predict it, in their order.
         slopes: Derivatives of the shots near these values, as long as more is asked of them.
     """

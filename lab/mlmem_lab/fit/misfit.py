@@ -67,9 +67,6 @@ class Misfit:
     """Shots, and what is to be found from them.
 
     Attributes:
-        unknowns: What is unknown.
-        shots: The shots.
-        prior: What is known beforehand.
         integrator: That of a simulated element, whose errors are repeated; None for a real one.
         drift: Standard deviation of a transducer's zero from shot to shot.
         gain_drift: Standard deviation of its gain from shot to shot, relative.
@@ -105,7 +102,6 @@ class Misfit:
         """Return residuals in standard deviations, and their weights, shape (2, m) each.
 
         Args:
-            shot: What was measured.
             predicted: What was predicted, shape (2, m): at rest, then sample by sample.
             blur: Standard deviation of a sample if it is larger than the noise: residuals of a
                 model that is still far off are smoothed so.
@@ -187,10 +183,8 @@ class Misfit:
         """Yield the normal equations of every shot; raises as `Forward.linearised` does.
 
         Args:
-            x: The values.
             window: How long after its pulse each shot is compared.
             blur: Least standard deviation of a sample.
-            slopes: The derivatives, if they were taken near.
         """
         forward = self.forward(x)
         for shot, J in zip(self.shots, (slopes or self.slopes(x, window)).each, strict=True):

@@ -191,7 +191,6 @@ def landscape(
     """Return the total potential energy U(X) of a wall at the positions X, Eq. (3).
 
     Args:
-        design: The element.
         positions: X in sites, shape (m,).
         kink: The wall's profile.
         v_0: Equilibrium displacement of the metamaterial, which holds D_s1.

@@ -37,7 +37,6 @@ class Track:
     """The forces on a wall between two positions.
 
     Attributes:
-        design: The element.
         before: Cells left out before the excerpt of n cells that the wall feels.
         low: First position in sites.
         peak: Strain of the last row of `pull`; the first has none.

@@ -25,14 +25,9 @@ class Lattice:
     """The state of a chain, and how it advances. Its ends are free unless they are held or driven.
 
     Attributes:
-        on_site: Law of the cells.
-        coupling: Law of the springs between them.
         masses: Shape (n,).
         damping: Viscous drag on every cell: force per velocity.
-        friction: Dry friction on every cell; None for none.
         dt: Step size. It must be well below 2 / (highest angular frequency); it is not checked.
-        integrator: How it is stepped.
-        steps_done: Steps since it was made.
     """
 
     def __init__(
@@ -50,14 +45,10 @@ class Lattice:
         """Make a chain at rest with all displacements 0.
 
         Args:
-            on_site: Law of the cells.
-            coupling: Law of the springs.
             masses: Shape (n,), above 0.
             dt: Step size, above 0.
             damping: Viscous drag, at least 0.
-            friction: Dry friction.
             held: Sites, counted from 1, that never move.
-            integrator: How it is stepped.
 
         Raises:
             StateError: A number is out of range.

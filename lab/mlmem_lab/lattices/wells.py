@@ -38,7 +38,6 @@ class Wells(OnSite):
     """Cells with an energy in pieces.
 
     Attributes:
-        each: The energy of all cells, or one a cell, all with as many pieces.
         tilt: A force against positive D, one number or shape (n,).
     """
 

@@ -55,7 +55,6 @@ class Run:
     """One wave.
 
     Attributes:
-        case: The lattice.
         t: Times in ms, shape (m,).
         u: Displacements in cm of the four elements, in the order in which it passes, (4, m).
     """

@@ -142,7 +142,6 @@ class Wave:
     """Displacements of all elements as a wave runs down the chain.
 
     Attributes:
-        case: The lattice.
         wells: Second well of each element, cm, shape (25,).
         t: Times, ms, shape (m,).
         u: Displacements, cm, shape (m, 25).
@@ -186,14 +185,11 @@ def launch(
 
     Args:
         case: The lattice.
-        shells: One for all elements, or one each.
-        losses: What slows them.
         bias: A constant force on each element and the end, against the wave, 10 N; one number or
             shape (26,).
         hand: Time the hand takes, ms.
         longest: When to stop, ms.
         last: Element that ends the run when it has reached its well, or all have come to rest.
-        integrator: How the chain is stepped.
         dt: Step, ms.
     """
     each = [shells] * ELEMENTS if isinstance(shells, Shell) else list(shells)

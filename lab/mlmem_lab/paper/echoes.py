@@ -38,14 +38,10 @@ def listen(
     """Fire one pulse into a resting, unstrained element and listen at the same end.
 
     Args:
-        design: The element.
         v: Its displacements at rest, shape (N,).
-        probe: The pulse.
-        end: Which.
         duration: Time from the beginning of the pulse, in time units.
         dt: Step; None: the chain's own.
         settle: Time to come to rest before: an elastic substrate gives way under a wall.
-        integrator: Of the chain.
 
     Returns:
         Displacement of the end from its rest after every step, and the step.

@@ -66,15 +66,11 @@ class Claim:
     """A checkable sentence of the paper.
 
     Attributes:
-        key: Short name, unique.
-        sentence: The sentence, shortened.
-        page: Where the paper has it.
         where: Where on the page, if that can be told.
         how: How our number was obtained.
         printed: Where print and physics disagree, what is printed.
         replaced: By which numbers the printed ones had to be replaced.
         needs: Figures whose data the judge takes, in this order.
-        judge: Judges by those data.
     """
 
     key: str
@@ -110,9 +106,7 @@ class Figure:
 
     Attributes:
         name: What a person types, as '2a'.
-        title: One line for a list.
         seconds: Rough cost at full quality: the long ones begin first.
-        claims: The claims, in the order of the file.
         summary: Makes of the data what a result file keeps.
         of: The presets that it shows.
         ending: Of the picture on a page; empty if there is none.

@@ -62,8 +62,6 @@ class Plan:
     """Pulses to every level.
 
     Attributes:
-        steps: By level.
-        strokes: Strokes and throws, from every level.
         trims: The same for a calibration.
         push: What the push of the settings bears, from every level; 0 if it leaves a wall
             there, NaN for an element that is written by strain.

@@ -32,9 +32,6 @@ class Stroke:
 
     Attributes:
         kind: Name of its settings.
-        start: Level at which it begins.
-        target: Level at which it ends; `BLANK` for a throw.
-        peak: Factor on its peak.
         margin: Relative distance of peak and times from failure, as far as it was tried; negative
             if no pulse was found.
     """

@@ -121,7 +121,6 @@ class Counts:
             written`, `second attempts`; `lost by hand`.
         blocks: Rows of reads; those of a row depend on each other and count as one.
         wrong_blocks: Rows with a wrong read.
-        ticks: Ticks of every read.
         reasons: Why reads were undecodable and writes failed, by text.
     """
 
@@ -203,10 +202,6 @@ def bad_cells(
     """Read every level, and a blank element, with one bad cell; of many words a few for each site.
 
     Args:
-        name: The element, as for `known`.
-        kind: What is bad, as for `with_bad_cell`.
-        site: Of the cell.
-        write: Whether to write a level from each as well, the one after next.
         reach: Only levels so near the cell, in cells.
     """
     counts, design = Counts(), known(name)[0]

@@ -23,7 +23,6 @@ class Problem:
     """One problem, stated in the docstring of its module.
 
     Attributes:
-        name: Short.
         step: That of our answer; the problem's own unit of time.
         solve: From an integrator and a step to the answers.
     """
@@ -48,8 +47,6 @@ def passage(lattice: Lattice, level: float, first: int, last: int, every: int, m
     Args:
         lattice: It is advanced until the front has passed.
         level: Displacement that defines the front.
-        first: Site where the time begins.
-        last: Site where it ends.
         every: Steps between two looks; times are interpolated.
         most: Looks after which the front is taken to have stopped: NaN.
     """

@@ -26,13 +26,7 @@ DIGITS = 7
 
 @dataclass(frozen=True)
 class Answer:
-    """One quantity of one problem.
-
-    Attributes:
-        problem, quantity: Names.
-        value: Ours.
-        error: Of ours.
-    """
+    """One quantity of one problem."""
 
     problem: str
     quantity: str

@@ -25,8 +25,6 @@ class Bench:
     """An element and the settings of its instrument.
 
     Attributes:
-        design: What the instrument takes the element for.
-        settings: Its settings.
         element: The element with its pulses; None for one exactly as designed.
     """
 

@@ -21,7 +21,6 @@ class WrittenLevel:
     """One write, verified by its echo, and the truth.
 
     Attributes:
-        asked: Level that was to be written.
         outcome: How the write ended, with its reading.
         level: Level at whose defect the wall really is; -1 blank; -2 none of them.
         wall: Its position in sites, NaN for none or several.
@@ -48,12 +47,7 @@ class WrittenLevel:
 
 @dataclass(frozen=True)
 class Climb:
-    """Levels written one after another, up to the first that failed.
-
-    Attributes:
-        writes: In their order.
-        levels: How many were to be written.
-    """
+    """Levels written one after another, up to the first that failed."""
 
     writes: tuple[WrittenLevel, ...]
     levels: int
@@ -89,7 +83,6 @@ class Heat:
         Args:
             element: The element; the damping and masses of its specimen are used.
             temperature: k_B T in k_r cells^2, at least 0.
-            seed: Of the kicks.
         """
         specimen = element.chain.specimen
         self._velocity = element.chain.velocity
@@ -113,7 +106,6 @@ def write_upward(
 
     Args:
         element: An element at rest; it is advanced.
-        heat: A bath around it.
         level: Returns the true level; by default the one within a cell of the wall.
     """
     assert element.settings.write.attempts == 1

@@ -46,11 +46,9 @@ class Proof:
     """What to prove of a design.
 
     Attributes:
-        design: The element.
         settings: The instrument's settings.
         sample: Most downward writes to make; by default all, or above `EVERY` levels as many as
             levels. Every level is erased, and read.
-        seed: Of the sample.
         element: An element of the design with its pulses; None for one exactly as designed.
     """
 
@@ -143,8 +141,6 @@ class Tally:
 
     Attributes:
         upward: Levels written and read back upward, and of how many.
-        down: Downward writes that succeeded, and of how many.
-        erase: Erases that succeeded, and of how many.
         read: Right reads in a row, and of how many.
         level_margin: Least level margin of all readings, NaN without one.
         erase_time: Longest erase in time units.

@@ -122,9 +122,6 @@ def contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> Any:
     """Draw an x-t contour of the configuration, as Fig. 4a.
 
     Args:
-        axes: Where to draw.
-        t: Times, shape (m,).
-        x: Positions, shape (N,).
         field: Configuration, shape (m, N).
 
     Returns:
@@ -150,11 +147,8 @@ def driven(
     """Draw the configuration above the strain that drives it, as Fig. 4a; return both axes.
 
     Args:
-        figure: Where to draw.
         t: Times in 1000 time units, shape (m,).
-        design: Of the element.
         field: Configuration, shape (m, N).
-        strain: Shape (m,).
     """
     upper, lower = stacked(figure)[:, 0]
     mesh = contour(upper, t, design.sites - MIDDLE, field)
@@ -187,11 +181,9 @@ def window(axes: Any, factors: np.ndarray, share: np.ndarray, radius: float, cma
     """Draw how well factors on two settings do, about an operating point at 1.
 
     Args:
-        axes: Where to draw.
         factors: On either setting, shape (m,).
         share: From 0 (none) to 1 (all), shape (m, m): row y, column x.
         radius: Of a dotted circle about the operating point; infinite for none.
-        cmap: Colour map.
 
     Returns:
         The mesh, for a colour bar.

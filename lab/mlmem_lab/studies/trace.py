@@ -36,7 +36,6 @@ def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
     """Apply a command, advance until its procedure has ended, and record every tick.
 
     Args:
-        element: The element.
         command: A command that starts a procedure.
         trace: Observations are appended to it.
 

@@ -156,11 +156,7 @@ def _entry(part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> dict[
 
 
 def _known(path: Path | None, part: str, kind: Mapping[str, Any], seed: int) -> dict[int, Row]:
-    """Return the elements of a kind that a file has, from a first seed, by seed.
-
-    Raises:
-        OSError, ValueError: The file cannot be read.
-    """
+    """Return the elements of a kind that a file has, from a first seed, by seed."""
     for entry in load_kept(path).get(part, ()) if path else ():
         if _same(entry, kind) and entry['seed'] == seed:
             return {row['seed']: row for row in entry.get('rows', ())}
@@ -176,11 +172,7 @@ def _same(entry: Mapping[str, Any], kind: Mapping[str, Any]) -> bool:
 
 
 def _keep(path: Path, part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> None:
-    """Put the elements of a kind into a result file, in place of what it has of this kind.
-
-    Raises:
-        OSError, ValueError: The file cannot be read or written.
-    """
+    """Put the elements of a kind into a result file, in place of what it has of this kind."""
     kept, entry = load_kept(path), _entry(part, kind, rows) | {'rows': list(rows.values())}
     parts = {name: list(kept.get(name, ())) for name in PARTS}
     place = next((k for k, each in enumerate(parts[part]) if _same(each, kind)), len(parts[part]))

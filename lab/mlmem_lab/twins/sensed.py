@@ -88,7 +88,6 @@ class HiddenElement(Driver):
         """Put a line before an element.
 
         Args:
-            element: The element.
             sensors: They may be noisy, and off by a gain.
             late: By how many of the element's samples either sensor is late.
             drift: Greatest change of a gain, relative.

@@ -166,12 +166,10 @@ def measured(
 
     Args:
         name: The preset.
-        move: The move.
         integrator: In place of the preset's own.
         radii: To try, rising.
         element: An element of the preset with its pulses; None for one exactly as designed.
         points: How many changes are drawn.
-        seed: Of these.
     """
     design, settings = preset(name)
     time = replace(settings.time, integrator=integrator or settings.time.integrator)

@@ -89,9 +89,6 @@ class _Lesson:
 
     A low margin means that the wall stopped on its way. If no pulse takes it to the level, the one
     that takes it nearest is used.
-
-    Attributes:
-        trim: The current pulse.
     """
 
     def __init__(self, trim: PulseCorrection, others: Sequence[PulseCorrection]) -> None:

@@ -32,9 +32,6 @@ def go_to_level(
     """Drive the wall from the level that was read to another by the fastest moves, open loop.
 
     Args:
-        element: The element.
-        present: The level that was read, `BLANK` or `UNDECODABLE`.
-        level: The target level.
         force: Factor on the peak strains of steps up, within the actuator's limit.
         nudge: Factor on the speed of a kick, within the transducer's limit.
         plainly: Use only steps up and a kink, as in the paper.

@@ -48,7 +48,6 @@ class Aim(NamedTuple):
         end: The driven end.
         carrier: Its place in the pass band of that end's phase, 0 to 1.
         sigma: Of its envelope.
-        strain: Strain of the element.
     """
 
     end: End
@@ -123,11 +122,7 @@ def survey(element: Memory) -> Procedure[Result]:
 
 
 def _launched(element: Memory) -> Procedure[int]:
-    """Launch a wall with the first pulse of the menu that works; return the level meant.
-
-    Raises:
-        ProcedureFailed: None works.
-    """
+    """Launch a wall with the first pulse of the menu that works; return the level meant."""
     known = element.calibration.pulses(element.settings)
     for trim in (known[0], *menu(element.settings, 0)):
         yield from go_to_level(element, BLANK, 0, trims=[trim])

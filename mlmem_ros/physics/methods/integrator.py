@@ -119,7 +119,6 @@ class Integrator(ABC):
     """An explicit method of fixed step, made of sub-steps.
 
     Attributes:
-        name: Its name in parameters.
         nodes: The times in a step at which it needs the prescribed motion (strain, base, driven
             cell), as fractions of the step: rising, the last one 1.
         accurate_step: Largest step with the rigid substrate.
@@ -242,7 +241,6 @@ def balanced(u: Array, U: Array | None, cells: Cells, V_N: float) -> bool:
     Args:
         u: Displacements with their ghost cells, which are renewed.
         U: The same of an elastic substrate, or None.
-        cells: The element.
         V_N: Displacement of the substrate's end.
 
     Returns:

@@ -89,14 +89,11 @@ def advance(
     everything stays in the first-level cache.
 
     Args:
-        steps: Number of steps.
         chain: u, du, ddu and the work space u_p, du_p, ddu_p of the metamaterial.
         substrate: The same of an elastic substrate, whose two ends belong to the frame and the
             actuator: they are moved, not integrated, and their velocities and accelerations read
             zero. None for a rigid one, V_j = V_N shape_j; the elastic part is then not compiled.
-        cells: The element.
         forcing: What is prescribed, at the end of every sub-step.
-        constants: a0 ... a7.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
         friction: Force and creep of dry friction; None for none, which is then not compiled.
         drag: eta times the velocity of the substrate's end, at the end of every sub-step, where

@@ -78,11 +78,9 @@ def advance(
     """Advance Eq. (1a), and over an elastic substrate Eq. (1b); see `noh_bathe.advance`.
 
     Args:
-        steps: Number of steps.
         chain: u, du, ddu, which is unused here, and two rows of displacements x: those at a
             kick, and those after the following drift.
         substrate: The same of an elastic substrate, or None.
-        cells: The element.
         forcing: What is prescribed, in order of time. The stages are not: the second goes back. A
             step not driven to its end is free.
         constants: Of a step.

@@ -74,7 +74,6 @@ class Goal:
     Attributes:
         info: Its id, and when it was accepted.
         request: The request that it makes.
-        status: Its status, one of `GoalStatus`.
         result: The answer to a result request.
         ended: When it ended, on the steady clock.
         fetched: Whether its result has been requested.

@@ -139,7 +139,6 @@ class CallbackGuard:
 
     Attributes:
         waiting: Ids of the requests not answered yet.
-        answered: Number of those that were.
     """
 
     def __init__(self, node: Node, log: ThrottledLog) -> None:

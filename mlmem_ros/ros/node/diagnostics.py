@@ -199,7 +199,6 @@ class Pace:
         """Report how the loop keeps time: in s, and its rate since the last report in ticks/s.
 
         Args:
-            loop: The loop, if there is one.
             procedure: The running one.
             heard: Whether this is a report. If not, ticks that a loop at rest has slept through
                 may be yet to come, and the next rate does not begin here.

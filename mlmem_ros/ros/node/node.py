@@ -143,16 +143,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
     def _pass(
         self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
     ) -> None:
-        """Make some transitions of the life cycle, in the executor's thread.
-
-        Args:
-            transitions: Those of rclpy, such as `trigger_activate`.
-            blank: A configuration begins with a blank element, whatever was saved.
-            held: An activation begins with time paused.
-
-        Raises:
-            One of `REFUSALS`: The transition that failed.
-        """
+        """Make some transitions of the life cycle, in the executor's thread."""
         self._starting, self._refusal = True, None
         self._blank, self._held = blank, held
         try:

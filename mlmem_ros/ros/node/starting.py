@@ -31,11 +31,7 @@ class Startable(Protocol):
 
 
 class Retries:
-    """Tries again at intervals, until the element is back or somebody else configures the node.
-
-    Attributes:
-        waiting: Whether it waits for an element.
-    """
+    """Tries again at intervals, until the element is back or somebody else configures the node."""
 
     def __init__(self, node: Startable, host: Host, interval: Callable[[], float]) -> None:
         """Wait for nothing yet; the interval between two attempts is in seconds, 0 to give up."""

@@ -82,8 +82,6 @@ def equation_1a(p: Design, V_N: Function, v_1: Function | None = None) -> RightH
     """Return d(v, v')/dt of Eq. (1a) over the quasi-static substrate V_j = V_N(t) shape_j.
 
     Args:
-        p: The element.
-        V_N: Displacement of the substrate's end.
         v_1: Motion of the first cell, whose own rows are then meaningless; None where it is free.
     """
     shape, amplitude = substrate_shape(p), alpha(p)

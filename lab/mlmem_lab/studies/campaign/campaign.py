@@ -31,7 +31,6 @@ class Campaign:
     """Points to be evaluated, each on its own and in any order.
 
     Attributes:
-        name: What is studied, one word.
         evaluate: Evaluates a point. It must be a module-level function, so that another process
             can import it, and depend on nothing but its arguments.
         common: What all points share, as JSON.

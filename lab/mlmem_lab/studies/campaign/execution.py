@@ -42,18 +42,10 @@ class Ledger:
     Every row is handed to the system before the next is taken. A kill can tear the last line; it
     is dropped when the ledger is opened again, and its point is evaluated again. Use the ledger as
     a context manager; a second process that opens it is refused.
-
-    Attributes:
-        path: The file.
-        rows: The finished rows by point.
     """
 
     def __init__(self, path: Path, campaign: Campaign) -> None:
         """Open the ledger of a campaign, to begin or to continue it.
-
-        Args:
-            path: The file; its folder must exist.
-            campaign: The campaign that the ledger must belong to.
 
         Raises:
             CampaignError: It belongs to another campaign, is in use, or is not a ledger.
@@ -167,7 +159,6 @@ def save_table(rows: Sequence[Row], path: Path) -> Path:
 
     Args:
         rows: At least one, all with the same names.
-        path: The file.
 
     Raises:
         OSError: It cannot be written.
@@ -195,10 +186,8 @@ def run(
     They are taken in shuffled order, so that progress predicts the remaining time.
 
     Args:
-        campaign: What to evaluate.
         ledger: Its ledger, opened; rows are appended to it.
         executor: Where (see `workers`); None for this process.
-        points: Which points; by default all.
 
     Raises:
         CampaignError: A worker died, or a point could not be evaluated; its error is the cause.

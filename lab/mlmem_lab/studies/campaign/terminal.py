@@ -49,12 +49,8 @@ def evaluated(
     """Evaluate the points missing from the ledger; return the complete table.
 
     Args:
-        console: Where to show progress.
-        study: The campaign.
-        path: Its ledger; the folder is created if missing.
         jobs: Processes side by side; None for one a core.
         cluster: Address of a Dask scheduler to use instead.
-        what: What its points are called.
         rows_of: Evaluates them if not all may be needed; by default `run`.
 
     Raises:
@@ -94,10 +90,7 @@ def mapped(
     """Return the results of calls in their order.
 
     Args:
-        console: Where to show progress.
         jobs: Processes side by side; 1 for this one.
-        what: What the calls make.
-        function: What is called.
         *columns: Its arguments, as for `map`.
         then: Is given every result in turn, while others are computed.
     """

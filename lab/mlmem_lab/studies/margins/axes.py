@@ -52,11 +52,8 @@ class Axis:
 
     Attributes:
         name: Name of a setting as 'write.hold', or `RAMPS`, or `NOISE`.
-        text: One descriptive phrase.
         unit: Unit; empty for ratios.
         operating: Value in the settings under study.
-        low: Where the map begins.
-        high: Where it ends.
         log: Whether its values are evenly spaced in their logarithm.
     """
 
@@ -84,8 +81,6 @@ def make_axis(name: str, settings: Settings, span: tuple[float, float] | None = 
     """Return an axis about the operating value of some settings.
 
     Args:
-        name: Name of a numeric setting, or `RAMPS`, or `NOISE`.
-        settings: Those under study.
         span: Where the map begins and ends; by default `AXES` times the operating value, or
             `NOISE_RANGE`.
 

@@ -23,11 +23,9 @@ class Reach:
     """How far one axis can be moved from the operating point with the other fixed.
 
     Attributes:
-        axis: The axis.
         low: Least value from which every point up to the operating value passes.
         high: Greatest such value.
         low_open: Whether the map ends there, so the true value may be beyond.
-        high_open: Likewise.
     """
 
     axis: Axis

@@ -106,12 +106,7 @@ class Shmoo:
     """A pass/fail map of a design and its settings over two axes.
 
     Attributes:
-        design: The element.
         settings: The instrument's settings: the operating point.
-        x: Axis to the right.
-        y: Axis upward.
-        size: Points along either axis.
-        seed: Of the noise.
         element: An element of the design with its pulses; None for one exactly as designed.
     """
 

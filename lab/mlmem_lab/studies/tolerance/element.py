@@ -90,9 +90,6 @@ def outcomes(
     It is read with the calibration of the ideal element.
 
     Args:
-        design: The intended element.
-        settings: The instrument's.
-        by: What is random.
         seed: Of the element: the same gives the same outcome.
         tried: `STEP`, `KICK`, or the end that is read from.
         levels: The levels to step from or to read; by default all.

@@ -36,8 +36,6 @@ class Rate:
     """A counted failure rate.
 
     Attributes:
-        failures: How many failed; an estimate where trials were screened.
-        trials: Of how many.
         clustering: Variance of the count over that of independent trials (the design effect).
             What spoils an element may spoil all its levels, and screened trials count more than
             once.
@@ -78,9 +76,6 @@ def pooled(
     """Return the failure rate of elements that were tried several times each.
 
     Args:
-        elements: How many.
-        each: Trials of every element.
-        failures: How many trials failed.
         squares: Sum over the elements of the square of the number of their failures.
         heaviest: Largest weight of a single failure if trials were screened.
     """

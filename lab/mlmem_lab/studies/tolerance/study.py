@@ -39,7 +39,6 @@ def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
 
     Args:
         rates: What was counted, by rung; the last rung has the largest scatter.
-        rungs: How many there are.
         most: Trials at a rung after which counting stops there.
     """
     below, edge = -1, rungs
@@ -90,8 +89,6 @@ class Tolerance:
     """A study of the randomness in fabrication, sensors and base that an element tolerates.
 
     Attributes:
-        design: The element.
-        settings: The instrument's.
         kinds: What is random, one at a time.
         tried: What is tried, one at a time; by default a step and a read from every end that the
             instrument uses.
@@ -99,7 +96,6 @@ class Tolerance:
         most: Trials of an amount after which counting stops, however few have failed.
         screen: Whether a forecast chooses which steps to simulate, see `screen`.
         levels: How many levels of each element are tried, drawn anew for each; 0 for all.
-        seed: Of everything.
     """
 
     design: Design
