@@ -13,8 +13,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from mlmem_ros.contract import calls, topics
 from mlmem_ros.contract.calls import RequestFailed, RequestRefused
-from mlmem_ros.contract.commands import name_of
-from mlmem_ros.contract.services import REQUESTS
+from mlmem_ros.contract.commands import arguments_of, name_of
 from mlmem_ros.device import (
     BLANK,
     Abort,
@@ -223,8 +222,7 @@ def _sender(client: MemoryClient, units: Units) -> Callable[[Command], None]:
         elif isinstance(command, SetMethod):
             client.set_parameters({METHOD: command.method})
         else:
-            name = name_of(command)
-            client.request(name, **{each: getattr(command, each) for each in REQUESTS[name]})
+            client.request(name_of(command), **arguments_of(command))
 
     return send
 
