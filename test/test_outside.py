@@ -81,7 +81,14 @@ def examples():
     }
     told |= {'failed': ['levels'], 'delays': {'left': [1.0]}, 'paused': True, 'recording': True}
     told |= {'path': 'bag', 'details': {}, 'right_delay': 0.5, 'walls': 1, 'reason': 'why'}
-    told |= {'position': 9.5, 'position_std': 0.1, 'cells': '4 9', 'kinds': 'wall', 'shots': 3}
+    told |= {
+        'position': 9.5,
+        'position_std': 0.1,
+        'cells': '4 9',
+        'kinds': 'wall',
+        'shots': 3,
+        'half': 'tension',
+    }
     found = {
         records.Header: json.loads(jazzy.deserialize(header, messages.STRING).data),
         records.StateHash: json.loads(jazzy.deserialize(hashed, messages.STRING).data),

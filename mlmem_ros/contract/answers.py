@@ -158,6 +158,13 @@ class Located(Decoded):
 
 
 @dataclass(frozen=True)
+class Shifted(Decoded):
+    """The answer of shift: the content after it."""
+
+    half: str = told('string', 'of the strain: compression or tension')
+
+
+@dataclass(frozen=True)
 class Surveyed(Decoded):
     """The answer of survey: the restored content, and what was recorded."""
 
@@ -220,6 +227,7 @@ ANSWERS: dict[str, type[Answer]] = {
     'calibrate': Calibrated,
     'self_test': SelfTested,
     'locate': Located,
+    'shift': Shifted,
     'survey': Surveyed,
     'abort': Done,
 }

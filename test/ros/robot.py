@@ -72,6 +72,7 @@ SERVICES = {
     'calibrate': Trigger,
     'locate': Trigger,
     'reset': Trigger,
+    'shift': Trigger,
     'survey': Trigger,
     'self_test': SelfTest,
     'abort': Trigger,

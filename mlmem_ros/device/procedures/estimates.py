@@ -10,6 +10,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..echo import TAIL
+from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..moves import ringing, route
 from ..reading import BLANK, UNDECODABLE
@@ -105,6 +106,19 @@ def looking(element: Memory, end: str) -> float:
 def erasing(element: Memory) -> float:
     """Return the time of an erase."""
     return writing(element, known(element), BLANK)
+
+
+def shifting(element: Memory, half: str) -> float:
+    """Return the time of a shift.
+
+    Raises:
+        ProcedureFailed: There is no actuator.
+    """
+    from .shifting import HALVES, cycle  # hardly anybody asks for it
+
+    if not element.settings.actuator.present:
+        raise ProcedureFailed('a shift needs an actuator, and there is none (actuator.present)')
+    return cycle(element, half or HALVES[0]).duration + reading(element)
 
 
 def letting_go(element: Memory) -> float:

@@ -175,7 +175,7 @@ def reset(element: Memory) -> Procedure[Result]:
         raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
     element.renew()
     reading = yield from look(element)
-    if reading.level != BLANK:
+    if reading.level != (BLANK if element.register is None else 0):
         why = reading.reason or describe_level(reading.level)
         raise ProcedureFailed(f'the new element does not sound blank: {why}')
     return Result(reading)

@@ -1,0 +1,71 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Shifting: push every wall whose turn it is by one level, by half a cycle of strain.
+
+Compression frees walls at every second level and kinks at the others, tension the rest. So walls
+and kinks that take turns keep step, as in a shift register.
+"""
+
+from __future__ import annotations
+
+from ..errors import ProcedureFailed
+from ..memory import Memory
+from ..motion import Cycle
+from ..moves import How, Move, cycle_of, gentle, half_period
+from ..reading import UNDECODABLE, Reading
+from .blocks import Procedure, Result, play, return_to_zero
+from .listening import listen, look, wait_for_quiet
+
+HALVES = ('compression', 'tension')
+
+
+def shift(element: Memory, half: str) -> Procedure[Result]:
+    """Strain the element by half a cycle, and listen.
+
+    Without a half, that one which frees most of the walls that were read. What it does not free
+    stays. A wall beyond the last level leaves the element or waits in its tail.
+
+    Raises:
+        ProcedureFailed: What it holds cannot be read, before (without a half) or afterwards.
+    """
+    yield from return_to_zero(element)
+    if not half:
+        reading = element.reading
+        if reading is None or reading.level == UNDECODABLE:
+            reading = yield from listen(element)
+        if reading.level == UNDECODABLE:
+            raise ProcedureFailed(f'name a half: the content cannot be read ({reading.reason})')
+        half = freeing(element, reading)
+    settings = element.calibration.adapt(element.settings)
+    element.begin_cycle()
+    delay = half_period(element.design) if settings.write.shaped else 0.0
+    yield from play(element, cycle(element, half), delay)
+    yield from wait_for_quiet(element, settings.write.final_settle)
+    reading = yield from look(element)
+    if reading.level == UNDECODABLE:
+        raise ProcedureFailed(f'after a {half} what it holds cannot be read: {reading.reason}')
+    return Result(reading, found={'half': half})
+
+
+def cycle(element: Memory, half: str) -> Cycle:
+    """Return the strain of a half, that of a step up."""
+    design, settings = element.design, element.calibration.adapt(element.settings)
+    levels = range(max(2, design.levels))
+    compress = half == HALVES[0]
+    start = next(level for level in levels if design.freed_by_compression(level) == compress)
+    return cycle_of(design, gentle(settings), Move(How.STEP, start, start + 1, 0.0))
+
+
+def freeing(element: Memory, reading: Reading) -> str:
+    """Return the half that frees most walls of a reading; compression if both free as many."""
+    register, design = element.register, element.design
+    if register is not None:
+        levels = register.code.walls(reading.level)
+    else:
+        levels = (reading.level,) if reading.level >= 0 else ()
+    kinks = (len(levels) - 1 - place for place in range(len(levels)))
+    freed = [
+        design.freed_by_compression(level) != bool(kink % 2)
+        for level, kink in zip(levels, kinks, strict=True)
+    ]
+    return HALVES[sum(freed) * 2 < len(freed)]
