@@ -123,7 +123,8 @@ def _origin(
     command: str, of: Iterable[str], kept: Mapping[str, Any] | None = None, seed: int | None = None
 ) -> dict[str, Any]:
     """Return what a file says of itself, but what it does not know."""
-    kept = kept or {}
+    kept, of = kept or {}, list(of)
+    was = kept.get('fingerprints', {})
     origin = {
         'command': command,
         'version': __version__,
@@ -131,9 +132,11 @@ def _origin(
         'seed': seed,
         'date': date.today().isoformat(),
         'seconds': max(kept.get('seconds', 0), round(time.monotonic() - BEGAN)),
-        'fingerprints': kept.get('fingerprints', {}) | {name: fingerprint(name) for name in of},
+        'fingerprints': was | {name: fingerprint(name) for name in of},
     }
-    told = {'uncommitted': uncommitted(), 'accepted': kept.get('accepted')}
+    told = {'uncommitted': uncommitted()}
+    if not was.keys() <= set(of):  # a part of it was not made again
+        told['accepted'] = kept.get('accepted', [])
     return origin | {key: value for key, value in told.items() if value}
 
 
@@ -222,6 +225,7 @@ def run(
         text = 'commit first: a result of code that is not committed cannot be made again'
         print(f'{parser.prog}: {text} ({", ".join(changed)})', file=sys.stderr)
         return 2
+    again: list[str] = []
     try:
         for name in asked or _measured(load_kept(path), known):
             found = measure(name)
@@ -229,14 +233,8 @@ def run(
             kept = load_kept(path)
             result = (joined or _by_name)(kept, name, found)
             names = shlex.join(dict.fromkeys([*_measured(kept, known), name]))
-            save(
-                path,
-                result,
-                f'{parser.prog} {names}',
-                seed,
-                [*known[name], *by(measure, name)],
-                kept,
-            )
+            again += [*known[name], *by(measure, name)]
+            save(path, result, f'{parser.prog} {names}', seed, again, kept)
     except (OSError, ValueError) as error:
         print(f'{parser.prog}: {path} could not be made; {error}', file=sys.stderr)
         return 1

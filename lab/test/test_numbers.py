@@ -287,6 +287,16 @@ def test_without_arguments_a_module_makes_again_what_its_file_has(study, tmp_pat
     assert now == before | {'seconds': now['seconds']}  # of the longest run of the program
 
 
+def test_what_was_accepted_is_forgotten_once_all_is_made_again(study, tmp_path, monkeypatch):
+    study('case_2', 'bits_1')
+    monkeypatch.setattr(results, 'fingerprint', lambda name: -len(name))
+    results.accept(tmp_path / 'lengths.json', 'a comment changed')
+    study('bits_1')
+    assert 'a comment changed' in results.load(tmp_path / 'lengths.json')['accepted'][0]
+    study()
+    assert 'accepted' not in results.load(tmp_path / 'lengths.json')
+
+
 @pytest.mark.parametrize('module', ['times', 'forecasts', 'validity'])
 def test_every_module_has_help_and_refuses_strangers(module, capsys):
     for arguments, status in ((['--help'], 0), (['bits_99'], 2)):
