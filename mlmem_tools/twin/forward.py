@@ -24,12 +24,11 @@ from mlmem_ros.physics import (
     walls,
 )
 from mlmem_ros.physics.equilibrium import relax, wall_profile
-from mlmem_ros.physics.errors import DesignError
 from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.potential import Array
 
 from . import tangent
-from .unknowns import SHARED, Unknowns
+from .unknowns import SHARED, Unknowns, skewed
 
 STEP = 0.35
 """Largest step in time units: the error is below 1e-6 cells then."""
@@ -98,8 +97,6 @@ class Forward:
         """
         self.unknowns, self.x = unknowns, x
         self.specimen = unknowns.specimen(x)
-        if self.specimen.design.law is not None:
-            raise DesignError('a fit knows the formula of the paper only; this design has a law')
         self._integrator = integrator
         self._rest: dict[tuple[float, float], Array] = {}
         self._chains: dict[float, Chain] = {}
@@ -213,8 +210,9 @@ class Forward:
         if V_N:
             origins = np.concatenate((origins, V_N * unknowns.substrate_rates(self.x)))
         material = tangent.Material(
-            made.alpha * design.d, made.offsets + V_N * made.strain_shape - design.c,
-            made.masses + 0.0, made.k_r + 0.0, origins, (design.a, design.b), unit * unit,
+            made.alpha * design.d,
+            made.offsets + V_N * made.strain_shape + design.potential.origin,
+            made.masses + 0.0, made.k_r + 0.0, origins, self._law(), unit * unit,
             unit * eta * self._damped,
         )  # fmt: skip
         if patterns is None:
@@ -277,11 +275,15 @@ class Forward:
             J[..., unknowns.k_r] = raw[..., material.spring_columns]
         if material.damping:
             J[..., unknowns.damped] = raw[..., material.damping_columns] / self._damped
-        a, b, forces, damping, friction, drive = np.moveaxis(raw[..., first + q : common], -1, 0)
-        rates = unknowns.phase_rates(self.x)
+        *of_law, forces, damping, friction, drive = np.moveaxis(
+            raw[..., first + q : common], -1, 0
+        )
+        of_law.append(raw[..., first])
+        rates = unknowns.law_rates(self.x)
         for k, name in enumerate(('D_s1', 'D_s2', 'c')):
-            J[..., place(name)] = rates[0, k] * a + rates[1, k] * b
-        J[..., place('c')] += raw[..., first]
+            J[..., place(name)] = sum(
+                rate * by for rate, by in zip(rates[:, k], of_law, strict=True)
+            )
         J[..., place('eta')] = unit * damping
         J[..., place('time_unit')] = 2.0 * unit * forces + eta * damping
         for k, name in enumerate(('substrate_ratio', 'j_0')[: q - 1]):
@@ -293,6 +295,14 @@ class Forward:
         for end in End:
             J[end.row, :, place(f'zero_{end}')] = 1.0
         return J
+
+    def _law(self) -> tangent.Phases | tangent.Spline:
+        """Return the on-site law as a tangent run takes it, per d."""
+        law = self.specimen.design.law
+        if law is None:
+            return tangent.Phases(self.specimen.design.a, self.specimen.design.b)
+        skew = skewed(self.unknowns.design)
+        return tangent.Spline(law.d * law.pieces, law.d * skew.pieces, 1.0 / law.step)
 
     @property
     def _damped(self) -> Array:

@@ -10,8 +10,9 @@ every loop over them has the same factors and vectorises.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,9 +27,75 @@ Single = NDArray[np.float32]
 WIDTH = 16
 """Single numbers in the widest vector: rows are padded to a multiple."""
 
-COMMON = ('a', 'b', 'forces', 'eta', 'friction', 'drive')
-"""The last derivatives, by what all cells share: the potential, a factor on all forces, damping,
-dry friction (the motion itself has none), and the amplitude of the driven end."""
+COMMON = ('first', 'second', 'forces', 'eta', 'friction', 'drive')
+"""The last derivatives, by what all cells share: two of the potential (see `Phases` and `Spline`),
+a factor on all forces, damping, dry friction (the motion itself has none), and the amplitude of
+the driven end."""
+
+
+class Phases(NamedTuple):
+    """The paper's potential; its two derivatives are those by a and b."""
+
+    a: float
+    b: float
+
+
+class Spline(NamedTuple):
+    """A law of its own (`physics.curve`).
+
+    Its two derivatives are those by the logarithm of its length, stretched about its origin, and
+    by its skew (`unknowns.skewed`).
+
+    Attributes:
+        pieces: Of the force, as in `curve.Constants`.
+        skew: The same of its derivative by the skew.
+        per: Intervals in a unit of length.
+    """
+
+    pieces: Array
+    skew: Array
+    per: float
+
+
+def _shape(law: Any, y: Any) -> Any:
+    """Return the force of a unit height at y, and its derivatives by y and by two of the law."""
+    if isinstance(law, Phases):
+        a, b = law
+        theta, slope = y * (a + b * y * y), a + 3.0 * b * y * y
+        sine, cosine = np.sin(theta), np.cos(theta)
+        turn = cosine * y * slope
+        bend = cosine * slope**2 + sine * 6.0 * b * y
+        return sine * slope, bend, turn + sine, y**2 * (turn + 3.0 * sine)
+    place = y * law.per
+    k = np.clip(place, 0.0, law.pieces.shape[1] - 1.0).astype(np.int64)
+    t = place - k
+    (p0, p1, p2, p3), (q0, q1, q2, q3) = law.pieces[:, k], law.skew[:, k]
+    bend = law.per * (p1 + t * (2.0 * p2 + t * 3.0 * p3))
+    force, skew = p0 + t * (p1 + t * (p2 + t * p3)), q0 + t * (q1 + t * (q2 + t * q3))
+    return force, bend, -bend * y, skew
+
+
+@numba.extending.overload(_shape, inline='always')
+def _shape_in_a_loop(law: Any, y: Any) -> Any:
+    def of_phases(law: Any, y: Any) -> Any:
+        y2 = y * y
+        turns = y * (law.a + law.b * y2) * INVERSE_TURN
+        slope = law.a + 3.0 * law.b * y2
+        sine, cosine = wave(turns), wave(turns + 0.25)
+        bend = cosine * slope * slope + sine * 6.0 * law.b * y
+        by_b = y2 * (cosine * y * slope + 3.0 * sine)
+        return sine * slope, bend, cosine * y * slope + sine, by_b
+
+    def of_a_spline(law: Any, y: Any) -> Any:
+        place, p, q = y * law.per, law.pieces, law.skew
+        k = int(min(max(place, 0.0), p.shape[1] - 1.0))
+        t = place - k
+        force = p[0, k] + t * (p[1, k] + t * (p[2, k] + t * p[3, k]))
+        bend = law.per * (p[1, k] + t * (2.0 * p[2, k] + t * 3.0 * p[3, k]))
+        skew = q[0, k] + t * (q[1, k] + t * (q[2, k] + t * q[3, k]))
+        return force, bend, -bend * y, skew
+
+    return of_a_spline if law.instance_class is Spline else of_phases
 
 
 class Material(NamedTuple):
@@ -40,7 +107,7 @@ class Material(NamedTuple):
         mass: Shape (N,).
         k_r: Of the springs between the cells, shape (N - 1,).
         origins: Derivatives of the origins by whatever moves them, shape (q, N).
-        potential: a and b.
+        potential: The law.
         forces: Factor on all forces: the square of the time unit.
         eta: Damping of every cell, shape (N,).
         damping: Whether to take derivatives by the damping of every cell, over its own.
@@ -53,7 +120,7 @@ class Material(NamedTuple):
     mass: Array
     k_r: Array
     origins: Array
-    potential: tuple[float, float]
+    potential: Phases | Spline
     forces: float
     eta: Array
     masses: bool = False
@@ -133,7 +200,7 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
     out = np.zeros((2, steps + 1, U.shape[1]), np.float32)
     springs = np.concatenate(([0.0], material.k_r, [0.0]))
     cells = material.height, material.origin, material.mass, springs, material.eta
-    constants = *material.potential, material.forces
+    constants = material.potential, material.forces
     masses = material.mass_columns.start if material.masses else -1
     offsets = material.offset_columns.start if material.offsets else -1
     pulls = material.spring_columns.start if material.springs else -1
@@ -150,16 +217,13 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
 def at_rest(material: Material, v: Array) -> Array:
     """Return the derivatives of an equilibrium, shape (N, columns)."""
     n, q = len(v), len(material.origins)
-    y = v - material.origin
-    a, b = material.potential
-    theta, slope = y * (a + b * y * y), a + 3.0 * b * y * y
-    sine, cosine = np.sin(theta), np.cos(theta)
-    stiffness = material.height * (cosine * slope**2 + sine * 6.0 * b * y)
+    force, bend, by_first, by_second = _shape(material.potential, v - material.origin)
+    stiffness = material.height * bend
     pushes = np.zeros((material.columns, n))
     if material.heights:
-        pushes[:n] = -np.diag(sine * slope)
+        pushes[:n] = -np.diag(force)
     else:
-        pushes[-len(material.patterns) :] = -sine * slope * material.patterns
+        pushes[-len(material.patterns) :] = -force * material.patterns
     if material.offsets:
         pushes[material.offset_columns] = np.diag(stiffness)
     if material.springs:
@@ -167,8 +231,8 @@ def at_rest(material: Material, v: Array) -> Array:
         at = material.spring_columns.start + spring
         pushes[at, spring], pushes[at, spring + 1] = stretch, -stretch
     pushes[material.first : material.first + q] = stiffness * material.origins
-    pushes[material.first + q] = -material.height * (cosine * y * slope + sine)
-    pushes[material.first + q + 1] = -material.height * y**2 * (cosine * y * slope + 3.0 * sine)
+    pushes[material.first + q] = -material.height * by_first
+    pushes[material.first + q + 1] = -material.height * by_second
     diagonal = stiffness + np.append(material.k_r, 0.0) + np.append(0.0, material.k_r)
     solve(diagonal, -material.k_r, pushes)
     return pushes.T
@@ -180,7 +244,7 @@ def _forces(
     v: Array,
     h: float,
     cells: tuple[Array, Array, Array, Array, Array],
-    constants: tuple[float, float, float],
+    constants: tuple[Phases | Spline, float],
     origins: Array,
     local: Single,
     shared: Single,
@@ -192,18 +256,13 @@ def _forces(
     spring left of it, of that right of it. Rows of `shared`: the kicks of everything else.
     """
     height, origin, mass, k_r, eta = cells
-    a, b, forces = constants
+    law, forces = constants
     n, q = len(x), len(origins)
     for j in range(n):
         here = x[j]
         left, right = x[max(j - 1, 0)], x[min(j + 1, n - 1)]
-        y = here - origin[j]
-        y2 = y * y
-        turns = y * (a + b * y2) * INVERSE_TURN
-        slope = a + 3.0 * b * y2
-        sine, cosine = wave(turns), wave(turns + 0.25)
-        pull = sine * slope
-        stiffness = height[j] * (cosine * slope * slope + sine * 6.0 * b * y)
+        pull, bend, by_first, by_second = _shape(law, here - origin[j])
+        stiffness = height[j] * bend
         from_left, from_right = left - here, right - here
         force = k_r[j] * from_left + k_r[j + 1] * from_right - height[j] * pull
         inverse = 1.0 / mass[j]
@@ -222,8 +281,8 @@ def _forces(
         local[8, j] = kick * from_right
         for i in range(q):
             shared[i, j] = kick * stiffness * origins[i, j]
-        shared[q, j] = -kick * height[j] * (cosine * y * slope + sine)
-        shared[q + 1, j] = -kick * height[j] * y2 * (cosine * y * slope + 3.0 * sine)
+        shared[q, j] = -kick * height[j] * by_first
+        shared[q + 1, j] = -kick * height[j] * by_second
         shared[q + 2, j] = push * force
         shared[q + 3, j] = -h * inverse * (v[j] + 0.5 * h * inverse * forces * force)
         shared[q + 4, j] = -push * forces * np.sign(v[j])
@@ -249,7 +308,7 @@ def _run(
     state: tuple[Array, Array],
     tangents: tuple[Single, Single, Single],
     cells: tuple[Array, Array, Array, Array, Array],
-    constants: tuple[float, float, float],
+    constants: tuple[Phases | Spline, float],
     together: tuple[Array, Single],
     columns: tuple[int, int, int, int, int],
     source: Source,

@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from mlmem_ros.device.end import End
 from mlmem_ros.physics import Design, Specimen
+from mlmem_ros.physics.curve import Curve
 from mlmem_ros.physics.potential import Array
 
 SHARED = (
@@ -23,7 +25,7 @@ SHARED = (
     'zero_left', 'zero_right', 'gain_left', 'gain_right', 'drive_left', 'drive_right',
     'late_left', 'late_right', 'lag_left', 'lag_right',
 )  # fmt: skip
-"""What all cells share: ground states, offset of the potential, damping, the time unit of the
+"""What all cells share: ground states, offset of the potential (the skew of a law of its own), damping, the time unit of the
 instrument in true ones, s_max / s_min, j_0; and the transducers: zero, gain as a sensor, gain as a
 driver, and by how much time units of the instrument each is late as a sensor and as a driver."""
 
@@ -94,7 +96,7 @@ class Unknowns:
         """The design's values, shape (size,)."""
         design = self.design
         shared = (
-            design.D_s1, design.D_s2, design.c, design.eta, 1.0,
+            design.D_s1, design.D_s2, 0.0 if design.law else design.c, design.eta, 1.0,
             design.s_max / design.s_min, design.j_0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0,
             0.0, 0.0, 0.0, 0.0,
         )  # fmt: skip
@@ -110,9 +112,13 @@ class Unknowns:
             DesignError: There is no such element.
         """
         D_s1, D_s2, c = map(float, x[self.design.N : self.design.N + 3])
-        a, b = phase_of(self.design, D_s1, D_s2, c)
+        if self.design.law is None:
+            a, b = phase_of(self.design, D_s1, D_s2, c)
+            law: dict[str, Any] = {'a': a, 'b': b, 'c': c}
+        else:
+            law = {'law': stretched(self.design, D_s1, D_s2, c)}
         design = replace(
-            self.design, a=a, b=b, c=c, eta=float(x[self.shared('eta')]),
+            self.design, **law, eta=float(x[self.shared('eta')]),
             s_max=self.design.s_min * float(x[self.shared('substrate_ratio')]),
             j_0=float(x[self.shared('j_0')]), substrate='rigid',
         )  # fmt: skip
@@ -124,15 +130,26 @@ class Unknowns:
             k_r_factor=x[self.k_r] if self.springs else 1.0,
         )
 
-    def phase_rates(self, x: Array) -> Array:
-        """Return the derivatives of a and b by D_s1, D_s2 and c, shape (2, 3)."""
+    def law_rates(self, x: Array) -> Array:
+        """Return how the potential depends on D_s1, D_s2 and c, shape (3, 3).
+
+        Rows: its two derivatives in a run (`tangent.Phases`, `tangent.Spline`), and where it
+        begins, downwards.
+        """
         at = x[self.design.N : self.design.N + 3]
+        if self.design.law is not None:
+            way, before = at[1] - at[0], self.design.D_s1 - self.design.law.origin
+            share = before / (self.design.D_s2 - self.design.D_s1)
+            return np.array([
+                [-1.0 / way, 1.0 / way, 0.0], [0.0, 0.0, 1.0], [-1.0 - share, share, 0.0]
+            ])  # fmt: skip
         step = 1e-6
         up, down = (
             np.array([phase_of(self.design, *(at + way * one)) for one in np.eye(3)])
             for way in (step, -step)
         )
-        return np.asarray((up - down).T / (2.0 * step))
+        rates = (up - down).T / (2.0 * step)
+        return np.concatenate((rates, [[0.0, 0.0, 1.0]]))
 
     def substrate_rates(self, x: Array) -> Array:
         """Return the derivatives of V_j per V_N by substrate ratio and j_0, shape (2, N)."""
@@ -160,3 +177,29 @@ def phase_of(design: Design, D_s1: float, D_s2: float, c: float) -> tuple[float,
     first, second = (2.0 * math.pi * (design.phase + k) / y for k, y in enumerate((y1, y2)))
     b = (second - first) / (y2 * y2 - y1 * y1)
     return float(first - b * y1 * y1), float(b)
+
+
+def stretched(design: Design, D_s1: float, D_s2: float, skew: float) -> Curve:
+    """Return a design's law with other ground states, and its force skewed about them."""
+    law, first, second = _law(design), design.D_s1, design.D_s2
+    factor = (D_s2 - D_s1) / (second - first)
+    low, high = (D_s1 + factor * (each - first) for each in (law.low, law.high))
+    force = np.array(law.force) + skew * np.array(skewed(design).force)
+    return replace(law, low=low, high=high, force=tuple(force.tolist()))
+
+
+def skewed(design: Design) -> Curve:
+    """Return the derivative of a design's law by its skew.
+
+    A skew of 1 % makes the force 0.5 % stronger about the second ground state and as much weaker
+    about the first, in proportion between and beyond; the ground states stay.
+    """
+    law = _law(design)
+    D = np.linspace(law.low, law.high, len(law.force))
+    share = (D - design.D_s1) / (design.D_s2 - design.D_s1) - 0.5
+    return replace(law, force=tuple((share * np.array(law.force)).tolist()))
+
+
+def _law(design: Design) -> Curve:
+    assert design.law is not None
+    return design.law

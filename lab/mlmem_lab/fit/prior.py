@@ -33,6 +33,7 @@ class Prior:
         beta: Of the anomaly of the defects, relative to the design's.
         ground_state: Of either ground state, in lattice constants.
         c: Of the offset of the potential, which decides k_s2 / k_s1, in lattice constants.
+        skew: Of the force of a law of its own about its second ground state, relative.
         eta: Of the damping, relative.
         time_unit: Of the time unit, relative.
         substrate_ratio: Of s_max / s_min, relative.
@@ -53,6 +54,7 @@ class Prior:
     beta: float = 0.05
     ground_state: float = 0.05
     c: float = 0.7
+    skew: float = 0.1
     eta: float = 0.2
     time_unit: float = 0.05
     substrate_ratio: float = 0.05
@@ -78,7 +80,7 @@ class Prior:
         full = np.zeros((unknowns.size, unknowns.size))
         full[unknowns.alpha, unknowns.alpha] = np.linalg.inv(spread)
         deviations = np.array((
-            self.ground_state, self.ground_state, self.c,
+            self.ground_state, self.ground_state, self.skew if design.law else self.c,
             self.eta * max(design.eta, 1e-4), self.time_unit,
             self.substrate_ratio * design.s_max / design.s_min, self.j_0,
             *(self.zero,) * 2, *(self.gain,) * 4,

@@ -16,6 +16,7 @@ from mlmem_lab.fit.fitted import doubts, posterior
 from mlmem_lab.fit.locating import ranked
 from mlmem_lab.fit.misfit import LEAST_DRIFT
 from mlmem_ros.device.end import End
+from mlmem_ros.physics.curve import Curve
 
 from .truth import SHOTS, SMALL, hidden, measured
 
@@ -68,6 +69,23 @@ def jittering(shots):
         samples = shot.samples + late * np.gradient(shot.samples, axis=1)
         found.append(replace(shot, samples=samples))
     return found
+
+
+@pytest.mark.slow
+def test_an_element_with_a_law_of_its_own_is_fitted():
+    """The hidden element has the paper's formula, which the fit knows as a curve; two levels and
+    seven shots tell the cells to a third of their scatter.
+    """
+    short = replace(SMALL, N=36)
+    law = Curve.of(lambda D: short.potential.slope(D) / short.d, -8.0, 3.0, 256)
+    element = hidden(2, short)
+    element.design = replace(element.design, a=short.a)
+    found = fit(
+        replace(short, law=law), measured(element, (*SHOTS[:4], *SHOTS[6:]), duration=200.0)
+    )
+    alpha = found.x[found.unknowns.alpha]
+    assert np.std(alpha / element.strength - 1.0) < 3e-3
+    assert found.chi2 == pytest.approx(1.0, abs=0.1)
 
 
 def test_friction_is_refused_and_named():
