@@ -25,9 +25,10 @@ SHARED = (
     'zero_left', 'zero_right', 'gain_left', 'gain_right', 'drive_left', 'drive_right',
     'late_left', 'late_right', 'lag_left', 'lag_right',
 )  # fmt: skip
-"""What all cells share: ground states, offset of the potential (the skew of a law of its own), damping, the time unit of the
-instrument in true ones, s_max / s_min, j_0; and the transducers: zero, gain as a sensor, gain as a
-driver, and by how much time units of the instrument each is late as a sensor and as a driver."""
+"""What all cells share: ground states, offset of the potential (the skew of a law of its own),
+damping, the time unit of the instrument in true ones, s_max / s_min, j_0; and the transducers:
+zero, gain as a sensor, gain as a driver, and by how much time units of the instrument each is late
+as a sensor and as a driver."""
 
 
 @dataclass(frozen=True, eq=False)

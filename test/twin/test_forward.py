@@ -81,8 +81,8 @@ def test_derivatives_by_patterns_are_sums_of_those_by_cells():
 @pytest.mark.parametrize('design', [SMALL, OF_A_LAW])
 @pytest.mark.parametrize('name', ['D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'j_0'])
 def test_derivatives_by_what_cells_share_are_difference_quotients(design, name):
-    """Of the paper's law, and of one of its own, which is stretched and skewed: 2e-3, as above, and
-    5e-3 by c, where two larger derivatives in single precision cancel.
+    """Of the paper's law, and of one of its own, which is stretched and skewed: 2e-3, as above,
+    and 5e-3 by c, where two larger derivatives in single precision cancel.
     """
     unknowns, h = Unknowns(design), 1e-5
     x = unknowns.mean
