@@ -150,7 +150,10 @@ def measured(name: str, *, writes: int, elements: int, seed: int) -> dict[str, A
         'predicted': sum(each['predicted'] == each['level'] for each in levels),
         'modes': [modes(made, level, 2).round(4) for level in range(design.levels)],
         'band edges': np.round(edges(made), 4),
-        'push': {'rooms': [push_rooms(chain, level, push) for level in range(design.levels)]},
+        'push': {
+            name: [push_rooms(chain, each, push, pulses=pulses) for each in range(design.levels)]
+            for name, pulses in (('rooms', push.pulses), ('rooms of one', 1))
+        },
         'maps': maps(name),
         'astray': astray(name, elements, seed),
         'written': count(name, writes, seed),
