@@ -53,6 +53,7 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'word_kicks': tables.word_kicks,
     'one_transducer': tables.one_transducer,
     'validity': tables.validity,
+    'validity friction': tables.friction,
     'times writes': tables.writes,
     'tolerance steps': tables.steps,
     'bench steps': tables.errors,

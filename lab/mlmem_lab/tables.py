@@ -178,7 +178,7 @@ WAYS = {
 def validity(result: Mapping[str, Any]) -> Rows:
     """Return the greatest amount of every way at which all was written and read, by preset."""
     trials = result['trials']
-    names = list(dict.fromkeys(trial['preset'] for trial in trials))
+    names = [each for each in dict.fromkeys(one['preset'] for one in trials) if 'kick' not in each]
     rows: Rows = [['', *(f'`{name}`' for name in names)]]
     for way, told in WAYS.items():
         row = [told]
@@ -186,6 +186,21 @@ def validity(result: Mapping[str, Any]) -> Rows:
             some = [one for one in trials if (one['preset'], one['way']) == (name, way)]
             passed = [one['amount'] for one in some if one['read'] == one['writes']]
             row.append('writes' if way == 'relative damping' and passed else _most(passed))
+        rows.append(row)
+    return rows
+
+
+def friction(result: Mapping[str, Any]) -> Rows:
+    """Return how many writes by kicks came to their level where cells rub, and were verified."""
+    some = [one for one in result['trials'] if one['way'] == 'friction']
+    names = [name for name in dict.fromkeys(one['preset'] for one in some) if 'kick' in name]
+    amounts = sorted({one['amount'] for one in some if one['preset'] in names})
+    rows: Rows = [['friction', *(f'`{name}`' for name in names)]]
+    for amount in amounts:
+        row = [f'{amount:g}']
+        for name in names:
+            found = [one for one in some if (one['preset'], one['amount']) == (name, amount)]
+            row += [f'{one["reached"]}; {one["read"]} of {one["writes"]}' for one in found] or ['']
         rows.append(row)
     return rows
 

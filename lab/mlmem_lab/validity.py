@@ -24,18 +24,19 @@ from .rk4 import Rk4Element
 
 WAYS: Mapping[str, tuple[float, ...]] = {
     'relative damping': (1.0,),
-    'friction': (1e-7, 3e-7, 1e-6, 3e-6, 1e-5),
+    'friction': (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5),
     'end mass': (1.2, 1.5, 2.0, 3.0),
     'softer': (0.001, 0.003, 0.01, 0.03, 0.1),
 }
-"""Amounts tried in turn, until the first at which something fails.
+"""Amounts tried in turn, until the first at which a write by strain fails, or all by kicks do.
 
 Damping of v - V; dry friction of a cell, in k_r cells; mass of both end cells, with their
 transducers; loss of alpha in all cells alike, relative, as with a rising temperature.
 """
 
 HIGHEST = 3
-"""Levels 0 to this are written in turn, then 0 again."""
+"""Levels 0 to this are written by strain in turn, then 0 again: a step is like another. By kicks
+all are, because each level has its own."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Trial:
         way: What was changed, of `WAYS`.
         reached: Of the writes, how many put the wall where it belongs.
         read: Of these, how many the device knew to be right by their echo.
-        writes: How many were asked for; a failed one is the last.
+        writes: How many were asked for; by strain a failed one is the last.
     """
 
     preset: str
@@ -62,6 +63,11 @@ class Trial:
         return self.read == self.writes
 
 
+def kicked(name: str) -> bool:
+    """Whether a preset is written by kicks."""
+    return preset(name).settings.write.method == 'kick'
+
+
 def tried(name: str, way: str, amount: float) -> Trial:
     """Write some levels of a preset, one attempt each, and return how that went."""
     design, settings = preset(name)
@@ -70,14 +76,15 @@ def tried(name: str, way: str, amount: float) -> Trial:
     element = MemoryElement(design, settings, known)
     body = _body(design, element.driver.dt, way, amount)
     element = MemoryElement(design, settings, known, body)
-    levels = [*range(min(HIGHEST, design.levels - 1) + 1), 0]
+    highest = design.levels - 1 if kicked(name) else min(HIGHEST, design.levels - 1)
+    levels = [*range(highest + 1), 0]
     reached = read = 0
     for level in levels:
         outcome = element.perform(Write(level))
         found = body.v - body.V_N * body.specimen.strain_shape
         right = level_of(design, found) == level
         reached, read = reached + right, read + (right and outcome.success)
-        if not (right and outcome.success):
+        if not (right and outcome.success) and not (kicked(name) and read):
             break
     return Trial(name, way, amount, reached, read, len(levels))
 
@@ -94,28 +101,31 @@ def _body(design: Design, dt: float, way: str, amount: float) -> Rk4Element:
 
 
 def trials(name: str) -> list[Trial]:
-    """Return how a preset fares in every way, up to the first amount at which something fails."""
+    """Return how a preset fares in every way, up to the first amount at which it fails."""
     found = []
     for way, amounts in WAYS.items():
         for amount in amounts:
             found.append(tried(name, way, amount))
             print(found[-1], flush=True)
-            if not found[-1].passed:
+            if not (found[-1].read if kicked(name) else found[-1].passed):
                 break
     return found
 
 
 def joined(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[str, Any]:
-    """Return the trials of all presets, and how many of these bear which friction."""
+    """Return the trials of all presets, and how many of these bear which friction, by strain and
+    by kicks.
+    """
     others = [each for each in kept.get('trials', ()) if each['preset'] != name]
     rows = [*others, *(asdict(each) for each in found)]
-    rubbed = [each for each in rows if each['way'] == 'friction']
-    bear = [each['amount'] for each in rubbed if each['read'] == each['writes']]
-    return {
-        'trials': rows,
-        'presets': len({each['preset'] for each in rows}),
-        'presets that bear friction': {f'{x:g}': bear.count(x) for x in WAYS['friction']},
-    }
+    result: dict[str, Any] = {'trials': rows}
+    for told, by_kicks in (('presets', False), ('kicked presets', True)):
+        some = [each for each in rows if kicked(each['preset']) == by_kicks]
+        rubbed = [each for each in some if each['way'] == 'friction']
+        bear = [each['amount'] for each in rubbed if each['read'] == each['writes']]
+        result[told] = len({each['preset'] for each in some})
+        result[f'{told} that bear friction'] = {f'{x:g}': bear.count(x) for x in WAYS['friction']}
+    return result
 
 
 if __name__ == '__main__':
