@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import argparse
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from statistics import median
@@ -42,6 +42,10 @@ KICKED = ('kick_2', 'kick_3', 'kick_4')
 ERASES = 10
 """Every so many procedures is an erase."""
 
+PARTS = {'kicks': 'levels', 'push': 'push', 'maps': 'maps', 'astray': 'astray',
+         'written': 'written'}  # fmt: skip
+"""Parts of a measurement, and an entry of each."""
+
 
 @command(
     'map kicks and pushes, how exact they must be, and count writes without strain',
@@ -49,6 +53,8 @@ ERASES = 10
     option('--writes', type=int, default=1000, help='random procedures of each preset'),
     option('--elements', type=int, default=10, help='scattered elements for every disorder'),
     option('--seed', type=int, default=0, help='of all random numbers'),
+    option('--parts', nargs='+', choices=PARTS, default=[*PARTS], help='to measure; others are as '
+           'the result file has them'),
     option('--workers', type=int, default=1, help='processes'),
     option('--output', type=Path, help='result file'),
     option('--figure', type=Path, metavar='PNG', help='draw what the result file has: the maps of '
@@ -63,12 +69,27 @@ def kicks(arguments: argparse.Namespace) -> int:
         return complain('kicks', f'{strained[0]} has no kicks', 2)
     if arguments.figure is not None:
         return _figure(arguments)
+    try:
+        kept = load_kept(arguments.output) if arguments.output is not None else {}
+    except (OSError, ValueError) as error:
+        return complain('kicks', f'--output could not be read; {error}', 2)
+    known = kept.get('presets', {})
+    for name in names:
+        parts = [each for each in PARTS if each not in arguments.parts]
+        if missing := [each for each in parts if PARTS[each] not in known.get(name, {})]:
+            return complain(
+                'kicks', f'--parts must name {missing[0]}: no file has it of {name}', 2
+            )
     console = plain_console(aside=arguments.json)
     measure = partial(
-        measured, writes=arguments.writes, elements=arguments.elements, seed=arguments.seed
+        measured,
+        parts=arguments.parts,
+        writes=arguments.writes,
+        elements=arguments.elements,
+        seed=arguments.seed,
     )
     done = mapped(console, arguments.workers, 'presets', measure, names)
-    found = dict(zip(names, done, strict=True))
+    found = {name: known.get(name, {}) | new for name, new in zip(names, done, strict=True)}
     table = plain_table(
         'Without strain', 'preset', '>least room', '>stroke', '>push', '>writes', '>wrong',
         '>failed', '>again', '>median', '>erase',
@@ -84,8 +105,7 @@ def kicks(arguments: argparse.Namespace) -> int:
     console.print(table)
     if arguments.output is not None:
         try:
-            kept = load_kept(arguments.output)
-            every = {'presets': kept.get('presets', {}) | found}
+            every = {'presets': known | found}
             made = f'mlmem kicks {" ".join(every["presets"])} --writes {arguments.writes}'
             of = [*names, *by(measured, *names)]
             save(arguments.output, every, made, arguments.seed, of, kept)
@@ -122,14 +142,32 @@ def _figure(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def measured(name: str, *, writes: int, elements: int, seed: int) -> dict[str, Any]:
-    """Return the maps of a preset, the rooms of its kicks and pushes, what becomes of them on
-    elements that are not as designed, and the count of its writes.
+def measured(
+    name: str, parts: Sequence[str], *, writes: int, elements: int, seed: int
+) -> dict[str, Any]:
+    """Return parts of what is known of a preset: its kicks with their rooms, the rooms of its
+    push, maps of both, what becomes of them on elements that are not as designed, and the count of
+    its writes.
     """
+    of_part: dict[str, Callable[[], dict[str, Any]]] = {
+        'kicks': lambda: _kicks(name),
+        'push': lambda: {'push': _push(name)},
+        'maps': lambda: {'maps': maps(name)},
+        'astray': lambda: {'astray': astray(name, elements, seed)},
+        'written': lambda: {'written': count(name, writes, seed)},
+    }
+    found: dict[str, Any] = {}
+    for part in parts:
+        found |= of_part[part]()
+    return found
+
+
+def _kicks(name: str) -> dict[str, Any]:
+    """Return where kicks of a preset end, the rooms of those it uses, and what energy predicts."""
     design, settings = preset(name)
     made = Specimen(design)
     chain, wall = bare(made, settings), KickedWall.of(made)
-    shape, push = settings.kick, settings.push
+    shape = settings.kick
     ends = np.array([after_kick(chain, float(u), shape) for u in SPEEDS])
     levels = []
     for level, speed in enumerate(shape.by_level):
@@ -150,13 +188,18 @@ def measured(name: str, *, writes: int, elements: int, seed: int) -> dict[str, A
         'predicted': sum(each['predicted'] == each['level'] for each in levels),
         'modes': [modes(made, level, 2).round(4) for level in range(design.levels)],
         'band edges': np.round(edges(made), 4),
-        'push': {
-            name: [push_rooms(chain, each, push, pulses=pulses) for each in range(design.levels)]
-            for name, pulses in (('rooms', push.pulses), ('rooms of one', 1))
-        },
-        'maps': maps(name),
-        'astray': astray(name, elements, seed),
-        'written': count(name, writes, seed),
+    }
+
+
+def _push(name: str) -> dict[str, Any]:
+    """Return the rooms of a preset's push from every level: with as many pulses as the device
+    makes, and with one.
+    """
+    design, settings = preset(name)
+    chain, push = bare(Specimen(design), settings), settings.push
+    return {
+        told: [push_rooms(chain, level, push, pulses=most) for level in range(design.levels)]
+        for told, most in (('rooms', push.pulses), ('rooms of one', 1))
     }
 
 
