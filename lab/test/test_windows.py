@@ -4,6 +4,7 @@
 
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -114,8 +115,9 @@ def asked(*presets, **others):
         'workers': 1,
         'output': None,
         'element': None,
+        'method': 'auto',
+        'json': False,
     }
-    given |= {'json': False}
     return SimpleNamespace(presets=list(presets), **{**given, **others})
 
 
@@ -132,7 +134,8 @@ def test_the_command_measures_prints_and_keeps_what_the_file_has(tmp_path, capsy
 @pytest.mark.parametrize(
     ('wrong', 'said'),
     [
-        ({'presets': ['bits_7']}, 'a preset must be one of case_1, .*; got bits_7'),
+        ({'presets': ['bits_7']}, "FILE.PRESET must be .* one of case_1, .*; got 'bits_7'"),
+        ({'method': 'kick', 'output': Path('x')}, '--output is for moves .* that strain'),
         ({'workers': 0}, '--workers must be at least 1'),
         ({'points': -1}, '--points and --seed must be at least 0'),
         ({'radii': [1.0]}, '--radii must be above 0 and below 1'),
@@ -160,3 +163,20 @@ def test_the_file_is_of_the_shipped_settings_and_no_narrow_move_is_used(name):
     used = {(kind(move), move.start) for move in moves(name, used=True)}
     wide = {each for each, far in distances.items() if far is None or far > NARROW}
     assert used == wide | {tuple(each) for preset, *each in EXCEPT if preset == name}
+
+
+def test_kicks_and_pushes_have_rows_of_their_own(tmp_path, capsys):
+    """A parameter file, whose last kick is a fifth too slow: it fails as shipped."""
+    speeds = '0.0031 0.0103 0.0222 0.0294'
+    file = tmp_path / 'slow.yaml'
+    file.write_text(
+        'mlmem:\n  ros__parameters:\n    design.preset: kick_2\n'
+        f'    kick.speeds: "{speeds}"\n    kick.rooms: "0.5 0.05 0.3 0.2"\n'
+    )
+    assert windows.run(asked(str(file), method='kick', json=True)) == 1
+    found = json.loads(capsys.readouterr().out)[str(file)]['sent']
+    assert [each['how'] for each in found] == ['kick'] * 4 + ['push'] * 4
+    assert [each['used'] for each in found[:4]] == [True, False, True, True]
+    assert [level for level, each in enumerate(found) if not any(each['rooms'].values())] == [3]
+    known = json.loads((FOLDER / 'kicks.json').read_text())['presets']['kick_2']['levels']
+    assert [each['rooms'] for each in found[:3]] == [each['rooms'] for each in known[:3]]

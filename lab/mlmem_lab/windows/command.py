@@ -1,12 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem windows`: measure how far peak and times of every move may be off.
+"""`mlmem windows`: measure how far every move may be off.
 
-Every step up, stroke and throw of a preset, from every level, is run on a bare chain as shipped,
-and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions; then with
-peak and times off by changes up to 0.1 that are drawn at random. It fails if the wall does not end
-within a cell of its place. The distance of a move is the least of these changes at which it fails.
-The result file has all moves; the table, those that a write uses.
+Every move is run on a bare chain, from rest, from every level. Of a kick and a push one quantity
+after the other is off, by up to 0.3, until the wall ends elsewhere. Steps up, strokes and throws
+are run as shipped, and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14
+directions; then with peak and times off by changes up to 0.1 that are drawn at random. Such a move
+fails if the wall does not end within a cell of its place; its distance is the least of these
+changes at which it fails. The result file has all moves that strain; their table, those that a
+write uses. `mlmem kicks` keeps the others.
 """
 
 from __future__ import annotations
@@ -18,22 +20,33 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
 from rich.table import Table
 
-from mlmem_ros.device.presets import PRESETS, preset
-from mlmem_ros.element_file import ElementFileError
+from mlmem_ros.device.moves import How
+from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.element_file import Element
+from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import INTEGRATORS
 from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..results import APART, by, load_kept, save
 from ..studies.campaign.terminal import mapped
+from . import sent
+from .sent import Sent
 from .window import DIRECTIONS, RADII, Window, bound, described, kind, measured, moves
+
+METHODS = ('strain', 'kick', 'auto')
+"""Of writing, whose moves are measured."""
 
 
 @command(
-    'measure how far peak and times of every move may be off',
-    option('presets', nargs='*', metavar='PRESET', help=f'none: all but {" and ".join(APART)}'),
+    'measure how far every move may be off',
+    option('presets', nargs='*', metavar='FILE|PRESET', help='ROS parameter files, or presets; '
+           f'none: all but {" and ".join(APART)}'),
+    option('--method', choices=METHODS, default='auto', help='moves by strain, kicks and pushes, '
+           'or both'),
     ELEMENT,
     option('--radii', type=float, nargs='+', default=RADII, help='relative changes to try'),
     option('--points', type=int, default=100, help='random changes of every move, up to 0.1'),
@@ -43,13 +56,18 @@ from .window import DIRECTIONS, RADII, Window, bound, described, kind, measured,
     option('--output', type=Path, help='result file; what it has of other presets is kept'),
     JSON,
     text=__doc__,
-)
+)  # fmt: skip
 def windows(arguments: argparse.Namespace) -> int:
     """Measure; return 0, 1 if a move fails as shipped or a file was not written, 2 if misused."""
-    if unknown := sorted(set(arguments.presets) - set(PRESETS)):
-        return complain(
-            'windows', f'a preset must be one of {", ".join(PRESETS)}; got {unknown[0]}', 2
-        )
+    output: Path | None = arguments.output
+    presets = arguments.presets or [name for name in PRESETS if name not in APART]
+    try:
+        first, *_ = [load(name) for name in presets]
+        element = element_of(arguments, *first)
+    except ValueError as error:
+        return complain('windows', error, 2)
+    if output is not None and (arguments.method == 'kick' or not set(presets) <= set(PRESETS)):
+        return complain('windows', '--output is for moves of presets that strain them', 2)
     if arguments.workers < 1:
         return complain('windows', '--workers must be at least 1', 2)
     if min(arguments.points, arguments.seed) < 0:
@@ -61,24 +79,22 @@ def windows(arguments: argparse.Namespace) -> int:
         return complain(
             'windows', '--element needs the one preset that it is of, and no --output', 2
         )
-    presets = arguments.presets or [name for name in PRESETS if name not in APART]
-    tasks = [(name, move) for name in presets for move in moves(name)]
-    asked = [name for name, _ in tasks], [move for _, move in tasks]
-    found: dict[str, list[Window]] = {name: [] for name in presets}
     console = plain_console(aside=arguments.json)
-    try:
-        element = element_of(arguments, *preset(presets[0]))
-    except ElementFileError as error:
-        return complain('windows', error, 2)
+    others = _unstrained(arguments, presets, element, console)
+    strained = presets if arguments.method != 'kick' else []
+    tasks = [(name, move) for name in strained for move in moves(name)]
+    asked = [name for name, _ in tasks], [move for _, move in tasks]
+    found: dict[str, list[Window]] = {name: [] for name in strained}
     integrator = arguments.integrator or ''
     points, seed = arguments.points, arguments.seed
     measure = partial(
         measured, integrator=integrator, radii=radii, element=element, points=points, seed=seed
     )
-    done = mapped(console, arguments.workers, 'moves', measure, *asked)
+    done = mapped(console, arguments.workers, 'moves', measure, *asked) if tasks else []
     for (name, _), window in zip(tasks, done, strict=True):
         found[name].append(window)
-    console.print(_table(found, radii))
+    if tasks:
+        console.print(_table(found, radii))
     integrator = arguments.integrator or "the preset's"
     result: dict[str, Any] = {
         name: {
@@ -90,19 +106,45 @@ def windows(arguments: argparse.Namespace) -> int:
         }
         for name, some in found.items()
     }
-    if arguments.output is not None:
+    if output is not None:
         try:
-            kept = load_kept(arguments.output)
+            kept = load_kept(output)
             both = kept.get('presets', {}) | result
             made = ' '.join(['mlmem windows', *both])
             whole = {'drawn': bound(both), 'presets': both}
             of = [*presets, *by(measured, *presets)]
-            console.print(save(arguments.output, whole, made, seed, of, kept))
+            console.print(save(output, whole, made, seed, of, kept))
         except (OSError, ValueError) as error:
             return complain('windows', f'the result could not be written; {error}', 1)
     if arguments.json:
+        for name, some in others.items():
+            result.setdefault(name, {})['sent'] = [each.as_dict() for each in some]
         print_json(result)
-    return int(any(window.distance == 0.0 for some in found.values() for window in some))
+    failed = any(window.distance == 0.0 for some in found.values() for window in some)
+    return int(failed or any(each.fails for some in others.values() for each in some))
+
+
+def _unstrained(
+    arguments: argparse.Namespace, presets: list[str], element: Element | None, console: Console
+) -> dict[str, list[Sent]]:
+    """Measure and print the kicks and pushes that are asked for, by preset."""
+    found: dict[str, list[Sent]] = {name: [] for name in presets}
+    tasks = [(name, *each) for name in presets for each in sent.moves(name)]
+    if arguments.method == 'strain' or not tasks:
+        return found
+    names = [name for name, *_ in tasks]
+    measure = partial(sent.measured, integrator=arguments.integrator or '', element=element)
+    done = mapped(
+        console, arguments.workers, 'kicks and pushes', measure, names,
+        [how for _, how, _ in tasks], [level for *_, level in tasks],
+    )  # fmt: skip
+    for name, each in zip(names, done, strict=True):
+        found[name].append(each)
+    for name, some in found.items():
+        for how in (How.KICK, How.PUSH):
+            if of_kind := [each for each in some if each.how is how]:
+                console.print(sent.table(name, how, of_kind))
+    return found
 
 
 def _table(found: dict[str, list[Window]], radii: tuple[float, ...]) -> Table:

@@ -22,11 +22,11 @@ import numpy as np
 from mlmem_ros.device.actuator import Actuator
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.moves import How, Move, cycle_of, half_period, moves_from
-from mlmem_ros.device.presets import preset
 from mlmem_ros.device.pulse_corrections import QUICK, trimmed
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.settings import ActuatorSettings, Settings
 from mlmem_ros.element_file import Element
+from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import Chain, StateError, level_of, substep_times
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.potential import Array
@@ -119,11 +119,11 @@ class Window:
 
 
 def moves(name: str, *, used: bool = False) -> list[Move]:
-    """Return the moves of a preset that strain it, from every level.
+    """Return the moves of a preset or parameter file that strain it, from every level.
 
     Without those from levels that the settings bar, if only the `used` ones are asked for.
     """
-    design, settings = preset(name)
+    design, settings = load(name)
     if not used:
         settings = replace(settings, **{group: _unbarred(settings, group) for group in QUICK})
     ways = (How.STEP, How.STROKE, How.THROW)
@@ -137,7 +137,7 @@ def _unbarred(settings: Settings, group: str) -> Any:
 
 def described(name: str) -> dict[str, Any]:
     """Return the settings of a preset on which its windows depend."""
-    _, settings = preset(name)
+    _, settings = load(name)
     groups = {'write': settings.write} | {group: _unbarred(settings, group) for group in QUICK}
     shown = {group: asdict(each) for group, each in groups.items()}
     del shown['write']['method']  # which moves are made does not change them
@@ -165,13 +165,13 @@ def measured(
     """Return the window of a move of a preset.
 
     Args:
-        name: The preset.
-        integrator: In place of the preset's own.
+        name: The preset or parameter file.
+        integrator: In place of its own.
         radii: To try, rising.
         element: An element of the preset with its pulses; None for one exactly as designed.
         points: How many changes are drawn.
     """
-    design, settings = preset(name)
+    design, settings = load(name)
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
     chain = Simulation.of(design if element is None else element.timed, time).chain
     if element is not None and move.how is How.STEP:
