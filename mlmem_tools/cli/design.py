@@ -12,7 +12,8 @@ they can be a memory with such springs and masses, with which gradient, and, wit
 how many levels (2, 4, 8 ... 256). If not, it says why.
 
 `check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
-depends on, and says what goes wrong if one fails. `prove` simulates such designs: every level is
+depends on, and says what goes wrong if one fails; then how much it holds by one wall, by many that
+kicks put in place, and by many that strain shifts. `prove` simulates such designs: every level is
 written and read back, lower ones are written, and every level is erased; results are kept, so the
 same command continues after a kill. All but `check` needs the laboratory, the package mlmem_lab.
 
@@ -24,17 +25,21 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mlmem_ros.procedures import EXACT
+
 from . import laboratory
 from .command import ELEMENT, JOBS, JSON, command, element_of, option, tasks
-from .output import complain, plain_console, print_json
+from .output import complain, plain_console, plain_table, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from ..checks import Report
+    from ..checks.capacity import Capacity
 
 
 COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
@@ -64,15 +69,20 @@ def check(arguments: argparse.Namespace) -> int:
     from mlmem_ros.parameter_file import load
 
     from .. import checks
+    from ..checks.capacity import capacities
 
     design, settings = load(arguments.source)
     report = checks.check(design, settings, element_of(arguments, design, settings))
+    failed = report.verdict is checks.Verdict.FAIL
+    held = [] if failed else list(capacities(design, settings))
     if arguments.json:
         findings = [finding.as_dict() for finding in report.findings]
-        print_json({'verdict': report.verdict.value, 'findings': findings})
+        found = [each.as_dict() for each in held]
+        print_json({'verdict': report.verdict.value, 'findings': findings, 'capacity': found})
     else:
         print_report(plain_console(), arguments.source, report, arguments.brief)
-    return 1 if report.verdict is checks.Verdict.FAIL else 0
+        print_capacity(plain_console(), held)
+    return 1 if failed else 0
 
 
 @command(
@@ -141,6 +151,22 @@ def design(arguments: argparse.Namespace) -> int:
         return complain('design', error, 2)
     except (DesignError, SettingsError, OSError) as error:
         return complain('design', error, 1)
+
+
+def print_capacity(console: Console, held: Iterable[Capacity]) -> None:
+    """Print how much an element holds, by the way of writing; nothing for none."""
+    if not (held := list(held)):
+        return
+    table = plain_table('capacity', 'by', '>words', '>bits', '>least distance in levels', '')
+    for each in held:
+        table.add_row(
+            each.way,
+            f'{each.words}' if each.words <= EXACT else f'{each.words:.3g}',
+            f'{each.bits:.1f}',
+            '' if each.distance is None else f'{each.distance}',
+            each.why,
+        )
+    console.print(table)
 
 
 def print_report(console: Console, source: str, report: Report, brief: bool) -> None:

@@ -17,10 +17,11 @@ from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.law_file import load as load_law
 from mlmem_ros.parameter_file import load, text_of
 from mlmem_ros.physics import CASE_II
+from mlmem_tools.checks.capacity import capacities
 from mlmem_tools.checks.schedule import cycle_time
 from mlmem_tools.checks.subject import Subject
 from mlmem_tools.cli.command import element_of
-from mlmem_tools.cli.design import print_report
+from mlmem_tools.cli.design import print_capacity, print_report
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..results import by, load_kept, save, with_reads
@@ -98,6 +99,7 @@ def _find(arguments: argparse.Namespace) -> int:
         for number, reason in found.reasons.items():
             console.print(f'not {number} cells per level: {reason}')
         print_report(console, f'{levels} levels', found.report, brief=True)
+        print_capacity(console, capacities(found.design, found.settings))
     if not arguments.prove:
         return 0
     name = f'levels_{levels}'

@@ -118,7 +118,8 @@ def shifting(element: Memory, half: str) -> float:
 
     if not element.settings.actuator.present:
         raise ProcedureFailed('a shift needs an actuator, and there is none (actuator.present)')
-    return cycle(element, half or HALVES[0]).duration + reading(element)
+    kinks = element.register is not None
+    return cycle(element.settings, half or HALVES[0], kinks=kinks).duration + reading(element)
 
 
 def letting_go(element: Memory) -> float:

@@ -9,10 +9,12 @@ and kinks that take turns keep step, as in a shift register.
 from __future__ import annotations
 
 from ..errors import ProcedureFailed
+from ..instrument import Instrument
 from ..memory import Memory
 from ..motion import Cycle
-from ..moves import How, Move, cycle_of, gentle, half_period
+from ..moves import gentle, half_period
 from ..reading import UNDECODABLE, Reading
+from ..settings import Settings, peak
 from .blocks import Procedure, Result, play, return_to_zero
 from .listening import listen, look, wait_for_quiet
 
@@ -38,8 +40,7 @@ def shift(element: Memory, half: str) -> Procedure[Result]:
         half = freeing(element, reading)
     settings = element.calibration.adapt(element.settings)
     element.begin_cycle()
-    delay = half_period(element.design) if settings.write.shaped else 0.0
-    yield from play(element, cycle(element, half), delay)
+    yield from strain(element, settings, half, kinks=element.register is not None)
     yield from wait_for_quiet(element, settings.write.final_settle)
     reading = yield from look(element)
     if reading.level == UNDECODABLE:
@@ -47,13 +48,22 @@ def shift(element: Memory, half: str) -> Procedure[Result]:
     return Result(reading, found={'half': half})
 
 
-def cycle(element: Memory, half: str) -> Cycle:
-    """Return the strain of a half, that of a step up."""
-    design, settings = element.design, element.calibration.adapt(element.settings)
-    levels = range(max(2, design.levels))
-    compress = half == HALVES[0]
-    start = next(level for level in levels if design.freed_by_compression(level) == compress)
-    return cycle_of(design, gentle(settings), Move(How.STEP, start, start + 1, 0.0))
+def strain(element: Instrument, settings: Settings, half: str, *, kinks: bool) -> Procedure[None]:
+    """Strain an element by a half."""
+    delay = half_period(element.design) if settings.write.shaped else 0.0
+    yield from play(element, cycle(settings, half, kinks=kinks), delay)
+
+
+def cycle(settings: Settings, half: str, *, kinks: bool) -> Cycle:
+    """Return the strain of a half: that of a step up, or, if there may be kinks, of the greater of
+    this and that of an erase, which drives one.
+    """
+    settings, limit = gentle(settings), settings.actuator.max_strain
+    found = peak(settings.write, half == HALVES[0])
+    if kinks:
+        found = max(found, peak(settings.erase, half == HALVES[0]), key=abs)
+    strain = max(-limit, min(found, limit))
+    return Cycle.planned(settings.write, strain, settings.actuator.max_rate)
 
 
 def freeing(element: Memory, reading: Reading) -> str:

@@ -1,0 +1,159 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How many words an element holds: of one wall, of many that kicks place, of many that shift.
+
+Walls and kinks rest beside each other from a least distance on, and keep apart in motion from
+another. Both are found by trying: pairs at every level, as many at a time as do not feel each
+other, and the densest words.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from mlmem_ros.device.instrument import Instrument
+from mlmem_ros.device.procedures import run
+from mlmem_ros.device.procedures.blocks import wait
+from mlmem_ros.device.procedures.shifting import HALVES, strain
+from mlmem_ros.device.register import NEAR, REACH, Code, resting
+from mlmem_ros.device.settings import Settings
+from mlmem_ros.physics import Design, Specimen, StateError, walls
+from mlmem_ros.procedures import EXACT, as_text
+
+FARTHEST = 9
+"""Largest least distance that is tried, in levels."""
+
+CALM = 2.0
+"""Damping times after half a cycle before the next begins."""
+
+
+@dataclass(frozen=True)
+class Capacity:
+    """What an element holds in one way.
+
+    Attributes:
+        way: What writes it.
+        distance: Least distance of two walls in levels; None if there is one wall, or none does.
+        words: How many contents it tells apart, a blank element included.
+        why: What is assumed, or why there are none.
+    """
+
+    way: str
+    distance: int | None
+    words: int
+    why: str = ''
+
+    @property
+    def bits(self) -> float:
+        """Information in a content."""
+        return math.log2(self.words)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for JSON; words as text if no reader of JSON keeps them."""
+        words = self.words if self.words <= EXACT else as_text(self.words)
+        return {**asdict(self), 'words': words, 'bits': round(self.bits, 2)}
+
+
+def capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
+    """Yield what an element holds by one wall, by kicks, and by shifting."""
+    yield Capacity('one wall', None, design.levels + 1)
+    apart = least(lambda distance: _rest(design, distance), 1)
+    reached = _reached(design, settings)
+    assumed = '' if reached else 'if kicks reach every level'
+    levels = reached or design.levels
+    if apart is None:
+        yield Capacity('kicks', None, 1, 'walls rest beside each other at no distance')
+    else:
+        if 0 < reached < design.levels:
+            assumed = f'kicks reach {reached} of {design.levels} levels'
+        yield Capacity('kicks', apart, Code(levels, apart).words, assumed)
+    if not settings.actuator.present:
+        yield Capacity('shifting', None, 1, 'there is no actuator (actuator.present)')
+        return
+    step = least(lambda distance: _keep_step(design, settings, distance), 2)
+    if step is None:
+        yield Capacity('shifting', None, 1, 'walls and kinks keep step at no distance')
+    else:
+        yield Capacity('shifting', step, shifted(design.levels, step))
+
+
+def shifted(levels: int, distance: int) -> int:
+    """Return how many words walls and kinks in step can be: sets of levels whose neighbours are an
+    odd number of levels apart, at least `distance`, the last one, a wall, at an even level.
+    """
+    topped: list[int] = []  # by the highest level
+    for level in range(levels):
+        topped.append(1 + sum(topped[level - odd] for odd in range(distance | 1, level + 1, 2)))
+    return 1 + sum(topped[::2])
+
+
+def least(holds: Callable[[int], bool], step: int) -> int | None:
+    """Return the least distance, from 1 in steps, that holds; None if none does."""
+    return next(filter(holds, range(1, FARTHEST + 1, step)), None)
+
+
+def samples(design: Design, distance: int, top: int) -> Iterator[tuple[int, ...]]:
+    """Yield words below a level that try a distance: the densest, and pairs of either kind, too far
+    from each other to feel it.
+
+    The highest wall is at an even level. With an odd distance, even and odd levels alternate.
+    """
+    last = top - 1 - (top - 1) % 2
+    yield tuple(reversed(range(last, -1, -distance)))
+    apart = distance + math.ceil(REACH / design.J)
+    period = distance + apart + (distance + apart) % 2
+    for first in range(last, max(-1, last - period), -2):
+        pairs = [
+            n for high in range(first, distance - 1, -period) for n in (high, high - distance)
+        ]
+        if pairs:
+            yield tuple(reversed(pairs))
+        between = [high - apart - (apart + 1) % 2 for high in pairs]  # a kink above, a wall below
+        if between and between[-1] >= 0:
+            yield (*reversed(between), first)
+
+
+def _reached(design: Design, settings: Settings) -> int:
+    """Return to how many levels kicks send walls and kinks."""
+    kick = settings.kick
+    both = zip(kick.by_level, kick.of_kinks, strict=False)
+    return min(design.levels, sum(1 for wall, kink in both if wall and kink))
+
+
+def _rest(design: Design, distance: int) -> bool:
+    """Return whether walls rest at a distance, at every level."""
+    made = Specimen(design)
+    try:
+        for top in (design.levels, design.levels - 1):
+            for word in samples(design, distance, top):
+                resting(made, word)
+    except StateError:
+        return False
+    return True
+
+
+def _keep_step(design: Design, settings: Settings, distance: int) -> bool:
+    """Return whether walls and kinks at a distance, simulated, move two levels in a compression
+    and a tension.
+    """
+    even = design.freed_by_compression(0)
+    for word in samples(design, distance, design.levels - 2):
+        element = Instrument(design, settings)
+        try:
+            element.chain.place(resting(Specimen(design), word))
+        except StateError:
+            return False
+        element.transducer.assume_rest()
+        for half in HALVES if even else reversed(HALVES):
+            run(element, strain(element, settings, half, kinks=True))
+            run(element, wait(element, CALM / design.eta if design.eta else 0.0))
+        wanted = [design.defect(level + 2) for level in word]
+        found = sorted(wall.position for wall in walls(design, element.chain.configuration))
+        if len(found) != len(wanted) or any(
+            abs(one - other) > NEAR for one, other in zip(found, wanted, strict=True)
+        ):
+            return False
+    return True
