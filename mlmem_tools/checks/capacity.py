@@ -96,8 +96,8 @@ def least(holds: Callable[[int], bool], step: int) -> int | None:
 
 
 def samples(design: Design, distance: int, top: int) -> Iterator[tuple[int, ...]]:
-    """Yield words below a level that try a distance: the densest, and pairs of either kind, too far
-    from each other to feel it.
+    """Yield words below a level that try a distance: the densest, and pairs of either kind, too
+    far from each other to feel it.
 
     The highest wall is at an even level. With an odd distance, even and odd levels alternate.
     """
