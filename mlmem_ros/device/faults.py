@@ -207,21 +207,27 @@ class Sensors:
 
     Attributes:
         late: The samples that a late signal still has to show, shape (2, m).
+        slow: Where a slow signal is, without the noise of its samples, shape (2,); or None.
     """
 
     def __init__(self, dt: float) -> None:
         """Watch ends whose samples are `dt` apart."""
         self.dt = dt
         self.late: Array = NOTHING
+        self.slow: Array | None = None
 
     def delay(self, faults: Faults) -> int:
         """Return how many samples late the signals are."""
         return round(faults.sensor_delay / self.dt)
 
     def change(self, faults: Faults) -> None:
-        """Forget what the signals have still to show, unless they stay as late as they are."""
+        """Forget what the signals have still to show, unless they stay as late as they are, and
+        where they are unless they stay slow.
+        """
         if self.late.shape[1] != self.delay(faults):
             self.late = NOTHING
+        if not faults.sensor_lag:
+            self.slow = None
 
     def sense(self, ends: Array, last: Array, faults: Faults, tick: int) -> Array:
         """Return the samples of both ends in a tick, shape (2, steps), as transducers with faults
@@ -232,15 +238,14 @@ class Sensors:
         if faults == HEALTHY:
             return ends
         present = self._delayed(ends, last, self.delay(faults))
+        found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present
+        if faults.sensor_lag:
+            found = self._slowed(found, last, faults.sensor_lag)
         if happens(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
             found = np.repeat(last[:, None], ends.shape[1], axis=1)
-        else:
-            found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present
-            if faults.sensor_lag:
-                found = self._slowed(found, last, faults.sensor_lag)
-            if faults.sensor_noise:
-                noise = normal(ends.shape, faults.seed, tick, Stream.NOISE)
-                found = found + faults.sensor_noise * noise
+        elif faults.sensor_noise:
+            noise = normal(ends.shape, faults.seed, tick, Stream.NOISE)
+            found = found + faults.sensor_noise * noise
         if faults.sensor_end != 'both':
             sound = End(faults.sensor_end).opposite.row
             found[sound] = ends[sound]
@@ -255,10 +260,11 @@ class Sensors:
         return shown[:, : ends.shape[1]]
 
     def _slowed(self, wanted: Array, last: Array, constant: float) -> Array:
-        """Return a signal behind a first-order lag that had shown `last`."""
+        """Return a signal behind a first-order lag, which begins with the last sample before."""
         kept = float(exponential(np.array([-self.dt / constant]))[0])
-        found, at = np.empty_like(wanted), last
+        found, at = np.empty_like(wanted), last if self.slow is None else self.slow
         for k in range(wanted.shape[1]):
             at = wanted[:, k] + kept * (at - wanted[:, k])
             found[:, k] = at
+        self.slow = found[:, -1].copy()
         return found

@@ -71,6 +71,7 @@ class Saved:
     stirred: int | None = None
     unknown: Unknown | None = None
     late: Array | None = None
+    slow: Array | None = None
     script: Sequence[tuple[int, Faults]] = ()
 
 
@@ -90,7 +91,7 @@ def take(element: MemoryElement) -> dict[str, Any]:
         del reading['shapes']  # only calibrating asks for them
         if math.isinf(reading['distance']):
             reading['distance'] = None  # JSON has no infinity
-    material = {}
+    material, slow = {}, element.sensors.slow
     if element.simulated:
         chain = element.chain
         material = {'steps': chain.steps_done, 'V_N': chain.V_N, 'state': encoded(chain.state())}
@@ -116,6 +117,7 @@ def take(element: MemoryElement) -> dict[str, Any]:
         'faults': dataclasses.asdict(element.faults),
         'script': [[tick, dataclasses.asdict(faults)] for tick, faults in element.script],
         'late': encoded(element.sensors.late),
+        'slow': slow if slow is None else encoded(slow),
         'reading': reading,
         'unknown': element.unknown and dataclasses.asdict(element.unknown),
         'calibration': element.calibration.as_dict(),
@@ -181,6 +183,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         'its recent samples': saved.recent.shape == element.transducer.recent.shape,
         'its late samples': saved.late is None
         or saved.late.shape in ((2, 0), (2, element.sensors.delay(saved.faults))),
+        'its slow signals': saved.slow is None or saved.slow.shape == (2,),
         'its state': bool((np.abs(state) <= MOST).all()),
         'its strain': transmission.commanded == strain
         and math.isclose(saved.V_N, element.design.end_displacement(transmission.strain)),
@@ -196,6 +199,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     )
     element.script = saved.script
     element.sensors.late = NOTHING if saved.late is None else saved.late
+    element.sensors.slow = saved.slow
     element.transducer.recent = saved.recent
     element.transducer.release()
     for end, each in element.transducer.reverberation.items():

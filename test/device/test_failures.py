@@ -13,6 +13,7 @@ from mlmem_ros.device import (
     Read,
     Refused,
     SetFaults,
+    SetStrain,
     Write,
     new_element,
     preset,
@@ -20,6 +21,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.failures import KINDS, MEANINGS, UNITS, Failure, course, of
 from mlmem_ros.device.faults import Sensors
+from mlmem_ros.rng import Stream, normal
 
 CELL = {'instance': 40}
 
@@ -96,6 +98,10 @@ def test_signals_are_late_slow_and_wrong_as_stated():
     # Behind a lag of time constant T a ramp is T - dt/2 late, within (dt / T)^2 / 12 of that.
     behind = (ends - sensed(sensor_lag=10.0))[:, -1] / 0.02
     assert behind == pytest.approx(10.0 - 0.25, rel=3e-4)
+    # Noise is that of the samples: it does not pass through the lag, from tick to tick neither.
+    noisy = sensed(sensor_lag=10.0, sensor_noise=0.1) - sensed(sensor_lag=10.0)
+    noise = np.concatenate([normal((2, 40), 0, tick, Stream.NOISE) for tick in range(10)], axis=1)
+    assert noisy == pytest.approx(0.1 * noise, abs=1e-15)
 
 
 def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
@@ -105,6 +111,18 @@ def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
     assert not outcome.success
     element.apply(script({'unit': 'sensor', 'failure': 'ok'}))
     assert element.perform(Read()).reading.level == 1
+
+
+def test_slow_and_noisy_signals_go_on_from_a_snapshot(element):
+    element.apply(SetFaults(Faults(sensor_lag=25.0, sensor_noise=0.01, sensor_dropout=0.3)))
+    element.apply(SetStrain(0.001))
+    element.advance(5)
+    kept = snapshot.take(element)
+    other = new_element(preset('bits_1'))
+    snapshot.restore(other, json.loads(json.dumps(kept)))
+    for each in (element, other):
+        each.advance(5)
+    assert snapshot.take(other) == snapshot.take(element)
 
 
 @pytest.mark.parametrize('after', [0.0, 10.0], ids=['healed', 'sooner'])
