@@ -21,8 +21,9 @@ from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from robot import values
 
-from mlmem_ros import MemoryClient, RequestFailed, RequestRefused
+from mlmem_ros import MemoryClient, NoAnswer, RequestFailed, RequestRefused
 from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
+from mlmem_ros.ros.client.goal import Goal
 from mlmem_ros.ros.client.link import Link
 from mlmem_ros.ros.events import events_executor
 from mlmem_ros.ros.node import simulator
@@ -301,6 +302,45 @@ def test_a_cancel_waits_until_its_service_is_there(client, monkeypatch):
     with pytest.raises(RequestFailed, match='canceled'):
         write.wait()
     assert len(tried) > 1
+
+
+def test_a_goal_that_is_cancelled_before_it_is_sent_is_never_requested(client, monkeypatch):
+    """Whether the node has actions or not: nobody knows as yet."""
+    client.write(0).wait()
+    ready, looked = Link.ready, []
+
+    def late(link, call):
+        looked.append(call)
+        return len(looked) > 1 and ready(link, call)
+
+    monkeypatch.setattr(Link, 'ready', late)
+    monkeypatch.setattr(Link, 'serves', lambda link, service: False)
+    write = client.write(7)
+    assert write.cancel_goal()
+    with pytest.raises(RequestRefused, match='canceled before it was sent'):
+        write.wait()
+    read = client.read()
+    assert not read.cancel_goal()
+    assert read.wait().level == 0
+
+
+def test_a_goal_that_is_given_up_as_it_is_accepted_is_waited_for(client, monkeypatch):
+    """It was thought to be over, and the next one was refused as busy."""
+    send = Goal._send
+
+    def spoiled(goal):
+        if goal._taken and not goal.cancelled():
+            monkeypatch.undo()
+            goal.cancel()
+        send(goal)
+
+    client.pause().wait()
+    monkeypatch.setattr(Goal, '_send', spoiled)
+    given_up, following = client.read(), client.read()
+    with pytest.raises(NoAnswer, match='read was cancelled'):
+        given_up.wait()
+    client.pause(False).wait()
+    assert following.wait().attempts == 1
 
 
 def test_without_actions_there_is_no_progress_and_no_cancel(client, memory):

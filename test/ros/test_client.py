@@ -445,6 +445,25 @@ def test_cancelled_tasks_leave_nothing_behind(node, client):
     assert complaints == []
 
 
+def test_two_tasks_await_one_reply_and_one_gives_up(client, memory):
+    client.pause().wait()
+
+    async def awaited(reply):
+        return await reply
+
+    async def both():
+        read = client.read()
+        tasks = [asyncio.ensure_future(awaited(read)) for _ in range(2)]
+        await asyncio.sleep(0.05)
+        tasks[0].cancel()
+        client.pause(False)
+        return await asyncio.gather(*tasks, return_exceptions=True)
+
+    given_up, content = asyncio.run(both())
+    assert isinstance(given_up, asyncio.CancelledError)
+    assert content.attempts == 1
+
+
 def test_an_awaited_reply_that_was_cancelled_says_so(node):
     reply = MemoryClient(node, '/nobody').read()
     reply.cancel()

@@ -72,13 +72,14 @@ class Goal(Reply[T]):
         The reply then raises `RequestFailed`, once the strain is zero.
 
         Returns:
-            Whether that is possible. Without actions it is not; `MemoryClient.abort` stops
-            whatever runs.
+            Whether that is possible. Once it was requested without actions it is not;
+            `MemoryClient.abort` stops whatever runs.
         """
-        if self._action is None or self.done():
-            return False
-        self._unwanted = True
-        if self._taken:
+        with self._lock:
+            if self._action is None or self.done():
+                return False
+            self._unwanted, taken = True, self._taken
+        if taken:
             self._stop()
         return True
 
@@ -107,21 +108,29 @@ class Goal(Reply[T]):
             raise RequestRefused({'error': f'busy: {MOST} requests are already waiting'})
         yield [each.freed for each in after]
         yield Call('request', SetParametersAtomically)
-        if self._action is None or not self._connection.link().serves(f'{self._path}/send_goal'):
-            self._action = None
+        served = self._connection.link().serves(f'{self._path}/send_goal')
+        with self._lock:  # a client may cancel it in another thread
+            if self._unwanted:
+                raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
+            self._action = self._action if served else None
+        if self._action is None:
             return (yield from service)
         impl = self._action.Impl
         send, get = impl.SendGoalService, impl.GetResultService
         sent = send.Request(goal_id=self._number, goal=goal)
         if not (yield Call(f'{self._path}/send_goal', send, sent)).accepted:
             raise RequestRefused({'error': 'the node already has a goal with this id'})
-        self._taken = True
-        if self._unwanted:
+        with self._lock:
+            self._taken, unwanted = True, self._unwanted
+        if unwanted:
             self._stop()
         request = get.Request(goal_id=self._number)
         response = yield Call(f'{self._path}/get_result', get, request)
         answer: T = answer_of(name, kind, response.result, goal)
         return answer
+
+    def _reached(self) -> bool:
+        return self._taken or super()._reached()
 
     def _stop(self) -> None:
         """Ask to cancel the goal; its result will say how it ended."""

@@ -12,10 +12,10 @@ import asyncio
 import math
 import threading
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures import TimeoutError as NotYet
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from numbers import Real
 from typing import Any, TypeVar
 
@@ -89,6 +89,8 @@ class Reply(Future[T]):
         self._asked = self._seen = 0.0  # since when the step is due; when its service was there
         self._sent: Any = None  # rclpy's future of the step's response
         self._link: Link | None = None  # over which it was sent
+        self._waiting = 0  # coroutines and threads
+        self._over = False  # nothing more is sent
         self._lock = threading.Lock()
         self._proceed()
         if not self.freed.done():
@@ -107,9 +109,10 @@ class Reply(Future[T]):
         """
         if self._connection.line.here and not self.done():
             raise RuntimeError('this thread takes the answers: await the reply, or wait elsewhere')
-        while not self.done():
-            with suppress(NotYet):
-                self.exception(SIGNALS)
+        with self._waits():
+            while not self.done():
+                with suppress(NotYet):
+                    self.exception(SIGNALS)
         return self.result()
 
     def __await__(self) -> Generator[Any, None, T]:
@@ -118,20 +121,39 @@ class Reply(Future[T]):
             turn = Turn(self._connection)
             super().add_done_callback(turn.tell)
             try:
-                yield from turn.__await__()
+                with self._waits():
+                    yield from turn.__await__()
             except asyncio.CancelledError:  # asyncio's time-outs end what they wait for
-                self.cancel()
+                if not self._waiting:  # another task may wait for the same
+                    self.cancel()
                 raise
         return self.result()
+
+    @contextmanager
+    def _waits(self) -> Iterator[None]:
+        """Count one who waits for the answer."""
+        with self._lock:
+            self._waiting += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._waiting -= 1
 
     def cancel(self) -> bool:
         """Give up the answer: then it is a `NoAnswer`. This does not stop the element, as
         `MemoryClient.abort` does.
         """
         self._fail(_GivenUp(f'{self._connection.peer}: {self._what} was cancelled'))
-        if not self._lasting or self._sent is None:
+        with self._lock:  # the line's thread may send it meanwhile
+            self._over = over = not (self._lasting and self._reached())
+        if over:
             self._end()
         return self.cancelled()
+
+    def _reached(self) -> bool:
+        """Return whether the node may have something to do with it."""
+        return self._sent is not None
 
     def cancelled(self) -> bool:
         """Return whether the answer was given up."""
@@ -182,7 +204,9 @@ class Reply(Future[T]):
         """Send the request if its service is available: DDS drops messages without a reader."""
         with self._lock:  # the asking thread and the line's may meet here
             call = self._step
-            if self._sent is not None or not isinstance(call, Call) or self._connection.gone():
+            if self._over or self._sent is not None or not isinstance(call, Call):
+                return
+            if self._connection.gone():
                 return
             self._link = link = self._connection.link()
             self._sent = sent = link.send(call)
@@ -236,7 +260,7 @@ class Reply(Future[T]):
         if now > self._until:
             late = f'did not answer {self._what} within {self._timeout:g} s'
             self._fail(NoAnswer(f'{self._connection.peer} {late}'))
-            if not self._lasting or self._sent is None or now > self._until + LATE:
+            if not (self._lasting and self._reached()) or now > self._until + LATE:
                 self._end()
         return not self.freed.done()
 
