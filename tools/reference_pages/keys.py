@@ -87,6 +87,7 @@ SNAPSHOT = {
     'faults': 'the active faults',
     'script': 'faults to come, with the ticks from which on they are all that is faulty',
     'late': 'samples of both ends that a late signal still has to show, with every bit',
+    'slow': 'where slow signals are without noise (faults.sensor_lag), or null',
     'reading': 'the content as last decoded, or null',
     'unknown': 'why the content is no longer known, and since which tick, or null',
     'calibration': 'echo delays and trims; see the calibration file',
