@@ -10,8 +10,7 @@ from pathlib import Path
 
 from mlmem_ros.bag.contents import Loss
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import LOST
-from mlmem_ros.bag.qos import renewed
+from mlmem_ros.bag.metadata import LOST, renewed
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 

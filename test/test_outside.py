@@ -38,7 +38,7 @@ from mlmem_ros.parameter_file import ParameterFileError
 from mlmem_ros.parameter_file import load as load_parameters
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.rig.frames import Hello
-from mlmem_ros.session import messages, records
+from mlmem_ros.session import records
 from mlmem_tools.cli.main import main
 
 OPEN = ('initial', 'parameters', 'packages', 'details')
@@ -68,8 +68,8 @@ def examples():
     )
     element = MemoryElement(CASE_II, Settings(), Calibration(table, table, trims))
     element.reading = Reading(3, '011', 'left', 1.5, 0.9, 2.0, math.inf, walls=1)
-    header = messages.header(element, '/mlmem', {'record.hash_every': 500})
-    hashed = messages.state_hash(element)
+    header = records.header(element, '/mlmem', {'record.hash_every': 500})
+    hashed = records.state_hash(element)
     told = dict.fromkeys(('attempts', 'ticks', 'tick', 'level'), 1)
     told |= dict.fromkeys(('delay', 'level_margin', 'threshold_margin', 'confidence'), 0.5)
     told |= {
@@ -90,8 +90,8 @@ def examples():
         'half': 'tension',
     }
     found = {
-        records.Header: json.loads(jazzy.deserialize(header, messages.STRING).data),
-        records.StateHash: json.loads(jazzy.deserialize(hashed, messages.STRING).data),
+        records.Header: json.loads(jazzy.deserialize(header, records.STRING).data),
+        records.StateHash: json.loads(jazzy.deserialize(hashed, records.STRING).data),
         snapshots.Saved: snapshots.take(element),
         Calibration: element.calibration.as_dict(),
         Specimen: Specimen(CASE_II, mass=np.linspace(1.0, 2.0, CASE_II.N)).as_dict(),

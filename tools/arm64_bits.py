@@ -26,7 +26,7 @@ import numpy as np
 import test_bits
 
 from mlmem_ros.physics import INTEGRATORS, jit
-from mlmem_ros.physics.inputs import Inputs
+from mlmem_ros.physics.stepping import Inputs
 
 TRIPLE = 'aarch64-unknown-linux-gnu'
 GCC = ('aarch64-linux-gnu-gcc', '-O1', '-ffreestanding', '-fno-builtin', '-w')

@@ -30,8 +30,8 @@ from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.settings import PushSettings
 from mlmem_ros.physics import Specimen, StateError, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.inputs import HeldCell
 from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.stepping import HeldCell
 
 from .results import run as run_study
 

@@ -27,7 +27,7 @@ from mlmem_ros.physics import (
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.stepping import substep_times
 from mlmem_ros.ros.node_process import child
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import Sensors
 
 DT = 0.25
 PULSE = Settings().probe

@@ -15,7 +15,7 @@ from mlmem_lab.twins.command import Part, twins
 from mlmem_lab.twins.sensed import HiddenElement
 from mlmem_ros.device import preset
 from mlmem_ros.physics import HeldCell, Specimen
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import Sensors
 
 
 def mlmem_twins(*arguments):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""rosbag2's metadata: written as Jazzy writes it (version 9), read from any version."""
+"""rosbag2's metadata, and the QoS in it: written as Jazzy writes it (version 9), read from any."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-try:  # ten times as fast
-    from yaml import CSafeDumper as SafeDumper
-except ImportError:  # PyYAML was built without libyaml
-    from yaml import SafeDumper
-
 from ..clipped import clipped
 from ..outside import from_yaml, require_regular
 from .contents import TopicInfo
 from .errors import BagError, storage_errors
+
+try:  # ten times as fast
+    from yaml import CSafeDumper as SafeDumper
+except ImportError:  # PyYAML was built without libyaml
+    from yaml import SafeDumper
 
 FILE_NAME = 'metadata.yaml'
 
@@ -33,6 +33,57 @@ _ROOT = 'rosbag2_bagfile_information'
 _NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message
 _NO_WIDTH = 2**31 - 1
 _LONGEST_TEXT = 2**18  # characters: metadata of 400 topics
+
+_PROFILE = """\
+- history: unknown
+  depth: 0
+  reliability: {}
+  durability: {}
+  deadline:
+    sec: 9223372036
+    nsec: 854775807
+  lifespan:
+    sec: 9223372036
+    nsec: 854775807
+  liveliness: automatic
+  liveliness_lease_duration:
+    sec: 9223372036
+    nsec: 854775807
+  avoid_ros_namespace_conventions: false"""
+
+
+def offered(reliability: str = 'reliable', durability: str = 'volatile') -> str:
+    """Return the QoS of one publisher with unlimited durations.
+
+    History and depth are ``unknown`` and 0, as ``ros2 bag record`` writes them: discovery does
+    not carry them.
+    """
+    return _PROFILE.format(reliability, durability)
+
+
+RELIABLE = offered()
+"""Reliable and volatile, the default of ROS publishers."""
+
+LATCHED = offered(durability='transient_local')
+"""Reliable and transient local: late subscribers still get the last message."""
+
+
+def renewed(text: str) -> str:
+    """Return the QoS that any version of rosbag2 wrote as Jazzy writes it; empty if damaged."""
+    from rosbags.rosbag2.metadata import parse_qos
+
+    try:
+        return qos_text(parse_qos(text))
+    except Exception:  # rosbags raises whatever a wrong type raises; messages do not need it
+        return ''
+
+
+def qos_text(profiles: Sequence[Any]) -> str:
+    """Return profiles of `rosbags` as Jazzy writes them."""
+    from rosbags.rosbag2.metadata import dump_qos_v9
+
+    text: str = yaml.safe_dump(dump_qos_v9(list(profiles)), sort_keys=False)
+    return text.rstrip('\n')
 
 
 @dataclass

@@ -16,7 +16,7 @@ from rosbags.rosbag2 import Reader
 
 from .contents import Definition, Loss, Message, TopicInfo
 from .errors import BagError
-from .qos import dump
+from .metadata import qos_text
 
 _ENCODINGS = {
     MessageDefinitionFormat.NONE: '',
@@ -71,7 +71,7 @@ class RosbagsPart:
                 name=connection.topic,
                 type=connection.msgtype,
                 serialization_format=extension.serialization_format,
-                offered_qos=dump(extension.offered_qos_profiles),
+                offered_qos=qos_text(extension.offered_qos_profiles),
                 type_hash=connection.digest,
             ),
         )

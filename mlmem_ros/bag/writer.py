@@ -16,8 +16,7 @@ from . import digest, jazzy
 from .contents import OFFERED_QOS, TYPE_HASH, Definition, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_file import McapFile, check_library
-from .metadata import FILE_NAME, FileInfo, metadata_text
-from .qos import RELIABLE
+from .metadata import FILE_NAME, RELIABLE, FileInfo, metadata_text
 
 _LATEST_TIME = 2**63 - 1
 _SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage requires

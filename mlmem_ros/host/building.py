@@ -22,8 +22,8 @@ from ..device import (
 )
 from ..device.factory import calibration_of
 from .design_check import check_design
-from .null_store import NullStore
 from .settings import Parameters
+from .store import NullStore
 from .throttled_log import ThrottledLog
 from .worker import Worker
 

@@ -25,10 +25,10 @@ from ..device.timetable import Pacer
 from ..physics import StateError
 from .building import ResidualMonitor, built
 from .errors import REFUSALS
-from .null_store import NullStore
 from .requests import Requests
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
+from .store import NullStore
 from .throttled_log import Log, ThrottledLog
 from .worker import Worker
 

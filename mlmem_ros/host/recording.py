@@ -12,12 +12,12 @@ from pathlib import Path
 from .. import durable, threads
 from ..bag import jazzy
 from ..bag.errors import BagError
-from ..bag.qos import LATCHED, offered
+from ..bag.metadata import LATCHED, offered
 from ..bag.queued_writer import QueuedWriter
 from ..bag.writer import BagWriter
 from ..device import MemoryElement
 from ..device.open_requests import Stamped
-from ..session import messages
+from ..session import records
 from .pre_trigger import Message, PreTriggerBuffer
 from .settings import SessionPlan
 from .throttled_log import ThrottledLog
@@ -65,7 +65,7 @@ class Recording:
         if self.full:
             return
         for tick, command in commands:
-            self._put(messages.COMMAND, messages.command(tick, command))
+            self._put(records.COMMAND, records.command(tick, command))
         hashed = element.ticks % self.plan.settings.hash_every == 0
         if hashed:
             self._put_hash(element)
@@ -92,12 +92,12 @@ class Recording:
         return own(self.plan, topic)
 
     def _header(self, element: MemoryElement) -> Message:
-        header = messages.header(element, self.plan.node, self.plan.parameters or {})
-        return self._own(messages.HEADER), header, self._now()
+        header = records.header(element, self.plan.node, self.plan.parameters or {})
+        return self._own(records.HEADER), header, self._now()
 
     def _put_hash(self, element: MemoryElement) -> None:
         if element.simulated:  # the state of a real element is unknown
-            self._put(messages.STATE_HASH, messages.state_hash(element))
+            self._put(records.STATE_HASH, records.state_hash(element))
 
     def _put(self, topic: str, cdr: bytes) -> None:
         self.sink.put(self._own(topic), cdr, self._now())
@@ -145,20 +145,20 @@ def opened(
         path,
         max_bytes=settings.max_bytes,
         max_duration=settings.max_duration,
-        digests=own(plan, messages.DIGEST),
+        digests=own(plan, records.DIGEST),
     )
     for topic in plan.topics:
         qos = offered(topic.qos.reliability, topic.qos.durability)
         writer.add_topic(topic.name, topic.type, qos)
-    writer.add_topic(own(plan, messages.HEADER), messages.STRING, LATCHED, latch=True)
-    for name in (messages.COMMAND, messages.STATE_HASH):
-        writer.add_topic(own(plan, name), messages.STRING)
+    writer.add_topic(own(plan, records.HEADER), records.STRING, LATCHED, latch=True)
+    for name in (records.COMMAND, records.STATE_HASH):
+        writer.add_topic(own(plan, name), records.STRING)
     for message in before:
         writer.write(*message)
     writer.sync()
     queue = QueuedWriter(
         writer,
-        dropped_topic=own(plan, messages.DROPPED),
+        dropped_topic=own(plan, records.DROPPED),
         sync_interval=settings.sync_interval,
         on_error=lambda error: log.error(f'recording stopped: {error}'),
     )

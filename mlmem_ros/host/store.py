@@ -28,8 +28,7 @@ from ..outside import decode
 from ..physics import Design, StateError
 from ..procedures import PROCEDURES
 from . import calibration_file, state_file
-from .files import FileSettings
-from .settings import StateSettings
+from .settings import FileSettings, StateSettings
 from .throttled_log import ThrottledLog
 from .worker import Worker
 
@@ -214,3 +213,41 @@ def _judged(outcome: Outcome, error: BaseException | None) -> Outcome:
         return outcome
     done = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
     return dataclasses.replace(outcome, success=False, error=f'{done}, but is not saved: {error}')
+
+
+class NullStore:
+    """Stands for a `Store` where `state.path` is empty."""
+
+    path = None
+
+    def __init__(self, worker: Worker) -> None:
+        """Share the worker of older stores, which may still write."""
+        self._worker = worker
+
+    def new_element(self, design: Design, settings: Settings, driver: Driver) -> MemoryElement:
+        """Return a device; see `Store.new_element`."""
+        return new_element(design, settings, driver=driver)
+
+    def restore(self, element: MemoryElement) -> None:
+        """Leave a new device as it is."""
+
+    def keep(self, element: MemoryElement) -> Future[None]:
+        """Return that nothing is left to save."""
+        saved: Future[None] = threads.Future()
+        saved.set_result(None)
+        return saved
+
+    def settle(self, request: Asked, element: MemoryElement) -> None:
+        """Answer a request whose procedure has ended."""
+        assert request.outcome is not None
+        request.settle(request.outcome)
+
+    def on_timer(self, loop: Loop | None) -> None:
+        """Answer overdue requests; call it once a second."""
+        self._worker.on_timer()
+
+    def settled(self) -> bool:
+        """Wait, but not for long, until older states are saved; return whether they are."""
+        return self._worker.wait()
+
+    close = settled

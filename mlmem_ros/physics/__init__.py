@@ -7,11 +7,10 @@ from typing import Any
 from .chain import Chain, kernel_in_cache
 from .design import CASE_I, CASE_II, Design
 from .errors import DesignError, StateError
-from .inputs import HeldCell
 from .jit import ARITHMETIC
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .specimen import Scatter, Specimen, scattered
-from .stepping import default_step, stable_step, substep_times
+from .stepping import HeldCell, default_step, stable_step, substep_times
 from .wall import Wall, level_of, wall_energy, walls
 
 __all__ = [

@@ -13,13 +13,20 @@ import numpy as np
 from .design import Design
 from .equilibrium import metamaterial_force, substrate_force
 from .errors import DesignError, StateError
-from .inputs import FREE, HeldCell, Inputs
 from .jit import in_cache
 from .methods import NOH_BATHE, Integrator
 from .methods.integrator import REST, Cells, Chained, Forcing, aligned, balanced
 from .potential import Array
 from .specimen import LARGEST_OFFSET, Specimen
-from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step
+from .stepping import (
+    FREE,
+    STABILITY_MARGIN,
+    HeldCell,
+    Inputs,
+    default_step,
+    farthest_reach,
+    stable_step,
+)
 
 
 class Chain:

@@ -25,8 +25,20 @@ from ..contract.values import SHOT_HEAD, numbers
 from ..device import Command, End, Refused, Settings, Shot
 from ..device.instrument import Units
 from ..physics import Design
-from .messages import COMMAND, DIGEST, DROPPED, HEADER, STATE_HASH, STRING
-from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
+from .records import (
+    COMMAND,
+    DIGEST,
+    DROPPED,
+    HEADER,
+    STATE_HASH,
+    STRING,
+    Header,
+    StateHash,
+    naming,
+    read_command,
+    read_header,
+    read_state_hash,
+)
 from .streams import START, StreamMessage
 
 Array = NDArray[np.float64]

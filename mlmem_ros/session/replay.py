@@ -26,8 +26,7 @@ from ..device.driver import Simulation
 from ..device.instrument import LONGEST_RUN
 from ..physics import StateError
 from .data import SessionData
-from .messages import versions
-from .records import MOST_HASH_EVERY, Header, StateHash, naming
+from .records import MOST_HASH_EVERY, Header, StateHash, naming, versions
 from .report import Difference, ReplayReport, ending
 from .streams import START, Streams
 

@@ -113,7 +113,7 @@ def _inspect_session(
     from rich.text import Text
 
     from mlmem_ros.session.data import load
-    from mlmem_ros.session.messages import as_dict
+    from mlmem_ros.session.records import as_dict
 
     session = load(reader, arguments.node)
     if session.header is None:

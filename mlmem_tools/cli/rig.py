@@ -117,8 +117,7 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
     from mlmem_ros.physics import Scatter, scattered
     from mlmem_ros.rng import Stream, generator
 
-    from ..rig.emulated import EmulatedRig
-    from ..rig.sensors import Sensors
+    from ..rig.emulated import EmulatedRig, Sensors
 
     settings, own = chosen.settings, given.integrator == RK4
     if given.scale_time is not None:

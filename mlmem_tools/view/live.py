@@ -20,9 +20,8 @@ from mlmem_tools.view.monitor import Status, components, listen
 
 from .about import WANTED, About, grouped
 from .activity import Activity
-from .frames import known, packed, thinned
+from .frames import Pictures, known, packed, thinned
 from .pages import Page, Pages
-from .pictures import Pictures
 from .requests import Requests
 
 if TYPE_CHECKING:

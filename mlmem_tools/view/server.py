@@ -19,12 +19,11 @@ from aiohttp.http_exceptions import HttpProcessingError
 
 from mlmem_ros.bag.errors import BagError
 
-from .differences import differences
 from .frames import finite, packed
 from .guard import Guard
 from .live import Live
 from .pages import Page
-from .session_frame import SessionFrame, load
+from .session_frame import SessionFrame, differences, load
 
 STATIC = Path(__file__).parent / 'static'
 

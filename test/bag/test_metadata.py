@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from mlmem_ros.bag.contents import TopicInfo
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import FileInfo, metadata_text, parse_metadata, read_metadata
-from mlmem_ros.bag.qos import LATCHED
+from mlmem_ros.bag.metadata import LATCHED, FileInfo, metadata_text, parse_metadata, read_metadata
 
 # Printed by yaml-cpp 0.8 from nodes put together as rosbag2_storage/yaml.hpp (Jazzy) does.
 EMPTY_TEXT = """\

@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem_ros.bag.qos import LATCHED, RELIABLE, offered, renewed
+from mlmem_ros.bag.metadata import LATCHED, RELIABLE, offered, renewed
 
 # rosbag2_storage/test/rosbag2_storage/test_qos.cpp, "supports_version_4".
 VERSION_4_TEXT = """\

@@ -11,8 +11,8 @@ import pytest
 from mlmem_ros.device import Faults, Settings, factory, new_element
 from mlmem_ros.device.timetable import SteadyPacer
 from mlmem_ros.host import Host, SessionPlan, ThrottledLog
-from mlmem_ros.host.files import FileSettings
 from mlmem_ros.host.settings import (
+    FileSettings,
     Parameters,
     PublishSettings,
     RecordSettings,

@@ -12,10 +12,8 @@ from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapsho
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog, state_file
-from mlmem_ros.host.files import FileSettings
-from mlmem_ros.host.null_store import NullStore
-from mlmem_ros.host.settings import StateSettings
-from mlmem_ros.host.store import Store
+from mlmem_ros.host.settings import FileSettings, StateSettings
+from mlmem_ros.host.store import NullStore, Store
 from mlmem_ros.host.worker import Worker
 from mlmem_ros.physics import CASE_II, StateError
 

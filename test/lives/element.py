@@ -17,8 +17,8 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.host.files import FileSettings
 from mlmem_ros.host.settings import (
+    FileSettings,
     Parameters,
     PublishSettings,
     RecordSettings,

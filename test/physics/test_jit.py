@@ -15,7 +15,7 @@ import pytest
 from sampled import sampled
 
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, jit
-from mlmem_ros.physics.inputs import Inputs
+from mlmem_ros.physics.stepping import Inputs
 
 INTEGRATOR = pytest.mark.parametrize('integrator', INTEGRATORS.values(), ids=INTEGRATORS)
 

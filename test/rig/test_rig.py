@@ -38,7 +38,7 @@ from mlmem_ros.device.settings import ScaleSettings, TimeSettings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig.driver import BEAT, Rig
 from mlmem_ros.rig.frames import Kind, encode
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import Sensors
 
 from .lines import ADDRESS, Line, calibration, driven, emulated
 

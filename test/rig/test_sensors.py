@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import SettingsError
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import Sensors
 
 
 def test_sensors_move_an_end_by_what_they_measure():

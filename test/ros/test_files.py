@@ -6,7 +6,7 @@ import pytest
 from robot import Robot
 
 from mlmem_ros.device import SettingsError
-from mlmem_ros.host.files import FileSettings
+from mlmem_ros.host.settings import FileSettings
 
 
 @pytest.fixture

@@ -28,8 +28,7 @@ from mlmem_ros.device import (
     Write,
 )
 from mlmem_ros.device.commands import KINDS
-from mlmem_ros.session.messages import as_dict
-from mlmem_ros.session.records import command_of
+from mlmem_ros.session.records import as_dict, command_of
 
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),

@@ -18,14 +18,14 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.device import SetStrain, new_element
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.session import messages
+from mlmem_ros.session import records
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
 from .tampering import Tampered
 
 NODE = '/mlmem'
-OWN = {name: f'{NODE}/{name}' for name in (messages.HEADER, messages.COMMAND, messages.STATE_HASH)}
+OWN = {name: f'{NODE}/{name}' for name in (records.HEADER, records.COMMAND, records.STATE_HASH)}
 HEARD = '/heard'
 """A topic that no replay computes."""
 
@@ -33,20 +33,20 @@ HEARD = '/heard'
 def record(path, closed=True):
     """Drive a device by hand for 60 ticks, and record it with a sync every 20."""
     element = new_element(CASE_II)
-    writer = BagWriter(path, digests=f'{NODE}/{messages.DIGEST}')
+    writer = BagWriter(path, digests=f'{NODE}/{records.DIGEST}')
     for topic in OWN.values():
-        writer.add_topic(topic, messages.STRING)
+        writer.add_topic(topic, records.STRING)
     writer.add_topic(HEARD, 'std_msgs/msg/Float64')
-    writer.write(OWN[messages.HEADER], messages.header(element, NODE, {}), 0)
+    writer.write(OWN[records.HEADER], records.header(element, NODE, {}), 0)
     for tick in range(60):
         if tick == 5:
             element.apply(SetStrain(0.001))
-            writer.write(OWN[messages.COMMAND], messages.command(tick, SetStrain(0.001)), tick)
+            writer.write(OWN[records.COMMAND], records.command(tick, SetStrain(0.001)), tick)
         element.advance()
         heard = jazzy.message('std_msgs/msg/Float64', data=tick / 7)
         writer.write(HEARD, jazzy.serialize(heard), tick + 1)
         if element.ticks % 20 == 0:
-            writer.write(OWN[messages.STATE_HASH], messages.state_hash(element), tick + 1)
+            writer.write(OWN[records.STATE_HASH], records.state_hash(element), tick + 1)
             writer.sync()
     if closed:
         writer.close()
@@ -169,7 +169,7 @@ def test_a_killed_recorder_leaves_what_agrees(tmp_path):
 
 def test_a_session_without_its_digests_is_not_whole(session, tmp_path):
     def strip(found):
-        found[:] = [message for message in found if not message.topic.endswith(messages.DIGEST)]
+        found[:] = [message for message in found if not message.topic.endswith(records.DIGEST)]
 
     assert changed(session, tmp_path / 'bag', strip).lost == ['the digest that ends the recording']
 

@@ -11,7 +11,7 @@ from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.device import Faults, Refused, SetFaults, SetStrain, Write, new_element
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.session import messages
+from mlmem_ros.session import records
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import element_of, replay
 
@@ -28,18 +28,18 @@ def recorded(tmp_path):
     """Drive a device by hand for a hundred ticks; return its bag and what was recorded."""
     element = new_element(CASE_II)
     header, command, state_hash = (
-        f'{NODE}/{topic}' for topic in (messages.HEADER, messages.COMMAND, messages.STATE_HASH)
+        f'{NODE}/{topic}' for topic in (records.HEADER, records.COMMAND, records.STATE_HASH)
     )
     with BagWriter(tmp_path / 'bag') as writer:
         for topic in (header, command, state_hash):
-            writer.add_topic(topic, messages.STRING)
-        writer.write(header, messages.header(element, NODE, {'autostart': True}), 0)
+            writer.add_topic(topic, records.STRING)
+        writer.write(header, records.header(element, NODE, {'autostart': True}), 0)
         for tick in range(100):
             if tick in COMMANDS:
                 element.apply(COMMANDS[tick])
-                writer.write(command, messages.command(tick, COMMANDS[tick]), tick)
+                writer.write(command, records.command(tick, COMMANDS[tick]), tick)
             element.advance()
-        writer.write(state_hash, messages.state_hash(element), 100)
+        writer.write(state_hash, records.state_hash(element), 100)
     return load(tmp_path / 'bag'), element
 
 
@@ -70,7 +70,7 @@ def test_the_header_has_the_initial_state_and_versions(recorded, tmp_path):
     bag = BagReader(tmp_path / 'bag')
     (message,) = bag.messages([f'{NODE}/session'])
     values = json.loads(bag.deserialize(message).data)
-    assert values['format'] == messages.FORMAT
+    assert values['format'] == records.FORMAT
     assert values['parameters'] == {'autostart': True}
     assert element_of(data).design == CASE_II
 
@@ -80,4 +80,4 @@ def test_no_session_begins_in_the_middle_of_a_procedure():
     element.apply(Write(2))
     element.advance()
     with pytest.raises(Refused):
-        messages.header(element, NODE, {})
+        records.header(element, NODE, {})

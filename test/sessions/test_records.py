@@ -12,14 +12,14 @@ from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.device import Calibration, DelayTable, MemoryElement, SetStrain, Settings
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.session import messages
+from mlmem_ros.session import records
 from mlmem_ros.session.data import RecordedEcho, SessionData
 from mlmem_ros.session.records import naming, read_command, read_header, read_state_hash
 from mlmem_ros.session.replay import element_of, last_tick, replay, replay_commands
 
 
 def text(cdr):
-    return jazzy.deserialize(cdr, messages.STRING).data
+    return jazzy.deserialize(cdr, records.STRING).data
 
 
 @pytest.fixture(scope='module')
@@ -31,7 +31,7 @@ def element():
 @pytest.fixture(scope='module')
 def header(element):
     """The header of a session, as values to be changed."""
-    return json.loads(text(messages.header(element, '/mlmem', {'record.hash_every': 500})))
+    return json.loads(text(records.header(element, '/mlmem', {'record.hash_every': 500})))
 
 
 def changed(values, *path, to):
@@ -47,8 +47,8 @@ def changed(values, *path, to):
 def test_what_was_written_is_read(element, header):
     read = read_header(json.dumps(header))
     assert (read.design, read.settings, read.hash_every) == (CASE_II, Settings(), 500)
-    assert read_command(text(messages.command(7, SetStrain(0.1)))) == (7, SetStrain(0.1))
-    recorded = read_state_hash(text(messages.state_hash(element)))
+    assert read_command(text(records.command(7, SetStrain(0.1)))) == (7, SetStrain(0.1))
+    recorded = read_state_hash(text(records.state_hash(element)))
     assert recorded.tick == 0
     np.testing.assert_array_equal(recorded.v, element.chain.v)
 
@@ -134,7 +134,7 @@ def test_a_command_is_refused_by_the_name_of_the_field(told, words):
     ],
 )
 def test_a_hash_is_refused_by_the_name_of_the_field(element, key, value, words):
-    told = changed(json.loads(text(messages.state_hash(element))), key, to=value)
+    told = changed(json.loads(text(records.state_hash(element))), key, to=value)
     with pytest.raises(BagError) as caught:
         read_state_hash(told)
     assert words in str(caught.value)
@@ -191,7 +191,7 @@ def test_an_implausible_tick_is_refused(header):
 
 
 def test_a_hash_of_another_element_is_refused(header, element):
-    recorded = read_state_hash(text(messages.state_hash(element)))
+    recorded = read_state_hash(text(records.state_hash(element)))
     other = type(recorded)(1, recorded.hash, recorded.v[:10])
     with pytest.raises(BagError, match='the state hash of tick 1 must have N = '):
         replay(session_of(json.dumps(header), hashes=[other]))

@@ -28,7 +28,7 @@ from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.outside import DecodeError, decode
 from mlmem_ros.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
 from mlmem_ros.physics.equilibrium import blank
-from mlmem_ros.session import messages
+from mlmem_ros.session import records
 from mlmem_ros.session.records import read_header
 from mlmem_tools.twin.forward import Forward
 from mlmem_tools.twin.unknowns import Unknowns
@@ -120,7 +120,7 @@ def test_a_uniform_substrate_has_rates_too():
 
 
 def header_of(element):
-    return jazzy.deserialize(messages.header(element, '/mlmem', {}), messages.STRING).data
+    return jazzy.deserialize(records.header(element, '/mlmem', {}), records.STRING).data
 
 
 def test_a_header_carries_the_element_and_its_forecast(element):

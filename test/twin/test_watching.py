@@ -13,7 +13,7 @@ from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.reading import BLANK, UNDECODABLE, Reading
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import Sensors
 from mlmem_tools.twin.changes import SHARED_KINDS
 from mlmem_tools.twin.watching import Watch, place
 

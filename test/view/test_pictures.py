@@ -15,8 +15,7 @@ from mlmem_ros.contract import topics
 from mlmem_ros.device import Settings
 from mlmem_ros.physics import CASE_II
 from mlmem_tools.view.about import About
-from mlmem_tools.view.frames import COUNTS
-from mlmem_tools.view.pictures import Pictures
+from mlmem_tools.view.frames import COUNTS, Pictures
 
 ABOUT = About.of({'design': asdict(CASE_II), **Settings().as_dict()}, '/mlmem')
 STRAINED = SimpleNamespace(name=['substrate'], position=[0.02 * ABOUT.length])

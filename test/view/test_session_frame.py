@@ -13,11 +13,10 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.device import new_element, preset
 from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections
-from mlmem_ros.session import messages
+from mlmem_ros.session import records
 from mlmem_tools.view import session_frame
-from mlmem_tools.view.differences import MOST, differences
 from mlmem_tools.view.frames import COUNTS, counts, packed
-from mlmem_tools.view.session_frame import Columns, load
+from mlmem_tools.view.session_frame import MOST, Columns, differences, load
 
 DATA = Path(__file__).parent.parent / 'data'
 
@@ -56,9 +55,9 @@ def test_the_delays_of_an_element_that_has_learnt_its_pulses_are_sent(tmp_path):
     trims = PulseCorrections((AS_SET,) * element.design.levels, 'a schedule')
     element.calibration = replace(element.calibration, left=None, trims=trims)
     with BagWriter(tmp_path / 'bag') as writer:
-        writer.add_topic(f'/mlmem/{messages.HEADER}', messages.STRING)
-        header = messages.header(element, '/mlmem', {})
-        writer.write(f'/mlmem/{messages.HEADER}', header, 0)
+        writer.add_topic(f'/mlmem/{records.HEADER}', records.STRING)
+        header = records.header(element, '/mlmem', {})
+        writer.write(f'/mlmem/{records.HEADER}', header, 0)
     head, _ = unpacked(load(tmp_path / 'bag').frame)
     assert head['delays'] == {'right': list(element.calibration.right.delays)}
 

@@ -16,7 +16,7 @@ from mlmem_ros.bag import digest, jazzy, mcap_file
 from mlmem_ros.device import Read, new_element, preset, pulse_corrections, snapshot
 from mlmem_ros.host import calibration_file, design_check, state_file
 from mlmem_ros.physics import Specimen
-from mlmem_ros.session import messages
+from mlmem_ros.session import records
 from mlmem_tools.bank import word_code
 
 from . import keys
@@ -37,9 +37,9 @@ def files_page() -> str:
         dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, plan=learnt
     )
     element.made, element.forecast = made, element.calibration
-    header = _content(messages.header(element, '/mlmem', {}))
-    hashed = _content(messages.state_hash(element))
-    command = _content(messages.command(0, Read()))
+    header = _content(records.header(element, '/mlmem', {}))
+    hashed = _content(records.state_hash(element))
+    command = _content(records.command(0, Read()))
     arguments = ['...'] if command.keys() - {'tick', 'kind'} else []
     channel = [[f'`{key}`', meaning] for key, meaning in keys.CHANNEL.items()]
     custom = [[f'`{key}`', meaning] for key, meaning in keys.CUSTOM_DATA.items()]
@@ -58,15 +58,15 @@ def files_page() -> str:
         '`record.views`), and besides them:',
         table(['topic', 'messages'], own),
         'All but the count are std_msgs/String with a JSON object.',
-        f'### `~/{messages.HEADER}`',
-        _keys(keys.SESSION[messages.HEADER], header),
-        f'### `~/{messages.COMMAND}`',
-        _keys(keys.SESSION[messages.COMMAND], ['tick', 'kind', *arguments]),
-        f'### `~/{messages.STATE_HASH}`',
-        _keys(keys.SESSION[messages.STATE_HASH], hashed),
-        f'### `~/{messages.DIGEST}`',
+        f'### `~/{records.HEADER}`',
+        _keys(keys.SESSION[records.HEADER], header),
+        f'### `~/{records.COMMAND}`',
+        _keys(keys.SESSION[records.COMMAND], ['tick', 'kind', *arguments]),
+        f'### `~/{records.STATE_HASH}`',
+        _keys(keys.SESSION[records.STATE_HASH], hashed),
+        f'### `~/{records.DIGEST}`',
         _about(digest),
-        _keys(keys.SESSION[messages.DIGEST], dataclasses.asdict(digest.Digest())),
+        _keys(keys.SESSION[records.DIGEST], dataclasses.asdict(digest.Digest())),
         '### Metadata',
         table(["key of a channel's metadata", 'meaning'], channel),
         table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),
@@ -132,4 +132,4 @@ def _written(save: Callable[..., None], *content: Any) -> Any:
 
 
 def _content(cdr: bytes) -> Any:
-    return json.loads(jazzy.deserialize(cdr, messages.STRING).data)
+    return json.loads(jazzy.deserialize(cdr, records.STRING).data)

@@ -5,22 +5,21 @@
 from mlmem_ros import element_file
 from mlmem_ros.bag import contents, metadata
 from mlmem_ros.host import calibration_file, state_file
-from mlmem_ros.session import messages
+from mlmem_ros.session import records
 
 TOPICS = {
-    messages.HEADER: 'where the session begins: one message, repeated in every file of a split '
-    'bag',
-    messages.COMMAND: 'the commands, each with the tick at which it took effect',
-    messages.STATE_HASH: 'hashes of the state, every `record.hash_every` ticks; the last ends the '
+    records.HEADER: 'where the session begins: one message, repeated in every file of a split bag',
+    records.COMMAND: 'the commands, each with the tick at which it took effect',
+    records.STATE_HASH: 'hashes of the state, every `record.hash_every` ticks; the last ends the '
     'session',
-    messages.DROPPED: 'running count of messages dropped from the recording (std_msgs/UInt64)',
-    messages.DIGEST: 'hashes of all messages of the bag, one with every sync; the last closes it',
+    records.DROPPED: 'running count of messages dropped from the recording (std_msgs/UInt64)',
+    records.DIGEST: 'hashes of all messages of the bag, one with every sync; the last closes it',
 }
 """Topics of a session below the node's name, besides those that the node publishes."""
 
 SESSION = {
-    messages.HEADER: {
-        'format': f'version of the format: {messages.FORMAT}',
+    records.HEADER: {
+        'format': f'version of the format: {records.FORMAT}',
         'node': 'full name of the node',
         'versions': 'versions that the bits may depend on, by name',
         'seed': 'seed of all random numbers',
@@ -33,17 +32,17 @@ SESSION = {
         'if it is; one number stands for equal ones',
         'forecast': 'the calibration that a twin forecasts; absent without a twin',
     },
-    messages.COMMAND: {
+    records.COMMAND: {
         'tick': 'tick at which it took effect',
         'kind': 'name of the command, such as `Write`',
         '...': 'its arguments, by name',
     },
-    messages.STATE_HASH: {
+    records.STATE_HASH: {
         'tick': 'ticks that the device has done',
         'hash': "BLAKE2b hash of the material's state and clock, 32 hexadecimal digits",
         'v': 'exact displacement of every cell, as hexadecimal numbers',
     },
-    messages.DIGEST: {
+    records.DIGEST: {
         'number': 'digests before it',
         'messages': 'messages since the one before',
         'sha256': 'SHA-256 of the one before and of these messages: topic, type, log time, '

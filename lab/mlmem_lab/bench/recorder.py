@@ -28,7 +28,7 @@ from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.physics import CASE_II, Chain, Specimen, substep_times
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.session.messages import STRING
+from mlmem_ros.session.records import STRING
 
 from .measure import Comparison, Contender, measure
 

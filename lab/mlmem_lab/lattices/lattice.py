@@ -13,10 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mlmem_ros.physics.errors import StateError
-from mlmem_ros.physics.inputs import FREE, HeldCell
 from mlmem_ros.physics.methods import NOH_BATHE, Integrator
 from mlmem_ros.physics.methods.integrator import Cells, Forcing, aligned
 from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.stepping import FREE, HeldCell
 
 from .law import Coupling, Friction, OnSite
 

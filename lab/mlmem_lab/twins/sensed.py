@@ -27,8 +27,7 @@ from mlmem_ros.physics import HeldCell, Scatter, Specimen, scattered
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.procedures import Procedures
 from mlmem_ros.rig.link import Tcp
-from mlmem_tools.rig.emulated import EmulatedRig
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
 from ..plans.plan import plan
 from ..rk4 import Rk4Element

@@ -24,8 +24,7 @@ from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Scatter, scattered
 from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import FINER
-from mlmem_tools.rig.emulated import EmulatedRig
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
 from ..fit.fit import Misfitting, fit
 from ..fit.missing import ADDED, has

@@ -12,7 +12,7 @@ import numpy as np
 
 from mlmem_ros.device import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
 from mlmem_ros.physics import INTEGRATORS
-from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.rig.emulated import Sensors
 from mlmem_tools.twin.watching import Comparison, Watch, place
 
 from .sensed import SensedSimulation, device, fitted, foretell, made, performed

@@ -13,9 +13,9 @@ from ...device.faults import Faults
 from ...device.presets import DEFAULT
 from ...device.timetable import FASTEST, SLOWEST
 from ...host.design_check import CHOICES
-from ...host.files import FileSettings
 from ...host.settings import (
     DeviceSettings,
+    FileSettings,
     PublishSettings,
     QueueSettings,
     RecordSettings,

@@ -281,7 +281,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         if not self.get_parameter('use_sim_time').value:
             return SteadyPacer()
         if self._sim_time is None:
-            from .sim_time import SimTimePacer
+            from .simulator import SimTimePacer
 
             self._sim_time = SimTimePacer(self.get_clock())
         return self._sim_time
