@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lines to an emulated rig without clock or thread: every answer is immediate."""
 
+import time
 from functools import cache
 
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration
@@ -9,6 +10,9 @@ from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig import Rig
 from mlmem_ros.rig.frames import Parser, encode
 from mlmem_tools.rig.emulated import EmulatedRig
+
+PAUSE = 1e-3
+"""Seconds for which a line is silent at a time, so that a driver that waits keeps no core busy."""
 
 ADDRESS = 'tcp://nowhere:1?lead=0.01&patience=0.05'
 
@@ -45,6 +49,8 @@ class Line:
         self.rig.pass_time(0.0)
 
     def receive(self, seconds):
+        if not self._come:  # nothing will, but a driver counts the time in which it listened
+            time.sleep(min(seconds, PAUSE))
         come, self._come = self._come, b''
         return come
 

@@ -56,6 +56,13 @@ def bank():
         yield bank
 
 
+@pytest.fixture
+def holding(bank):
+    """The bank, with a word in it."""
+    bank.write(0o213).wait()
+    return bank
+
+
 def test_a_word_is_written_and_read(bank):
     written = bank.write(0o213).wait()
     assert (written.value, written.digits) == (0o213, (3, 1, 2))
@@ -65,12 +72,12 @@ def test_a_word_is_written_and_read(bank):
     assert [said.code for said in read.answers] == ['011', '001', '010']
 
 
-def test_a_bank_on_a_node_without_an_executor(bank):
+def test_a_bank_on_a_node_without_an_executor(holding):
     with on_a_node_of_its_own() as node:
         assert MemoryBank.on(node, ELEMENTS).read(end='both').wait().value == 0o213
 
 
-def test_a_callback_awaits_a_bank(bank):
+def test_a_callback_awaits_a_bank(holding):
     with on_a_node_of_its_own() as node:
         mine, said = MemoryBank.on(node, ELEMENTS), Future()
 
