@@ -27,7 +27,7 @@ from .errors import SettingsError
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, resting
 from .settings import Settings
-from .waveforms import Listener, heard
+from .waveforms import Ends, Listener
 
 LEAST = 0.02
 """Least distance of the forecast of a level to any other, over the pulse, to be told."""
@@ -162,7 +162,7 @@ def bad_cells(design: Design, settings: Settings) -> BadCells:
         number, code = (levels[0], design.code(levels[0])) if alone else (UNDECODABLE, '')
         contents.append(Content(number, levels, code))
     listener = Listener(settings)
-    parts = heard(made, settings, listener, at)
+    parts = Ends(made, settings, listener).heard(made, at)
     return BadCells(contents, parts, listener, lost)
 
 
@@ -175,7 +175,8 @@ def stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> For
     settings = _listening(design, settings)
     listener, rest = Listener(settings), [resting(Specimen(design), ())]
     made = [Specimen(design), *(Specimen(design, stuck=(site,)) for site in sites)]
-    parts = np.concatenate([heard(each, settings, listener, rest) for each in made])
+    ends = Ends(made[0], settings, listener)
+    parts = np.concatenate([ends.heard(each, rest) for each in made])
     return Forecasts([Content(sum(each.stuck), (), '') for each in made], parts, listener)
 
 

@@ -136,29 +136,17 @@ class Ends:
         heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
         return np.asarray(heard.reshape(len(lower), -1))
 
+    def heard(self, made: Specimen, walls_at: Sequence[Array]) -> Array:
+        """Return the parts, shape (number of these, 4 lines), of an element that rests in some
+        displacements, shape (N,) each. Its damping and step are those of these forecasts.
+        """
+        square, loss = self.tones.square, self.tones.loss
+        matrices = np.array([product(*cells(made, v), square, loss) for v in walls_at])
+        return self.parts(rows(matrices, np.arange(len(matrices))[:, None]))
+
 
 def _integral(omega: Complex, end: float) -> Complex:
     """Return the integral of exp(i omega t) from 0 to an end."""
     at_0 = omega == 0.0
     some = np.where(at_0, 1.0, omega)
     return np.asarray(np.where(at_0, end, (np.exp(1j * some * end) - 1.0) / (1j * some)))
-
-
-def heard(
-    made: Specimen, settings: Settings, listener: Listener, walls_at: Sequence[Array]
-) -> Array:
-    """Return the parts of what both ends of an element at rest do after the pulse of a read.
-
-    Args:
-        made: The element.
-        settings: Of its instrument.
-        listener: Makes parts.
-        walls_at: Displacements, shape (N,) each, in which it rests.
-
-    Returns:
-        Shape (number of these, 4 lines).
-    """
-    ends = Ends(made, settings, listener)
-    square, loss = ends.tones.square, ends.tones.loss
-    matrices = np.array([product(*cells(made, v), square, loss) for v in walls_at])
-    return ends.parts(rows(matrices, np.arange(len(matrices))[:, None]))
