@@ -20,9 +20,11 @@ from pathlib import Path
 from mutmut.stats import status_by_exit_code
 from scipy.stats import binomtest
 
+from mlmem_ros.device.actuator import _followed as quick
+
 ROOT = Path(__file__).resolve().parent.parent
 MUTANTS = ROOT / 'mutants'
-FIRST = 'mlmem_ros.device.actuator.x__faulty__mutmut_1'
+FIRST = f'{quick.__module__}.x_{quick.__name__}__mutmut_1'
 """A quick mutant: mutmut makes all of them when it runs any."""
 
 KILLED = 'killed', 'timeout'

@@ -4,7 +4,8 @@
 and calls that come when they like, beside a twin that computes every tick by itself.
 
 A seeded life on a virtual clock: whatever comes takes effect within a tick of its time, and is
-told soon; the device is the twin's, by its whole snapshot, and so is all that it reports.
+told soon; the device is the twin's, by its whole snapshot, and so is all that it reports. Every
+tick that somebody waits for is told by itself, and on time if it ends a batch.
 """
 
 import random
@@ -74,10 +75,11 @@ class Life:
 
 def lived(chance, quick):
     """Live; return what took effect with its tick, and what was told and when."""
-    taken, told, calls, heard, answers = [], [], [], {}, []
+    taken, told, calls, heard, answers, seen = [], [], [], {}, [], {}
     every, streams = chance.choice([(0, False), (1, True), (7, False), (10, True)])
 
     def listen(commands, events):
+        seen[quick.ticks] = clock.time
         for tick, command in commands:
             taken.append((tick, command))
             heard[id(command)] = tick, clock.time
@@ -97,9 +99,9 @@ def lived(chance, quick):
         for _ in range(5)
     ]
     happens.append((LIFE, lambda: calls.append(loop.pause(True))))
-    clock = Life(happens)
+    clock, batch = Life(happens), chance.choice((1, 5, 10))
     loop = Loop(
-        quick, listen, pacer=clock, speed=1.0, batch=chance.choice((1, 5, 10)),
+        quick, listen, pacer=clock, speed=1.0, batch=batch,
         has_subscribers=lambda: streams, watched=lambda: every,
     )  # fmt: skip
     loop.start()
@@ -107,6 +109,10 @@ def lived(chance, quick):
     ticks = [call.result(20.0) for call in calls][-1]
     loop.stop()
     refused = {id(each.asked) for each in answers if each.answer.exception(1.0) is not None}
+    most = LONGEST_REST if not streams else 0.0 if every % batch == 0 else batch * PERIOD
+    for tick in range(every, ticks + 1, every) if every else ():
+        assert tick in seen, 'somebody waits for it'
+        assert abs(seen[tick] - tick * PERIOD) < most + 2 * PERIOD
     return wanted, taken, told, heard, refused, ticks
 
 

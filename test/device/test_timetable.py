@@ -61,6 +61,8 @@ def test_unheard_ticks_of_a_rest_end_at_a_published_one_unless_nobody_watches():
     times, *_ = timetable(heard=False, ticks=3)
     assert times.deferred(0.0, Mailbox(1.0)) == 17  # to 20
     assert times.together(17) == 7
+    times, *_ = timetable(heard=False, watched=100, ticks=200)
+    assert times.deferred(0.0, Mailbox(1.0)) == 20  # of which none is published
     times, *_ = timetable(heard=False, watched=0, ticks=3)
     assert times.deferred(0.0, Mailbox(1.0)) == times.together(20) == 20
     times, *_ = timetable(heard=False, watched=0, ticks=3, at_rest=True)

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import binomtest
 
 from mlmem_lab.studies.tolerance.estimate import (
     RARE,
@@ -24,6 +23,8 @@ from mlmem_lab.studies.tolerance.study import BEGIN, next_rung, trials_wanted
 
 @pytest.mark.parametrize(('failures', 'trials'), [(0, 40), (3, 1000), (40, 40)])
 def test_the_interval_is_that_of_clopper_and_pearson(failures, trials):
+    from scipy.stats import binomtest  # slow to import, and every worker collects this file
+
     expected = binomtest(failures, trials).proportion_ci(0.95, method='exact')
     assert Rate(failures, trials).interval == pytest.approx((expected.low, expected.high))
 
