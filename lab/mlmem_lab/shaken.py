@@ -51,8 +51,6 @@ STEPS_PER_SECOND = 2.0
 HARMONICS = 8
 SLAM_EVERY = 0.3
 
-SPECTRA = ('white', 'walk', 'slams', 'sine', 'noise')
-
 
 BINS = 10
 """Bins of the confidence, from 0 to 1."""

@@ -5,24 +5,257 @@
 Every solver has a ladder of settings (tolerances or steps) and competes with the cheapest one
 whose greatest error of a displacement, against DOP853 at a tolerance of 1e-13, is at most the
 target. There are two targets: the error of our default step, and a hundredth of it.
+
+A peer is created and compiled once, and then solves from start to end at a setting: a tolerance,
+relative and absolute, or a step. Velocity Verlet on our own force is one of them: order 2, one
+force per step, as vectorised as our own kernels (the half drifts of two steps are joined).
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mlmem_ros.physics import NOH_BATHE, PEFRL, Chain, Integrator
+from mlmem_ros.physics.formulas import on_site
+from mlmem_ros.physics.jit import fma, inlined, kernel
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.specimen import Specimen
 from mlmem_ros.physics.stepping import stable_step
 
 from .measure import Comparison, Contender, measure
-from .peers import PEERS, Peer, verlet
 from .problem import STEP, Problem
+
+
+@inlined
+def _kick_and_drift(
+    n: int, u: Array, new: Array, v: Array, height: Array,
+    a: float, b: float, c: float, decay: float, kick: float, drift: float,
+) -> None:  # fmt: skip
+    for j in range(n):
+        x = u[j + 1]
+        slope, sine = on_site((height, a, b), j, x + c)
+        force = fma(-slope, sine, fma(-2.0, x, u[j]) + u[j + 2])
+        velocity = fma(decay, v[j], kick * force)
+        v[j] = velocity
+        new[j + 1] = fma(drift, velocity, x)
+
+
+@kernel
+def _advance(
+    pairs: int, n: int, u: Array, new: Array, v: Array, height: Array,
+    a: float, b: float, c: float, decay: float, kick: float, drift: float,
+) -> None:  # fmt: skip
+    """Advance by pairs of steps, from the middle of one drift to the middle of another."""
+    for j in range(n):
+        u[j + 1] += 0.5 * drift * v[j]
+    for _ in range(pairs):
+        u[0] = u[1]
+        u[n + 1] = u[n]
+        _kick_and_drift(n, u, new, v, height, a, b, c, decay, kick, drift)
+        new[0] = new[1]
+        new[n + 1] = new[n]
+        _kick_and_drift(n, new, u, v, height, a, b, c, decay, kick, drift)
+    for j in range(n):
+        u[j + 1] -= 0.5 * drift * v[j]
+
+
+def verlet(problem: Problem, duration: float) -> Callable[[float], Array]:
+    """Return a function from the step to the displacements at the end."""
+    p, height = problem.design, problem.height
+
+    def solve(dt: float) -> Array:
+        pairs = round(0.5 * duration / dt)
+        dt = 0.5 * duration / pairs
+        decay = math.exp(-p.eta * dt)
+        u, new, v = np.zeros(p.N + 2), np.zeros(p.N + 2), np.zeros(p.N)
+        u[1:-1] = problem.start
+        kick = (1.0 - decay) / p.eta
+        _advance(pairs, p.N, u, new, v, height, p.a, p.b, p.c, decay, kick, dt)
+        return u[1:-1]
+
+    return solve
+
+
+TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 25))
+
+RightHandSide = Callable[[float, Array], Array]
+
+
+class Peer(NamedTuple):
+    """A solver that is ready.
+
+    Attributes:
+        solve: From a setting to the displacements at the end, shape (N,).
+    """
+
+    ladder: Sequence[float]
+    solve: Callable[[float], Array]
+
+
+@kernel
+def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
+    """Return d(u, v)/dt: a compiled loop, which a Python solver calls."""
+    n = len(height)
+    out = np.empty(2 * n)
+    for j in range(n):
+        x = y[j]
+        left = y[j - 1] if j > 0 else x
+        right = y[j + 1] if j < n - 1 else x
+        slope, sine = on_site((height, a, b), j, x + c)
+        out[j] = y[n + j]
+        out[n + j] = left - 2.0 * x + right - slope * sine - eta * y[n + j]
+    return out
+
+
+def _compiled(problem: Problem) -> RightHandSide:
+    p, height = problem.design, problem.height
+    return lambda t, y: _rhs(y, height, p.eta, p.a, p.b, p.c)
+
+
+def _numpy(problem: Problem) -> RightHandSide:
+    """Return the same in plain NumPy."""
+
+    def rhs(t: float, y: Array) -> Array:
+        x, velocity = np.split(y, 2)
+        return np.concatenate((velocity, problem.force(x) - problem.design.eta * velocity))
+
+    return rhs
+
+
+def _dop853(right: Callable[[Problem], RightHandSide], problem: Problem, duration: float) -> Peer:
+    from scipy.integrate import solve_ivp
+
+    p, rhs = problem.design, right(problem)
+    start = np.concatenate((problem.start, np.zeros(p.N)))
+
+    def solve(tolerance: float) -> Array:
+        options: dict[str, Any] = {'method': 'DOP853', 'rtol': tolerance, 'atol': tolerance}
+        solution = solve_ivp(rhs, (0.0, duration), start, t_eval=[duration], **options)
+        return np.asarray(solution.y[: p.N, -1])
+
+    return Peer(TOLERANCES, solve)
+
+
+def _heyoka(problem: Problem, duration: float) -> Peer:
+    """Taylor's method, compiled for every tolerance."""
+    import heyoka as hy
+
+    p, n = problem.design, problem.design.N
+    u, v = hy.make_vars(*(f'u{j}' for j in range(n))), hy.make_vars(*(f'v{j}' for j in range(n)))
+    equations = []
+    for j in range(n):
+        force = problem.on_site(u[j], float(problem.height[j]), hy.sin)
+        pull = hy.sum([u[max(j - 1, 0)], u[min(j + 1, n - 1)], -2.0 * u[j]])
+        equations += [(u[j], v[j]), (v[j], pull - force - p.eta * v[j])]
+    start = np.zeros(2 * n)
+    start[::2] = problem.start
+
+    @functools.cache
+    def integrator(tolerance: float) -> Any:
+        return hy.taylor_adaptive(equations, start, tol=tolerance, compact_mode=True)
+
+    def solve(tolerance: float) -> Array:
+        taylor = integrator(tolerance)
+        taylor.time = 0.0
+        taylor.state[:] = start
+        taylor.propagate_until(duration)
+        return np.array(taylor.state[::2])
+
+    return Peer((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), solve)
+
+
+def _diffrax(problem: Problem, duration: float) -> Peer:
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+
+    jax.config.update('jax_enable_x64', True)
+    p, height = problem.design, jnp.asarray(problem.height)
+
+    def rhs(t: Any, y: Any, _: Any) -> Any:
+        x, velocity = y
+        force = problem.on_site(x, height, jnp.sin)
+        around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
+        return velocity, around - 2.0 * x - force - p.eta * velocity
+
+    term, start = diffrax.ODETerm(rhs), (jnp.asarray(problem.start), jnp.zeros(p.N))
+
+    def end(y: Any, tolerance: Any) -> Any:
+        controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
+        solution = diffrax.diffeqsolve(
+            term, diffrax.Dopri8(), 0.0, duration, None, y, stepsize_controller=controller,
+            max_steps=None, adjoint=diffrax.ForwardMode(),
+        )  # fmt: skip
+        return solution.ys[0][-1]
+
+    compiled = jax.jit(end)
+    return Peer(TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
+
+
+def _mujoco(problem: Problem, duration: float) -> Peer:
+    """A slide joint per cell, springs as fixed tendons, the on-site force as applied force.
+
+    MuJoCo has no such potential, so our compiled loop evaluates it before each step, which the
+    simulator's symplectic Euler method allows.
+    """
+    import mujoco
+
+    p, n = problem.design, problem.design.N
+    bodies = ''.join(
+        f'<body pos="{j} 0 0"><joint name="u{j}" type="slide" axis="1 0 0" damping="{p.eta!r}"/>'
+        '<geom type="sphere" size="0.1" mass="1" contype="0" conaffinity="0"/></body>'
+        for j in range(n)
+    )
+    springs = ''.join(
+        f'<fixed stiffness="1" springlength="0"><joint joint="u{j}" coef="-1"/>'
+        f'<joint joint="u{j + 1}" coef="1"/></fixed>'
+        for j in range(n - 1)
+    )
+    text = (
+        '<mujoco><option gravity="0 0 0" integrator="Euler"><flag contact="disable" '
+        'eulerdamp="disable"/></option>'
+        f'<worldbody>{bodies}</worldbody><tendon>{springs}</tendon></mujoco>'
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data, height = mujoco.MjData(model), problem.height
+
+    def solve(dt: float) -> Array:
+        mujoco.mj_resetData(model, data)
+        steps = round(duration / dt)
+        model.opt.timestep = duration / steps
+        data.qpos[:] = problem.start
+        for _ in range(steps):
+            _on_site(data.qpos, height, p.a, p.b, p.c, data.qfrc_applied)
+            mujoco.mj_step(model, data)
+        return np.array(data.qpos)
+
+    return Peer(tuple(0.25 / 2 ** (0.5 * k) for k in range(9)), solve)
+
+
+@kernel
+def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
+    for j in range(len(u)):
+        slope, sine = on_site((height, a, b), j, u[j] + c)
+        out[j] = -slope * sine
+
+
+PEERS: dict[str, Callable[[Problem, float], Peer]] = {
+    'SciPy DOP853': functools.partial(_dop853, _compiled),
+    'SciPy DOP853, NumPy': functools.partial(_dop853, _numpy),
+    'heyoka': _heyoka,
+    'diffrax Dopri8': _diffrax,
+    'MuJoCo': _mujoco,
+}
+"""What makes each ready, from the problem and its duration.
+
+They raise `ModuleNotFoundError` where the package is not installed.
+"""
+
 
 TITLE = 'milliseconds at equal error compared with SciPy, heyoka, diffrax and MuJoCo'
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench import BENCHMARKS, load, peers, recorder, select, solvers
+from mlmem_lab.bench import BENCHMARKS, load, recorder, select, solvers
 from mlmem_lab.bench.kernel import NoCompiler, c_runner, numpy_runner
 from mlmem_lab.bench.measure import Comparison, Contender, Entry, Spread, measure
 from mlmem_lab.bench.node_process import NodeProcess
-from mlmem_lab.bench.peers import verlet
 from mlmem_lab.bench.problem import STEP, Problem
 from mlmem_lab.bench.recorder import traffic
+from mlmem_lab.bench.solvers import verlet
 from mlmem_ros.bag.reader import BagReader
 from mlmem_tools.cli.main import main
 
@@ -53,7 +53,7 @@ def test_without_a_compiler_the_c_program_says_so(monkeypatch, problem):
 
 
 def test_velocity_verlet_solves_the_same_problem_to_second_order(problem):
-    exact = peers.PEERS['SciPy DOP853'](problem, 20.0).solve(1e-13)
+    exact = solvers.PEERS['SciPy DOP853'](problem, 20.0).solve(1e-13)
     solve = verlet(problem, 20.0)
     coarse, fine = (np.abs(solve(dt) - exact).max() for dt in (0.25, 0.125))
     assert coarse < 1e-2
@@ -64,7 +64,7 @@ def test_velocity_verlet_solves_the_same_problem_to_second_order(problem):
 def test_scipy_solves_the_same_problem(problem, name):
     chain = problem.chain(dt=0.01)
     chain.rest(2000)
-    solution = peers.PEERS[name](problem, 20.0).solve(1e-9)
+    solution = solvers.PEERS[name](problem, 20.0).solve(1e-9)
     np.testing.assert_allclose(solution, chain.v, rtol=0, atol=1e-5)
 
 
@@ -80,7 +80,7 @@ def test_a_peer_that_is_not_installed_is_named(problem, monkeypatch):
 @pytest.mark.parametrize('name', ['ours, Noh-Bathe', 'ours, PEFRL', 'velocity Verlet'])
 def test_a_ladder_begins_with_a_stable_step(problem, name):
     ladder, solve = solvers.entrants(problem)[0][name]
-    exact = peers.PEERS['SciPy DOP853'](problem, solvers.DURATION).solve(1e-9)
+    exact = solvers.PEERS['SciPy DOP853'](problem, solvers.DURATION).solve(1e-9)
     assert np.abs(solve(ladder[0]) - exact).max() < 0.05  # cells; the wall is 5 wide
 
 

@@ -11,9 +11,8 @@ import pytest
 
 from mlmem_lab.fit import missing
 from mlmem_lab.fit.descent import WHOLE
-from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit
+from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit, ranked
 from mlmem_lab.fit.fitted import doubts, posterior
-from mlmem_lab.fit.locating import ranked
 from mlmem_lab.fit.misfit import LEAST_DRIFT
 from mlmem_ros.device.end import End
 from mlmem_ros.physics.curve import Curve

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rig.lines import ADDRESS, Line
 
-from mlmem_lab.fit.locating import ranked
+from mlmem_lab.fit.fit import ranked
 from mlmem_lab.fit.misfit import Misfit
 from mlmem_lab.twins.sensed import performed
 from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration, preset
