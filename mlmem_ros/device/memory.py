@@ -28,6 +28,7 @@ from .settings import Settings
 
 if TYPE_CHECKING:
     from .bad_cells import BadCells
+    from .peeling import Peeled
     from .register import Forecasts, Register
 
 MOST_COUNTED = 2**14
@@ -140,12 +141,14 @@ class Memory(Instrument):
         self.reading: Reading | None = None
         self.unknown: Unknown | None = None
         self.loudest: Mapping[End, float] = {}
-        self.register: Register | None = None
+        self.register: Register | Peeled | None = None
         self.bad_cells: BadCells | None = None
         if settings.register.spacing:
-            from .register import forecasts  # few elements hold many walls
+            from .peeling import peeled  # few elements hold many walls
+            from .register import forecasts
 
-            self.register = forecasts(design, settings)
+            made = peeled if settings.register.shifted else forecasts
+            self.register = made(design, settings)
         if settings.element.bad_cells:
             from .bad_cells import bad_cells  # nor do many have known bad cells
 
@@ -159,7 +162,7 @@ class Memory(Instrument):
         return self.design.levels if self.register is None else self.register.code.words
 
     @property
-    def waveforms(self) -> Forecasts | None:
+    def waveforms(self) -> Forecasts | Peeled | None:
         """The forecasts with which waveforms are compared; None if it is read by delays."""
         return self.bad_cells if self.register is None else self.register
 
@@ -209,12 +212,12 @@ class Memory(Instrument):
         """Return in which time a pulse of an end comes back from the farthest reflector."""
         return SLOWER * self.calibration.longest(end)
 
-    def hear_word(self, shot: Shot, noise: float, echo: Echo) -> Reading:
-        """Decode the waveforms of a shot, store the reading and report it."""
+    def hear_word(self, shots: Sequence[Shot], noise: float, echo: Echo) -> Reading:
+        """Decode the waveforms of shots, store the reading and report it."""
         assert self.waveforms is not None
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
         least = self.settings.register.min_margin
-        self.reading = self._proven(self.waveforms.decode(shot, noise, phases, least))
+        self.reading = self._proven(self.waveforms.decode(shots, noise, phases, least))
         self.unknown = None
         self._events.append(EchoReceived(echo, self.reading))
         return self.reading

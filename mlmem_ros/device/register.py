@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -51,7 +52,8 @@ ROWS = 256
 
 
 class Code(NamedTuple):
-    """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19).
+    """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19),
+    at odd distances only if they are shifted.
 
     With a spacing of 1 the levels are the bits of the number. Otherwise words are numbered in the
     order of their highest levels, as binary numbers are.
@@ -59,36 +61,55 @@ class Code(NamedTuple):
 
     levels: int
     spacing: int
+    odd: bool = False
 
     @property
     def words(self) -> int:
         """Number of words; the first, 0, is that of the blank element."""
-        return self._below(self.levels)
+        return 1 + sum(_tops(self))
 
-    def _below(self, level: int) -> int:
-        """Return how many words use only levels below one."""
-        return _counts(self.spacing, self.levels)[level]
+    def below(self, level: int) -> range:
+        """Return the levels of which the next wall below one may have any, the lowest first."""
+        step = 2 if self.odd else 1
+        last = level - self.spacing
+        return range(last % step, last + 1, step)
 
     def walls(self, word: int) -> tuple[int, ...]:
         """Return the levels of a word, the lowest first."""
-        found = []
-        for level in reversed(range(self.levels)):
-            if word >= (below := self._below(level)):
-                word -= below
-                found.append(level)
+        tops, found, places = _tops(self), list[int](), range(self.levels)
+        while word > 0:
+            word -= 1
+            for level in places:
+                if word < tops[level]:
+                    break
+                word -= tops[level]
+            found.append(level)
+            places = self.below(level)
         return tuple(reversed(found))
 
     def word(self, walls: Sequence[int]) -> int:
         """Return the word of levels."""
-        return sum(self._below(level) for level in walls)
+        tops, word, places = _tops(self), 0, range(self.levels)
+        for level in sorted(walls, reverse=True):
+            word += 1 + sum(tops[other] for other in places if other < level)
+            places = self.below(level)
+        return word
+
+    def allows(self, walls: Sequence[int]) -> bool:
+        """Return whether levels, the lowest first, are those of a word."""
+        inside = not walls or (walls[0] >= 0 and walls[-1] < self.levels)
+        return inside and all(one in self.below(other) for one, other in pairwise(walls))
 
     def sets(self) -> NDArray[np.bool_]:
-        """Return at which levels walls are, for every word, shape (words, levels)."""
+        """Return at which levels walls are, for every word, shape (words, levels), unless their
+        distances are odd.
+        """
         left = np.arange(self.words)
         found = np.zeros((self.words, self.levels), dtype=np.bool_)
+        below = 1 + np.cumsum((0, *_tops(self)))
         for level in reversed(range(self.levels)):
-            found[:, level] = left >= self._below(level)
-            left -= self._below(level) * found[:, level]
+            found[:, level] = left >= below[level]
+            left -= below[level] * found[:, level]
         return found
 
     @property
@@ -102,12 +123,12 @@ class Code(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _counts(spacing: int, levels: int) -> tuple[int, ...]:
-    """Return how many words use only levels below 0, 1 ... `levels`."""
-    counts = [1] * spacing  # below levels -spacing + 1 ... 0
-    for _ in range(levels):
-        counts.append(counts[-1] + counts[-spacing])
-    return tuple(counts[spacing - 1 :])
+def _tops(code: Code) -> tuple[int, ...]:
+    """Return how many words have each level as their highest."""
+    tops: list[int] = []
+    for level in range(code.levels):
+        tops.append(1 + sum(tops[other] for other in code.below(level)))
+    return tuple(tops)
 
 
 def code_of(design: Design, settings: Settings) -> Code | None:
@@ -118,7 +139,15 @@ def code_of(design: Design, settings: Settings) -> Code | None:
     """
     if not (spacing := settings.register.spacing):
         return None
-    code = Code(design.levels, spacing)
+    code = Code(design.levels, spacing, settings.register.shifted)
+    if code.odd:
+        sent = settings.kick.by_level[:1], settings.kick.of_kinks[:1]
+        if not (settings.actuator.present and all(map(any, sent))):
+            raise SettingsError(
+                'a register that is shifted needs an actuator, and kicks of a wall and of a kink '
+                'to level 0: kick.speeds and kick.kinks'
+            )
+        return code
     for name, speeds in (('speeds', settings.kick.by_level), ('kinks', settings.kick.of_kinks)):
         if len(speeds) < design.levels or not all(speeds[: design.levels]):
             raise SettingsError(
@@ -196,7 +225,10 @@ class Forecasts:
         contents: What the element may hold, one a row of `parts`.
         parts: In the band, shape (contents, 4 lines); see `Listener`.
         listener: Makes parts.
+        ends: Whose pulses are heard.
     """
+
+    ends: tuple[End, ...] = (End.LEFT,)
 
     def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
         self.contents, self.parts, self.listener = contents, parts, listener
@@ -246,7 +278,7 @@ class Forecasts:
         )  # fmt: skip
 
     def decode(
-        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
+        self, shots: Sequence[Shot], noise: float, phases: Sequence[int | None], least: float
     ) -> Reading:
         """Return the content of what both ends did after a pulse, given the noise before and the
         phases of the ends.
@@ -257,7 +289,7 @@ class Forecasts:
         words changes none; a greater one is the difference of two words, or is refused.
         """
         nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
-        left, right = phases
+        (shot,), (left, right) = shots, phases
         if left is None or right is None:
             end = End.LEFT if left is None else End.RIGHT
             return replace(nothing, reason=f'the {end} end rests in neither phase')

@@ -407,6 +407,11 @@ class RegisterSettings(Checked):
     spacing: int = described(
         0, 'least distance of two walls in levels; 0: the element holds one wall', low=0, high=255
     )
+    shifted: bool = described(
+        False,
+        'walls enter at level 0, and cycles of strain shift all of them on: they rest at odd '
+        'distances, and are read from both ends inward',
+    )
     omega_c: float = described(
         1.7, 'carrier at which a wall returns a part and passes the rest', unit='rad/time',
         low=1e-3, high=10.0,

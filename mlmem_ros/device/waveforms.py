@@ -124,14 +124,27 @@ class Ends:
         wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
         self._heard = np.concatenate((wave.real, -wave.imag)) @ listener.band(n, dt)
 
+    def force(self, ratio: Complex) -> Complex:
+        """Return the force on the driven end: that of the pulse until it ends, and none later.
+
+        Args:
+            ratio: Force over displacement of that end, shape (m, F).
+        """
+        held = ratio * self._pulse
+        ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
+        return np.asarray(ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :])
+
+    def tones_of(self, motion: Array, dt: float) -> Complex:
+        """Return what a recorded motion, shape (n,), has of the tones of the forecast."""
+        t = dt * np.arange(1.0, len(motion) + 1.0)
+        return np.asarray(dt * (np.exp(-1j * np.outer(self.tones.omega, t)) @ motion))
+
     def parts(self, lower: Complex) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape
         (m, 2, F).
         """
         p, q = lower[:, 0], lower[:, 1]
-        held = p / q * self._pulse
-        ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
-        force = ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :]
+        force = self.force(p / q)
         ends = np.stack((force * q / p, force / p), axis=1).reshape(2 * len(lower), -1)
         heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
         return np.asarray(heard.reshape(len(lower), -1))

@@ -12,10 +12,11 @@ import numpy as np
 
 from mlmem_ros.device.errors import SettingsError
 from mlmem_ros.device.factory import rehearsed as forecasts_with
-from mlmem_ros.device.register import forecasts_of
+from mlmem_ros.device.peeling import Peeled
+from mlmem_ros.device.register import forecasts_of, resting
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import Design
+from mlmem_ros.physics import Design, StateError
 
 from .finding import Finding, graded, judged
 from .subject import Subject
@@ -34,6 +35,9 @@ def check(subject: Subject) -> Iterator[Finding]:
     settings = subject.settings
     if not settings.register.spacing:
         return
+    if settings.register.shifted:
+        yield from _shifted(subject)
+        return
     try:
         found = forecasts_of(subject.made, settings)
     except SettingsError as error:
@@ -50,6 +54,23 @@ def check(subject: Subject) -> Iterator[Finding]:
         'two words answer the pulse of a read nearly alike: choose another register.omega_c, a '
         'shorter register.sigma, or a greater register.spacing',
         SOURCE,
+    )
+
+
+def _shifted(subject: Subject) -> Iterator[Finding]:
+    """Yield the finding on the words of a register that is shifted: as many walls as there may be
+    rest.
+    """
+    source = 'least distances are run-length limits; many walls are not in the paper'
+    try:
+        found = Peeled(subject.made, subject.settings)
+        resting(subject.made, found.code.walls(found.code.words - 1))
+    except (SettingsError, StateError) as error:
+        yield Finding('words', {}, '', Verdict.FAIL, str(error), source)
+        return
+    values = {'words': float(found.code.words), 'levels': float(found.code.levels)}
+    yield Finding(
+        'words', values, '', Verdict.PASS, 'as many walls rest as a word may have', source
     )
 
 

@@ -228,10 +228,11 @@ def test_a_late_end_changes_no_word(byte, end, late, count, monkeypatch):
     """What an end hears comes later by up to the way to the next level and back, 56 units."""
     decode = type(byte.register).decode
 
-    def delayed(self, shot, *rest):
+    def delayed(self, shots, *rest):
+        (shot,) = shots
         samples, n = shot.samples.copy(), round(late / shot.dt)
         samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
-        return decode(self, replace(shot, samples=samples), *rest)
+        return decode(self, [replace(shot, samples=samples)], *rest)
 
     monkeypatch.setattr(type(byte.register), 'decode', delayed)
     right, found = wrong(byte, lambda rng: Faults(), np.random.default_rng(2), count)

@@ -35,7 +35,8 @@ def expect(element: Memory, duration: float) -> None:
 def reading(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
     if element.waveforms is not None:
-        return element.waveforms.listener.ticks * element.tick
+        waveforms = element.waveforms
+        return len(waveforms.ends) * waveforms.listener.ticks * element.tick
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
     return element.settings.read.rest + longest + TAIL
 
@@ -45,8 +46,14 @@ def driving(element: Memory, present: int, target: int) -> float:
     if element.register is not None:
         from .kicking import duration, way  # few elements hold many walls
 
-        present = 0 if present == BLANK else present
-        planned = way(element.settings, element.register.code, present, max(0, target))
+        present, code = 0 if present == BLANK else present, element.register.code
+        if code.odd:
+            from . import filling
+
+            return filling.duration(
+                element.design, element.settings, code, present, max(0, target)
+            )
+        planned = way(element.settings, code, present, max(0, target))
         return duration(element.design, element.settings, *planned)
     start = element.design.levels - 1 if present == UNDECODABLE else present
     settings = element.calibration.adapt(element.settings)

@@ -17,10 +17,12 @@ from ..echo import EchoDetector, pulse_duration
 from ..end import End, Shot
 from ..errors import ProcedureFailed
 from ..memory import Memory
+from ..peeling import Peeled
 from ..reading import UNDECODABLE, Reading
 from ..register import Code, Forecasts, Register
 from ..settings import Settings
 from .blocks import Procedure, Result, bring_back, catch_up, fire_push, kick_to, wait
+from .filling import annihilate, shift_in
 
 
 def send(element: Memory, speed: float) -> Procedure[None]:
@@ -45,12 +47,16 @@ def push_all(element: Memory) -> Procedure[None]:
     yield from wait(element, element.settings.push.settle)
 
 
-def put(element: Memory, register: Register, present: int, word: int) -> Procedure[None]:
+def put(element: Memory, register: Register | Peeled, present: int, word: int) -> Procedure[None]:
     """Bring a word into an element that holds another, open loop.
 
     Walls stay if none is to their right that must go, and none is missing there. Otherwise all
-    are pushed out.
+    are pushed out. In a register that is shifted all annihilate, and the word is shifted in.
     """
+    if register.code.odd:
+        yield from annihilate(element, register.code, present)
+        yield from shift_in(element, register.code.walls(word))
+        return
     pushed, speeds = way(element.settings, register.code, present, word)
     if pushed:
         yield from push_all(element)
@@ -82,31 +88,46 @@ def clear(element: Memory) -> Procedure[Result]:
     Raises:
         ProcedureFailed: The element is not blank after `write.attempts` pulses.
     """
-    attempts = element.settings.write.attempts
+    attempts, register = element.settings.write.attempts, element.register
+    assert register is not None
     for attempt in range(1, attempts + 1):
         element.progress.tried('erase', attempt)
-        yield from push_all(element)
+        if register.code.odd:
+            present = element.reading.level if element.reading else UNDECODABLE
+            yield from annihilate(element, register.code, present)
+        else:
+            yield from push_all(element)
         reading = yield from hear(element)
         if reading.level == 0:
             return Result(reading, attempt)
+    how = 'passages' if register.code.odd else 'pulses'
     raise ProcedureFailed(
-        f'the element is not blank after {attempts} pulses: {reading.reason or reading.code}',
+        f'the element is not blank after {attempts} {how}: {reading.reason or reading.code}',
         attempts,
     )
 
 
 def hear(element: Memory) -> Procedure[Reading]:
-    """Fire the pulse of a read, and decode what both ends do; raises as `record`."""
+    """Fire the pulse of a read, of each end that is to be heard, and decode what both ends do;
+    raises as `record`.
+    """
     forecasts = element.waveforms
     assert forecasts is not None
-    shot, noise = yield from record(element, forecasts)
+    shots, loudest = list[Shot](), 0.0
+    for end in forecasts.ends:
+        shot, noise = yield from record(element, forecasts, end)
+        shots.append(shot)
+        loudest = max(loudest, noise)
     detector = EchoDetector(element.settings.register.probe, element.driver.dt)
-    detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
-    return element.hear_word(shot, noise, detector.echo(End.LEFT))
+    detector.feed(shots[0].samples[End.LEFT.row] - shots[0].rest[End.LEFT.row])
+    return element.hear_word(shots, loudest, detector.echo(End.LEFT))
 
 
-def record(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float]]:
-    """Wait until the ends are quiet in the band of the pulse, fire it, and record both.
+def record(
+    element: Memory, forecasts: Forecasts | Peeled, end: End = End.LEFT
+) -> Procedure[tuple[Shot, float]]:
+    """Wait until the ends are quiet in the band of the pulse, fire that of an end, and record
+    both.
 
     Returns:
         The shot, and the noise before it (`Listener.noise`).
@@ -132,9 +153,9 @@ def record(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float
                 f'is {math.sqrt(noise / forecasts.quiet):.3g} times as loud as it may be'
             )
     element.progress.phase = LISTENING
-    recorder = transducer.shoot(End.LEFT, probe)
-    end = element.ticks + listener.ticks + element.driver.lag
-    while element.ticks < end:
-        yield end - element.ticks
+    recorder = transducer.shoot(end, probe)
+    until = element.ticks + listener.ticks + element.driver.lag
+    while element.ticks < until:
+        yield until - element.ticks
     transducer.release()
     return recorder.shot(0.0, element.transmission.encoder, element.driver.dt), noise

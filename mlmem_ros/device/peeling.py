@@ -1,0 +1,449 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reading a long register from both ends inward, level by level.
+
+About an element at rest waves are linear. What an end does after its pulse says how its first
+cell moves and with which force, tone by tone (`physics.waves`); the matrices of the cells that are
+known carry both inward, to where the cells are not known yet. There the ratio of force to
+displacement says what the rest reflects. The first waves to come back tell the next levels: of all
+ways to fill these one must fit, and every other that decides the next level otherwise must be far.
+(Layer peeling: Bruckstein and Kailath 1987, SIAM Review 29, 359.)
+
+The left end says the left half, the right end the right one, and both some levels in the middle.
+In the end the forecast for the whole word must fit all that was recorded better than any
+neighbour.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..physics import Design, Specimen
+from ..physics.dispersion import group_velocity
+from ..physics.equilibrium import relax, wall_profile
+from ..physics.potential import Array
+from ..physics.waves import Complex, Tones, product
+from .end import End, Shot
+from .errors import SettingsError
+from .reading import UNDECODABLE, Reading
+from .register import LEFT_OVER, NOISE, Code, code_of
+from .settings import Settings
+from .waveforms import Ends, Listener
+
+AHEAD = 8
+"""Levels that are filled in all ways at a time."""
+
+HEARD = 5.0
+"""Levels whose echoes are compared: those of what lies beyond `AHEAD` come later."""
+
+BOTH = 4
+"""Levels beyond the middle that an end tells: about twice as many are told by both."""
+
+APART = 8
+"""Distance in levels beyond which a wall changes nothing of another's cells."""
+
+AROUND = 4
+"""The same on one side: from there on the cells are those of the ground state."""
+
+FAINT = 60.0
+"""Time before an echo from which on it is heard, over that in which it rises."""
+
+
+class Cells:
+    """Stiffness of the cells of an element with walls and kinks anywhere.
+
+    Their displacements are those of the ground states, and around each wall what it adds.
+    """
+
+    def __init__(self, made: Specimen) -> None:
+        design = made.design
+        self.design, self.made = design, made
+        self.reach = AROUND * design.J
+        self._ground = np.array([design.D_s1, design.D_s2])
+        self.flat = np.array([made.alpha * made.potential.stiffness(D) for D in self._ground])
+        self._added = np.zeros((2, design.levels, design.N))
+        for kind in (0, 1):
+            for start in range(APART):
+                self._add(kind, range(start, design.levels, APART))
+
+    def _add(self, kind: int, levels: Sequence[int]) -> None:
+        """Find what walls at levels add, of which the last is a wall (0) or a kink (1)."""
+        design = self.design
+        share = np.full(design.N, float(kind))  # of the active phase, right of all
+        kinds = [(kind + len(levels) - 1 - n) % 2 for n in range(len(levels))]
+        step = design.D_s2 - design.D_s1
+        for level, each in zip(reversed(levels), reversed(kinds), strict=True):
+            left = (wall_profile(design, design.defect(level) + 0.3) - design.D_s1) / step
+            share = share * (1.0 - left) + (1.0 - each) * left
+        v = design.D_s1 + step * share + self.made.offsets
+        v = relax(self.made, v, np.zeros(design.N)) - self.made.offsets
+        for level, each in zip(levels, kinds, strict=True):
+            site = design.defect(level)
+            near = slice(max(0, site - self.reach), site + self.reach)
+            plain = self._ground[np.where(design.sites <= site, 1 - each, each)]
+            self._added[each, level, near] = (v - plain)[near]
+
+    def stiffness(
+        self, part: slice, walls: Sequence[tuple[int, int]], phases: NDArray[np.int64]
+    ) -> Array:
+        """Return the stiffness of a part, given levels and kinds of the walls that reach into it,
+        and the phase of each of its cells.
+        """
+        configuration = self._ground[phases]
+        for level, kind in walls:
+            configuration += self._added[kind, level, part]
+        return np.asarray(self.made.alpha[part] * self.made.potential.stiffness(configuration))
+
+
+class Told(NamedTuple):
+    """What an end told.
+
+    Attributes:
+        walls: Levels of walls, the nearest first, among those that are known.
+        known: How many levels are known, from this end on.
+        left: What remained at each of these over the distance to the next other decision.
+    """
+
+    walls: list[int]
+    known: int
+    left: list[float]
+
+
+class Side:
+    """What an end hears; levels, cells and walls are counted from it."""
+
+    def __init__(
+        self, end: End, inside: Cells, code: Code, ends: Ends, settings: Settings
+    ) -> None:
+        """Prepare for an end of an element."""
+        self.end, self._inside, self._code, self._ends = end, inside, code, ends
+        made, self._design = inside.made, inside.design
+        design, back = self._design, end is End.RIGHT
+        middles = [design.defect(level) + design.J // 2 + 1 for level in range(code.levels - 1)]
+        edges = [0, *middles, design.N]
+        self._edges = [design.N - each for each in reversed(edges)] if back else edges
+        self._mass = np.ascontiguousarray(made.masses[:: -1 if back else 1])
+        self._spring = np.append(made.k_r[:: -1 if back else 1], 1.0)
+        probe, tones = settings.register.probe, ends.tones
+        away = (tones.omega.real - probe.omega_c) * probe.sigma
+        weight = np.exp(-0.5 * away * away)
+        speeds = [group_velocity(probe.omega_c, k) for k in (design.k_s1, design.k_s2)]
+        level = 2.0 * design.J / float(min(speeds))
+        first = 2.0 * (self._edges[1] - design.J) / float(min(speeds))
+        self._echo, self._first = (
+            (weight[:, None] / weight.sum())
+            * np.exp(1j * np.outer(tones.omega, np.arange(-FAINT, until, 0.3 * probe.sigma)))
+            for until in (HEARD * level, HEARD * level + first)
+        )
+
+    def own(self, level: int) -> int:
+        """Return a level as counted from the other end: its own inverse."""
+        return self._code.levels - 1 - level if self.end is End.RIGHT else level
+
+    def matrix(self, walls: Sequence[int], phase: int, first: int, last: int) -> Complex:
+        """Return the matrix of the cells of some levels, shape (F, 2, 2).
+
+        Args:
+            walls: Levels of all walls, from this end on.
+            phase: Phase of this end.
+            first: First level.
+            last: The level after the last one.
+        """
+        a, b, N = self._edges[first], self._edges[last], self._design.N
+        back = self.end is End.RIGHT
+        part = slice(N - b, N - a) if back else slice(a, b)
+        phases, near = np.empty(b - a, dtype=np.int64), []
+        phases[:] = phase
+        for level in walls:
+            site = self._design.defect(self.own(level))
+            kind = phase if back else 1 - phase
+            phase = 1 - phase
+            if part.start - self._inside.reach <= site <= part.stop + self._inside.reach:
+                near.append((self.own(level), kind))
+            at = site - part.start
+            if back:
+                phases[: max(0, at)] = phase
+            else:
+                phases[max(0, at) :] = phase
+        stiffness = self._inside.stiffness(part, near, phases)
+        if back:
+            stiffness = np.ascontiguousarray(stiffness[::-1])
+        tones = self._ends.tones
+        return product(stiffness, self._mass[a:b], self._spring[a:b], tones.square, tones.loss)
+
+    def told(self, motion: Array, dt: float, phase: int, upto: int) -> Told:
+        """Return the walls at the first levels, as far as they can be told.
+
+        Args:
+            motion: Of this end after its pulse, about its rest, shape (n,).
+            dt: Time between samples.
+            phase: Phase of this end.
+            upto: How many levels to tell.
+        """
+        u, T = self._ends.tones_of(motion, dt), np.empty(0, dtype=np.complex128)
+        walls, shares, here = list[int](), list[float](), phase
+        for level in range(upto):
+            ways = list(self._ways(level, walls))
+            decided, ahead = [level in way for way in ways], min(level + AHEAD, self._code.levels)
+            if level == 0 or any(decided):
+                answers = [self._answer(walls + way, phase, level, ahead) for way in ways]
+                echo = self._echo if level else self._first
+                away = self._away(level, here)
+                expected = [_reflected(each, away) for each in answers]
+                if level == 0:  # the force depends on what is near this end
+                    forces = self._ends.force(-np.array(answers))
+                    measured = [_reflected(-force / u, away) for force in forces]
+                else:
+                    measured = [_reflected(T / u, away)] * len(ways)
+                left = _loudness(np.array(measured) - np.array(expected), echo)
+                best = int(np.argmin(left))
+                apart = _loudness(np.array(expected) - expected[best], echo)
+                others = [
+                    one for one, way in zip(apart, decided, strict=True) if way != decided[best]
+                ]
+                share = float(left[best] / min(others))
+                if not share <= LEFT_OVER:
+                    return Told(walls, level, shares)
+                way = ways[best]
+                if level == 0:
+                    T = -forces[best]
+            else:
+                share, way = 0.0, [each for each in way if each > level]
+            shares.append(share)
+            if level in way:
+                walls.append(level)
+                here = 1 - here
+            beyond = [each for each in way if each > level]
+            M = self.matrix(walls + beyond, phase, level, level + 1)
+            u, T = M[:, 0, 0] * u + M[:, 0, 1] * T, M[:, 1, 0] * u + M[:, 1, 1] * T
+        return Told(walls, upto, shares)
+
+    def _ways(self, level: int, walls: Sequence[int]) -> Iterator[list[int]]:
+        """Yield all ways to fill the next levels."""
+        end = min(level + AHEAD, self._code.levels)
+
+        def filled(at: int, last: int | None) -> Iterator[list[int]]:
+            yield []
+            for next_one in range(at, end):
+                if last is None or last in self._code.below(next_one):
+                    for more in filled(next_one + 1, next_one):
+                        yield [next_one, *more]
+
+        yield from filled(level, walls[-1] if walls else None)
+
+    def _answer(self, walls: Sequence[int], phase: int, level: int, ahead: int) -> Complex:
+        """Return the tension over the displacement where a level begins, if the element ends
+        behind those ahead, or goes on there without walls.
+        """
+        M = self.matrix(walls, phase, level, ahead)
+        a, b, c, d = M[:, 0, 0], M[:, 0, 1], M[:, 1, 0], M[:, 1, 1]
+        if ahead == self._code.levels:
+            return np.asarray(-c / d)
+        Y, _ = self._away(ahead, (phase + len(walls)) % 2)
+        return np.asarray((a * Y - c) / (d - b * Y))
+
+    def _away(self, level: int, phase: int) -> tuple[Complex, Complex]:
+        """Return the tension over the displacement of waves that go on, and of those that come
+        back, in cells of a phase where a level begins.
+        """
+        at = self._edges[level]
+        site = self._design.N - 1 - at if self.end is End.RIGHT else at
+        tones: Tones = self._ends.tones
+        half = 0.5 * (self._inside.flat[phase, site] + tones.square + tones.loss)
+        shift = 1.0 + half - np.sqrt(half * (2.0 + half))  # from a cell to the next
+        shift = np.where(np.abs(shift) < 1.0, shift, 1.0 / shift)
+        return 1.0 - 1.0 / shift, 1.0 - shift
+
+    def forecasts(self, words: Sequence[Sequence[int]], phase: int) -> Array:
+        """Return the forecasts for words of which all are like the first but for some levels.
+
+        Args:
+            words: Levels of all walls, from this end on.
+            phase: Phase of this end.
+        """
+        levels, first = self._code.levels, words[0]
+        each = [self.matrix(first, phase, level, level + 1) for level in range(levels)]
+        before = [np.broadcast_to(np.eye(2, dtype=np.complex128), each[0].shape)]
+        after = [each[-1][:, 1]]
+        for M in each:
+            before.append(M @ before[-1])
+        for M in reversed(each[:-1]):
+            after.append((after[-1][:, None] @ M)[:, 0])
+        after.reverse()  # the lower row of the product from a level on
+        rows = [after[0].T]
+        for walls in words[1:]:
+            changed = set(walls) ^ set(first)
+            low, high = max(0, min(changed) - AROUND), min(levels, max(changed) + AROUND + 1)
+            M = self.matrix(walls, phase, low, high) @ before[low]
+            row = M[:, 1] if high == levels else (after[high][:, None] @ M)[:, 0]
+            rows.append(row.T)
+        return self._ends.parts(np.array(rows))
+
+
+def _reflected(Y: Complex, away: tuple[Complex, Complex]) -> Complex:
+    """Return the amplitude that comes back over that which goes on."""
+    on, back = away
+    return np.asarray((on - Y) / (Y - back))
+
+
+def _loudness(reflected: Complex, echo: Complex) -> Array:
+    """Return how loud echoes are, shape (m,); without threads that wait for each other."""
+    return np.asarray(np.linalg.norm(np.einsum('mf,ft->mt', reflected, echo), axis=1))
+
+
+class Peeled:
+    """Reads a register that is too long for a forecast of every word.
+
+    Attributes:
+        code: The words.
+        listener: Makes parts of what both ends do.
+        quiet: Noise (`Listener.noise`) up to which every level is told.
+    """
+
+    ends = (End.LEFT, End.RIGHT)
+
+    def __init__(self, made: Specimen, settings: Settings) -> None:
+        """Prepare for an element; raises `SettingsError` as `code_of`."""
+        code = code_of(made.design, settings)
+        if code is None or not code.odd:
+            raise SettingsError('only a register that is shifted is read from both ends inward')
+        self.code, self.listener = code, Listener(settings)
+        ends, inside = Ends(made, settings, self.listener), Cells(made)
+        self._design = made.design
+        self.sides = {end: Side(end, inside, code, ends, settings) for end in End}
+        dense = self._dense()
+        parts = self._parts([dense, *self._neighbours(dense, few=True)])
+        least = float(np.linalg.norm(parts[1:] - parts[0], axis=1).min())
+        self.quiet = LEFT_OVER * LEFT_OVER * least * least / NOISE
+
+    def _dense(self) -> tuple[int, ...]:
+        """Return the levels of a word with as many walls as there may be."""
+        return tuple(range(self.code.levels - 1, -1, -self.code.spacing))[::-1]
+
+    def _parts(self, words: Sequence[Sequence[int]]) -> Array:
+        """Return the forecasts for words of as many walls, odd or even, from both ends."""
+        left = self.sides[End.LEFT].forecasts(words, len(words[0]) % 2)
+        right = self.sides[End.RIGHT]
+        mirrored = [[right.own(level) for level in reversed(walls)] for walls in words]
+        return np.concatenate((left, right.forecasts(mirrored, 0)), axis=1)
+
+    def _neighbours(self, walls: Sequence[int], few: bool = False) -> list[list[int]]:
+        """Return words that differ in one place: a wall elsewhere, two elsewhere, two none."""
+        found = []
+        middle = len(walls) // 2
+        for n in range(middle - 1, middle + 1) if few else range(len(walls)):
+            for many in (1, 2):
+                here = list(walls[n : n + many])
+                for by in (-4, -2, 2, 4):
+                    found.append([*walls[:n], *(each + by for each in here), *walls[n + many :]])
+            found.append([*walls[:n], *walls[n + 2 :]] if n + 2 <= len(walls) else list(walls))
+        walls = list(walls)
+        return [each for each in found if each != walls and (few or self.code.allows(each))]
+
+    def decode(
+        self, shots: Sequence[Shot], noise: float, phases: Sequence[int | None], least: float
+    ) -> Reading:
+        """Return the word of what the ends did after a pulse of each; see `Forecasts.decode`."""
+        nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
+        left, right = phases
+        if left is None or right is None:
+            end = End.LEFT if left is None else End.RIGHT
+            return replace(nothing, reason=f'the {end} end rests in neither phase')
+        if right == 1:
+            return replace(nothing, reason='the right end is active: a wall has left the element')
+        if not all(np.isfinite(shot.samples).all() for shot in shots):
+            return replace(nothing, reason='listening was interrupted')
+        if noise > self.quiet:
+            return replace(nothing, reason='the ends move too much to hear every wall')
+        motions = {shot.end: (shot.samples - shot.rest[:, None]) for shot in shots}
+        upto, dt = min(self.code.levels, self.code.levels // 2 + BOTH), shots[0].dt
+        told = {
+            end: side.told(motions[end][end.row], dt, phases[end.row] or 0, upto)
+            for end, side in self.sides.items()
+        }
+        low, high = told[End.LEFT].known, self.code.levels - told[End.RIGHT].known
+        first = told[End.LEFT].walls
+        last = [self.code.levels - 1 - each for each in reversed(told[End.RIGHT].walls)]
+        middle = self._seam(told, low, high)
+        walls = [each for each in first if each < middle]
+        walls += [each for each in last if each >= middle]
+        if high > low:
+            return replace(nothing, reason=self._beyond(low, first, high, last))
+        agree = [each for each in first if each >= high] == [each for each in last if each < low]
+        if not (agree and self.code.allows(walls) and len(walls) % 2 == left):
+            return replace(
+                nothing,
+                reason=f'the ends do not agree about the levels {high} to {low - 1}: something '
+                'else answers, or there is noise',
+            )
+        parts = self._parts([walls, *self._likely(walls)])
+        part = np.concatenate([self.listener.part(motions[end], dt) for end in End])
+        part = self._in_order(part)
+        off = part - parts[0]
+        ways = parts[1:] - parts[0]
+        square = np.square(ways).sum(axis=1)
+        allowed = LEFT_OVER * math.sqrt(float(square.min(initial=math.inf)))
+        remains = float(np.linalg.norm(off))
+        if remains > allowed:
+            return replace(
+                nothing,
+                reason=f'the forecast for the walls that are heard leaves {remains / allowed:.3g} '
+                'times what it may: something else answers, or there is noise',
+            )
+        shares = told[End.LEFT].left[:middle]
+        shares += told[End.RIGHT].left[: self.code.levels - middle]
+        along = max(float((ways @ off / square).max()), *shares)
+        margin = round(1.0 - 2.0 * along, 6)
+        if margin < least:
+            return replace(nothing, reason=f'what is heard lies between words ({margin:.2f})')
+        word = self.code.word(walls)
+        return replace(
+            nothing, level=word, code=self.code.binary(word), level_margin=margin,
+            threshold_margin=round(allowed / max(remains, 1e-3 * allowed), 6), walls=len(walls),
+        )  # fmt: skip
+
+    def _seam(self, told: Mapping[End, Told], low: int, high: int) -> int:
+        """Return from which level on the right end says best what is there, of those both tell."""
+        left, right = told[End.LEFT].left, told[End.RIGHT].left[::-1]
+        if high > low:
+            return high
+        worst = [
+            max(*left[:level], *right[level - high :], 0.0, 0.0) for level in range(high, low + 1)
+        ]
+        return high + worst.index(min(worst))
+
+    def _likely(self, walls: Sequence[int]) -> list[list[int]]:
+        """Return the neighbours of a word whose ends have the same phases."""
+        some = self._neighbours(walls) or [[0, 3]]
+        return [each for each in some if len(each) % 2 == len(walls) % 2]
+
+    def _in_order(self, part: Array) -> Array:
+        """Return the parts of the left and the right end's pulse as forecast: that of the right
+        one begins with the right end.
+        """
+        quarter = len(part) // 4
+        left, far, near = part[: 2 * quarter], part[2 * quarter : 3 * quarter], part[3 * quarter :]
+        return np.concatenate((left, near, far))
+
+    def _beyond(self, low: int, first: list[int], high: int, last: list[int]) -> str:
+        """Return what is known, and where nothing is."""
+        design = self._design
+        told = [f'{len(first)} walls from the {End.LEFT}', f'{len(last)} from the {End.RIGHT}']
+        a, b = (design.defect(level) - design.J // 2 for level in (low, high))
+        return (
+            f'{" and ".join(told)} are known, but nothing is from cell {a} to {b}: something else '
+            'answers, or there is noise'
+        )
+
+
+@lru_cache(maxsize=8)
+def peeled(design: Design, settings: Settings) -> Peeled:
+    """Return the reader of an ideal element; raises as `Peeled`."""
+    return Peeled(Specimen(design), settings)
