@@ -37,7 +37,7 @@ from mlmem_ros.device import (
     preset,
 )
 from mlmem_ros.device.end import End
-from mlmem_ros.device.procedures import calibrating
+from mlmem_ros.device.procedures import climbing
 from mlmem_ros.device.settings import ActuatorSettings, ReadSettings, WriteSettings
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import relax, wall_profile
@@ -486,13 +486,13 @@ def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written
 
 def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
     """The wall does not follow to level 5, while it is learnt."""
-    element, go_to_level = written(3), calibrating.go_to_level
+    element, go_to_level = written(3), climbing.go_to_level
     known = element.calibration
 
     def lame(element, place, level, **how):
         yield from go_to_level(element, place, place if level == 5 else level, **how)
 
-    monkeypatch.setattr(calibrating, 'go_to_level', lame)
+    monkeypatch.setattr(climbing, 'go_to_level', lame)
     outcome = rig.run(element, Calibrate())
     assert not outcome.success
     assert outcome.error == (

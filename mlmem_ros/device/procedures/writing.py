@@ -51,7 +51,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
 
                 yield from put(element, element.register, present, level)
             elif learnt and attempt > 1:
-                from .calibrating import climb  # few elements learn their pulses
+                from .climbing import climb  # few elements learn their pulses
 
                 yield from climb(element, present, level)
             else:
