@@ -1,0 +1,149 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""All nine lattices from the force curves of their shells: what they predict, unseen and seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.physics.potential import Array
+
+from ..studies import style
+from .posterior import LOSSES, Model, Particles
+from .runs import CASES, RAILS, SILENT, SPACINGS, runs
+from .shells import SERIES, table
+
+QUANTILES = (0.5, 0.05, 0.95)
+"""Of a prediction: its median and the ends of its interval."""
+
+Progress = Callable[[str, float], None]
+
+
+def studied(particles: int, seed: int, tell: Progress = lambda *_: None) -> dict[str, Any]:
+    """Return evidence, what was found of the unknowns, and predictions of every lattice.
+
+    Args:
+        particles: How many draws of the posterior.
+        seed: Of random numbers.
+        tell: Called with what is being done, and the share done.
+    """
+    found: dict[str, tuple[Model, Particles, float]] = {}
+    for losses in LOSSES:
+        model = Model(losses, np.random.default_rng(seed))
+        for done, at, evidence in model.sample(particles):
+            found[losses] = model, at, evidence
+            tell(f'losses: {losses}', done)
+    best = max(found, key=lambda losses: found[losses][2])
+    model, at, _ = found[best]
+    before = model.draw(particles)
+    rows = []
+    for k, case in enumerate(CASES):
+        tell(f'leaving out {case}', k / len(CASES))
+        speeds, weights = model.left_out(at, k)
+        each = np.full(len(at.speed), 1.0 / len(at.speed))
+        rows.append({
+            'rail': case.rail, 'spacing': int(case.spacing),
+            'measured': None if case in SILENT else [run.speed for run in runs(case)],
+            'curves': predicted(before.speed[:, k], each),
+            'unseen': predicted(speeds, weights) | {
+                'effective': 1.0 / float((weights.sum(axis=1) ** 2).sum())
+            },
+            'seen': predicted(at.speed[:, k], each),
+            'gain': told(at.chains(k).gain()),
+            'tilt': told(10.0 * at.tilt[:, k]),
+        })  # fmt: skip
+    damping, _, _, magnets, scatter = at.common.T
+    return {
+        'cases': rows,
+        'losses': best,
+        'evidence': {losses: each[2] for losses, each in found.items()},
+        'damping': told(np.exp(damping)),
+        'magnets': told(np.exp(magnets)),
+        'scatter': told(10.0 * scatter),
+        'friction': told(10.0 * found['friction'][1].common[:, 2]),
+        'tests': [
+            {
+                'rail': rail, 'test': name, 'well': 10.0 * table(name)[1],
+                'gain': -100.0 * table(name)[1] * float(table(name)[0][200:401].mean()),
+                'share': float(at.laws(r)[:, k].mean()),
+            }
+            for r, rail in enumerate(RAILS) for k, name in enumerate(SERIES[rail])
+        ],
+        'particles': particles,
+    }  # fmt: skip
+
+
+def told(values: Array) -> dict[str, float]:
+    """Return median and interval of equally probable values."""
+    middle, low, high = np.quantile(values, QUANTILES)
+    return {'median': float(middle), 'low': float(low), 'high': float(high)}
+
+
+def predicted(speeds: Array, weights: Array) -> dict[str, float | None]:
+    """Return the share of silence, and median and interval of the speeds of waves."""
+    waves = np.isfinite(speeds)
+    silent = float(weights[~waves].sum())
+    if not waves.any():
+        return {'silent': silent, 'median': None, 'low': None, 'high': None}
+    order = np.argsort(speeds[waves])
+    rising, share = speeds[waves][order], np.cumsum(weights[waves][order])
+    at = np.searchsorted(share, np.array(QUANTILES) * share[-1])
+    middle, low, high = rising[np.minimum(at, len(rising) - 1)].tolist()
+    return {'silent': silent, 'median': middle, 'low': low, 'high': high}
+
+
+def draw(result: dict[str, Any], folder: Path) -> list[Path]:
+    """Draw speeds with intervals, a panel per rail; return the files.
+
+    Raises:
+        OSError: One cannot be written.
+    """
+    with style.styled():
+        figure = style.new_figure(3.6)
+        panels = style.axes_grid(figure, 1, 3, sharey=True)[0]
+        for axes, rail in zip(panels, RAILS, strict=True):
+            for row in result['cases']:
+                if row['rail'] == rail:
+                    _draw(axes, row)
+            axes.set_title(f'rails {rail:g} cm apart')
+            axes.set_xlabel('spacing (cm)')
+            axes.set_xticks(SPACINGS)
+            axes.set_xlim(5.5, 8.5)
+            axes.set_ylim(-0.1, 6.0)
+        panels[0].set_ylabel('speed (m/s)')
+        handles: dict[str, Any] = {}
+        for axes in panels:
+            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+                handles.setdefault(label, handle)
+        figure.legend(handles.values(), handles.keys(), loc='outside lower center', ncols=3)
+        return style.save_figure(figure, folder / 'measured_curves')
+
+
+def _draw(axes: Any, row: dict[str, Any]) -> None:
+    x = row['spacing']
+    looks = (
+        ('curves', -0.25, style.FAINT, 'from the force curves alone'),
+        ('unseen', 0.0, style.S2, 'this lattice left out'),
+        ('seen', 0.25, style.MARK, 'with its data'),
+    )
+    for name, aside, colour, label in looks:
+        given = row[name]
+        likely = 1.0 - given['silent']
+        axes.text(
+            x + aside, 0.05, f'{100 * given["silent"]:.0f}', ha='center', fontsize=6, color=colour
+        )
+        if given['median'] is None or likely < 0.05:
+            continue
+        axes.plot(
+            [x + aside] * 2, [given['low'], given['high']], color=colour, lw=5,
+            alpha=0.15 + 0.6 * likely, solid_capstyle='butt', label=label,
+        )  # fmt: skip
+        axes.plot(x + aside, given['median'], 'o', ms=4, color=colour)
+    if row['measured'] is None:
+        axes.plot(x, 0.6, 'x', color=style.S1, ms=8, label='measured: no wave')
+    for speed in row['measured'] or ():
+        axes.plot([x - 0.4, x + 0.4], [speed] * 2, color=style.S1, lw=1, label='measured')

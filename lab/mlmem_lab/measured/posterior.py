@@ -1,0 +1,346 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is not known of the nine lattices, as distributions: from force curves to speeds.
+
+The law of a rail is a mixture of its force tests. A lattice has a tilt of its own, a constant
+force that stands for mounting, weight and the zero of the machine; tilts of a rail scatter about
+its mean. The hand of each lattice, damping, losses in the snap and dry friction are unknown, and
+the magnets to 5 %. Speeds and rises of the measured waves, and the two silences, are the data.
+
+The posterior is sampled by tempering: particles of the prior see more and more of the data, and
+are moved by Metropolis steps, unknowns of one lattice, of one rail, or common ones at a time, as
+only these waves change. The products of the mean weights are the evidence (Del Moral, Doucet &
+Jasra, J. R. Stat. Soc. B 68, 411, 2006). A lattice is left out by drawing its unknowns afresh and
+by weights that take back what its data said of the others (`Model.left_out`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from mlmem_ros.physics.potential import Array
+
+from .runs import CASES, RAILS, SILENT, Case, runs
+from .shells import SERIES, Chains, table, waves
+
+SPEED_ERROR = 0.06
+"""Relative: two runs of one lattice differ by 5.3 %, and elements are not alike."""
+
+RISE_ERROR = 0.2
+"""Of a rise, relative: those of the four elements differ by as much."""
+
+PASSES_SILENCE = 0.02
+"""Likelihood that a wave was missed."""
+
+STOPS = -20.0, -3.0
+"""Logarithm of the likelihood of a wave that stops, and for each element that it lacks."""
+
+LOSSES = {'viscous': (False, False), 'snap': (True, False), 'friction': (False, True)}
+"""Which losses act beside viscous damping: in the snap, dry friction."""
+
+COMMON = 5
+"""Logarithms of damping and damping of the snap (per ms), friction (10 N), logarithm of the
+factor of the magnets, scatter of the tilts (10 N)."""
+
+PRIOR = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0, 0.0])
+WIDTH = np.array([0.7, 1.0, 0.01, 0.05, 0.005])
+"""Mean and width of their priors; friction and scatter are the upper half of a normal."""
+
+TILT = 0.01
+"""Width of a rail's mean tilt, 10 N: 0.1 N is half the weight of an element."""
+
+HANDS = 10.0, 100.0
+"""Shortest and longest time of the hand, ms; its logarithm is uniform."""
+
+WELL = 0.2
+"""Uncertainty of the second well where no wave has shown it, cm."""
+
+PARTICLES, SWEEPS, SETTLE = 250, 1, 4
+"""How many there are, how often they are moved for every weight of the data, and in the end."""
+
+DRAWS = 20
+"""Of the unknowns of a lattice that is left out, for every particle."""
+
+
+@dataclass
+class Particles:
+    """Draws of all unknowns, and what follows from them.
+
+    Attributes:
+        common: Shape (n, COMMON).
+        shares: Logits of the force tests of each rail, (n, 3, 3); those of no test are -inf.
+        mean: Mean tilt of each rail, 10 N, (n, 3).
+        tilt, hand, well: Of each lattice: 10 N, logarithm of ms, cm, shape (n, 9).
+        speed, rise, passed: Of its waves (see `waves`), (n, 9).
+    """
+
+    common: Array
+    shares: Array
+    mean: Array
+    tilt: Array
+    hand: Array
+    well: Array
+    speed: Array
+    rise: Array
+    passed: Array
+
+    def chosen(self, which: Array) -> Particles:
+        """Return those of some numbers."""
+        return Particles(*(each[which] for each in vars(self).values()))
+
+    def laws(self, rail: int) -> Array:
+        """Return the shares of a rail's force tests, (n, 3)."""
+        weights = np.exp(self.shares[:, rail] - self.shares[:, rail].max(axis=1, keepdims=True))
+        return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+    def chains(self, case: int) -> Chains:
+        """Return their chains of a lattice."""
+        rail = case // 3
+        tables = [table(name) for name in SERIES[RAILS[rail]]]
+        weights = self.laws(rail)[:, : len(tables)]
+        own = np.array([well for _, well in tables])
+        well = self.well[:, case]
+        stretch = (well / (weights @ own))[:, None] ** 1.5
+        common = self.common.T
+        return Chains(
+            laws=stretch * (weights @ np.array([force for force, _ in tables])),
+            well=well,
+            spacing=np.full_like(well, CASES[case].spacing),
+            tilt=self.tilt[:, case],
+            damping=np.exp(common[0]),
+            snap=np.exp(common[1]),
+            friction=common[2],
+            magnets=np.exp(common[3]),
+            hand=np.exp(self.hand[:, case]),
+        )
+
+    def run(self, cases: Sequence[int]) -> None:
+        """Find the waves of some lattices."""
+        for case in cases:
+            found = waves(self.chains(case))
+            for own, each in zip((self.speed, self.rise, self.passed), found, strict=True):
+                own[:, case] = each
+
+
+@dataclass(frozen=True)
+class Data:
+    """What was measured of a lattice: speed (m/s) and rise (ms), NaN for silence; its well, cm."""
+
+    speed: float
+    rise: float
+    well: float
+
+
+def measured(case: Case) -> Data:
+    """Return the means over the runs of a lattice; of a silent one the rail's mean well."""
+    if case in SILENT:
+        others = [Case(case.rail, spacing) for spacing in (6.0, 8.0)]
+        return Data(np.nan, np.nan, float(np.mean([measured(other).well for other in others])))
+    found = runs(case)
+    return Data(
+        float(np.exp(np.mean([np.log(run.speed) for run in found]))),
+        float(np.exp(np.nanmean([np.log(run.rise) for run in found]))),
+        float(np.mean([run.rest.mean() for run in found])),
+    )
+
+
+class Model:
+    """Prior and likelihood, and moves that leave the posterior as it is."""
+
+    def __init__(self, losses: str, rng: np.random.Generator) -> None:
+        """Take some losses of `LOSSES`."""
+        self.losses, self.rng = losses, rng
+        self.data = [measured(case) for case in CASES]
+        self.free = np.array([True, *LOSSES[losses], True, True])
+
+    def draw(self, n: int) -> Particles:
+        """Return particles of the prior, with their waves."""
+        normal = self.rng.standard_normal
+        common = PRIOR + WIDTH * normal((n, COMMON))
+        common[:, [2, 4]] = np.abs(common[:, [2, 4]])
+        common[:, ~self.free] = np.array([0.0, -99.0, 0.0, 0.0, 0.0])[~self.free]
+        shares = normal((n, 3, 3))
+        shares[:, 2, 2] = -np.inf
+        mean = TILT * normal((n, 3))
+        new = Particles(common, shares, mean, *np.zeros((6, n, 9)))
+        for case in range(9):
+            self._refresh(new, case)
+        new.run(range(9))
+        return new
+
+    def _refresh(self, at: Particles, case: int) -> None:
+        """Draw the unknowns of a lattice of their prior."""
+        n, normal, low, high = len(at.tilt), self.rng.standard_normal, *np.log(HANDS)
+        at.tilt[:, case] = at.mean[:, case // 3] + at.common[:, 4] * normal(n)
+        at.hand[:, case] = self.rng.uniform(low, high, n)
+        at.well[:, case] = self.data[case].well
+        if CASES[case] in SILENT:
+            at.well[:, case] += WELL * normal(n)
+
+    def left_out(self, at: Particles, case: int, draws: int = DRAWS) -> tuple[Array, Array]:
+        """Return speeds of a lattice from all data but its own, NaN for silence, and weights.
+
+        Given all else, its data act through the likelihood of them, its own unknowns drawn
+        afresh; each particle's weight is one over that, at most the root of their number times the
+        mean (Ionides, J. Comput. Graph. Stat. 17, 295, 2008).
+
+        Returns:
+            Both of shape (n, draws); the weights have the sum 1.
+        """
+        speeds, likelihoods = [], []
+        for _ in range(draws):
+            new = Particles(*(each.copy() for each in vars(at).values()))
+            self._refresh(new, case)
+            new.run([case])
+            speeds.append(new.speed[:, case])
+            likelihoods.append(np.exp(self.likelihood(new)[:, case]))
+        weight = 1.0 / np.mean(likelihoods, axis=0)
+        weight = np.minimum(weight, np.sqrt(len(weight)) * weight.mean())
+        weights = np.repeat(weight[:, None] / (draws * weight.sum()), draws, axis=1)
+        return np.array(speeds).T, weights
+
+    def prior(self, at: Particles) -> Array:
+        """Return the logarithm of the prior density, up to a constant, shape (n,)."""
+        z = (at.common - PRIOR) / WIDTH
+        found = -0.5 * (z[:, self.free] ** 2).sum(axis=1)
+        found -= 0.5 * (np.where(np.isfinite(at.shares), at.shares, 0.0) ** 2).sum(axis=(1, 2))
+        found -= 0.5 * ((at.mean / TILT) ** 2).sum(axis=1)
+        spread = at.common[:, 4:]
+        with np.errstate(all='ignore'):
+            off = (at.tilt - np.repeat(at.mean, 3, axis=1)) / spread
+            found -= 0.5 * (off**2).sum(axis=1) + 9.0 * np.log(spread[:, 0])
+        for case in map(CASES.index, SILENT):
+            found -= 0.5 * ((at.well[:, case] - self.data[case].well) / WELL) ** 2
+        low, high = np.log(HANDS)
+        bad = (at.hand < low).any(axis=1) | (at.hand > high).any(axis=1)
+        bad |= (at.common[:, [2, 4]] < 0.0).any(axis=1)
+        return np.asarray(np.where(bad, -np.inf, found))
+
+    def likelihood(self, at: Particles) -> Array:
+        """Return the logarithm of the likelihood of each lattice, (n, 9)."""
+        found = np.zeros_like(at.speed)
+        for case, data in enumerate(self.data):
+            passes = np.isfinite(at.speed[:, case])
+            if np.isnan(data.speed):
+                found[:, case] = np.where(passes, np.log(PASSES_SILENCE), 0.0)
+                continue
+            speed = np.log(at.speed[:, case] / data.speed) / SPEED_ERROR
+            rise = np.log(at.rise[:, case] / data.rise) / RISE_ERROR
+            stopped = STOPS[0] + STOPS[1] * (11.0 - at.passed[:, case])
+            rise = np.where(np.isfinite(rise), rise, 3.0)
+            found[:, case] = np.where(passes, -0.5 * (speed**2 + rise**2), stopped)
+            found[:, case] = np.maximum(found[:, case], stopped.min())
+        return found
+
+    # --- moves ---------------------------------------------------------------------------
+
+    def move(self, at: Particles, weight: Array) -> float:
+        """Move all particles once, of data with a weight per lattice; return what was accepted."""
+        taken = [
+            *(self._step(at, weight, partial(self._common, size=s), range(9)) for s in (0.3, 1.0)),
+            *(
+                self._step(at, weight, partial(self._shares, rail=rail), _of(rail))
+                for rail in range(3)
+            ),
+            *(
+                self._step(at, weight, partial(self._lattice, case=case), [case])
+                for case in range(9)
+            ),
+            *(self._step(at, weight, self._tilts, []) for _ in range(5)),
+        ]
+        return float(np.mean(taken))
+
+    def _step(
+        self, at: Particles, weight: Array, change: Callable[[Particles], None],
+        cases: Sequence[int],
+    ) -> float:  # fmt: skip
+        new = Particles(*(each.copy() for each in vars(at).values()))
+        change(new)
+        before, after = self.prior(at), self.prior(new)
+        legal = np.isfinite(after)
+        if cases:
+            some = new.chosen(legal)
+            some.run(cases)
+            for name in ('speed', 'rise', 'passed'):
+                getattr(new, name)[legal] = getattr(some, name)
+            before = before + self.likelihood(at) @ weight
+            after = after + self.likelihood(new) @ weight
+        with np.errstate(invalid='ignore'):
+            take = legal & (np.log(self.rng.uniform(size=len(legal))) < after - before)
+        for name, value in vars(at).items():
+            value[take] = getattr(new, name)[take]
+        return float(take.mean())
+
+    def _jump(self, x: Array) -> Array:
+        """Return differences of pairs of particles, and a little noise: as wide as they lie."""
+        n, d = x.shape
+        a, b = (self.rng.integers(n, size=n) for _ in range(2))
+        size = np.where(self.rng.uniform(size=(n, 1)) < 0.3, 0.3, 1.0) * 2.38 / np.sqrt(2.0 * d)
+        noise = 0.03 * x.std(axis=0) * self.rng.standard_normal((n, d))
+        return np.asarray(size * (x[a] - x[b]) + noise)
+
+    def _common(self, new: Particles, size: float) -> None:
+        own = np.flatnonzero(self.free[:4])
+        new.common[:, own] += size * self._jump(new.common[:, own])
+
+    def _shares(self, new: Particles, rail: int) -> None:
+        k = len(SERIES[RAILS[rail]])
+        new.shares[:, rail, :k] += self._jump(new.shares[:, rail, :k])
+
+    def _lattice(self, new: Particles, case: int) -> None:
+        names = ['tilt', 'hand', *(['well'] if CASES[case] in SILENT else [])]
+        columns = np.array([getattr(new, name)[:, case] for name in names]).T
+        for name, jump in zip(names, self._jump(columns).T, strict=True):
+            getattr(new, name)[:, case] += jump
+
+    def _tilts(self, new: Particles) -> None:
+        both = self._jump(np.column_stack((new.mean, new.common[:, 4])))
+        new.mean += both[:, :3]
+        new.common[:, 4] += both[:, 3]
+
+    # --- tempering -----------------------------------------------------------------------
+
+    def sample(self, n: int) -> Iterator[tuple[float, Particles, float]]:
+        """Go from the prior to the posterior; yield share done, particles, log evidence."""
+        at, weight, done, evidence = self.draw(n), np.ones(9), 0.0, 0.0
+        while done < 1.0:
+            gain = self.likelihood(at) @ weight
+            step = _largest_step(gain, 1.0 - done)
+            done = 1.0 if step >= 1.0 - done else done + step
+            w = np.exp(step * (gain - gain.max()))
+            evidence += float(np.log(w.mean()) + step * gain.max())
+            at = at.chosen(_resampled(w / w.sum(), self.rng))
+            for _ in range(SWEEPS + SETTLE * (done == 1.0)):
+                self.move(at, done * weight)
+            yield done, at, evidence
+
+
+def _of(rail: int) -> Sequence[int]:
+    return range(3 * rail, 3 * rail + 3)
+
+
+def _largest_step(gain: Array, most: float) -> float:
+    """Return the step at which half of the particles still count."""
+
+    def effective(step: float) -> float:
+        w = np.exp(step * (gain - gain.max()))
+        return float(w.sum() ** 2 / (w**2).sum())
+
+    if effective(most) >= 0.5 * len(gain):
+        return most
+    low, high = 0.0, most
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if effective(middle) > 0.5 * len(gain) else (low, middle)
+    return max(low, 1e-6)
+
+
+def _resampled(weights: Array, rng: np.random.Generator) -> Array:
+    """Return numbers of particles, systematically resampled."""
+    n = len(weights)
+    at = (np.arange(n) + rng.uniform()) / n
+    return np.minimum(np.searchsorted(np.cumsum(weights), at), n - 1)

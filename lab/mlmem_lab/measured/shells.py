@@ -1,0 +1,205 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Waves of shells as their force curves have them: laws, magnets, and a loop for many chains.
+
+A posterior needs some hundred thousand waves. `waves` steps chains of equal shells, with laws and
+magnets from tables, in half a millisecond each; `test_measured.py` compares it with a `Lattice`.
+Units: g, cm, ms; force in 10 N.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from mlmem_ros.physics.jit import kernel
+from mlmem_ros.physics.potential import Array
+
+from .runs import DATA
+from .wave import ELEMENTS, FIRST, LAST, MASS
+
+FORCE = DATA / 'force'
+SERIES = {
+    21.5: ('180mm_run29', '180mm_run30', '180mm_run32'),
+    22.0: ('22mm_run11', '22mm_run13', '185mm_run22'),
+    22.5: ('225mm_run1', '225mm_run2'),
+}
+"""The force tests of one shell that belong to a distance of the rails, by their second well."""
+
+GROWTH = 1.5
+"""Power with which the force of the shells grows with the place of their second well: 1.15, 1.77
+and 2.43 N at 39, 49 and 63 mm."""
+
+FAR = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
+"""Repulsion of the magnets at the spacings in use, 10 N: what was measured there of a longer
+travel than the file has."""
+
+CONTACT = 142.0
+"""Distance of the magnets at no travel, mm."""
+
+KNOTS, ENDS = 601, (-1.0, 2.0)
+"""Of the table of a law, over the place of the second well."""
+
+TOUCH, NEAR = 0.3, 0.01
+"""Least distance of the table of the magnets, and its step, cm."""
+
+PATIENCE = 200.0
+"""A wave that has reached no further element for so long has stopped, ms: at 8 cm a slower one
+than 0.4 m/s."""
+
+REACH = 20.0
+"""Its greatest distance, cm."""
+
+
+@cache
+def table(name: str) -> tuple[Array, float]:
+    """Return a force test as a table over `ENDS` of its way, 10 N, and its second well, cm.
+
+    Before its first and beyond its last point it goes on straight.
+    """
+    D, force = np.loadtxt(
+        FORCE / f'{name}.csv', delimiter=',', skiprows=1, usecols=(0, 1), unpack=True
+    ) / 10.0  # fmt: skip
+    rising = np.flatnonzero((force[:-1] < 0.0) & (force[1:] >= 0.0))[-1]
+    well = float(np.interp(0.0, force[rising : rising + 2], D[rising : rising + 2]))
+    first, last = (np.polyfit(D[part], force[part], 1)[0] for part in (slice(8), slice(-8, None)))
+    zero = D[0] - force[0] / first
+    x = zero + (well - zero) * np.linspace(*ENDS, KNOTS)
+    found = np.interp(x, D, force)
+    found = np.where(x < D[0], force[0] + first * (x - D[0]), found)
+    found = np.where(x > D[-1], force[-1] + last * (x - D[-1]), found)
+    return found, well - zero
+
+
+@cache
+def magnets() -> tuple[float, float, float]:
+    """Return A, b and p of the repulsion A (r + b)^-p: as measured up close, and at `FAR`."""
+    travel, force = np.loadtxt(FORCE / 'magnets.csv', delimiter=',', skiprows=1, unpack=True)
+    near = np.linspace(0, len(travel) - 1, 3 * len(FAR)).astype(int)
+    r = np.append((CONTACT - travel[near]) / 10.0, list(FAR))
+    pushed = np.log(np.append(force[near] / 10.0, list(FAR.values())))
+
+    def miss(x: Array) -> Array:
+        return np.asarray(x[0] - x[2] * np.log(r + x[1]) - pushed)
+
+    A, b, p = least_squares(miss, [12.0, 3.7, 6.5]).x
+    return float(np.exp(A)), float(b), float(p)
+
+
+@cache
+def repulsion() -> Array:
+    """Return the table of the magnets, 10 N, from `TOUCH` to `REACH`."""
+    A, b, p = magnets()
+    r = np.arange(0.0, REACH, NEAR)
+    return np.asarray(A * (np.maximum(r, TOUCH) + b) ** -p)
+
+
+@dataclass(frozen=True)
+class Chains:
+    """Chains of equal shells, every field but the laws of shape (n,).
+
+    Attributes:
+        laws: Tables of force over the way to the second well, 10 N, shape (n, KNOTS).
+        well: Second well, cm.
+        spacing: Of the elements, cm.
+        tilt: Constant force along the wave, 10 N.
+        damping: Rate of viscous drag, per ms.
+        snap: Its rate in the middle of the way, in addition.
+        friction: Dry friction, 10 N.
+        magnets: Factor on the repulsion.
+        hand: Time in which the first element is pushed over, ms.
+    """
+
+    laws: Array
+    well: Array
+    spacing: Array
+    tilt: Array
+    damping: Array
+    snap: Array
+    friction: Array
+    magnets: Array
+    hand: Array
+
+    def gain(self) -> Array:
+        """Return the energy that a passage sets free, mJ."""
+        inside = slice(round(-ENDS[0] * 200), round((1.0 - ENDS[0]) * 200) + 1)
+        return np.asarray(100.0 * self.well * (self.tilt - self.laws[:, inside].mean(axis=1)))
+
+
+def waves(chains: Chains, dt: float = 0.4) -> tuple[Array, Array, Array]:
+    """Return speed (m/s) and rise (ms) over the tracked elements, and how many passed half-way.
+
+    Speed and rise are NaN where the wave does not pass. A rise is from a tenth to nine tenths.
+    """
+    n = len(chains.well)
+    found = np.empty((n, 3))
+    numbers = np.array((
+        chains.well, chains.spacing, chains.tilt, chains.damping, chains.snap, chains.friction,
+        chains.magnets, chains.hand,
+    ))  # fmt: skip
+    _run(np.ascontiguousarray(chains.laws), numbers, repulsion(), dt, found)
+    return found[:, 0], found[:, 1], found[:, 2]
+
+
+@kernel
+def _run(laws: Array, numbers: Array, near: Array, dt: float, found: Array) -> None:
+    """Step each chain by the leap-frog method, drag in the middle."""
+    n = ELEMENTS + 1
+    well, spacing, tilt, damping, snap, friction, magnets, hand = numbers
+    u, v, f = np.zeros(n), np.zeros(n), np.zeros(n)
+    marks = np.zeros((3, n))
+    per = (laws.shape[1] - 1) / 3.0
+    for k in range(len(well)):
+        w, D = well[k], spacing[k]
+        stiffness = (laws[k, 201] - laws[k, 200]) * per / w
+        u[:] = tilt[k] / stiffness
+        v[:] = 0.0
+        marks[:] = np.nan
+        rest = near[int(D * 100.0)]
+        step = 0
+        passed, since = 0, hand[k]
+        while True:
+            step += 1
+            t = step * dt
+            x = min(t / hand[k], 1.0)
+            u[0] = w * x * x * (3.0 - 2.0 * x)
+            push = 0.0
+            for j in range(1, n):  # the push of the magnets from the left, minus that at rest
+                r = max(min(D + u[j] - u[j - 1], 19.9), 0.0) * 100.0
+                i = int(r)
+                from_left = magnets[k] * (near[i] + (r - i) * (near[i + 1] - near[i]) - rest)
+                if j > 1:
+                    f[j - 1] = push - from_left
+                push = from_left
+            for j in range(1, n - 1):
+                y = min(max((u[j] / w + 1.0) * per, 0.0), laws.shape[1] - 2.0)
+                i = int(y)
+                force = f[j] - laws[k, i] - (y - i) * (laws[k, i + 1] - laws[k, i]) + tilt[k]
+                s = u[j] / w
+                rate = damping[k]
+                if 0.0 < s < 1.0:
+                    rate += snap[k] * 16.0 * s * s * (1.0 - s) * (1.0 - s)
+                if friction[k] > 0.0:
+                    force -= friction[k] * v[j] / np.sqrt(v[j] * v[j] + 4e-6)
+                drag = 0.5 * dt * rate
+                v[j] = ((1.0 - drag) * v[j] + dt * force / MASS) / (1.0 + drag)
+                before = u[j]
+                u[j] += dt * v[j]
+                for m in range(3):
+                    level = w * (0.1 + 0.4 * m)
+                    if before < level <= u[j] and np.isnan(marks[m, j]):
+                        marks[m, j] = t + dt * (level - before) / (u[j] - before)
+                        if m == 1 and j > passed:
+                            passed, since = j, t
+            if not np.isnan(marks[2, LAST]) or t - since > PATIENCE:
+                break
+        late, early = marks[1, LAST], marks[1, FIRST]
+        found[k, 0] = 10.0 * D * (LAST - FIRST) / (late - early)
+        total = 0.0
+        for j in range(FIRST, LAST + 1):
+            total += marks[2, j] - marks[0, j]
+        found[k, 1] = total / (LAST - FIRST + 1)
+        found[k, 2] = passed
