@@ -18,7 +18,7 @@ PICTURE = 'session_figure'
 """Draws a session to a file: `draw(session, path)`."""
 
 NAMES = (
-    'bench', 'figures', 'fit', 'kicks', 'margins', 'measured', 'plan', 'reads',
+    'bench', 'chain', 'figures', 'fit', 'kicks', 'margins', 'measured', 'plan', 'reads',
     'standard_problems', 'tolerance', 'twins', 'windows',
 )  # fmt: skip
 """Its commands, so that we can say what to install."""

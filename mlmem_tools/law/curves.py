@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -81,16 +81,9 @@ def load_run(path: Path) -> Run:
     Raises:
         CurveError: It is none; the message names the line.
     """
-    try:
-        lines = read(path).splitlines()
-    except DecodeError as error:
-        raise CurveError(str(error)) from error
-    rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
-    if not rows:
-        raise CurveError(f'{path}: it must begin with a header, displacement_mm,force_N; got none')
-    names = [name.strip() for name in next(csv.reader([rows[0][1]]))]
-    x, f = (_column(path, rows[0][0], names, known) for known in (LENGTHS, FORCES))
-    values = np.array([_numbers(path, k, line, names, (x[0], f[0])) for k, line in rows[1:]])
+    first, names, rows = table(path, 'displacement_mm,force_N')
+    x, f = (column(path, first, names, known) for known in (LENGTHS, FORCES))
+    values = np.array([numbers(path, k, line, names, (x[0], f[0])) for k, line in rows])
     if len(values) < FEWEST:
         raise CurveError(f'{path}: it must have at least {FEWEST} rows; got {len(values)}')
     D, force = values.T * [[x[1]], [f[1]]]
@@ -101,7 +94,30 @@ def load_run(path: Path) -> Run:
     return Run(str(path), ways[0], ways[1] if ways[1].shape[1] >= FEWEST else np.empty((2, 0)))
 
 
-def _column(path: Path, line: int, names: Sequence[str], known: dict[str, float]) -> Any:
+def table(path: Path, example: str) -> tuple[int, list[str], list[tuple[int, str]]]:
+    """Return the header's line and names, and the rows with their lines, but for comments.
+
+    Raises:
+        CurveError: The file cannot be read, or has no header.
+    """
+    try:
+        lines = read(path).splitlines()
+    except DecodeError as error:
+        raise CurveError(str(error)) from error
+    rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
+    if not rows:
+        raise CurveError(f'{path}: it must begin with a header, {example}; got none')
+    return rows[0][0], [name.strip() for name in next(csv.reader([rows[0][1]]))], rows[1:]
+
+
+def column(
+    path: Path, line: int, names: Sequence[str], known: Mapping[str, float]
+) -> tuple[int, float]:
+    """Return the place of the one column whose name is known, and its unit.
+
+    Raises:
+        CurveError: There is none, or there are several.
+    """
     found = [(names.index(name), scale) for name, scale in known.items() if name in names]
     if len(found) != 1:
         raise CurveError(
@@ -111,9 +127,14 @@ def _column(path: Path, line: int, names: Sequence[str], known: dict[str, float]
     return found[0]
 
 
-def _numbers(
+def numbers(
     path: Path, line: int, text: str, names: Sequence[str], columns: Iterable[int]
 ) -> list[float]:
+    """Return the numbers of a row in some columns.
+
+    Raises:
+        CurveError: It has other columns than the header, or one is no finite number.
+    """
     cells = next(csv.reader([text]))
     if len(cells) != len(names):
         raise CurveError(
