@@ -1,0 +1,107 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The measured lattices from the force curves of their shells."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mlmem_lab.chains.tracked import Measured
+from mlmem_lab.lattices import Lattice, PowerLaw
+from mlmem_lab.measured.curves import predicted
+from mlmem_lab.measured.posterior import Model
+from mlmem_lab.measured.runs import CASES, SILENT, Case, first, speed
+from mlmem_lab.measured.shells import FAR, KNOTS, Chains, magnets, repulsion, table, waves
+from mlmem_lab.measured.wave import MASS, TOUCH, _held
+from mlmem_ros.physics import NOH_BATHE, HeldCell, substep_times
+from mlmem_ros.physics.curve import Curve
+from mlmem_tools.cli.main import main
+
+
+def chains(name, spacing, tilt=0.01, damping=0.01):
+    law, well = table(name)
+    one = np.ones(1)
+    return Chains(
+        law[None], well * one, spacing * one, tilt * one, damping * one, 0.0 * one, 0.0 * one, one,
+        25.0 * one,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ('name', 'gain'),
+    [('225mm_run1', 8.1), ('225mm_run2', 6.2), ('22mm_run11', -11.1), ('180mm_run32', 16.4)],
+)
+def test_the_energies_set_free_are_those_of_the_readme(name, gain):
+    """mJ; it integrates from the first point, we from where the force is zero."""
+    assert chains(name, 6.0, tilt=0.0).gain()[0] == pytest.approx(gain, abs=0.2)
+
+
+def test_the_magnets_are_those_that_were_measured():
+    force = [repulsion()[round(100.0 * r)] for r in (2.2, 3.07, 4.25, *FAR)]
+    assert force == pytest.approx([1.28, 0.454, 0.149, *FAR.values()], rel=0.04)
+
+
+@pytest.mark.parametrize(('name', 'spacing'), [('225mm_run1', 7.0), ('180mm_run30', 6.0)])
+def test_a_wave_is_that_of_the_lattice(name, spacing):
+    """The same chain by the lattice's loop, Noh and Bathe's method and a spline: 1 %."""
+    law, well = table(name)
+    curve = Curve(-well, 2.0 * well, tuple((law - 0.01).tolist()))
+    A, b, p = magnets()
+    lattice = Lattice(
+        Measured(curve, 1.0), PowerLaw(A, -p, spacing + b, b + TOUCH), np.full(26, MASS), 0.2,
+        damping=0.01 * MASS, held=(26,),
+    )  # fmt: skip
+    lattice.place(np.full(26, curve.ground_states[0]))
+    u = [lattice.displacement.copy()]
+    while lattice.time < 700.0:
+        t = substep_times(5, 0.2, NOH_BATHE, lattice.steps_done)
+        lattice.advance(5, HeldCell(1, _held(t, 25.0, well)))
+        u.append(lattice.displacement.copy())
+    u, t = np.array(u), np.arange(len(u), dtype=float)
+    arrivals = np.array([first(t, u[:, j], 0.5 * well) for j in range(7, 11)])
+    found, rise, passed = waves(chains(name, spacing))
+    assert found[0] == pytest.approx(speed(Case(0.0, spacing), arrivals), rel=0.01)
+    assert rise[0] > 0.0
+    assert passed[0] >= 10
+
+
+def test_a_shell_that_sets_too_little_free_is_silent():
+    found, _, passed = waves(chains('22mm_run11', 8.0))
+    assert np.isnan(found[0])
+    assert passed[0] < 5
+
+
+def test_a_prediction_weighs_waves_and_silence():
+    told = predicted(np.array([np.nan, 1.0, 2.0, 3.0]), np.array([0.5, 0.1, 0.3, 0.1]))
+    assert told == {'silent': 0.5, 'median': 2.0, 'low': 1.0, 'high': 3.0}
+    assert predicted(np.full(2, np.nan), np.full(2, 0.5))['median'] is None
+
+
+def test_particles_of_the_prior_know_no_speed_and_moves_keep_what_is_legal():
+    model = Model('viscous', np.random.default_rng(1))
+    at = model.draw(6)
+    assert (at.common[:, 2] == 0.0).all()  # no dry friction
+    assert at.laws(2)[:, 2] == pytest.approx(0.0)  # two tests of that rail
+    assert at.laws(0).sum(axis=1) == pytest.approx(1.0)
+    before = np.isfinite(at.speed)
+    model.move(at, np.ones(9))
+    assert np.isfinite(model.prior(at)).all()
+    again = model.draw(1)
+    assert again.laws(0).shape == (1, 3)
+    assert before.shape == (6, len(CASES))
+    assert at.chains(0).laws.shape == (6, KNOTS)
+
+
+@pytest.mark.slow
+def test_the_command(tmp_path, capsys):
+    """With few particles: nine rows, and what the data of a lattice add to it."""
+    given = ['measured', '--curves', '--particles', '20', '--output', str(tmp_path), '--json']
+    assert main(given) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert set(told['evidence']) == {'viscous', 'snap', 'friction'}
+    assert [row['measured'] is None for row in told['cases']] == [c in SILENT for c in CASES]
+    assert (tmp_path / 'curves.json').exists()
+    assert (tmp_path / 'measured_curves.png').stat().st_size > 10_000
+    assert main(['measured', '--curves', '--particles', '3']) == 2
+    assert '--particles must be' in capsys.readouterr().err
