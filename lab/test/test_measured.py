@@ -126,7 +126,15 @@ def test_the_pattern_needs_all_nine():
 
 
 def options(**changes):
-    plain = {'chains': 0, 'full': False, 'seed': 1, 'output': None, 'json': True}
+    plain = {
+        'chains': 0,
+        'full': False,
+        'curves': False,
+        'particles': 250,
+        'seed': 1,
+        'output': None,
+        'json': True,
+    }
     return SimpleNamespace(**plain | changes)
 
 
