@@ -9,6 +9,7 @@ import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
+from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.parameter import Parameter
 from robot import Robot
 
@@ -121,6 +122,27 @@ def test_the_interval_of_the_hashes_is_fixed_while_configured(declared, tmp_path
     assert set_all(node, {'record.path': str(tmp_path / 'session')}).successful
     refused = set_all(node, {'record.hash_every': 30})
     assert 'record.hash_every may be set only while the node is unconfigured' in refused.reason
+
+
+def test_what_a_configured_node_has_already_may_be_set(declared):
+    """As `ros2 param load` does with what `ros2 param dump` wrote."""
+    node, given = declared({'scale.time': 5e-5})
+    given.lock(8)
+    listed = node.list_parameters([], 0).names
+    for name in listed:
+        if name != 'start_type_description_service':  # rclpy's own, which is read-only
+            value = node.get_parameter(name).value
+            assert set_all(node, {name: value}).successful, name
+    assert given.values().settings.scale.time == 5e-5
+
+
+def test_an_unknown_parameter_is_named(declared):
+    """rclpy says "Invalid access to undeclared parameter(s): []", and no more."""
+    node, _ = declared()
+    with pytest.raises(
+        ParameterNotDeclaredException, match=r'time\.sped.; did you mean time\.speed'
+    ):
+        set_all(node, {'time.sped': 2.0})
 
 
 @pytest.mark.parametrize('name', ['time.integrator', 'read.end'])

@@ -23,7 +23,11 @@ from rcl_interfaces.msg import (
     ParameterType,
     SetParametersResult,
 )
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterNotDeclaredException,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -316,7 +320,7 @@ class ParameterSet:
         if name == 'use_sim_time':
             if self._host.loop is not None:
                 raise SettingsError(f'{name} may be set only while the node is not active')
-        elif self.locked and (not live or name == PACE):
+        elif self.locked and (not live or name == PACE) and value != self._value(name):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
         if (
             name in ('files.root', FILE)
@@ -377,6 +381,8 @@ class ParameterSet:
         file = self._value(FILE)
         leaving = bool(file) and given.get(FILE) == ''
         name = given.get(PRESET, self._value(PRESET) if leaving else None)
+        if self.locked and name == self._value(PRESET):  # as a dump that is loaded says
+            return changed
         of_the_file = bool(file) and not leaving and name == self._value(PRESET)
         if name not in tuple(PRESETS) or of_the_file:
             return changed
@@ -395,13 +401,22 @@ class ParameterSet:
 
     def _warn_of_strangers(self) -> None:
         """Warn of given parameters that do not exist, such as misspelt ones."""
-        known = sorted({*self._node.get_parameters_by_prefix(''), *self._undeclared})
         for name in sorted(self._given):
-            if name in known or name.startswith('qos_overrides.'):
-                continue
-            alike = difflib.get_close_matches(name, known, 1)
-            hint = f'; did you mean {alike[0]}?' if alike else ''
-            self._node.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
+            if not (self._node.has_parameter(name) or name.startswith('qos_overrides.')):
+                told = f'there is no parameter {name}: it is ignored{self._alike(name)}'
+                self._node.get_logger().warning(told)
+
+    def check_names(self, names: list[str]) -> None:
+        """Raise `ParameterNotDeclaredException` for the first that is of no parameter."""
+        for name in names:
+            if name and not self._node.has_parameter(name):  # `_check` refuses an empty one
+                raise ParameterNotDeclaredException(clipped(name) + self._alike(name))
+
+    def _alike(self, name: str) -> str:
+        """Return which parameter has a name like this one."""
+        known = sorted({*self._node.get_parameters_by_prefix(''), *self._undeclared})
+        alike = difflib.get_close_matches(name, known, 1)
+        return f'; did you mean {alike[0]}?' if alike else ''
 
     def _read(self, parameter: Parameter) -> Parameter:
         """Return a law whose file is named as its text, which goes where the file does not."""
@@ -463,6 +478,12 @@ class UnlistedParameters(Node):
             found.names = [name for name in found.names if name not in self.known.hidden]
             found.prefixes = sorted({n.rpartition('.')[0] for n in found.names if '.' in n})
         return found
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set parameters, all or none; an unknown one is refused by its name."""
+        if self.known is not None:
+            self.known.check_names([parameter.name for parameter in parameter_list])
+        return super().set_parameters_atomically(parameter_list)
 
     def has_parameter(self, name: str) -> bool:
         """Return whether there is such a parameter, listed or not."""
