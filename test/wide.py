@@ -55,4 +55,4 @@ def wide(monkeypatch):
 
     monkeypatch.setattr(register, 'forecasts', partial(forecasts, register.forecasts))
     monkeypatch.setattr(register, 'words_of', lambda *_: WIDE.words)
-    monkeypatch.setattr(about, 'code_of', lambda *_: WIDE)
+    monkeypatch.setattr(about, 'Code', lambda *_: WIDE)

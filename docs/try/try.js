@@ -133,7 +133,7 @@ class Tab {
   pick() {} // a cell; it has no faults here
 
   write(level, control) {
-    if (this.free(control)) this.go('write', level);
+    if (this.free(control)) this.go('write', Number(level));
   }
 
   act(button, name) {

@@ -7,20 +7,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import Faults
-from mlmem_ros.device.register import MOST_WORDS, code_of
-from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings, Settings
+from mlmem_ros.device.register import MOST_WORDS, Code
+from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
 from mlmem_ros.law_file import curve_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
 from mlmem_ros.physics.curve import Curve
 from mlmem_ros.physics.dispersion import band
-from mlmem_ros.procedures import PROCEDURES, as_text
+from mlmem_ros.procedures import EXACT, PROCEDURES, as_text
 
 ROWS = 512
 """Most cells in a picture; of a longer chain every second, third ... one is shown."""
@@ -38,6 +39,8 @@ WANTED = (
     'actuator.max_rate',
     'actuator.hand_rate',
     *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in HEARD),
+    'register.spacing',
+    'register.shifted',
     'scale.time',
     'scale.length',
     'scale.stiffness',
@@ -109,10 +112,9 @@ class About:
         given = dict(groups['design'])
         given['law'] = _law(given.get('law'), scale)
         design = Design(**given)
-        kinds = ((name, type(getattr(Settings(), name))) for name in ('kick', 'register'))
-        code = code_of(
-            design, Settings(**{name: kind(**groups.get(name, {})) for name, kind in kinds})
-        )
+        register = groups.get('register', {})
+        spacing, odd = register.get('spacing', 0), register.get('shifted', False)
+        code = Code(design.levels, spacing, odd) if spacing else None
         words = code.words if code else design.levels
         stride = math.ceil(design.N / ROWS)
         probes = {'left': groups['probe'], 'right': groups['probe_right']}
@@ -122,11 +124,16 @@ class About:
             'rows': len(range(0, design.N, stride)),
             'stride': stride,
             'levels': design.levels,
+            'words': words if words <= EXACT else as_text(words),
             'codes': [code.binary(n) if code else design.code(n) for n in range(words)]
             if words <= MOST_WORDS
             else [],
-            'weights': [as_text(word) for word in code.each] if code else None,
-            'spacing': code.spacing if code else 0,
+            'code': code
+            and {
+                'tops': [as_text(b - a) for a, b in pairwise((*code.each, code.words))],
+                'spacing': spacing,
+                'odd': odd,
+            },
             'defects': [design.defect(level) for level in range(design.levels)],
             'phases': [design.D_s1, design.D_s2],
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),

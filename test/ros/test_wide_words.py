@@ -107,7 +107,7 @@ def test_a_session_is_replayed_and_shown(node, capsys):
     assert main(['inspect', path]) == 0
     assert f'{WORD:#x}' in capsys.readouterr().out
     head = json.loads(frame(path))
-    assert head['element']['weights'][-1] == f'{of([7]):#x}'
+    assert head['element']['code']['tops'][3] == '0x8'
     assert head['levels'][-1][1] == f'{WORD:#x}'
 
 

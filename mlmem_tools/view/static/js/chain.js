@@ -46,13 +46,13 @@ export class Chain {
   /** Return the levels at which walls rest in a content. */
   levels(content) {
     if (!(content >= 0)) return [];
-    return this.about.weights ? walls(content, this.about.weights) : [content];
+    return this.about.code ? walls(content, this.about.code) : [content];
   }
 
   /** Write a level; where there are many walls, set or clear the one there. */
   write(level, control) {
     const present = this.state?.level >= 0 ? this.state.level : 0;
-    this.controls?.write(this.about.weights ? toggled(present, level, this.about) : level, control);
+    this.controls?.write(this.about.code ? toggled(present, level, this.about.code) : level, control);
   }
 
   /** Put a button below every defect if there is room. */
@@ -68,7 +68,7 @@ export class Chain {
     this.row.classList.toggle('crowded', room < BUTTON);
     if (room < BUTTON) return this.arrangeMany();
     this.buttons = defects.map((site, level) => {
-      const title = this.about.weights ? `Level ${level}, site ${site}: ${this.controls ? 'set or clear this wall' : ''}`
+      const title = this.about.code ? `Level ${level}, site ${site}: ${this.controls ? 'set or clear this wall' : ''}`
         : `${this.controls ? 'Write level' : 'Level'} ${level} (${this.about.codes[level]}), site ${site}`;
       const button = make('button', { textContent: level, title, disabled: !this.controls });
       button.dataset.level = level;
@@ -81,7 +81,7 @@ export class Chain {
 
   /** Put a tick below every defect of many levels: a click takes the nearest, or a content is typed. */
   arrangeMany() {
-    const { defects, cells, weights } = this.about;
+    const { defects, cells, code } = this.about;
     const at = (site) => (site - 0.5) / cells;
     const word = make('span');
     const strip = make('div', { className: 'strip' }, word, ...defects.map((site) => {
@@ -95,16 +95,16 @@ export class Chain {
     };
     strip.onpointermove = (event) => {
       const level = nearest(event);
-      word.textContent = `${!this.controls ? '' : weights ? 'set or clear ' : 'write '}${level}`;
+      word.textContent = `${!this.controls ? '' : code ? 'set or clear ' : 'write '}${level}`;
       word.style.left = `${100 * at(defects[level])}%`;
     };
     strip.onpointerleave = () => { word.textContent = ''; };
     strip.onclick = (event) => this.write(nearest(event), strip);
-    const what = weights ? 'Word' : 'Level';
-    const input = make('input', weights ? { type: 'text', value: '0x0', size: 20, ariaLabel: what }
+    const what = code ? 'Word' : 'Level';
+    const input = make('input', code ? { type: 'text', value: '0x0', size: 20, ariaLabel: what }
       : { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: what });
     const button = make('button', { textContent: 'Write' });
-    button.onclick = () => this.controls.write(weights ? input.value.trim() : Number(input.value), button);
+    button.onclick = () => this.controls.write(code ? input.value.trim() : Number(input.value), button);
     this.row.append(strip, make('div', { className: 'many live-only' }, what, input, button));
   }
 
