@@ -22,7 +22,7 @@ JUDGES = {
     'check': ['design', 'check', 'bits_1'],
     'prove': ['design', 'prove', 'bits_1', '--jobs', '1'],
     'margins': ['margins', '--design', 'bits_1', '--point', '5', '--size', '4'],
-    'windows': ['windows', 'bits_1', '--radii', '0.1', '--workers', '1'],
+    'windows': ['windows', 'bits_1', '--method', 'strain', '--radii', '0.1', '--workers', '1'],
 }
 
 

@@ -154,10 +154,11 @@ def test_an_end_that_is_late_changes_no_level(end, late, monkeypatch):
     """
     decode = BadCells.decode
 
-    def delayed(self, shot, *rest):
+    def delayed(self, shots, *rest):
+        (shot,) = shots
         samples, n = shot.samples.copy(), round(late / shot.dt)
         samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
-        return decode(self, replace(shot, samples=samples), *rest)
+        return decode(self, [replace(shot, samples=samples)], *rest)
 
     monkeypatch.setattr(BadCells, 'decode', delayed)
     element = element_with('case_2', str(BESIDE), Faults(stuck_cell=BESIDE))
