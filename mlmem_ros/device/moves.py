@@ -231,6 +231,8 @@ def _strained(design: Design, settings: Settings, start: int) -> Iterator[Move]:
         if stroke.peak and begins and 0 <= target < design.levels:
             cycle = Cycle.planned(stroke, stroke_peak(design, stroke, start), rate)
             yield Move(How.STROKE, start, target, cycle.duration)
+    if pushes(settings):
+        return  # a push takes the wall out, too, and leaves less behind that brakes a kick
     if throws(settings) and start not in settings.throw.barred:
         out = Move(How.THROW, start, BLANK, 0.0)
         yield replace(out, time=cycle_of(design, settings, out).duration)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,6 +60,7 @@ def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> in
     return -2
 
 
+@lru_cache(maxsize=16)
 def wall_energy(design: Design) -> float:
     """Return the continuum energy of a wall at alpha = 1: the integral of sqrt(2 psi) over D.
 
