@@ -11,6 +11,7 @@ import pytest
 
 from mlmem_lab.landscapes.kicked_wall import KickedWall, modes, pull
 from mlmem_lab.results import FOLDER, load
+from mlmem_lab.rk4 import Rk4Element
 from mlmem_lab.windows import maps
 from mlmem_lab.windows.flight import (
     after_kick,
@@ -21,9 +22,10 @@ from mlmem_lab.windows.flight import (
     search_kicks,
 )
 from mlmem_lab.windows.kicks import KICKED, count, kicks
-from mlmem_ros.device import preset
+from mlmem_ros.device import MemoryElement, factory_calibration, preset
 from mlmem_ros.device.end import Pulse
 from mlmem_ros.device.moves import NARROW, kick_energy, push_energy
+from mlmem_ros.device.procedures.blocks import push, run, wait
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.device.settings import PushSettings
 from mlmem_ros.physics import (
@@ -32,13 +34,14 @@ from mlmem_ros.physics import (
     Chain,
     HeldCell,
     Specimen,
+    level_of,
     substep_times,
     wall_energy,
     walls,
 )
 from mlmem_ros.physics.dispersion import group_velocity
 from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.equilibrium import relax, wall_profile
+from mlmem_ros.physics.equilibrium import relax, resting_wall, wall_profile
 from mlmem_ros.physics.held_wall import uniform
 
 MAPPED = load(FOLDER / 'kicks.json')['presets']
@@ -71,11 +74,31 @@ def test_every_shipped_move_bears_a_tenth_in_every_quantity_but_the_stroke_of_a_
         assert found['room'] >= NARROW
         assert settings.kick.room(level) <= found['room'] + 0.005  # as it says itself
         assert min(found['rooms'][each] for each in ('hold', 'late')) >= NARROW
-    push = settings.push
-    assert push.room >= NARROW
+    loud, rooms = settings.push, MAPPED[name]['push']['rooms']
+    assert loud.room >= NARROW
+    assert loud.room == pytest.approx(min(min(each.values()) for each in rooms), abs=0.006)
     for each, off in (('gain', -0.1), ('omega_c', 0.1), ('sigma', -0.1), ('sigma', 0.1)):
         for level in (0, 1, design.levels - 1):  # as often as the device pushes
-            assert after_push(chain, level, push_of(push, each, off), push.pulses) == BLANK
+            assert after_push(chain, level, push_of(loud, each, off), loud.pulses) == BLANK
+
+
+@pytest.mark.parametrize('off', [-0.13, 0.13])
+def test_another_integrator_agrees_with_the_room_of_the_narrowest_push(off):
+    """The device over classical Runge-Kutta steps: a packet 0.13 too short or too long, of which
+    one pulse is not always enough, and three are.
+    """
+    design, settings = preset('kick_4')
+    settings = replace(settings, push=push_of(settings.push, 'sigma', off))
+    known = factory_calibration(design, settings)
+    made, dt = Specimen(design), MemoryElement(design, settings, known).driver.dt
+    for level in (0, 1, 15):
+        body = Rk4Element(made, dt, step=0.125)
+        body.v[:] = resting_wall(made, level)
+        element = MemoryElement(design, settings, known, body)
+        element.transducer.assume_rest()
+        assert any(run(element, push(element)) for _ in range(settings.push.pulses))
+        run(element, wait(element, 500.0))
+        assert level_of(design, body.v) == BLANK
 
 
 def test_the_stroke_must_be_right_within_a_hundredth():

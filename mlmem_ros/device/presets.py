@@ -375,7 +375,7 @@ PRESETS |= {
             '0.0031 0.0103 0.0222 0.0367', rooms='0.55 0.6 0.33 0.23', late=LATE, settle=400.0
         ),
         push=PushSettings(
-            A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0, room=0.17
+            A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0, room=0.28
         ),
     )),
     'kick_3': _kicked(_CASE_2),

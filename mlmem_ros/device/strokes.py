@@ -100,6 +100,6 @@ BY_25: dict[str, Any] = {
         '0.006 0.0145 0.0316 0.053 0.0793 0.1207 0.18 0.258',
         rooms='0.51 0.58 0.33 0.23 0.17 0.26 0.15 0.23',
     ),
-    'push': PushSettings(A=0.62, omega_c=0.74, sigma=12.0, settle=800.0, after=1.1, room=0.12),
+    'push': PushSettings(A=0.62, omega_c=0.74, sigma=12.0, settle=800.0, after=1.1, room=0.3),
 }
 """Strokes, a throw, kicks and a push for the paper's 25 cells per level."""
