@@ -22,8 +22,7 @@ from .worker import Worker
 
 if TYPE_CHECKING:
     from ..bag.queued_writer import QueuedWriter, WriterStatus
-    from .pre_trigger import Message, PreTriggerBuffer
-    from .recording import Recording
+    from .recording import Message, PreTriggerBuffer, Recording
 
 T = TypeVar('T')
 

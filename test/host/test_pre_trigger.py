@@ -8,8 +8,8 @@ import pytest
 
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.device import Read, Refused, SetStrain, Write
-from mlmem_ros.host import pre_trigger
-from mlmem_ros.host.pre_trigger import PreTriggerBuffer
+from mlmem_ros.host import recording
+from mlmem_ros.host.recording import PreTriggerBuffer
 from mlmem_ros.host.settings import RecordSettings
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
@@ -121,7 +121,7 @@ def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
 
 def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     """A write fills more than the limit: what is kept begins after it."""
-    monkeypatch.setattr(pre_trigger, 'MOST_BYTES', 50_000)
+    monkeypatch.setattr(recording, 'MOST_BYTES', 50_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()
     ended = host.submit(Write(1)).answer.result(SOON).end_tick
@@ -151,7 +151,7 @@ def test_a_buffer_reaches_as_far_back_as_it_should_and_begins_with_a_state():
     (header, *kept), number = filled(8.0, 100).content()
     assert number == 100
     assert [stamp for *_, stamp in kept] == list(range(header[2], 100))
-    assert 8 <= 100 - header[2] <= 8 + 8 / pre_trigger.SEGMENTS
+    assert 8 <= 100 - header[2] <= 8 + 8 / recording.SEGMENTS
 
 
 @pytest.mark.parametrize('opened', [25, 200])
@@ -164,7 +164,7 @@ def test_what_comes_while_a_bag_is_opened_follows_without_a_gap(opened):
     assert stamps == list(range(stamps[0], opened))
     buffer.release()
     fill(buffer, range(opened, opened + 20))
-    assert buffer.kept['last_seconds'] <= 8 + 8 / pre_trigger.SEGMENTS
+    assert buffer.kept['last_seconds'] <= 8 + 8 / recording.SEGMENTS
 
 
 @pytest.mark.parametrize('how', ['dropped', 'cleared'])
@@ -172,7 +172,7 @@ def test_a_gap_is_refused(how, monkeypatch):
     buffer = filled(8.0, 20)
     _, number = buffer.content()
     if how == 'dropped':
-        monkeypatch.setattr(pre_trigger, 'MOST_BYTES', 100)
+        monkeypatch.setattr(recording, 'MOST_BYTES', 100)
     else:
         buffer.clear()
     buffer.put('topic', b'lost', 20)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Many walls: kick each to its level, push all out, and hear them in one pulse; without strain.
+"""Many walls: kick each to its level, and push all out; without strain.
 
 A kick is a smooth move of the left end to its other ground state. It sends a wall, or a kink
 behind walls that rest already, to the level that its speed selects. So a word is filled from the
@@ -9,20 +9,18 @@ right.
 
 from __future__ import annotations
 
-import math
-
 from ...physics import Design
-from ..commands import LISTENING, QUIETING
-from ..echo import EchoDetector, pulse_duration
-from ..end import End, Shot
+from ..echo import pulse_duration
+from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..peeling import Peeled
-from ..reading import UNDECODABLE, Reading
-from ..register import Code, Forecasts, Register
+from ..reading import UNDECODABLE
+from ..register import Code, Register
 from ..settings import Settings
 from .blocks import Procedure, Result, bring_back, catch_up, fire_push, kick_to, wait
 from .filling import annihilate, shift_in
+from .hearing import hear
 
 
 def send(element: Memory, speed: float) -> Procedure[None]:
@@ -105,57 +103,3 @@ def clear(element: Memory) -> Procedure[Result]:
         f'the element is not blank after {attempts} {how}: {reading.reason or reading.code}',
         attempts,
     )
-
-
-def hear(element: Memory) -> Procedure[Reading]:
-    """Fire the pulse of a read, of each end that is to be heard, and decode what both ends do;
-    raises as `record`.
-    """
-    forecasts = element.waveforms
-    assert forecasts is not None
-    shots, loudest = list[Shot](), 0.0
-    for end in forecasts.ends:
-        shot, noise = yield from record(element, forecasts, end)
-        shots.append(shot)
-        loudest = max(loudest, noise)
-    detector = EchoDetector(element.settings.register.probe, element.driver.dt)
-    detector.feed(shots[0].samples[End.LEFT.row] - shots[0].rest[End.LEFT.row])
-    return element.hear_word(shots, loudest, detector.echo(End.LEFT))
-
-
-def record(
-    element: Memory, forecasts: Forecasts | Peeled, end: End = End.LEFT
-) -> Procedure[tuple[Shot, float]]:
-    """Wait until the ends are quiet in the band of the pulse, fire that of an end, and record
-    both.
-
-    Returns:
-        The shot, and the noise before it (`Listener.noise`).
-
-    Raises:
-        ProcedureFailed: They do not become quiet within `read.patience`.
-    """
-    transducer = element.transducer
-    listener, probe = forecasts.listener, element.settings.register.probe
-    while element.actuator.moving:
-        yield element.next_look(element.actuator.remaining)
-    yield from catch_up(element)
-    element.progress.phase = QUIETING
-    patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
-    since, passage = 0, math.ceil(element.passage(End.LEFT) / element.tick)
-    while since < passage:  # what is inside comes to an end within that time
-        yield 1
-        noise = listener.noise(transducer.recent, element.driver.dt)
-        since = since + 1 if noise < forecasts.quiet else 0
-        if element.ticks >= patience:
-            raise ProcedureFailed(
-                'the element does not come to rest: what both ends hear in the band of the pulse '
-                f'is {math.sqrt(noise / forecasts.quiet):.3g} times as loud as it may be'
-            )
-    element.progress.phase = LISTENING
-    recorder = transducer.shoot(end, probe)
-    until = element.ticks + listener.ticks + element.driver.lag
-    while element.ticks < until:
-        yield until - element.ticks
-    transducer.release()
-    return recorder.shot(0.0, element.transmission.encoder, element.driver.dt), noise

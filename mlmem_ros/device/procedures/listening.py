@@ -228,7 +228,7 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
     end of a blank element, and vice versa: then only the other end is probed.
     """
     if element.waveforms is not None:
-        from .kicking import hear  # few elements hold many walls or have known bad cells
+        from .hearing import hear  # few elements hold many walls or have known bad cells
 
         reading = yield from hear(element)
         if reading.level == UNDECODABLE and (swinging := _swinging(element)) > 0.0:

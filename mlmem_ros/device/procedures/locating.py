@@ -19,7 +19,7 @@ from ..memory import Memory
 from ..reading import BLANK, UNDECODABLE
 from ..register import Code
 from .blocks import Procedure, Result
-from .kicking import hear, record
+from .hearing import hear, record
 from .listening import pulse_echo, quiet
 
 WELL = 0.25
