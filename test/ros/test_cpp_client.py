@@ -1,0 +1,43 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The C++ client of the examples is built, where rclcpp is, and writes and reads a level."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from mlmem_ros.contract import services
+
+EXAMPLE = Path(__file__).parents[2] / 'examples' / 'cpp_client'
+PREFIXES = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+
+
+@pytest.fixture(scope='module')
+def program(tmp_path_factory):
+    if not services.action_types():
+        pytest.skip('mlmem_interfaces is not built: make interfaces')
+    if not any((Path(each) / 'share' / 'rclcpp_action').is_dir() for each in PREFIXES if each):
+        pytest.skip('there is no rclcpp: wheels do not have it, apt does')
+    if shutil.which('cmake') is None or shutil.which('c++') is None:
+        pytest.skip('there is no cmake or no C++ compiler')
+    folder = tmp_path_factory.mktemp('cpp_client')
+    subprocess.run(['cmake', '-S', EXAMPLE, '-B', folder], check=True)
+    subprocess.run(['cmake', '--build', folder], check=True)
+    return folder / 'client'
+
+
+def test_it_writes_and_reads_a_level(program, start):
+    start({'scale.time': 1e-5})
+    done = subprocess.run([program, '3'], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert 'level 3' in done.stderr
+
+
+def test_a_refusal_says_why(program, start):
+    start({'scale.time': 1e-5}, name='mlmem')
+    done = subprocess.run([program, '65541'], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert 'refused: level must be' in done.stderr
