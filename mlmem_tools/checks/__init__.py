@@ -57,6 +57,10 @@ BY_STRAIN = (drift, launch, steps)
 """Those that judge what strain does: without an actuator there is none."""
 
 
+OF_ONE_WALL = (launch, echoes)
+"""Those that judge a launch by strain, and the delays by which one wall is read."""
+
+
 def check(
     design: Design, settings: Settings | None = None, element: Element | None = None
 ) -> Report:
@@ -75,6 +79,7 @@ def check(
         finding
         for concern in CONCERNS
         if settings.actuator.present or concern not in BY_STRAIN
+        if not settings.register.spacing or concern not in OF_ONE_WALL
         for finding in concern.check(subject)
     ]
     if settings.element.bad_cells:

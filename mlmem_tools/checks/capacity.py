@@ -77,17 +77,7 @@ def capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
     if step is None:
         yield Capacity('shifting', None, 1, 'walls and kinks keep step at no distance')
     else:
-        yield Capacity('shifting', step, shifted(design.levels, step))
-
-
-def shifted(levels: int, distance: int) -> int:
-    """Return how many words walls and kinks in step can be: sets of levels whose neighbours are an
-    odd number of levels apart, at least `distance`, the last one, a wall, at an even level.
-    """
-    topped: list[int] = []  # by the highest level
-    for level in range(levels):
-        topped.append(1 + sum(topped[level - odd] for odd in range(distance | 1, level + 1, 2)))
-    return 1 + sum(topped[::2])
+        yield Capacity('shifting', step, Code(design.levels, step, odd=True).words)
 
 
 def least(holds: Callable[[int], bool], step: int) -> int | None:

@@ -399,3 +399,10 @@ def test_256_levels_are_checked_within_half_a_minute():
     begin = time.process_time()
     check(large)
     assert time.process_time() - begin < 30.0
+
+
+def test_a_register_is_not_judged_by_what_one_wall_needs():
+    """Walls of a long one are sent by kicks, and are read by waveforms."""
+    found = {finding.name for finding in check(*preset('byte')).findings}
+    assert 'words' in found
+    assert not {'launch_write', 'echo_left', 'apart'} & found
