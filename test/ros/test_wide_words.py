@@ -151,3 +151,15 @@ def test_elements_of_a_bank_are_digits(node):
     bank = MemoryBank([node.memory], base=2 * TOP)
     assert bank.write(WORD).wait().value == WORD
     assert bank.read().wait().digits == (WORD,)
+
+
+@pytest.mark.slow
+def test_the_longest_register_takes_words_of_64_bits():
+    word = 0x1234567890ABCDEF
+    given = GIVEN | {'design.preset': 'register_8', 'scale.time': 1e-6}
+    with memory_node(given, name='long') as node:
+        assert node.memory.write(word, timeout=600.0).wait().level == word
+        read = node.memory.read(timeout=60.0).wait()
+        assert (read.level, read.word) == (word, f'{word:#x}')
+        with pytest.raises(RequestRefused, match='level must be a whole number from 0 to'):
+            node.memory.write(2**65).wait()
