@@ -9,7 +9,7 @@ import pytest
 
 from mlmem_lab.chains.tracked import Measured
 from mlmem_lab.lattices import Lattice, PowerLaw
-from mlmem_lab.measured.curves import predicted
+from mlmem_lab.measured.curves import draw, predicted
 from mlmem_lab.measured.posterior import Model
 from mlmem_lab.measured.runs import CASES, SILENT, Case, first, speed
 from mlmem_lab.measured.shells import FAR, KNOTS, Chains, magnets, repulsion, table, waves
@@ -102,6 +102,10 @@ def test_the_command(tmp_path, capsys):
     assert set(told['evidence']) == {'viscous', 'snap', 'friction'}
     assert [row['measured'] is None for row in told['cases']] == [c in SILENT for c in CASES]
     assert (tmp_path / 'curves.json').exists()
+    assert main([*given, '--left-out']) == 0
+    left = json.loads(capsys.readouterr().out)
+    assert [row['unseen']['silent'] <= 1.0 for row in left['cases']] == [True] * 9
+    draw(told, left, tmp_path)
     assert (tmp_path / 'measured_curves.png').stat().st_size > 10_000
     assert main(['measured', '--curves', '--particles', '3']) == 2
     assert '--particles must be' in capsys.readouterr().err

@@ -7,8 +7,9 @@ elements is fitted to the speeds at 8 cm; all other speeds are predictions. Rand
 bands. With --output the figures and a result file are written.
 
 --curves takes the laws of the shells from force tests instead of the authors' polynomials, and all
-that is not known as distributions. It tells the evidence for what slows the elements, and predicts
-every lattice from the curves alone, from the data of the others, and with its own. Minutes.
+that is not known as distributions. It tells the evidence for what slows the elements. Lattices are
+predicted from the curves alone, and with their data; with --left-out from the data of the others.
+Minutes.
 """
 
 from __future__ import annotations
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from .study import Study
 
 
+LOOKS = {'curves': 'curves alone', 'unseen': 'left out', 'seen': 'with its data'}
+"""What is known of a lattice that is predicted."""
+
+
 @command(
     'predict the speeds of transition waves measured in a real lattice',
     option('--chains', type=int, default=40, help='random chains a lattice; 0: no bands'),
@@ -39,6 +44,7 @@ if TYPE_CHECKING:
         help='also: fronts at 6 cm, cases left out, and what would silence a lattice; minutes',
     ),
     option('--curves', action='store_true', help='from force curves, by a posterior'),
+    option('--left-out', action='store_true', help='with --curves: each lattice from the others'),
     option('--particles', type=int, default=PARTICLES, help='draws of that posterior'),
     option('--seed', type=int, default=1, help='of random numbers'),
     option('--output', type=Path, help='folder for figures and result file'),
@@ -88,42 +94,44 @@ def measured(arguments: argparse.Namespace) -> int:
 
 def _curves(arguments: argparse.Namespace, console: Console) -> int:
     """Predict from force curves; return the exit status."""
-    from ..results import by, keep_picture, save
-    from .curves import draw, studied
+    from ..results import by, save
+    from .curves import studied, unseen
     from .runs import ATTRIBUTION
 
+    study, name = (unseen, 'unseen') if arguments.left_out else (studied, 'curves')
     with console.status('') as status:
-        result = studied(
+        result = study(
             arguments.particles, arguments.seed,
             lambda what, done: status.update(f'{what}: {done:.0%}'),
         )  # fmt: skip
+    looks = [look for look in ('curves', 'unseen', 'seen') if look in result['cases'][0]]
     table = plain_table(
         'Speeds in m/s, middle nine tenths; share in which no wave passes', '>rail', '>spacing',
-        '>measured', '>curves alone', '>left out', '>with its data', '>set free, mJ',
+        '>measured', *(f'>{LOOKS[look]}' for look in looks),
     )  # fmt: skip
     for row in result['cases']:
-        seen, gain = row['measured'], row['gain']
+        seen = row['measured']
         table.add_row(
             f'{row["rail"]:g}', f'{row["spacing"]}',
             'none' if seen is None else ' '.join(f'{each:.2f}' for each in seen),
-            *(_band(row[name]) for name in ('curves', 'unseen', 'seen')),
-            f'{gain["low"]:.1f} to {gain["high"]:.1f}',
+            *(_band(row[look]) for look in looks),
         )  # fmt: skip
     console.print(table)
-    for losses, evidence in result['evidence'].items():
+    for losses, evidence in result.get('evidence', {}).items():
         console.print(f'evidence of {losses}: exp({evidence:.1f})')
     console.print(ATTRIBUTION)
-    if (folder := arguments.output) is not None:
-        made = f'mlmem measured --curves --particles {arguments.particles} --seed {arguments.seed}'
+    if arguments.output is not None:
+        made = (
+            f'mlmem measured --curves --particles {arguments.particles} --seed {arguments.seed}'
+            + ' --left-out' * arguments.left_out
+        )
         try:
             said = {'attribution': ATTRIBUTION, **result}
-            file = save(folder / 'curves.json', said, made, arguments.seed, by(studied, 'study'))
-            files = [file, *draw(result, folder)]
-            for picture in files[1:]:
-                keep_picture(picture, f'{made} --output {folder}', by(draw, 'picture'))
+            of = by(study, 'study')
+            file = save(arguments.output / f'{name}.json', said, made, arguments.seed, of)
         except OSError as error:
             return complain('measured', f'a file could not be written; {error}', 1)
-        console.print('  '.join(map(str, files)), soft_wrap=True)
+        console.print(str(file), soft_wrap=True)
     if arguments.json:
         print_json(result)
     return 0

@@ -42,16 +42,11 @@ def studied(particles: int, seed: int, tell: Progress = lambda *_: None) -> dict
     before = model.draw(particles)
     rows = []
     for k, case in enumerate(CASES):
-        tell(f'leaving out {case}', k / len(CASES))
-        speeds, weights = model.left_out(at, k)
         each = np.full(len(at.speed), 1.0 / len(at.speed))
         rows.append({
             'rail': case.rail, 'spacing': int(case.spacing),
             'measured': None if case in SILENT else [run.speed for run in runs(case)],
             'curves': predicted(before.speed[:, k], each),
-            'unseen': predicted(speeds, weights) | {
-                'effective': 1.0 / float((weights.sum(axis=1) ** 2).sum())
-            },
             'seen': predicted(at.speed[:, k], each),
             'gain': told(at.chains(k).gain()),
             'tilt': told(10.0 * at.tilt[:, k]),
@@ -77,6 +72,26 @@ def studied(particles: int, seed: int, tell: Progress = lambda *_: None) -> dict
     }  # fmt: skip
 
 
+def unseen(particles: int, seed: int, tell: Progress = lambda *_: None) -> dict[str, Any]:
+    """Return a prediction of every lattice from the curves and the data of the others.
+
+    With viscous damping alone. Args as in `studied`.
+    """
+    rows = []
+    for k, case in enumerate(CASES):
+        model = Model('viscous', np.random.default_rng(seed))
+        for done, found, _ in model.sample(particles, without=k):
+            at = found
+            tell(f'without {case}', (k + done) / len(CASES))
+        speeds = model.predicted(at, k).ravel()
+        rows.append({
+            'rail': case.rail, 'spacing': int(case.spacing),
+            'measured': None if case in SILENT else [run.speed for run in runs(case)],
+            'unseen': predicted(speeds, np.full(len(speeds), 1.0 / len(speeds))),
+        })  # fmt: skip
+    return {'cases': rows, 'particles': particles}
+
+
 def told(values: Array) -> dict[str, float]:
     """Return median and interval of equally probable values."""
     middle, low, high = np.quantile(values, QUANTILES)
@@ -96,8 +111,8 @@ def predicted(speeds: Array, weights: Array) -> dict[str, float | None]:
     return {'silent': silent, 'median': middle, 'low': low, 'high': high}
 
 
-def draw(result: dict[str, Any], folder: Path) -> list[Path]:
-    """Draw speeds with intervals, a panel per rail; return the files.
+def draw(study: dict[str, Any], left: dict[str, Any], folder: Path) -> list[Path]:
+    """Draw speeds with intervals, a panel per rail, of `studied` and `unseen`; return the files.
 
     Raises:
         OSError: One cannot be written.
@@ -106,9 +121,9 @@ def draw(result: dict[str, Any], folder: Path) -> list[Path]:
         figure = style.new_figure(3.6)
         panels = style.axes_grid(figure, 1, 3, sharey=True)[0]
         for axes, rail in zip(panels, RAILS, strict=True):
-            for row in result['cases']:
+            for row, other in zip(study['cases'], left['cases'], strict=True):
                 if row['rail'] == rail:
-                    _draw(axes, row)
+                    _draw(axes, row | other)
             axes.set_title(f'rails {rail:g} cm apart')
             axes.set_xlabel('spacing (cm)')
             axes.set_xticks(SPACINGS)

@@ -10,8 +10,8 @@ the magnets to 5 %. Speeds and rises of the measured waves, and the two silences
 The posterior is sampled by tempering: particles of the prior see more and more of the data, and
 are moved by Metropolis steps, unknowns of one lattice, of one rail, or common ones at a time, as
 only these waves change. The products of the mean weights are the evidence (Del Moral, Doucet &
-Jasra, J. R. Stat. Soc. B 68, 411, 2006). A lattice is left out by drawing its unknowns afresh and
-by weights that take back what its data said of the others (`Model.left_out`).
+Jasra, J. R. Stat. Soc. B 68, 411, 2006). To leave a lattice out is to sample without its data, and
+to draw its own unknowns afresh.
 """
 
 from __future__ import annotations
@@ -181,27 +181,17 @@ class Model:
         if CASES[case] in SILENT:
             at.well[:, case] += WELL * normal(n)
 
-    def left_out(self, at: Particles, case: int, draws: int = DRAWS) -> tuple[Array, Array]:
-        """Return speeds of a lattice from all data but its own, NaN for silence, and weights.
+    def predicted(self, at: Particles, case: int, draws: int = DRAWS) -> Array:
+        """Return speeds of a lattice whose own unknowns are drawn afresh, NaN for silence.
 
-        Given all else, its data act through the likelihood of them, its own unknowns drawn
-        afresh; each particle's weight is one over that, at most the root of their number times the
-        mean (Ionides, J. Comput. Graph. Stat. 17, 295, 2008).
-
-        Returns:
-            Both of shape (n, draws); the weights have the sum 1.
+        Shape (draws, n).
         """
-        speeds, likelihoods = [], []
+        speeds = []
         for _ in range(draws):
-            new = Particles(*(each.copy() for each in vars(at).values()))
-            self._refresh(new, case)
-            new.run([case])
-            speeds.append(new.speed[:, case])
-            likelihoods.append(np.exp(self.likelihood(new)[:, case]))
-        weight = 1.0 / np.mean(likelihoods, axis=0)
-        weight = np.minimum(weight, np.sqrt(len(weight)) * weight.mean())
-        weights = np.repeat(weight[:, None] / (draws * weight.sum()), draws, axis=1)
-        return np.array(speeds).T, weights
+            self._refresh(at, case)
+            at.run([case])
+            speeds.append(at.speed[:, case].copy())
+        return np.array(speeds)
 
     def prior(self, at: Particles) -> Array:
         """Return the logarithm of the prior density, up to a constant, shape (n,)."""
@@ -304,9 +294,15 @@ class Model:
 
     # --- tempering -----------------------------------------------------------------------
 
-    def sample(self, n: int) -> Iterator[tuple[float, Particles, float]]:
-        """Go from the prior to the posterior; yield share done, particles, log evidence."""
+    def sample(
+        self, n: int, without: int | None = None
+    ) -> Iterator[tuple[float, Particles, float]]:
+        """Go from the prior to the posterior, of all lattices or without the data of one; yield
+        the share done, particles, log evidence.
+        """
         at, weight, done, evidence = self.draw(n), np.ones(9), 0.0, 0.0
+        if without is not None:
+            weight[without] = 0.0
         while done < 1.0:
             gain = self.likelihood(at) @ weight
             step = _largest_step(gain, 1.0 - done)
