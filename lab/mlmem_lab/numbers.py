@@ -61,6 +61,8 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'cells': tables.reads,
     'shaken': tables.shaken,
     'measured speeds': tables.speeds,
+    'unseen speeds': tables.unseen,
+    'curves speeds': tables.curves,
     'twin learning': tables.learning,
     'node figures': tables.nodes,
     'node missed': tables.missed,

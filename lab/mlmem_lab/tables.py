@@ -339,13 +339,49 @@ def speeds(result: Mapping[str, Any]) -> Rows:
     head = ('rail / spacing', 'measured', 'ours', 'seen by the fit', 'damping alone', 'authors')
     rows: Rows = [head]
     for case in result['cases']:
-        told = case['measured']
-        measured = ', '.join(f'{speed:.2f}' for speed in told) if told else 'no wave'
         seen = 'yes' if case['fitted'] else 'no'
         others = (f'{case[key]:.2f}' if case[key] else '' for key in ('viscous', 'authors'))
         ours = f'{case["speed"]:.2f}' if case['speed'] else 'none'
-        rows.append([f'{case["rail"]:g}/{case["spacing"]:g}', measured, ours, seen, *others])
+        rows.append([*_lattice(case), ours, seen, *others])
     return rows
+
+
+def unseen(result: Mapping[str, Any]) -> Rows:
+    """Return what other lattices and the force curves say of each."""
+    rows: Rows = [('rail / spacing', 'measured', 'predicted without its data', 'no wave')]
+    for case in result['cases']:
+        found = case['unseen']
+        rows.append([*_lattice(case), _interval(found), f'{100.0 * found["silent"]:.0f} %'])
+    return rows
+
+
+def curves(result: Mapping[str, Any]) -> Rows:
+    """Return speeds from the force curves alone and with a lattice's data."""
+    rows: Rows = [(
+        'rail / spacing', 'measured', 'curves alone', 'no wave', 'with its data', 'no wave',
+        'set free, mJ',
+    )]  # fmt: skip
+    for case in result['cases']:
+        told = (
+            text
+            for found in (case['curves'], case['seen'])
+            for text in (_interval(found), f'{100.0 * found["silent"]:.0f} %')
+        )
+        rows.append([*_lattice(case), *told, _interval(case['gain'], 1)])
+    return rows
+
+
+def _lattice(case: Mapping[str, Any]) -> tuple[str, str]:
+    told = case['measured']
+    measured = ', '.join(f'{speed:.2f}' for speed in told) if told else 'no wave'
+    return f'{case["rail"]:g}/{case["spacing"]:g}', measured
+
+
+def _interval(found: Mapping[str, Any], digits: int = 2) -> str:
+    if found['median'] is None:
+        return ''
+    middle, low, high = (f'{found[key]:.{digits}f}' for key in ('median', 'low', 'high'))
+    return f'{middle} ({low} to {high})'
 
 
 def learning(result: Mapping[str, Any]) -> Rows:

@@ -159,6 +159,21 @@ def _draw(axes: Any, row: dict[str, Any]) -> None:
         )  # fmt: skip
         axes.plot(x + aside, given['median'], 'o', ms=4, color=colour)
     if row['measured'] is None:
-        axes.plot(x, 0.6, 'x', color=style.S1, ms=8, label='measured: no wave')
+        axes.plot(x, 0.6, 'x', color=style.S1, ms=8, label='no wave measured')
     for speed in row['measured'] or ():
         axes.plot([x - 0.4, x + 0.4], [speed] * 2, color=style.S1, lw=1, label='measured')
+
+
+def main() -> None:
+    """Draw the picture of the page from the committed results: both are made by the command."""
+    from ..results import FOLDER, ROOT, by, keep_picture, load
+
+    files = 'curves.json', 'unseen.json'
+    study, left = (load(FOLDER / name) for name in files)
+    of = [*by(draw, 'picture'), *(f'lab/results/{name}' for name in files)]
+    for picture in draw(study, left, ROOT / 'docs' / 'images'):
+        keep_picture(picture, 'python3 -m mlmem_lab.measured.curves', of)
+
+
+if __name__ == '__main__':
+    main()
