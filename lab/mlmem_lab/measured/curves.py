@@ -171,8 +171,9 @@ def main() -> None:
     files = 'curves.json', 'unseen.json'
     study, left = (load(FOLDER / name) for name in files)
     of = [*by(draw, 'picture'), *(f'lab/results/{name}' for name in files)]
-    for picture in draw(study, left, ROOT / 'docs' / 'images'):
-        keep_picture(picture, 'python3 -m mlmem_lab.measured.curves', of)
+    picture, drawing = draw(study, left, ROOT / 'docs' / 'images')
+    drawing.unlink()  # a page shows the other one
+    keep_picture(picture, 'python3 -m mlmem_lab.measured.curves', of)
 
 
 if __name__ == '__main__':
