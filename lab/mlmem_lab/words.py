@@ -60,6 +60,13 @@ FAULTS: dict[str, Callable[[Rng], Faults]] = {
 SCATTERED = (3e-4, 1e-3, 3e-3)
 
 
+def drawn(random: Rng, words: int) -> int:
+    """Return a random word of so many; of more than an integer holds, by twice as many bits."""
+    if words < 2**63:
+        return int(random.integers(words))
+    return int.from_bytes(random.bytes(words.bit_length() // 4), 'big') % words
+
+
 def reads(
     element: MemoryElement, faults: Callable[[Rng], Faults], random: Rng, count: int = COUNT
 ) -> dict[str, int]:
@@ -68,7 +75,7 @@ def reads(
     code = element.register.code if element.register else None
     assert code is not None
     for _ in range(count):
-        word, given = int(random.integers(code.words)), faults(random)
+        word, given = drawn(random, code.words), faults(random)
         element.set_faults(Faults())
         element.chain.place(resting(Specimen(element.design), code.walls(word)))
         element.transducer.assume_rest()
@@ -89,7 +96,7 @@ def writes(
     for number in range(specimens):
         element = _specimen(name, scatter, number)
         for _ in range(count // specimens):
-            word = int(random.integers(element.words))
+            word = drawn(random, element.words)
             outcome = element.perform(Write(word))
             ticks.append(outcome.end_tick - outcome.start_tick)
             true = true_level(element) == word
@@ -137,6 +144,6 @@ if __name__ == '__main__':
     registers = {
         name: with_reads([name])
         for name, (_, settings) in PRESETS.items()
-        if settings.register.spacing
+        if settings.register.spacing and not settings.register.shifted
     }
     sys.exit(run('words', __doc__, counted, SEED, joined, registers))
