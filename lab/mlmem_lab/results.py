@@ -62,10 +62,11 @@ READ = ', read'
 """Behind the name of a preset: its fingerprint is of what the rules of reading make of echoes."""
 
 APART = (
-    'bits_3', 'bits_8', 'kick_2', 'kick_3', 'kick_4', 'byte', 'register_4', 'register_5',
+    'bits_3', 'bits_8', 'kick_2', 'kick_3', 'kick_4',
+    'byte', 'register_4', 'register_5', 'register_8',
 )  # fmt: skip
 """Presets that are measured only if named: the first is `case_2`, the second takes hours, and the
-others are measured by `mlmem kicks` and `mlmem_lab.words`."""
+others are measured by `mlmem kicks`, `mlmem_lab.words` and `mlmem_lab.long_words`."""
 
 MOST_LEVELS = 64
 """An element of more has no fingerprint: its factory calibration takes too long."""
