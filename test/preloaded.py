@@ -66,8 +66,7 @@ def serve(orders):
         if not order:
             os._exit(0)
         if (between := os.fork()) == 0:
-            if (pid := os.fork()) != 0:
-                orders.send(b'%d' % pid)
+            if os.fork() != 0:
                 os._exit(0)
             break
         os.waitpid(between, 0)
@@ -77,6 +76,7 @@ def serve(orders):
         os.sched_yield()
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    orders.send(b'%d' % os.getpid())  # it may be waited for, and interrupted, from now on
     orders.close()
     for own, given in enumerate(streams):
         os.dup2(given, own)

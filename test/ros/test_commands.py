@@ -251,7 +251,8 @@ def test_ctrl_c_while_it_waits(start):
     with Robot(node.element) as robot:
         robot.pause(True)  # no answer can come
         with child('mlmem_tools.cli.main', ['write', '1'], **streams) as command:
-            robot.wait(lambda: node.node.waiting, 'the request')
+            robot.wait(lambda: node.node.waiting or command.poll() is not None, 'the request')
+            assert command.poll() is None, command.stderr.read()
             interrupt(command)
             assert (command.returncode, command.stdout.read()) == (130, '')
             assert command.stderr.read() == 'mlmem write: interrupted\n'
