@@ -170,8 +170,8 @@ def _script(given: argparse.Namespace) -> list[Any]:
     }]  # fmt: skip
 
 
-ENDLESS = dict.fromkeys(('calibrate', 'self_test', 'survey'), math.inf)
-"""Work that takes as long as the element has levels: the node's end is noticed anyway."""
+ENDLESS = dict.fromkeys(('calibrate', 'self_test', 'survey', 'write', 'erase', 'shift'), math.inf)
+"""Work that takes the longer, the longer the element is: the node's end is noticed anyway."""
 
 TYPES: dict[str, Callable[[str], Any]] = {'int': whole, 'str': str}
 
