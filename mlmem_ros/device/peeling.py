@@ -371,11 +371,11 @@ class Peeled:
         low, high = told[End.LEFT].known, self.code.levels - told[End.RIGHT].known
         first = told[End.LEFT].walls
         last = [self.code.levels - 1 - each for each in reversed(told[End.RIGHT].walls)]
+        if high > low:
+            return replace(nothing, reason=self._beyond(low, first, high, last))
         middle = self._seam(told, low, high)
         walls = [each for each in first if each < middle]
         walls += [each for each in last if each >= middle]
-        if high > low:
-            return replace(nothing, reason=self._beyond(low, first, high, last))
         agree = [each for each in first if each >= high] == [each for each in last if each < low]
         if not (agree and self.code.allows(walls) and len(walls) % 2 == left):
             return replace(
@@ -412,10 +412,8 @@ class Peeled:
     def _seam(self, told: Mapping[End, Told], low: int, high: int) -> int:
         """Return from which level on the right end says best what is there, of those both tell."""
         left, right = told[End.LEFT].left, told[End.RIGHT].left[::-1]
-        if high > low:
-            return high
         worst = [
-            max(*left[:level], *right[level - high :], 0.0, 0.0) for level in range(high, low + 1)
+            max([0.0, *left[:level], *right[level - high :]]) for level in range(high, low + 1)
         ]
         return high + worst.index(min(worst))
 

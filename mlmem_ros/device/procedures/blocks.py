@@ -7,7 +7,7 @@ hardly more.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -148,6 +148,15 @@ def kick_to(element: Memory, target: float, speed: float) -> Procedure[None]:
     yield from wait(element, settings.settle)
 
 
+def send(element: Memory, of_wall: float, of_kink: float) -> Procedure[None]:
+    """Send a wall, or a kink if the left end is active, to the level of its speed."""
+    yield from bring_ends_back(element, (End.LEFT,))
+    if element.phase(End.LEFT) == 1:
+        yield from kick_to(element, element.design.D_s1, of_kink)
+    else:
+        yield from kick_to(element, element.design.D_s2, of_wall)
+
+
 def fire_push(element: Memory) -> Procedure[None]:
     """Drive an end with the loud pulse."""
     settings = element.settings.push
@@ -187,6 +196,14 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
         yield element.next_look(element.transducer.remaining)
     yield from wait(element, element.settings.erase.settle)
     yield from catch_up(element)
+
+
+def bring_ends_back(element: Memory, ends: Iterable[End] = End) -> Procedure[None]:
+    """Bring back those of some ends that strayed."""
+    yield from catch_up(element)
+    for end in ends:
+        if element.phase(end) is None:
+            yield from bring_back(element, end)
 
 
 def return_to_zero(element: Memory) -> Procedure[None]:

@@ -21,7 +21,7 @@ from ..moves import half_period
 from ..reading import UNDECODABLE
 from ..register import Code
 from ..settings import Settings, peak
-from .blocks import Procedure, bring_back, catch_up, kick_to, play
+from .blocks import Procedure, bring_ends_back, play, send
 from .listening import wait_for_quiet
 from .shifting import HALVES, strain
 
@@ -44,10 +44,7 @@ def shift_in(element: Memory, walls: Sequence[int]) -> Procedure[None]:
 
 def annihilate(element: Memory, code: Code, present: int) -> Procedure[None]:
     """Let every kink meet the wall ahead of it, in an element that holds a word or is unknown."""
-    yield from catch_up(element)
-    for end in End:
-        if element.phase(end) is None:
-            yield from bring_back(element, end)
+    yield from bring_ends_back(element)
     times, rate = element.settings.erase, element.settings.actuator.max_rate
     for cycle in range(passages(code, present)):
         if cycle == 1 and element.phase(End.LEFT) == 1:
@@ -81,8 +78,5 @@ def duration(design: Design, settings: Settings, code: Code, present: int, word:
 
 def enter(element: Memory) -> Procedure[None]:
     """Send a wall, or a kink if the left end is active, to level 0."""
-    yield from catch_up(element)
-    active = element.phase(End.LEFT) == 1
-    design, kick = element.design, element.settings.kick
-    target, speeds = (design.D_s1, kick.of_kinks) if active else (design.D_s2, kick.by_level)
-    yield from kick_to(element, target, speeds[0])
+    kick = element.settings.kick
+    yield from send(element, kick.by_level[0], kick.of_kinks[0])

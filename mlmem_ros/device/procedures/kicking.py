@@ -11,36 +11,22 @@ from __future__ import annotations
 
 from ...physics import Design
 from ..echo import pulse_duration
-from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..peeling import Peeled
 from ..reading import UNDECODABLE
 from ..register import Code, Register
 from ..settings import Settings
-from .blocks import Procedure, Result, bring_back, catch_up, fire_push, kick_to, wait
+from .blocks import Procedure, Result, bring_ends_back, fire_push, send, wait
 from .filling import annihilate, shift_in
 from .hearing import hear
-
-
-def send(element: Memory, speed: float) -> Procedure[None]:
-    """Send a wall, or a kink if the left end is active, to the level of a speed."""
-    yield from catch_up(element)
-    if element.phase(End.LEFT) is None:
-        yield from bring_back(element, End.LEFT)
-    design = element.design
-    target = design.D_s1 if element.phase(End.LEFT) == 1 else design.D_s2
-    yield from kick_to(element, target, speed)
 
 
 def push_all(element: Memory) -> Procedure[None]:
     """Bring back ends that strayed, fire a loud pulse that takes all walls out, and let its waves
     decay.
     """
-    yield from catch_up(element)
-    for end in End:
-        if element.phase(end) is None:
-            yield from bring_back(element, end)
+    yield from bring_ends_back(element)
     yield from fire_push(element)
     yield from wait(element, element.settings.push.settle)
 
@@ -59,7 +45,7 @@ def put(element: Memory, register: Register | Peeled, present: int, word: int) -
     if pushed:
         yield from push_all(element)
     for speed in speeds:
-        yield from send(element, speed)
+        yield from send(element, speed, speed)
 
 
 def way(settings: Settings, code: Code, present: int, word: int) -> tuple[bool, list[float]]:
