@@ -33,7 +33,8 @@ def declared(context):
     from rclpy.parameter import Parameter
 
     from mlmem_ros.host import ThrottledLog
-    from mlmem_ros.ros.node.parameters import ParameterSet, UnlistedParameters
+    from mlmem_ros.ros.node.lazy_parameters import UnlistedParameters
+    from mlmem_ros.ros.node.parameters import ParameterSet
 
     nodes = []
 
@@ -44,8 +45,7 @@ def declared(context):
         )
         nodes.append(node)
         host = SimpleNamespace(loop=None, element=None, log=ThrottledLog(node.get_logger()))
-        node.known = ParameterSet(node, host)
-        return node, node.known
+        return node, ParameterSet(node, host)
 
     yield declare
     for node in nodes:

@@ -19,7 +19,8 @@ from ..qos import ALIVE, HEARD, heard_within
 from .actions import Actions
 from .callback_guard import CallbackGuard
 from .diagnostics import Diagnostics
-from .parameters import ParameterSet, UnlistedParameters
+from .lazy_parameters import UnlistedParameters
+from .parameters import ParameterSet
 from .services import Clients, Services, session_plan
 from .simulator import Simulator
 from .starting import DuplicateNameCheck, Retries, telling_compilation
@@ -82,7 +83,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         )
         self._callback_guard = callback_guard = CallbackGuard(self, self.host.log)
         try:
-            self._given = self.known = ParameterSet(self, self.host)
+            self._given = ParameterSet(self, self.host)
         except BaseException:
             self.destroy_node()
             raise
