@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,8 @@ class Description:
         low: Smallest legal value, or None.
         high: Largest legal value, or None.
         choices: The legal words of a text field; empty if every word is legal.
+        words: What the words of a text field are, which spaces separate; empty if it is one text.
+        word: Whether a text is such a word; a `ValueError` says no, too.
         null: What a file's null stands for: JSON has no infinity.
         listed: Whether every node lists the parameter; None: as its group.
         beside: Name of the text beside a number of up to `WIDEST` bits, for where no integer holds
@@ -37,6 +39,8 @@ class Description:
     low: float | None = None
     high: float | None = None
     choices: tuple[str, ...] = ()
+    words: str = ''
+    word: Callable[[str], bool] = bool
     null: Any = None
     listed: bool | None = None
     beside: str = ''
@@ -51,6 +55,17 @@ def described(default: Any, text: str, kind: type[Description] = Description, **
     a description of some kind.
     """
     return dataclasses.field(default=default, metadata={'description': kind(text, **more)})
+
+
+def fields_in(unit: str, least: float, most: float) -> Callable[..., Any]:
+    """Return what makes fields of one unit, within these values if a field names no others."""
+
+    def field(
+        default: float, text: str, low: float = least, high: float = most, **more: Any
+    ) -> Any:
+        return described(default, text, unit=unit, low=low, high=high, **more)
+
+    return field
 
 
 def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Description]]:
@@ -85,7 +100,7 @@ def fits(value: Any, kind: str, description: Description) -> bool:
     if kind == 'bool':
         return isinstance(value, bool)
     if kind == 'str':
-        return isinstance(value, str) and (not description.choices or value in description.choices)
+        return isinstance(value, str) and _is_text(value, description)
     if isinstance(value, bool) or not isinstance(value, int if kind == 'int' else (int, float)):
         return False
     if kind == 'float' and not abs(value) <= sys.float_info.max:  # 10**400 neither
@@ -97,12 +112,23 @@ def fits(value: Any, kind: str, description: Description) -> bool:
     return above and below
 
 
+def _is_text(value: str, description: Description) -> bool:
+    if description.choices:
+        return value in description.choices
+    try:
+        return not description.words or all(map(description.word, value.split()))
+    except ValueError:
+        return False
+
+
 def wanted(kind: str, description: Description) -> str:
     """Return in words what `fits` accepts."""
     if kind == 'bool':
         return 'true or false'
     if kind == 'str':
         words = ', '.join(filter(None, description.choices))
+        if description.words:
+            return f'{description.words} separated by spaces'
         return f'one of {words}' if words else 'a text'
     noun = 'a whole number' if kind == 'int' else 'a finite number'
     low, high = map(_bound, (description.low, description.high))

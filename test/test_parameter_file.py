@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
-from mlmem_ros.device.settings import EraseSettings, WriteSettings
+from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
 from mlmem_ros.physics import CASE_II, DesignError
 from mlmem_ros.ros.node.declarations import groups

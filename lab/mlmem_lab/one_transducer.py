@@ -23,11 +23,11 @@ import numpy as np
 from mlmem_ros.device import BLANK, End, MemoryElement, Read, factory_calibration, preset
 from mlmem_ros.device.decoding import decode
 from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.move_settings import PushSettings
 from mlmem_ros.device.procedures.blocks import kick, push, run
 from mlmem_ros.device.procedures.listening import pulse_echo
 from mlmem_ros.device.procedures.writing import NUDGE
 from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.device.settings import PushSettings
 from mlmem_ros.physics import Specimen, StateError, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.potential import Array

@@ -24,10 +24,10 @@ from mlmem_lab.windows.flight import (
 from mlmem_lab.windows.kicks import KICKED, count, kicks
 from mlmem_ros.device import MemoryElement, factory_calibration, preset
 from mlmem_ros.device.end import Pulse
+from mlmem_ros.device.move_settings import PushSettings
 from mlmem_ros.device.moves import NARROW, kick_energy, push_energy
 from mlmem_ros.device.procedures.blocks import push, run, wait
 from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.settings import PushSettings
 from mlmem_ros.physics import (
     CASE_II,
     PEFRL,

@@ -24,7 +24,8 @@ from ..physics.jit import kernel
 from ..physics.portable import cosine, exponential
 from ..physics.potential import Array
 from .end import End, Shot
-from .settings import ProbeSettings, PushSettings
+from .move_settings import PushSettings
+from .settings import ProbeSettings
 
 PERIODS = 1.0
 """Standard deviation of the Gaussian in carrier periods: of 0.43 of the carrier 0.2 % pass."""

@@ -17,7 +17,8 @@ import numpy as np
 from ..physics import Design
 from ..physics.portable import cosine, exponential, sine
 from ..physics.potential import Array
-from .settings import KickSettings, ProbeSettings, PushSettings, Settings
+from .move_settings import KickSettings, PushSettings
+from .settings import ProbeSettings, Settings
 
 
 class End(str, Enum):

@@ -1,10 +1,25 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Errors of the instrument and of procedures."""
+"""Errors of the instrument and of procedures, and settings that raise theirs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..described import problems
 
 
 class SettingsError(ValueError):
     """Settings out of range or inconsistent: the message names setting, value and bound."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A group of settings that refuses values out of range when it is made."""
+
+    def __post_init__(self) -> None:
+        if found := problems(self):
+            raise SettingsError('; '.join(found))
 
 
 class Refused(Exception):

@@ -21,8 +21,7 @@ from ..physics.portable import exponential
 from ..physics.potential import Array
 from ..rng import Stream, happens, normal
 from .end import End
-from .errors import SettingsError
-from .settings import Checked
+from .errors import Checked, SettingsError
 
 
 @dataclass(frozen=True)

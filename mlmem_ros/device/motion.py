@@ -19,7 +19,7 @@ import numpy as np
 
 from ..physics.jit import kernel
 from ..physics.potential import Array
-from .settings import CycleSettings
+from .move_settings import CycleSettings
 
 SMOOTH_PEAK_RATE = 1.5
 """Peak rate of the smooth ramp x^2 (3 - 2 x), relative to its mean."""

@@ -20,8 +20,9 @@ from ..physics import Design, wall_energy
 from ..physics.dispersion import group_velocity
 from .errors import ProcedureFailed
 from .motion import Cycle
+from .move_settings import CycleSettings, PushSettings, StrokeSettings, peak
 from .reading import BLANK, describe_level
-from .settings import CycleSettings, PushSettings, Settings, StrokeSettings, peak
+from .settings import Settings
 
 RELUCTANCE = 1e9
 """Time that a strained move seems to take where strain is avoided."""

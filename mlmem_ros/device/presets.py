@@ -17,18 +17,15 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from ..physics import CASE_I, CASE_II, Design, DesignError
+from .move_settings import EraseSettings, KickSettings, PushSettings, WriteSettings
 from .settings import (
     ActuatorSettings,
-    EraseSettings,
-    KickSettings,
     ProbeSettings,
-    PushSettings,
     ReadSettings,
     RegisterSettings,
     Settings,
     TimeSettings,
     TransducerSettings,
-    WriteSettings,
 )
 from .strokes import BY_25, LATE, actuator, by_9, hand_rate, stroke, throw
 

@@ -22,8 +22,9 @@ from typing import Any
 
 from ..clipped import clipped
 from ..described import described
-from .errors import SettingsError
-from .settings import Checked, Settings, WriteSettings
+from .errors import Checked, SettingsError
+from .move_settings import WriteSettings
+from .settings import Settings
 
 QUICK = ('down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
 """The settings of strokes and throws."""

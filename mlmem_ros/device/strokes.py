@@ -10,14 +10,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .settings import (
-    ActuatorSettings,
-    EraseSettings,
-    KickSettings,
-    PushSettings,
-    StrokeSettings,
-    ThrowSettings,
-)
+from .move_settings import EraseSettings, KickSettings, PushSettings, StrokeSettings, ThrowSettings
+from .settings import ActuatorSettings
 
 
 def hand_rate(N: int) -> float:

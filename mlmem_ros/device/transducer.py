@@ -21,7 +21,8 @@ from .driver import Driver
 from .echo import FAINTEST, EchoDetector, loudness, weights
 from .end import BoundaryMotion, End, Kick, Move, Pulse, WaveformRecorder
 from .errors import SettingsError
-from .settings import ProbeSettings, PushSettings, Settings
+from .move_settings import PushSettings
+from .settings import ProbeSettings, Settings
 
 LONG_AGO = 2**53
 """More samples than are ever taken."""

@@ -16,7 +16,7 @@ from ..clipped import clipped
 from ..contract.topics import Topic
 from ..described import described
 from ..device import Faults, Settings, SettingsError
-from ..device.settings import Checked
+from ..device.errors import Checked
 from ..physics import Design
 
 

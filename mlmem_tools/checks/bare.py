@@ -9,9 +9,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.move_settings import WriteSettings, peak
 from mlmem_ros.device.pulse_corrections import PulseCorrection, trimmed_write
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
-from mlmem_ros.device.settings import WriteSettings, peak
 from mlmem_ros.physics import (
     Chain,
     Design,

@@ -17,9 +17,10 @@ from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.element import MemoryElement
 from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
 from mlmem_ros.device.procedures.blocks import launch, run
 from mlmem_ros.device.pulse_corrections import trimmed
-from mlmem_ros.device.settings import EraseSettings, RegisterSettings, WriteSettings
+from mlmem_ros.device.settings import RegisterSettings
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import StateError, walls
 from mlmem_ros.physics.held_wall import excerpt

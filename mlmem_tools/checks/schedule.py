@@ -11,9 +11,9 @@ from mlmem_ros.device.echo import listening_time
 from mlmem_ros.device.end import End
 from mlmem_ros.device.errors import ProcedureFailed
 from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
 from mlmem_ros.device.moves import route
 from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.settings import EraseSettings, WriteSettings
 from mlmem_ros.host.design_check import Verdict
 
 from .finding import Finding, graded, judged

@@ -27,8 +27,8 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import OfMaterial, with_faults
+from mlmem_ros.device.move_settings import WriteSettings
 from mlmem_ros.device.presets import preset
-from mlmem_ros.device.settings import WriteSettings
 from mlmem_ros.physics import CASE_II, Specimen, StateError
 from mlmem_ros.rng import Stream, happens, normal
 

@@ -29,9 +29,9 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import Kick
+from mlmem_ros.device.move_settings import KickSettings
 from mlmem_ros.device.moves import How, route
 from mlmem_ros.device.procedures.blocks import kick, push, run, wait
-from mlmem_ros.device.settings import KickSettings
 from mlmem_ros.physics import Scatter, level_of, scattered
 from mlmem_ros.physics.equilibrium import resting_wall
 

@@ -11,8 +11,9 @@ from mlmem_ros.device import Settings
 from mlmem_ros.device.actuator import Actuator
 from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.motion import Cycle, Ramp, shaped
+from mlmem_ros.device.move_settings import CycleSettings
 from mlmem_ros.device.procedures.blocks import play, run
-from mlmem_ros.device.settings import ActuatorSettings, CycleSettings
+from mlmem_ros.device.settings import ActuatorSettings
 from mlmem_ros.physics import CASE_II
 
 PEAK = -0.03

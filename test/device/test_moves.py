@@ -8,6 +8,7 @@ import itertools
 import pytest
 
 from mlmem_ros.device import PRESETS, preset
+from mlmem_ros.device.move_settings import StrokeSettings
 from mlmem_ros.device.moves import (
     How,
     cycle_of,
@@ -18,7 +19,7 @@ from mlmem_ros.device.moves import (
     throw_cycle,
 )
 from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.settings import Settings, SettingsError, StrokeSettings
+from mlmem_ros.device.settings import Settings, SettingsError
 from mlmem_ros.physics import CASE_II
 from mlmem_tools.checks.bare import moved
 

@@ -37,8 +37,9 @@ from mlmem_ros.device import (
     preset,
 )
 from mlmem_ros.device.end import End
+from mlmem_ros.device.move_settings import WriteSettings
 from mlmem_ros.device.procedures import climbing
-from mlmem_ros.device.settings import ActuatorSettings, ReadSettings, WriteSettings
+from mlmem_ros.device.settings import ActuatorSettings, ReadSettings
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import relax, wall_profile
 

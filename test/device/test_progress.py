@@ -14,7 +14,7 @@ from mlmem_ros.device.commands import (
     STRAINING,
     Progress,
 )
-from mlmem_ros.device.settings import WriteSettings
+from mlmem_ros.device.move_settings import WriteSettings
 
 from . import rig
 

@@ -22,7 +22,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.commands import SetFaults
 from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import HEALTHY, Faults
-from mlmem_ros.device.settings import WriteSettings
+from mlmem_ros.device.move_settings import WriteSettings
 from mlmem_ros.physics import CASE_II
 
 from . import rig

@@ -10,7 +10,8 @@ import pytest
 
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import Settings, SettingsError
-from mlmem_ros.device.settings import ActuatorSettings, EraseSettings, ReadSettings, WriteSettings
+from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
+from mlmem_ros.device.settings import ActuatorSettings, ReadSettings
 from mlmem_ros.outside import DecodeError, decode
 
 EVERY = [

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import Abort, Erase, Faults, Read, SetFaults, SetStrain, Write, snapshot
-from mlmem_ros.device.settings import WriteSettings
+from mlmem_ros.device.move_settings import WriteSettings
 
 from . import rig
 

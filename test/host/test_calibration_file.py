@@ -9,7 +9,8 @@ import pytest
 
 from mlmem_ros.device import Calibration, DelayTable, Settings
 from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.device.settings import ReadSettings, TimeSettings, WriteSettings
+from mlmem_ros.device.move_settings import WriteSettings
+from mlmem_ros.device.settings import ReadSettings, TimeSettings
 from mlmem_ros.host import calibration_file
 from mlmem_ros.physics import CASE_I, CASE_II, StateError
 

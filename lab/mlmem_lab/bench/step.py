@@ -16,7 +16,8 @@ import numpy as np
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import Settings, WriteSettings
+from mlmem_ros.device.move_settings import WriteSettings
+from mlmem_ros.device.settings import Settings
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, INTEGRATORS, NOH_BATHE, PEFRL, Chain, Integrator, Specimen
 from mlmem_ros.physics.energy import energy

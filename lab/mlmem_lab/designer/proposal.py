@@ -31,14 +31,8 @@ from functools import partial
 import numpy as np
 
 from mlmem_ros.device import Settings
-from mlmem_ros.device.settings import (
-    ActuatorSettings,
-    EraseSettings,
-    ProbeSettings,
-    ReadSettings,
-    TimeSettings,
-    WriteSettings,
-)
+from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
+from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings, ReadSettings, TimeSettings
 from mlmem_ros.device.strokes import hand_rate
 from mlmem_ros.physics import CASE_II, Design, Specimen
 from mlmem_ros.physics.dispersion import band

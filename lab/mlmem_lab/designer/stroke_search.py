@@ -23,8 +23,8 @@ import numpy as np
 
 from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import SMOOTH_PEAK_RATE, Cycle
+from mlmem_ros.device.move_settings import StrokeSettings, ThrowSettings
 from mlmem_ros.device.moves import stroke_peak
-from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
 from mlmem_ros.device.strokes import LATE, actuator, by_9, throw
 from mlmem_ros.physics import Design, Scatter, Specimen, scattered, walls
 from mlmem_ros.physics.potential import Array

@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from mlmem_ros.device import PRESETS, Preset
+from mlmem_ros.device.move_settings import peak
 from mlmem_ros.device.moves import kick_speed
 from mlmem_ros.device.pulse_corrections import kicked, trimmed
-from mlmem_ros.device.settings import peak
 from mlmem_ros.element_file import ElementFileError, load, save
 from mlmem_ros.parameter_file import ParameterFileError
 from mlmem_ros.parameter_file import load as preset_of

@@ -13,8 +13,8 @@ from typing import Any
 from mlmem_ros.device import Calibration, MemoryElement, Settings, factory_calibration
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.factory import calibration_of
+from mlmem_ros.device.move_settings import WriteSettings
 from mlmem_ros.device.pulse_corrections import learnt
-from mlmem_ros.device.settings import WriteSettings
 from mlmem_ros.element_file import Element, element_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design, Specimen, level_of

@@ -17,8 +17,9 @@ import numpy as np
 
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import BoundaryMotion, Kick, Pulse
+from mlmem_ros.device.move_settings import KickSettings, PushSettings
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
-from mlmem_ros.device.settings import KickSettings, PushSettings, Settings
+from mlmem_ros.device.settings import Settings
 from mlmem_ros.physics import Chain, HeldCell, Specimen, StateError, level_of, substep_times
 from mlmem_ros.physics.equilibrium import blank, resting_wall
 from mlmem_ros.physics.potential import Array

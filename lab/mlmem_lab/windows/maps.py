@@ -18,8 +18,8 @@ import numpy as np
 
 from mlmem_ros.device import Preset, preset
 from mlmem_ros.device.end import Kick, Pulse
+from mlmem_ros.device.move_settings import KickSettings, PushSettings
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
-from mlmem_ros.device.settings import KickSettings, PushSettings
 from mlmem_ros.physics import Chain, Scatter, Specimen, StateError, scattered, walls
 from mlmem_ros.physics.energy import energy
 from mlmem_ros.physics.equilibrium import blank, resting_wall

@@ -16,8 +16,8 @@ from mlmem_lab.designer import DesignNotFound, propose, searched
 from mlmem_lab.designer.stroke_search import going_back
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.move_settings import StrokeSettings, ThrowSettings
 from mlmem_ros.device.moves import How, cycle_of, moves_from
-from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.dispersion import frequency
 from mlmem_tools.checks import Verdict

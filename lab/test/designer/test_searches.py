@@ -19,7 +19,7 @@ from mlmem_lab.designer.stroke_search import (
     stretched,
 )
 from mlmem_ros.device import preset
-from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
+from mlmem_ros.device.move_settings import StrokeSettings, ThrowSettings
 
 NOTHING = (0.0, 0.0)
 

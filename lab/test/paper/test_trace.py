@@ -13,7 +13,7 @@ from mlmem_ros.device import Settings, Write, new_element
 from mlmem_ros.device.echo import EchoDetector
 from mlmem_ros.device.end import End
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import CycleSettings, WriteSettings
+from mlmem_ros.device.move_settings import CycleSettings, WriteSettings
 from mlmem_ros.physics import CASE_II, Chain, Specimen, level_of, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 

@@ -17,9 +17,9 @@ from ..errors import NotFollowed
 from ..instrument import LONGEST_RUN, Instrument
 from ..memory import Memory
 from ..motion import Cycle
+from ..move_settings import EraseSettings, WriteSettings
 from ..moves import kick_speed
 from ..reading import Reading
-from ..settings import EraseSettings, WriteSettings
 
 T = TypeVar('T')
 Procedure = Generator[int, None, T]

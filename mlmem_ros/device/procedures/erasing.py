@@ -8,9 +8,9 @@ from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..motion import Cycle
+from ..move_settings import peak
 from ..moves import pushes, throw_cycle, throws
 from ..reading import BLANK, describe_level
-from ..settings import peak
 from .blocks import Procedure, Result, bring_back, catch_up, launch, play, push, return_to_zero
 from .listening import look
 

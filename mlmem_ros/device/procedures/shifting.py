@@ -12,9 +12,10 @@ from ..errors import ProcedureFailed
 from ..instrument import Instrument
 from ..memory import Memory
 from ..motion import Cycle
+from ..move_settings import peak
 from ..moves import gentle, half_period
 from ..reading import UNDECODABLE, Reading
-from ..settings import Settings, peak
+from ..settings import Settings
 from .blocks import Procedure, Result, play, return_to_zero
 from .listening import listen, look, wait_for_quiet
 

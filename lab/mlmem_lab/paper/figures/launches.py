@@ -13,7 +13,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from mlmem_ros.device.end import Move
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import EraseSettings, WriteSettings
+from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
 from mlmem_ros.physics import CASE_II, Chain, HeldCell, level_of, substep_times, walls
 
 from ...studies import style

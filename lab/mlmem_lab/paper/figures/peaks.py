@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import CycleSettings
+from mlmem_ros.device.move_settings import CycleSettings
 from mlmem_ros.physics import CASE_II, Chain, Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 

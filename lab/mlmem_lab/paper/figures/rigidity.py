@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import CycleSettings, WriteSettings, peak
+from mlmem_ros.device.move_settings import CycleSettings, WriteSettings, peak
 from mlmem_ros.physics import CASE_II, Chain, Design, Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from mlmem_ros.device.end import Pulse
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import CycleSettings, WriteSettings
+from mlmem_ros.device.move_settings import CycleSettings, WriteSettings
 from mlmem_ros.physics import CASE_I, CASE_II, NOH_BATHE, Chain, Design, Specimen
 from mlmem_ros.physics.dispersion import band
 from mlmem_ros.physics.equilibrium import resting_wall

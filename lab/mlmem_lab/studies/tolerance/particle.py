@@ -19,7 +19,7 @@ import numpy as np
 
 from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import peak
+from mlmem_ros.device.move_settings import peak
 from mlmem_ros.physics import Design, Specimen
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.rng import Stream, generator
