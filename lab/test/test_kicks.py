@@ -39,10 +39,10 @@ from mlmem_ros.physics import (
     wall_energy,
     walls,
 )
-from mlmem_ros.physics.dispersion import group_velocity
 from mlmem_ros.physics.energy import energy
 from mlmem_ros.physics.equilibrium import relax, resting_wall, wall_profile
 from mlmem_ros.physics.held_wall import uniform
+from mlmem_ros.physics.waves import group_velocity
 
 MAPPED = load(FOLDER / 'kicks.json')['presets']
 

@@ -19,8 +19,8 @@ from functools import lru_cache
 import numpy as np
 
 from ..physics import Design, Specimen, StateError
-from ..physics.dispersion import band, group_velocity
 from ..physics.potential import Array
+from ..physics.waves import band, group_velocity
 from .echo import pulse_duration
 from .end import Shot
 from .errors import SettingsError

@@ -16,7 +16,7 @@ from statistics import median_low
 from typing import Any
 
 from ..physics import Design
-from ..physics.dispersion import fastest_speed
+from ..physics.waves import fastest_speed
 from ..procedures import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration
 from .echo import TAIL, Echo, Shape, hidden

@@ -19,10 +19,10 @@ from functools import cached_property
 import numpy as np
 
 from ..physics import Design
-from ..physics.dispersion import group_velocity
 from ..physics.jit import kernel
 from ..physics.portable import cosine, exponential
 from ..physics.potential import Array
+from ..physics.waves import group_velocity
 from .end import End, Shot
 from .move_settings import PushSettings
 from .settings import ProbeSettings

@@ -11,9 +11,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ..physics import Design, Specimen, StateError
-from ..physics.dispersion import group_velocity
 from ..physics.equilibrium import blank, resting_wall
 from ..physics.potential import Array
+from ..physics.waves import group_velocity
 from .calibration import Calibration, DelayTable
 from .decoding import primary
 from .driver import Simulation

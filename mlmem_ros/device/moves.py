@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from ..physics import Design, wall_energy
-from ..physics.dispersion import group_velocity
+from ..physics.waves import group_velocity
 from .errors import ProcedureFailed
 from .motion import Cycle
 from .move_settings import CycleSettings, PushSettings, StrokeSettings, peak

@@ -26,10 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics import Design, Specimen
-from ..physics.dispersion import group_velocity
 from ..physics.equilibrium import relax, wall_profile
 from ..physics.potential import Array
-from ..physics.waves import Complex, Tones, product
+from ..physics.waves import Complex, Tones, group_velocity, product
 from .end import End, Shot
 from .errors import SettingsError
 from .reading import UNDECODABLE, Reading

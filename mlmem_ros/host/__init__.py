@@ -5,10 +5,10 @@
 Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 """
 
-from .errors import REFUSALS, Overdue
 from .host import Host
 from .sessions import State
 from .settings import SessionPlan
 from .throttled_log import Log, ThrottledLog
+from .worker import REFUSALS, Overdue
 
 __all__ = ['REFUSALS', 'Host', 'Log', 'Overdue', 'SessionPlan', 'State', 'ThrottledLog']

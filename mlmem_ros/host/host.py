@@ -24,13 +24,12 @@ from ..device.open_requests import Stamped
 from ..device.timetable import Pacer
 from ..physics import StateError
 from .building import ResidualMonitor, built
-from .errors import REFUSALS
 from .requests import Requests
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
 from .store import NullStore
 from .throttled_log import Log, ThrottledLog
-from .worker import Worker
+from .worker import REFUSALS, Worker
 
 if TYPE_CHECKING:
     from .recording import Recording

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused, SettingsError
-from .errors import Overdue
 from .settings import SessionPlan
 from .throttled_log import ThrottledLog
-from .worker import Worker
+from .worker import Overdue, Worker
 
 if TYPE_CHECKING:
     from ..bag.queued_writer import QueuedWriter, WriterStatus

@@ -11,9 +11,22 @@ from concurrent.futures import Future
 from typing import Any, TypeVar
 
 from .. import threads
-from ..device import Refused
-from .errors import REFUSALS, Overdue
+from ..bag.errors import BagError
+from ..device import DriverError, Refused, SettingsError
+from ..physics import DesignError, StateError
 from .throttled_log import ThrottledLog
+
+
+class Overdue(Exception):
+    """The disk does not answer: the work may or may not still complete."""
+
+    def __init__(self, what: str, seconds: float) -> None:
+        super().__init__(f'{what} takes longer than {seconds:g} s: the disk does not answer')
+
+
+REFUSALS = (Refused, DriverError, DesignError, SettingsError, StateError, BagError, Overdue)
+"""Expected errors, with a message for the user; any other is a fault in the software."""
+
 
 T = TypeVar('T')
 

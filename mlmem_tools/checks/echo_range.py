@@ -14,8 +14,8 @@ from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.host.design_check import Verdict, worst
 from mlmem_ros.physics import Design
-from mlmem_ros.physics.dispersion import band, group_velocity
 from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.waves import band, group_velocity
 
 from .finding import Finding, judged
 from .subject import Subject

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics.dispersion import band
+from mlmem_ros.physics.waves import band
 
 from .finding import Finding
 from .subject import Subject

@@ -229,7 +229,7 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
         return []  # what many walls answer is compared as a whole
     from rich.text import Text
 
-    from mlmem_ros.session.redecode import redecode
+    from mlmem_tools.redecode import redecode
 
     settings, calibration = session.settings, session.header.calibration
     table = plain_table(

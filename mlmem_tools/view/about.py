@@ -20,7 +20,7 @@ from mlmem_ros.law_file import curve_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
 from mlmem_ros.physics.curve import Curve
-from mlmem_ros.physics.dispersion import band
+from mlmem_ros.physics.waves import band
 from mlmem_ros.procedures import EXACT, PROCEDURES, as_text
 
 ROWS = 512

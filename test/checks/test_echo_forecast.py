@@ -18,9 +18,9 @@ from mlmem_ros.physics import (
     scattered,
     substep_times,
 )
-from mlmem_ros.physics.dispersion import wavenumber
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.methods import NOH_BATHE
+from mlmem_ros.physics.waves import wavenumber
 from mlmem_tools.checks.echo_forecast import echo_response, propagation
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)

@@ -15,7 +15,7 @@ from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings, Settings
 from mlmem_ros.device.transducer import Transducer, upper_edge
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell
-from mlmem_ros.physics.dispersion import band
+from mlmem_ros.physics.waves import band
 
 from . import rig
 

@@ -25,8 +25,8 @@ from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load
-from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import replay
+from mlmem_tools.redecode import redecode
 from mlmem_tools.rig.emulated import EmulatedRig
 from mlmem_tools.rig.server import Line, Server
 

@@ -18,9 +18,9 @@ from mlmem_ros.device.echo import pulse_duration
 from mlmem_ros.device.instrument import Units
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.session.data import load
-from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import element_of, replay, replay_commands
 from mlmem_tools.cli.main import main
+from mlmem_tools.redecode import redecode
 
 from .tampering import Tampered
 

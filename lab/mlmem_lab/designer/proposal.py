@@ -35,8 +35,8 @@ from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings, ReadSettings, TimeSettings
 from mlmem_ros.device.strokes import hand_rate
 from mlmem_ros.physics import CASE_II, Design, Specimen
-from mlmem_ros.physics.dispersion import band
 from mlmem_ros.physics.held_wall import hold_walls, uniform
+from mlmem_ros.physics.waves import band
 from mlmem_tools.checks import Report, Verdict, check
 from mlmem_tools.checks.schedule import CALM
 from mlmem_tools.checks.subject import Subject

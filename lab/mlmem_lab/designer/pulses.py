@@ -21,8 +21,8 @@ from mlmem_ros.device.echo import blanking, threshold
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.physics import PEFRL, Design, Specimen
-from mlmem_ros.physics.dispersion import band, fastest_speed, group_velocity
 from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.waves import band, fastest_speed, group_velocity
 from mlmem_tools.checks.echo_forecast import forecast_echo
 from mlmem_tools.checks.subject import Subject
 

@@ -17,10 +17,10 @@ import numpy as np
 
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.physics import Specimen
-from mlmem_ros.physics.dispersion import band, wavenumber
 from mlmem_ros.physics.equilibrium import blank, energies, resting_wall, stiffness
 from mlmem_ros.physics.held_wall import hold_walls
 from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.waves import band, wavenumber
 
 EVERY = 0.25
 """Positions at which the landscape is tabulated, in cells."""

@@ -19,7 +19,7 @@ from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.move_settings import StrokeSettings, ThrowSettings
 from mlmem_ros.device.moves import How, cycle_of, moves_from
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.dispersion import frequency
+from mlmem_ros.physics.waves import frequency
 from mlmem_tools.checks import Verdict
 from mlmem_tools.checks.bare import moved
 

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from ...physics.dispersion import group_velocity
 from ...physics.potential import Array
+from ...physics.waves import group_velocity
 from ..calibration import DelayTable
 from ..decoding import MOST_RAISED, WALL_GONE
 from ..echo import Echo

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ...physics import Design
-from ...physics.dispersion import band
+from ...physics.waves import band
 from ..commands import LISTENING
 from ..end import End
 from ..errors import ProcedureFailed

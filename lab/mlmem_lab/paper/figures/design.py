@@ -11,7 +11,7 @@ import numpy as np
 
 from mlmem_ros.device import Settings
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.dispersion import band
+from mlmem_ros.physics.waves import band
 from mlmem_tools.checks.quasistatic import held_landscape
 
 from ...studies import style

@@ -11,7 +11,7 @@ import numpy as np
 
 from mlmem_ros.device import Settings
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.dispersion import band, wavenumber
+from mlmem_ros.physics.waves import band, wavenumber
 
 from ...studies import style
 from ..echoes import PAPER, PRINTED

@@ -13,8 +13,8 @@ from mlmem_ros.device import Settings
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.dispersion import group_velocity
 from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.waves import group_velocity
 
 from ...studies import style
 from ..echoes import PAPER, probe_element

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..device import BLANK, Calibration, Settings
-from ..device.echo import EchoDetector, pulse_duration
-from ..device.end import End, Pulse
-from ..device.reading import confidence
-from ..device.settings import ProbeSettings
-from .data import RecordedEcho
+from mlmem_ros.device import BLANK, Calibration, Settings
+from mlmem_ros.device.echo import EchoDetector, pulse_duration
+from mlmem_ros.device.end import End, Pulse
+from mlmem_ros.device.reading import confidence
+from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.session.data import RecordedEcho
 
 
 @dataclass(frozen=True)
