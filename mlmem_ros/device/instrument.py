@@ -50,7 +50,8 @@ class Instrument:
         tick: Length of a tick in time units.
         steps_per_tick: Samples of a tick.
         computed: Tick after which the element rests: nothing but clocks has changed since.
-        last_moved: Tick after which substrate, base and material have not moved or changed.
+        last_moved: Tick after which substrate, base and material have not moved or changed, and no
+            wall was kicked or pushed.
         substrate_speed: Mean speed of the substrate's end in the last tick.
         progress: Progress of the running procedure.
     """

@@ -143,8 +143,7 @@ def kick_to(element: Memory, target: float, speed: float) -> Procedure[None]:
     element.progress.phase = LAUNCHING
     speed = min(speed, element.settings.transducer.max_speed / settings.fastest)
     element.transducer.kick(target, speed)
-    while element.transducer.driving:
-        yield element.next_look(element.transducer.remaining)
+    yield from _driven(element)
     yield from wait(element, settings.settle)
 
 
@@ -163,8 +162,14 @@ def fire_push(element: Memory) -> Procedure[None]:
     element.begin_cycle('pushed')
     element.progress.phase = LAUNCHING
     element.transducer.push(End(settings.end), settings)
+    yield from _driven(element)
+
+
+def _driven(element: Memory) -> Procedure[None]:
+    """Wait while an end is driven, which moves a wall as a strain does."""
     while element.transducer.driving:
         yield element.next_look(element.transducer.remaining)
+    element.last_moved = element.ticks
 
 
 def push(element: Memory) -> Procedure[bool]:

@@ -11,7 +11,8 @@ from ..decoding import primary
 from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
-from ..reading import BLANK
+from ..pulse_corrections import kicked
+from ..reading import BLANK, Reading
 from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
 from .erasing import erase
@@ -58,13 +59,23 @@ def _verify(element: Memory) -> Procedure[Result]:
     return (yield from restore(element, content))
 
 
+def _climb_all(element: Memory) -> Procedure[dict[int, Reading]]:
+    """Take the wall from blank to every level, and return the readings."""
+    top, place, heard = element.design.levels - 1, BLANK, dict[int, Reading]()
+    stops = [level for level in range(top) if kicked(element.settings, level)]
+    for level in (*stops, top):
+        heard |= yield from climb(element, place, level)
+        place = level
+    return heard
+
+
 def _learn(element: Memory) -> Procedure[Calibration]:
     """Erase, step through all levels, and return the new calibration."""
     element.calibration = element.forecast or element.calibration
     empty = (yield from erase(element)).reading
     blank = empty.delay if empty else None
     try:
-        heard = yield from climb(element, BLANK, element.design.levels - 1)
+        heard = yield from _climb_all(element)
         levels = [heard[level] for level in range(element.design.levels)]
         right = DelayTable(
             tuple(each.right_delay or 0.0 for each in levels),

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Climbing: take the wall up step by step with learnt pulses, and listen at each step."""
+"""Climbing: take the wall up step by step with learnt pulses, or at once by a kick, and listen."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..reading import BLANK, UNDECODABLE, Reading, describe_level
 from .blocks import Procedure
 from .erasing import erase
 from .going_to_level import go_to_level
-from .listening import look
+from .listening import look, stand_still
 
 NOWHERE = -math.inf
 """Margin of a level that is not heard."""
@@ -46,8 +46,9 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
     """Take the wall from a place up to a level, and learn which pulses do that.
 
     The place is a level, `BLANK` or `UNDECODABLE`. After a failed step the wall continues from
-    where it is, or from a blank element; the step is repeated with another pulse. What is learnt
-    is kept in the calibration.
+    where it is, or from a blank element; the step is repeated with another pulse. A kick skips the
+    levels on the way, and is heard when the wall stands still. What is learnt is kept in the
+    calibration.
 
     Returns:
         The readings of the levels on the way.
@@ -62,22 +63,25 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
         for level, trim in enumerate(element.calibration.pulses(settings))
     ]  # fmt: skip
     heard: dict[int, Reading] = {}
+    highest = max((each for each in range(level + 1) if kicked(settings, each)), default=0)
     while place != level:
         if not BLANK <= place < level:
             yield from erase(element)
             place = BLANK
-        trims = [lesson.trim for lesson in lessons]
-        plainly = not kicked(settings, place + 1)
-        yield from go_to_level(element, place, place + 1, plainly=plainly, trims=trims)
-        heard[place + 1] = yield from look(element)
-        margin, why = _margin(element, place + 1, heard[place + 1])
-        if lessons[place + 1].passed(margin):
-            place += 1
-        elif lessons[place + 1].another(margin, _beyond(element, place + 1, heard[place + 1])):
-            here = _place(heard[place + 1])
-            place = here if here <= place else UNDECODABLE  # beyond, a level would be skipped
+        trims, aim = [lesson.trim for lesson in lessons], max(place + 1, highest)
+        by_kick = kicked(settings, aim)
+        yield from go_to_level(element, place, aim, plainly=not by_kick, trims=trims)
+        if by_kick:
+            yield from stand_still(element)
+        heard[aim] = yield from look(element)
+        margin, why = _margin(element, aim, heard[aim])
+        if lessons[aim].passed(margin):
+            place = aim
+        elif lessons[aim].another(margin, _beyond(element, aim, heard[aim])):
+            here = _place(heard[aim])
+            place = here if here < aim else UNDECODABLE  # beyond, a level would be skipped
         else:
-            raise ProcedureFailed(why or f'no pulse takes the wall to level {place + 1} again')
+            raise ProcedureFailed(why or f'no pulse takes the wall to level {aim} again')
     quick = element.calibration.quick
     found = learnt((lesson.trim for lesson in lessons), settings, quick)
     element.calibration = replace(element.calibration, trims=found)

@@ -37,8 +37,8 @@ FAINT = 0.3
 """Negligible hum, as a fraction of the threshold at the last echo, which it raises by 4 %."""
 
 SWING = 10.0
-"""Time for which a wall swings once the substrate stands still, times eta: a swing of half a cell,
-which makes an echo 1.5 times as loud, is then below 4e-3 cells."""
+"""Time for which a wall swings once substrate and ends stand still, times eta: a swing of half a
+cell, which makes an echo 1.5 times as loud, is then below 4e-3 cells."""
 
 FALLING = 0.7
 """Largest ratio of hum to the previous one that decaying waves explain."""
@@ -231,8 +231,8 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
         from .hearing import hear  # few elements hold many walls or have known bad cells
 
         reading = yield from hear(element)
-        if reading.level == UNDECODABLE and (swinging := _swinging(element)) > 0.0:
-            yield from wait(element, swinging)
+        if reading.level == UNDECODABLE and _swinging(element) > 0.0:
+            yield from stand_still(element)
             reading = yield from hear(element)
         return reading
     for _ in range(element.settings.read.attempts):
@@ -243,6 +243,11 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
         if not shaken or reading.level != UNDECODABLE or reading.walls is not None:
             break
     return reading
+
+
+def stand_still(element: Instrument) -> Procedure[None]:
+    """Wait until the wall swings no more."""
+    yield from wait(element, _swinging(element))
 
 
 def _swinging(element: Instrument) -> float:
@@ -260,13 +265,14 @@ def _swinging(element: Instrument) -> float:
 def listen(element: Memory, end: str = '') -> Procedure[Reading]:
     """Probe both ends and return the reading, of a wall that stands still if it must.
 
-    One that still swings after a strain is heard too loud, too early or too late: before anything
-    is said against the element, or done to it, it is heard once more when it has come to rest.
+    One that still swings after a strain or a kick is heard too loud, too early or too late: before
+    anything is said against the element, or done to it, it is heard once more when it has come to
+    rest.
     """
     reading = yield from look(element, end)
     answers = reading.left_delay is not None or reading.right_delay is not None
-    if answers and reading.level == UNDECODABLE and (swinging := _swinging(element)) > 0.0:
-        yield from wait(element, swinging)
+    if answers and reading.level == UNDECODABLE and _swinging(element) > 0.0:
+        yield from stand_still(element)
         reading = yield from look(element, end)
     return reading
 
