@@ -214,7 +214,8 @@ def interrupt(command):
 def test_ctrl_c_when_the_answer_is_told(memory):
     """It comes too late: what was told is so, and the command has not failed."""
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
-    with child('mlmem_tools.cli.main', ['read', '--node', memory.element], **streams) as command:
+    ask = ['read', '--node', memory.element, '--wait', '60']
+    with child('mlmem_tools.cli.main', ask, **streams) as command:
         assert command.stdout.readline()
         interrupt(command)
         assert (command.returncode, command.stderr.read()) == (0, '')
@@ -250,7 +251,8 @@ def test_ctrl_c_while_it_waits(start):
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
     with Robot(node.element) as robot:
         robot.pause(True)  # no answer can come
-        with child('mlmem_tools.cli.main', ['write', '1'], **streams) as command:
+        ask = ['write', '1', '--wait', '60']  # on a busy machine a node is not found in 5 s
+        with child('mlmem_tools.cli.main', ask, **streams) as command:
             robot.wait(lambda: node.node.waiting or command.poll() is not None, 'the request')
             assert command.poll() is None, command.stderr.read()
             interrupt(command)

@@ -7,7 +7,9 @@ import subprocess
 import sys
 from xml.etree import ElementTree
 
+from mlmem_ros.ros.client.line import ASLEEP, LOOK
 from mlmem_ros.ros.fast_dds import NAMES, PROFILE, profile_variable, use_profile
+from mlmem_ros.testing.isolation import FAST_DISCOVERY
 
 SERVICES = """
 import rclpy
@@ -39,6 +41,13 @@ def test_a_node_uses_the_profile_unless_it_has_one(tmp_path, monkeypatch):
     (tmp_path / 'share' / 'fastdds').mkdir(parents=True)
     third = profile_variable({'AMENT_PREFIX_PATH': str(tmp_path)})
     assert third == 'FASTDDS_DEFAULT_PROFILES_FILE'
+
+
+def test_nobody_is_forgotten_sooner_than_it_notices_that_it_stood_still():
+    """A command that waited for a core for 4 s was, and its request then never arrived."""
+    for profile in (PROFILE, FAST_DISCOVERY):
+        (lease,) = ElementTree.parse(profile).iterfind('.//{*}leaseDuration/{*}sec')
+        assert float(lease.text) > ASLEEP + LOOK
 
 
 def test_a_service_reserves_no_memory_for_a_hundred_messages():
