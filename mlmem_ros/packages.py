@@ -98,14 +98,14 @@ class Library(NamedTuple):
         packages: Names under which it is installed.
         oldest: Oldest version tested.
         newest: Newest, as far as given: 7.1 stands for every 7.1.x.
-        doors: Names inside it, as `module:Name.attribute`: methods, or attributes of instances.
+        private: Names inside it, as `module:Name.attribute`: methods, or attributes of instances.
         optional: Modules that not every user of the library loads.
     """
 
     packages: tuple[str, ...]
     oldest: str
     newest: str
-    doors: tuple[str, ...]
+    private: tuple[str, ...]
     optional: tuple[str, ...] = ()
 
 
@@ -172,7 +172,7 @@ def look(library: str) -> None:
     """
     known = LIBRARIES[library]
     unused = {*known.optional} - {*sys.modules}
-    used = (door for door in known.doors if door.partition(':')[0] not in unused)
+    used = (door for door in known.private if door.partition(':')[0] not in unused)
     if missing := [door.replace(':', '.') for door in used if not is_there(door)]:
         raise ImportError(
             f'{library} {version(library)} lacks {", ".join(missing)}; mlmem_ros is tested with '

@@ -12,7 +12,7 @@ import mlmem_ros
 from mlmem_ros import packages
 
 ROOT = Path(mlmem_ros.__file__).parent
-LISTED = {door.rpartition('.')[2] for one in packages.LIBRARIES.values() for door in one.doors}
+LISTED = {door.rpartition('.')[2] for one in packages.LIBRARIES.values() for door in one.private}
 
 OF_THE_LANGUAGE = {
     '_replace', '_asdict', '_fields', '_fields_',  # of named tuples and of ctypes
@@ -47,7 +47,7 @@ def test_the_doors_are_there_in_this_version_which_is_tested(library):
     pytest.importorskip(library)
     packages.look(library)
     assert packages.tested(library), packages.version(library)
-    assert all(packages.is_there(door) for door in packages.LIBRARIES[library].doors)
+    assert all(packages.is_there(door) for door in packages.LIBRARIES[library].private)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_a_version_is_tested_or_not(monkeypatch, found, tested):
 
 def test_a_door_that_has_moved_is_missed_in_one_line(monkeypatch):
     moved = packages.LIBRARIES['numba']._replace(
-        doors=(
+        private=(
             'numba.core.caching:Cache._index_of_keys',
             'numba.attic:Loft._key',
             'numba.core.caching:FunctionCache._index_key',

@@ -92,11 +92,11 @@ class McapFile:
 
     def sync(self) -> None:
         """Finish the open chunk and wait until everything written is on the disk."""
-        self._settle(self._writer.flush)
+        self._sync_after(self._writer.flush)
 
     def close(self) -> None:
         """Finish the file with its summary and make it durable."""
-        self._settle(self._writer.finish)
+        self._sync_after(self._writer.finish)
         with storage_errors(f'close {self.path}'):
             self._file.close()
 
@@ -104,7 +104,7 @@ class McapFile:
         """Close the file as it is, after an error."""
         durable.close_quietly(self._file)
 
-    def _settle(self, finish: Callable[[], object]) -> None:
+    def _sync_after(self, finish: Callable[[], object]) -> None:
         with storage_errors(f'write {self.path}'):
             finish()
             self._file.sync()

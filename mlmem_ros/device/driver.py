@@ -23,7 +23,7 @@ class Driver(ABC):
 
     The constructor opens it: the class is called with design, settings and `device.address`, and
     raises `DriverError` or `SettingsError` if that fails. It is opened, advanced and closed in its
-    own thread (see `Watched`); its other methods are called while that thread waits.
+    own thread (see `Watchdog`); its other methods are called while that thread waits.
 
     Only a simulation has a `chain`, which field, wall, views, state hashes, replay, restored
     content, material faults and a shaken base require.

@@ -51,7 +51,7 @@ def opened(
         raise SettingsError(f'device.specimen needs device.driver {SIMULATION}; got {name}')
     make = loaded(name)
 
-    return Watched(name, lambda: make(design, settings, address), settings.scale.time)
+    return Watchdog(name, lambda: make(design, settings, address), settings.scale.time)
 
 
 def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
@@ -94,7 +94,7 @@ EXPECTED = (DriverError, SettingsError, DesignError, StateError)
 """What a driver may raise. Anything else becomes a `DriverError` that names it."""
 
 
-class Watched(Driver):
+class Watchdog(Driver):
     """Runs a driver in a thread of its own, which is abandoned if it hangs.
 
     What a driver raises, even SystemExit, is a `DriverError` here.

@@ -18,7 +18,7 @@ from .commands import Command, Disturb, Event
 from .element import MemoryElement
 from .errors import Refused
 from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, Steps
-from .open_requests import OpenRequests, Settle, Stamped
+from .open_requests import OpenRequests, Resolve, Stamped
 from .timetable import LONGEST_SLEEP, LoopStatistics, Pacer, SteadyPacer, Timetable, checked_speed
 
 T = TypeVar('T')
@@ -53,9 +53,9 @@ class Loop:
         speed: float = 1.0,
         batch: int = 1,
         has_subscribers: Callable[[], bool] = lambda: True,
-        watched: Callable[[], int] = lambda: 1,
+        stream_period: Callable[[], int] = lambda: 1,
         queue: int = 0,
-        settle: Settle = lambda request: request.settle(request.outcome),
+        resolve: Resolve = lambda request: request.resolve(request.outcome),
         failed: Callable[[], None] = lambda: None,
     ) -> None:
         """Prepare a loop; `start` sets it going.
@@ -67,10 +67,10 @@ class Loop:
                 multiples of this number to be on time.
             has_subscribers: Returns whether anybody waits for the ticks that are multiples of
                 `batch`; if not, they are deferred like the others, and longer.
-            watched: Returns a number beyond whose multiples no run of ticks extends, because
+            stream_period: Returns a number beyond whose multiples no run of ticks extends, because
                 somebody waits for these; 0 if nobody waits for any.
             queue: Most procedures of different clients that wait for their turn.
-            settle: Answers a request whose procedure has ended, at once or later. No command has
+            resolve: Answers a request whose procedure has ended, at once or later. No command has
                 taken effect since.
             failed: Called in the loop's thread after a failure has stopped it.
         """
@@ -81,12 +81,12 @@ class Loop:
         self._pacer = pacer or SteadyPacer()
         self._failed = failed
         self._box = Mailbox(checked_speed(speed))
-        self._asked = OpenRequests(element, self.statistics, settle, self._box.put_back, queue)
+        self._asked = OpenRequests(element, self.statistics, resolve, self._box.put_back, queue)
         self._check_shake = element.base.check
         self._paused = False  # as last seen by the loop's thread
         self._times = Timetable(
             element, self._pacer, self.statistics, speed=speed, batch=batch,
-            has_subscribers=has_subscribers, watched=watched,
+            has_subscribers=has_subscribers, stream_period=stream_period,
         )  # fmt: skip
         self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
 
@@ -271,14 +271,14 @@ class Loop:
         return now
 
     def _advance(self, most: int, commands: list[Stamped], shakes: Mapping[int, Disturb]) -> None:
-        """Run a tick, or several without decisions; publish the events, then settle."""
+        """Run a tick, or several without decisions; publish the events, then answer."""
         first = self.element.ticks
         commands += [(first + tick, command) for tick, command in shakes.items()]
         events = self.element.advance(
             most, {tick: command.acceleration for tick, command in shakes.items()}
         )
         self._listener(commands, events)
-        self._asked.settle()
+        self._asked.resolve()
 
     def _wait(self, due: float, made_up: bool) -> _Turn | None:
         """Make pending calls and wait until ticks are due; None if the loop is to end.
@@ -337,4 +337,4 @@ def _make(call: Request[Any]) -> None:
     except Exception as failure:
         call.refuse(failure)
     else:
-        call.settle(result)
+        call.resolve(result)

@@ -66,7 +66,7 @@ class Request(Generic[T]):
         """Return whether somebody still waits, who can no longer withdraw it then."""
         return self.answer.running() or self.answer.set_running_or_notify_cancel()
 
-    def settle(self, outcome: T) -> None:
+    def resolve(self, outcome: T) -> None:
         """Answer it."""
         self.answer.set_result(outcome)
 
@@ -162,7 +162,7 @@ class Mailbox:
             self.shakes.append((when, command))
             if self.asleep:
                 self.changed.notify_all()
-        request.settle(None)
+        request.resolve(None)
         return request
 
     def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
@@ -271,7 +271,7 @@ class Mailbox:
         if closed is not None:
             request.refuse(closed)
         elif not steps.left:
-            request.settle(ticks)
+            request.resolve(ticks)
 
     def take_shakes(
         self, due: float = math.inf, period: float = 1.0, ticks: int = 1

@@ -22,7 +22,7 @@ from .timetable import LoopStatistics
 Stamped = tuple[int, Command]
 """A command and the tick at which it took effect."""
 
-Settle = Callable[[Asked], None]
+Resolve = Callable[[Asked], None]
 """Called in the loop's thread, between two ticks, when a request's procedure has ended."""
 
 CANCELED = 'canceled by its client'
@@ -38,7 +38,7 @@ class OpenRequests:
         self,
         element: MemoryElement,
         statistics: LoopStatistics,
-        settle: Settle,
+        resolve: Resolve,
         put_back: Callable[[Asked], None],
         most: int,
     ) -> None:
@@ -47,7 +47,7 @@ class OpenRequests:
         """
         self._element = element
         self._statistics = statistics
-        self._settle = settle
+        self._resolve = resolve
         self._put_back = put_back
         self._most = most
         self._open: list[Asked] = []
@@ -63,7 +63,7 @@ class OpenRequests:
             if command.of in self.waiting:
                 self._drop(command.of, CANCELED)
             if not self._element.runs(command.of.run):
-                request.settle(None)
+                request.resolve(None)
                 return []
             command = Abort(CANCELED)
         try:
@@ -81,14 +81,14 @@ class OpenRequests:
         if request.run is not None:
             self._open.append(request)
         else:
-            request.settle(None)
+            request.resolve(None)
         return [(self._element.ticks, command)]
 
-    def settle(self) -> None:
+    def resolve(self) -> None:
         """Answer those whose procedures have ended, at once or later."""
         for request in [each for each in self._open if each.outcome is not None]:
             self._open.remove(request)
-            self._settle(request)
+            self._resolve(request)
         if self.waiting and self._next is None and not self._element.procedure:
             self.review()
             if self.waiting:

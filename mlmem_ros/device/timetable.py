@@ -154,14 +154,14 @@ class Timetable:
         speed: float,
         batch: int,
         has_subscribers: Callable[[], bool],
-        watched: Callable[[], int],
+        stream_period: Callable[[], int],
     ) -> None:
         self._element = element
         self._pacer = pacer
         self._statistics = statistics
         self._batch = batch
         self._has_subscribers = has_subscribers
-        self._watched = watched
+        self._stream_period = stream_period
         self.slept = False
         self.set_speed(speed)
 
@@ -187,7 +187,7 @@ class Timetable:
         A pending request in the box makes them end where it takes effect.
         """
         element = self._element
-        resting, every = element.at_rest, self._watched()
+        resting, every = element.at_rest, self._stream_period()
         if every and (resting or self._has_subscribers()):
             in_time = self._at_once - element.ticks % self._at_once
             ticks = in_time if resting and self._at_once > 1 else in_time - 1
@@ -238,13 +238,13 @@ class Timetable:
 
     def together(self, ticks: int) -> int:
         """Return how many of these ticks to run until the listener is told."""
-        every = self._watched()
+        every = self._stream_period()
         return min(ticks, every - self._element.ticks % every) if every else ticks
 
     @property
     def longest_run(self) -> int:
         """Ticks of a run without a pace: it delays a command no longer than a rest would."""
-        if self._element.at_rest and not self._watched():
+        if self._element.at_rest and not self._stream_period():
             return MOST_DEFERRED
         busy = self._statistics.busy
         return max(1, self.together(int(LONGEST_REST / busy) if busy > 0.0 else 1))

@@ -46,7 +46,7 @@ class Host(Requests):
     `activate`, `deactivate`, `release`, `fail` and `on_timer`; requests may come from any thread.
 
     Attributes:
-        watcher: Compares its reads with a twin's forecast; None without one.
+        residual_monitor: Compares its reads with a twin's forecast; None without one.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Host(Requests):
         """
         self.log = ThrottledLog(log)
         super().__init__(Sessions(self.log, now))
-        self.watcher: ResidualMonitor | None = None
+        self.residual_monitor: ResidualMonitor | None = None
         self._unsaved = False  # the content, at the end of the last life
         self._cut_short = 0  # recordings
         self._name = name
@@ -98,10 +98,10 @@ class Host(Requests):
         Raises:
             One of `REFUSALS`: Nothing is changed.
         """
-        element, store, watcher = built(given, self.log, self._disk, self._name, blank)
+        element, store, monitor = built(given, self.log, self._disk, self._name, blank)
         self.stopped = ''
         self._rescue.restore(None if blank else element)
-        self.element, self._store, self.watcher = element, store, watcher
+        self.element, self._store, self.residual_monitor = element, store, monitor
         return element
 
     def activate(
@@ -112,7 +112,7 @@ class Host(Requests):
         pacer: Pacer,
         speed: float,
         has_subscribers: Callable[[], bool] = lambda: True,
-        watched: Callable[[], int] = lambda: 1,
+        stream_period: Callable[[], int] = lambda: 1,
         paused: bool = False,
     ) -> None:
         """Start time, and a recording if a path is set.
@@ -122,8 +122,8 @@ class Host(Requests):
             listener: Called after ticks with their events.
             speed: Multiple of real time; 0: as fast as possible.
             has_subscribers: Returns whether anybody subscribes to a stream that must be on time.
-            watched: Returns the ticks of which those of all streams and views that anybody takes
-                are multiples; 0 if nobody takes any.
+            stream_period: Returns the ticks of which those of all streams and views that
+                anybody takes are multiples; 0 if nobody takes any.
             paused: Whether time begins paused.
 
         Raises:
@@ -131,7 +131,7 @@ class Host(Requests):
         """
         assert self.element is not None
         assert self._store is not None
-        element, store, watcher = self.element, self._store, self.watcher
+        element, store, monitor = self.element, self._store, self.residual_monitor
         if given.record.path:
             self.sessions.begin(plan, element)
         if given.record.last_seconds:
@@ -141,15 +141,15 @@ class Host(Requests):
         def listen(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
             with guard('publishing'):
                 listener(events)
-            if watcher is not None:
+            if monitor is not None:
                 with guard('watching'):
-                    watcher.hear(events)
+                    monitor.hear(events)
             if (recording := self.recording) is not None:
                 with guard('recording'):
                     recording.tick(element, commands)
 
-        def settle(request: Asked) -> None:
-            store.settle(request, element)
+        def resolve(request: Asked) -> None:
+            store.resolve(request, element)
             if (outcome := request.outcome) is not None:  # a log line takes half a millisecond
                 self.log.info(_line(outcome), outcome.procedure)
 
@@ -160,9 +160,11 @@ class Host(Requests):
             speed=0.0 if element.driver.own_clock else speed,
             batch=given.publish.common_ticks,
             has_subscribers=lambda: self.recording is not None or has_subscribers(),
-            watched=lambda: math.gcd(watched(), 0 if self.recording is None else hash_every),
+            stream_period=lambda: math.gcd(
+                stream_period(), 0 if self.recording is None else hash_every
+            ),
             queue=given.queue.most,
-            settle=settle,
+            resolve=resolve,
             failed=self._failed,
         )
         if given.faults != element.faults:
@@ -217,7 +219,7 @@ class Host(Requests):
                 except DriverError as error:
                     self.log.error(str(error))
                     self.log.cause(error)
-        self.element = self._store = self.watcher = None
+        self.element = self._store = self.residual_monitor = None
 
     def close(self) -> None:
         """Shut down, whatever the device is doing: stop, save and release it."""
@@ -244,7 +246,7 @@ class Host(Requests):
         self._end_recording(element)
         assert self._store is not None
         kept = self._store.keep(element)
-        saved = self._store.settled() and kept.exception() is None
+        saved = self._store.flush() and kept.exception() is None
         self._unsaved = not saved
         return saved
 

@@ -127,7 +127,7 @@ class Store:
         saved.add_done_callback(self._log_error)
         return saved
 
-    def settle(self, request: Asked, element: MemoryElement) -> None:
+    def resolve(self, request: Asked, element: MemoryElement) -> None:
         """Answer a request whose procedure has ended, once its changes are safe on the disk.
 
         The answer is the outcome; a failure if the content could not be saved. Call it in the
@@ -137,16 +137,16 @@ class Store:
         assert outcome is not None
         changed = PROCEDURES[outcome.procedure].changes
         if not changed or element.procedure:  # an abort will save it
-            request.settle(outcome)
+            request.resolve(outcome)
             return
         try:
             saved = self.keep(element)
         except Exception as error:
             self._log.exception('taking the state', error)
-            request.settle(_judged(outcome, error))
+            request.resolve(_judged(outcome, error))
         else:
             saved.add_done_callback(
-                lambda saved: request.settle(_judged(outcome, saved.exception()))
+                lambda saved: request.resolve(_judged(outcome, saved.exception()))
             )
 
     def on_timer(self, loop: Loop | None) -> None:
@@ -157,7 +157,7 @@ class Store:
         if threads.monotonic() >= self._due:
             loop.call(lambda: self._keep_if_idle(loop.element))
 
-    def settled(self) -> bool:
+    def flush(self) -> bool:
         """Wait, but not for long, until all states are saved; return whether they are."""
         return self._worker.wait()
 
@@ -166,7 +166,7 @@ class Store:
         if (claim := self._claim) is not None:
             self._worker.do(f'releasing {self.path}', claim.release, anyway=True)
             self._claim = None
-        return self.settled()
+        return self.flush()
 
     def _take_claim(self) -> None:
         try:
@@ -237,17 +237,17 @@ class NullStore:
         saved.set_result(None)
         return saved
 
-    def settle(self, request: Asked, element: MemoryElement) -> None:
+    def resolve(self, request: Asked, element: MemoryElement) -> None:
         """Answer a request whose procedure has ended."""
         assert request.outcome is not None
-        request.settle(request.outcome)
+        request.resolve(request.outcome)
 
     def on_timer(self, loop: Loop | None) -> None:
         """Answer overdue requests; call it once a second."""
         self._worker.on_timer()
 
-    def settled(self) -> bool:
+    def flush(self) -> bool:
         """Wait, but not for long, until older states are saved; return whether they are."""
         return self._worker.wait()
 
-    close = settled
+    close = flush

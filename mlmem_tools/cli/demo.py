@@ -19,7 +19,7 @@ from mlmem_ros.packages import added
 
 from . import laboratory
 from .command import JSON, command, option
-from .interrupts import settled
+from .interrupts import outcome_known
 from .output import plain_console, plain_table, print_json, show_progress
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def demo(arguments: argparse.Namespace) -> int:
     except RequestError as error:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1
-    settled()
+    outcome_known()
     _print_table(console, rows)
     console.print(f'session  {session}')
     picture = None

@@ -30,7 +30,7 @@ def heed_interrupts() -> None:
         signal.signal(signal.SIGINT, _interrupt)
 
 
-def settled() -> None:
+def outcome_known() -> None:
     """Note that the outcome is known, before it is told: from here on Ctrl-C comes too late.
 
     Otherwise a command would tell an answer, and then that it was interrupted.
@@ -46,5 +46,5 @@ def settled() -> None:
 
 
 def _interrupt(*_: object) -> None:
-    settled()
+    outcome_known()
     raise Interrupted

@@ -9,7 +9,7 @@ import signal
 import sys
 from typing import TYPE_CHECKING
 
-from .interrupts import INTERRUPTED, heed_interrupts, settled
+from .interrupts import INTERRUPTED, heed_interrupts, outcome_known
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from .commands import run  # takes up to a second
 
         status = run(given, first)
-        settled()
+        outcome_known()
     except KeyboardInterrupt:
         from .output import complain
 

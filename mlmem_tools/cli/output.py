@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.clipped import printable
 
-from .interrupts import settled
+from .interrupts import outcome_known
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -78,7 +78,7 @@ def show_progress(
 
 def complain(command: str, error: object, status: int) -> int:
     """Print in one line on standard error why a sub-command failed; return its exit status."""
-    settled()
+    outcome_known()
     print(printable(f'mlmem {command}: {error}'), file=sys.stderr)
     return status
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from mlmem_ros.clipped import printable
 
 from .command import JSON, command, option
-from .interrupts import settled
+from .interrupts import outcome_known
 from .output import complain, print_json
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
         else:
             element = new_element(preset(arguments.preset or OTHERS))
             report = replay_commands(element, session, progress)
-    settled()
+    outcome_known()
     if arguments.json:
         print_json(report.as_dict())
     else:
@@ -98,7 +98,7 @@ def _into_node(arguments: argparse.Namespace) -> int:
             played = play(session, arguments.ros, progress)
     except RequestError as error:
         return complain('replay', error, 2)
-    settled()
+    outcome_known()
     if arguments.json:
         print_json(played.as_dict())
     else:

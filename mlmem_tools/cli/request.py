@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from mlmem_ros.procedures import EXACT, PROCEDURES, Procedure, describe_level
 
 from .command import JSON, NODE, Command, Option, command, one_of, option, wait
-from .interrupts import settled
+from .interrupts import outcome_known
 from .output import complain, print_json
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _request(
             with standalone(arguments.node) as client:
                 client.ready(arguments.wait).wait()
                 answer = ask(client, arguments).wait()
-                settled()
+                outcome_known()
         except (RequestError, ValueError) as error:
             if arguments.json and isinstance(error, RequestFailed):
                 print_json(error.answer)

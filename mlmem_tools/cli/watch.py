@@ -12,7 +12,7 @@ import argparse
 import time
 
 from .command import JSON, NODE, command, option, wait
-from .interrupts import settled
+from .interrupts import outcome_known
 from .output import complain, plain_console, print_json
 
 FIRST_REPORT = 3.0
@@ -49,7 +49,7 @@ def watch(arguments: argparse.Namespace) -> int:
             monitor = Monitor(client, client.parameters(*WANTED).wait())
             if arguments.once:
                 wait_until(lambda: monitor.view.health, 'a health report', FIRST_REPORT)
-                settled()
+                outcome_known()
                 if arguments.json:
                     print_json(monitor.view)
                 else:

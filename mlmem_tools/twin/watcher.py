@@ -15,7 +15,7 @@ from mlmem_ros.host.worker import Worker
 from mlmem_ros.physics import INTEGRATORS, DesignError, StateError
 from mlmem_ros.procedures import PROCEDURES
 
-from .watching import MOST_CELLS, Comparison, Watch, place
+from .watching import MOST_CELLS, Comparison, Residuals, place
 
 
 class Watcher:
@@ -34,7 +34,7 @@ class Watcher:
         self.compared = self.skipped = 0
         self.last: Comparison | None = None
         self._element, self._design = element, element.design
-        self._watch = Watch(twin, integrator) if element.design.N <= MOST_CELLS else None
+        self._residuals = Residuals(twin, integrator) if element.design.N <= MOST_CELLS else None
         self._log = log
         self._worker = Worker('mlmem-twin', log)
         self._wall: float | None = None
@@ -44,7 +44,7 @@ class Watcher:
         """Take the events of a tick, in the loop's thread."""
         heard = [event for event in events if isinstance(event, EchoReceived)]
         shots = [event.echo.shot for event in heard if event.echo.shot is not None]
-        if not heard or self._watch is None:
+        if not heard or self._residuals is None:
             return
         ended = (event.procedure for event in events if isinstance(event, Outcome))
         procedure = PROCEDURES.get(next(ended, self._element.procedure))
@@ -53,16 +53,16 @@ class Watcher:
         disturbed = any(event.echo.shaken or event.echo.spoiled for event in heard)
         shots.sort(key=lambda shot: -shot.samples.shape[1])
         known = self._wall is not None and len(shots) == len(heard)
-        if self._busy or disturbed or not known or not self._watch.quiet(shots):
+        if self._busy or disturbed or not known or not self._residuals.quiet(shots):
             self.skipped += 1
             return
         self._busy, wall = True, self._wall or 0.0
         self._worker.do('comparing a read with its forecast', lambda: self._compare(shots, wall))
 
     def _compare(self, shots: list[Shot], wall: float) -> None:
-        assert self._watch is not None
+        assert self._residuals is not None
         try:
-            self.last = self._watch.compare(shots, wall)
+            self.last = self._residuals.compare(shots, wall)
         except (StateError, DesignError) as error:
             self._tell(f'the twin has no forecast for a wall at {wall:.0f}: {error}')
         else:
@@ -94,6 +94,6 @@ class Watcher:
                 }  # fmt: skip
         return found
 
-    def settled(self) -> bool:
+    def flush(self) -> bool:
         """Wait, but not for long, until the last read is compared; return whether it is."""
         return self._worker.wait()

@@ -217,7 +217,7 @@ def left_over(g: Array, H: Array, spread: Array) -> tuple[Array, Array, float]:
     )
 
 
-class Watch:
+class Residuals:
     """Compares reads with their forecast; call it from one thread."""
 
     def __init__(self, element: Element, integrator: Integrator | None = None) -> None:

@@ -102,7 +102,7 @@ def lived(chance, quick):
     clock, batch = Life(happens), chance.choice((1, 5, 10))
     loop = Loop(
         quick, listen, pacer=clock, speed=1.0, batch=batch,
-        has_subscribers=lambda: streams, watched=lambda: every,
+        has_subscribers=lambda: streams, stream_period=lambda: every,
     )  # fmt: skip
     loop.start()
     until(lambda: len(calls) == 6)

@@ -223,7 +223,7 @@ def test_a_listener_is_called_at_published_ticks_with_the_same_bits(start):
     def listen(*_):
         heard.append(element.ticks)
 
-    loop = start(element, listen, pacer=clock, speed=1.0, batch=20, watched=lambda: 10)
+    loop = start(element, listen, pacer=clock, speed=1.0, batch=20, stream_period=lambda: 10)
     until(lambda: len(heard) >= 9)
     loop.submit(SetStrain(0.03))
     clock.end = 0.2
@@ -261,7 +261,8 @@ def test_all_ticks_are_deferred_while_nobody_listens(start):
     clock, element, heard, told = Clock(end=0.0381), restless(), [], []
     start(
         element, lambda *_: told.append((element.ticks, clock.time)),
-        pacer=clock, speed=1.0, batch=10, watched=lambda: 10, has_subscribers=lambda: bool(heard),
+        pacer=clock, speed=1.0, batch=10, stream_period=lambda: 10,
+        has_subscribers=lambda: bool(heard),
     )  # fmt: skip
     until(lambda: len(told) == 2)
     heard.append('somebody')
@@ -298,7 +299,7 @@ def test_a_device_at_rest_wakes_for_published_ticks_alone(start):
     clock, told, element = Clock(), [], asleep()
     start(
         element, lambda *_: told.append((element.ticks, clock.time)),
-        pacer=clock, speed=1.0, batch=20, watched=lambda: 20,
+        pacer=clock, speed=1.0, batch=20, stream_period=lambda: 20,
     )  # fmt: skip
     until(lambda: len(told) >= 4)
     assert told[:4] == [
@@ -312,7 +313,7 @@ def test_a_device_at_rest_sleeps_while_nobody_watches(start):
     loop = start(
         element, lambda commands, _: told.append((element.ticks, clock.time, *commands)),
         pacer=clock, speed=1.0, batch=20,
-        has_subscribers=lambda: False, watched=lambda: 0,
+        has_subscribers=lambda: False, stream_period=lambda: 0,
     )  # fmt: skip
     until(lambda: clock.time == clock.end)
     assert told == [(1040, pytest.approx(1.998))]
@@ -329,7 +330,7 @@ def test_a_changed_speed_finds_a_device_at_rest_in_its_present_tick(start, speed
     clock, element = Clock(end=1.0051), asleep()
     loop = start(
         element, pacer=clock, speed=1.0, batch=20,
-        has_subscribers=lambda: False, watched=lambda: 0,
+        has_subscribers=lambda: False, stream_period=lambda: 0,
     )  # fmt: skip
     until(lambda: clock.time == clock.end)
     seen, advance = [], element.advance
@@ -355,7 +356,7 @@ def test_an_acceleration_wakes_a_device_at_rest(start):
     loop = start(
         element, lambda commands, _: stamped.extend(commands),
         pacer=clock, speed=1.0, batch=20,
-        has_subscribers=lambda: False, watched=lambda: 0,
+        has_subscribers=lambda: False, stream_period=lambda: 0,
     )  # fmt: skip
     until(lambda: clock.time == clock.end)
     loop.submit(Disturb(1e-6))
@@ -384,7 +385,7 @@ def test_an_acceleration_that_arrives_at_rest_wakes_the_loop(start):
     element = asleep()
     loop = start(
         element, pacer=Sleeper(), speed=1.0, batch=20,
-        has_subscribers=lambda: False, watched=lambda: 0,
+        has_subscribers=lambda: False, stream_period=lambda: 0,
     )  # fmt: skip
     until(lambda: loop._box.asleep)
     time.sleep(0.01)
@@ -396,7 +397,7 @@ def test_an_acceleration_that_arrives_at_rest_wakes_the_loop(start):
 def test_a_device_at_rest_runs_a_thousand_ticks_at_once_without_a_pace(start):
     element, told = asleep(), []
     loop = start(element, lambda *_: told.append(element.ticks), speed=0.0,
-                 watched=lambda: 0)  # fmt: skip
+                 stream_period=lambda: 0)  # fmt: skip
     until(lambda: len(told) >= 5)
     loop.stop()
     assert {b - a for a, b in itertools.pairwise(told)} == {1000}
@@ -441,7 +442,7 @@ def test_messages_of_the_base_end_no_rest_and_take_effect_in_their_tick(start):
         begun.append(clock.time)
         stamped.extend(commands)
 
-    loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=10, watched=lambda: 10)
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=10, stream_period=lambda: 10)
     for now, size in ((0.0031, 1), (0.0051, 2), (0.0052, 3), (0.0101, 4)):
         clock.end = clock.time = now
         loop.submit(Disturb(1e-6 * size))
@@ -462,7 +463,7 @@ def test_deferred_ticks_are_done_just_as_the_next_is_due(start):
         begun.append(clock.time)
         clock.time += 1e-4 * (9 if element.ticks % 10 == 9 else 1)
 
-    loop = start(element, listen, pacer=clock, speed=1.0, batch=10, watched=lambda: 10)
+    loop = start(element, listen, pacer=clock, speed=1.0, batch=10, stream_period=lambda: 10)
     until(lambda: element.ticks == 30)
     loop.stop()
     expected = [0.016, 0.018, 0.0371, 0.038, 0.0571, 0.058]

@@ -15,7 +15,7 @@ PERIOD = 0.002
 """Of a tick: 20 time units of 1e-4 s."""
 
 
-def timetable(*, speed=1.0, batch=20, heard=True, watched=10, **element):
+def timetable(*, speed=1.0, batch=20, heard=True, stream_period=10, **element):
     """Return the times of an element that moves, idle for ever, and what they are taken from."""
     given = {'ticks': 0, 'idle_ticks': math.inf, 'at_rest': False, **element}
     settings = Settings()
@@ -23,7 +23,7 @@ def timetable(*, speed=1.0, batch=20, heard=True, watched=10, **element):
     statistics = LoopStatistics()
     times = Timetable(
         element, SteadyPacer(), statistics, speed=speed, batch=batch,
-        has_subscribers=lambda: heard, watched=lambda: watched,
+        has_subscribers=lambda: heard, stream_period=lambda: stream_period,
     )  # fmt: skip
     return times, element, statistics
 
@@ -61,11 +61,11 @@ def test_unheard_ticks_of_a_rest_end_at_a_published_one_unless_nobody_watches():
     times, *_ = timetable(heard=False, ticks=3)
     assert times.deferred(0.0, Mailbox(1.0)) == 17  # to 20
     assert times.together(17) == 7
-    times, *_ = timetable(heard=False, watched=100, ticks=200)
+    times, *_ = timetable(heard=False, stream_period=100, ticks=200)
     assert times.deferred(0.0, Mailbox(1.0)) == 20  # of which none is published
-    times, *_ = timetable(heard=False, watched=0, ticks=3)
+    times, *_ = timetable(heard=False, stream_period=0, ticks=3)
     assert times.deferred(0.0, Mailbox(1.0)) == times.together(20) == 20
-    times, *_ = timetable(heard=False, watched=0, ticks=3, at_rest=True)
+    times, *_ = timetable(heard=False, stream_period=0, ticks=3, at_rest=True)
     assert times.deferred(0.0, Mailbox(1.0)) == 1000
     assert times.sleeps(1000)
     assert not times.sleeps(20)
@@ -100,13 +100,13 @@ def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
 
 
 def test_without_a_pace_a_run_takes_no_longer_than_a_rest():
-    times, element, statistics = timetable(speed=0.0, watched=100)
+    times, element, statistics = timetable(speed=0.0, stream_period=100)
     assert times.after(1.0, 7.0) == 7.0
     assert times.longest_run == 1  # nothing is known of its duration
     statistics.count(0.0, 0.001)
     assert times.longest_run == 40
     element.ticks = 80
     assert times.longest_run == 20
-    times, element, _ = timetable(speed=0.0, watched=0)
+    times, element, _ = timetable(speed=0.0, stream_period=0)
     element.at_rest = True
     assert times.longest_run == 1000

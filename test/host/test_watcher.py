@@ -38,7 +38,7 @@ def last_events(element, command):
 
 def compared(watcher):
     """Return how many reads have been compared, once the last is."""
-    while not watcher.settled():
+    while not watcher.flush():
         time.sleep(0.001)  # or this thread would keep the other from computing
     return watcher.compared
 

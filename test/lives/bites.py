@@ -198,10 +198,10 @@ def state_written_in_place(_):
     return write
 
 
-@_bite((store.Store, 'settle'))
-def answer_before_it_is_saved(settle):
+@_bite((store.Store, 'resolve'))
+def answer_before_it_is_saved(resolve):
     def hasty(self, request, element):
-        request.settle(request.outcome)
+        request.resolve(request.outcome)
         if not element.procedure:
             self.keep(element)
 

@@ -23,7 +23,7 @@ from mlmem_ros.device import (
     drivers,
 )
 from mlmem_ros.device.driver import Simulation
-from mlmem_ros.device.drivers import Watched
+from mlmem_ros.device.drivers import Watchdog
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.physics import CASE_II, HeldCell, substep_times
 
@@ -143,7 +143,7 @@ class Raises(Hangs):
 @pytest.mark.parametrize('error', [TypeError('no number'), SystemExit(2), KeyboardInterrupt()])
 def test_a_driver_that_raises_anything_fails(where, error):
     def live():
-        driver = Watched('bench:Bench', lambda: Raises(where, error), 1e-4)
+        driver = Watchdog('bench:Bench', lambda: Raises(where, error), 1e-4)
         element = MemoryElement(CASE_II, Settings(), calibration(), driver)
         element.advance()
         driver.close()
@@ -159,7 +159,7 @@ def test_a_driver_that_hangs_times_out(where):
     over = threading.Event()
 
     def live():
-        driver = Watched('bench:Bench', lambda: Hangs(where, over), 1e-4, patience=0.05)
+        driver = Watchdog('bench:Bench', lambda: Hangs(where, over), 1e-4, patience=0.05)
         element = MemoryElement(CASE_II, Settings(), calibration(), driver)
         element.advance()
         driver.close()
@@ -206,7 +206,7 @@ class Quits(Driver):
 @pytest.mark.parametrize('where', ['opening', 'playing', 'measuring', 'reporting', 'closing'])
 def test_a_driver_that_quits_ends_no_thread(where):
     def live():
-        driver = Watched('Q', lambda: Quits(where), 1e-4)
+        driver = Watchdog('Q', lambda: Quits(where), 1e-4)
         MemoryElement(CASE_II, Settings(), calibration(), driver).perform(Read())
         driver.health()
         driver.close()

@@ -15,7 +15,7 @@ from mlmem_ros.element_file import Element
 from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
 from mlmem_tools.rig.emulated import Sensors
 from mlmem_tools.twin.changes import SHARED_KINDS
-from mlmem_tools.twin.watching import Watch, place
+from mlmem_tools.twin.watching import Residuals, place
 
 CHOSEN = preset('bits_1')
 DESIGN, SETTINGS = CHOSEN
@@ -34,7 +34,7 @@ class Bench:
         self.element = new_element(CHOSEN, driver=driver)
         known = replace(MADE, alpha_factor=MADE.alpha_factor * error)
         twin = Element(known, 5e-4 * MADE.alpha)
-        self.watch = Watch(twin, INTEGRATORS[SETTINGS.time.integrator])
+        self.watch = Residuals(twin, INTEGRATORS[SETTINGS.time.integrator])
         self.set_faults()
         self.do(Write(LEVEL))
 

@@ -130,9 +130,9 @@ def diagnostics_page() -> str:
     element.perform(Read())
     host = SimpleNamespace(refused=0, log=SimpleNamespace(caught=0))
     known = element_file.Element(element.made, np.zeros(element.design.N))
-    host.watcher = Watcher(known, element, ThrottledLog(SimpleNamespace()))
+    host.residual_monitor = Watcher(known, element, ThrottledLog(SimpleNamespace()))
     change = Change('cell', 1, 0.0, 0.0)
-    host.watcher.last = Comparison(1.0, np.zeros(2), change)
+    host.residual_monitor.last = Comparison(1.0, np.zeros(2), change)
     with tempfile.TemporaryDirectory() as folder:
         recorder = QueuedWriter(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
         recorder.close()

@@ -13,7 +13,7 @@ import numpy as np
 from mlmem_ros.device import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
 from mlmem_ros.physics import INTEGRATORS
 from mlmem_tools.rig.emulated import Sensors
-from mlmem_tools.twin.watching import Comparison, Watch, place
+from mlmem_tools.twin.watching import Comparison, Residuals, place
 
 from .sensed import SensedSimulation, device, fitted, foretell, made, performed
 
@@ -62,7 +62,7 @@ class Bench:
         self.element, known = device(preset, specimen, NOISE), fitted(specimen, seed)
         foretell(preset, self.element, known)
         performed(self.element, Calibrate())
-        self.watch = Watch(known, INTEGRATORS[self.element.settings.time.integrator])
+        self.watch = Residuals(known, INTEGRATORS[self.element.settings.time.integrator])
         self.wall: float | None = 0.0
 
     def heard(self, command: Read | Write) -> Comparison | None:

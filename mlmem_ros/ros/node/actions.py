@@ -27,7 +27,7 @@ from ...device import Outcome, Refused
 from ...device.mailbox import Request
 from ...host import Host
 from ..qos import EVERY_ONE, RELIABLE
-from .callback_guard import REQUESTER, settled
+from .callback_guard import REQUESTER, outcome_of
 
 FEEDBACK_EVERY = 0.05
 """Seconds between two feedback messages of a goal."""
@@ -77,7 +77,7 @@ class Goal:
         result: The answer to a result request.
         ended: When it ended, on the steady clock.
         fetched: Whether its result has been requested.
-        let_go: The abort asked for by its client's cancel, which ends at zero strain.
+        abort: The abort asked for by its client's cancel, which ends at zero strain.
     """
 
     info: GoalInfo
@@ -86,7 +86,7 @@ class Goal:
     result: Future[Any] = field(default_factory=lambda: threads.Future())
     ended: float = 0.0
     fetched: bool = False
-    let_go: Request[Any] | None = None
+    abort: Request[Any] | None = None
 
 
 class Action:
@@ -142,10 +142,10 @@ class Action:
         """Stop the selected goals, and release the strain; nothing else is stopped."""
         with self._lock:
             meant = list(self._meant(request.goal_info))
-            stopped = [goal for goal in meant if goal in self._open and goal.let_go is None]
+            stopped = [goal for goal in meant if goal in self._open and goal.abort is None]
             for goal in stopped:
                 goal.status = GoalStatus.STATUS_CANCELING
-                goal.let_go = self._stop(goal.request)
+                goal.abort = self._stop(goal.request)
             if stopped:
                 self._publish_status()
         response.goals_canceling = [goal.info for goal in stopped]
@@ -162,7 +162,7 @@ class Action:
         if goal is None:
             response.status = GoalStatus.STATUS_UNKNOWN
             return response
-        response.result = await settled(goal.result)
+        response.result = await outcome_of(goal.result)
         goal.fetched = True
         response.status = goal.status
         return response
@@ -203,16 +203,16 @@ class Action:
             self._host.log.exception(self._name, error)
             result, status = self._failed(FAILED, error)
         with self._lock:
-            let_go = goal.let_go
+            abort = goal.abort
             del self._open[goal]
-        if let_go is None or status == GoalStatus.STATUS_SUCCEEDED:
-            self._settle(goal, result, status)
+        if abort is None or status == GoalStatus.STATUS_SUCCEEDED:
+            self._conclude(goal, result, status)
             return
         status = self._canceled(result, status)
         # the next goal must find the element at rest
-        let_go.answer.add_done_callback(lambda _: self._settle(goal, result, status))
+        abort.answer.add_done_callback(lambda _: self._conclude(goal, result, status))
 
-    def _settle(self, goal: Goal, result: Any, status: int) -> None:
+    def _conclude(self, goal: Goal, result: Any, status: int) -> None:
         """Answer a request for a goal's result."""
         with self._lock:
             goal.status, goal.ended = status, threads.monotonic()

@@ -41,13 +41,13 @@ EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 parameter of unknown type."""
 
 
-async def settled(future: Future[T]) -> T:
+async def outcome_of(future: Future[T]) -> T:
     """Wait for a future of any thread; for the coroutines of services."""
-    result: T = await _Settled(future)
+    result: T = await _Outcome(future)
     return result
 
 
-class _Settled(NamedTuple):
+class _Outcome(NamedTuple):
     future: Future[Any]
 
     def __await__(self) -> Generator[Future[Any], None, Any]:
@@ -125,7 +125,7 @@ class _Answer(NamedTuple):
     steps: Coroutine[Future[Any], None, Any]
 
     def run(self, send: Callable[[Any], None]) -> None:
-        """Run until a future is awaited, resume once it is settled; finally send the response."""
+        """Run until a future is awaited, resume once it is done; finally send the response."""
         try:
             awaited = self.steps.send(None)
         except StopIteration as end:

@@ -276,7 +276,7 @@ def recorder(host: Host) -> Health:
 
 def twin(host: Host) -> Health:
     """Report the residual of reads against a twin's forecast, in cells; warn of what changed."""
-    if (watcher := host.watcher) is None:
+    if (watcher := host.residual_monitor) is None:
         return Health(OK, 'no twin')
     values = watcher.values()
     return (

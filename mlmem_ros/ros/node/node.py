@@ -271,7 +271,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             self._pacer(),
             self.get_parameter('time.speed').value,
             lambda: self._published is not None and self._published.has_subscribers,
-            lambda: 0 if self._published is None else self._published.watched,
+            lambda: 0 if self._published is None else self._published.stream_period,
             self._held,
         )
         self._awaits_clock = True

@@ -25,7 +25,7 @@ from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
 from ...procedures import PROCEDURES, Procedure
 from ..qos import CLIENTS, EVERY_ONE, heard_within
-from .callback_guard import REQUESTER, settled
+from .callback_guard import REQUESTER, outcome_of
 
 Answered = Awaitable[tuple[bool, str]]
 """Whether a request succeeded, and the JSON object that answers it."""
@@ -125,7 +125,7 @@ class Services:
     async def _done(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
         asked = answers.asked(command.level) if isinstance(command, Write) else {}
         try:
-            outcome = await settled(self._host.submit(command, REQUESTER.get(), wait).answer)
+            outcome = await outcome_of(self._host.submit(command, REQUESTER.get(), wait).answer)
         except REFUSALS as failure:
             return self._refused(name_of(command), failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
@@ -135,7 +135,7 @@ class Services:
     async def _recorded(self, asked: Record) -> tuple[bool, str]:
         try:
             plan = self._plan(asked.path) if asked.on else None
-            path = await settled(self._host.record(plan))
+            path = await outcome_of(self._host.record(plan))
         except REFUSALS as refusal:
             return self._refused('record', refusal)
         return True, json.dumps({'recording': asked.on, 'path': str(path)})
@@ -145,7 +145,7 @@ class Services:
 
     async def _counted(self, what: str, ticks: Future[int], **said: Any) -> tuple[bool, str]:
         try:
-            return True, json.dumps({**said, 'tick': await settled(ticks)})
+            return True, json.dumps({**said, 'tick': await outcome_of(ticks)})
         except REFUSALS as refusal:
             return self._refused(what, refusal)
 
@@ -154,7 +154,7 @@ class Services:
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
         try:
-            outcome = await settled(self._host.submit(SelfTest(), REQUESTER.get()).answer)
+            outcome = await outcome_of(self._host.submit(SelfTest(), REQUESTER.get()).answer)
         except REFUSALS as failure:
             self._refused('self_test', failure)
             response.status = [messages.refused_test(name, str(failure))]

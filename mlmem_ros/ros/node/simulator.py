@@ -26,7 +26,7 @@ from ...device.mailbox import Request, Steps
 from ...host import REFUSALS, Host
 from ..qos import EVERY_ONE
 from .actions import Action, Goal
-from .callback_guard import settled
+from .callback_guard import outcome_of
 
 STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
 """States of a simulation, as in `SimulationState`: no world is loaded in an unconfigured node."""
@@ -122,7 +122,7 @@ class Simulator:
         if now == STOPPED:
             return self._done(response, lambda: self._activate(wanted == PAUSED))
         try:
-            await settled(self._host.pause(wanted == PAUSED))
+            await outcome_of(self._host.pause(wanted == PAUSED))
         except REFUSALS as refusal:
             return _said(response, FAILED, f'{refusal}')
         return _said(response, DONE, '')
@@ -130,7 +130,7 @@ class Simulator:
     async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = Steps(request.steps)
         try:
-            await settled(_begun(self._host, steps).answer)
+            await outcome_of(_begun(self._host, steps).answer)
         except REFUSALS as refusal:
             return _said(response, FAILED, f'{refusal}')
         return _said(response, *_judged(steps))

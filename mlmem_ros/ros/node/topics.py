@@ -185,11 +185,11 @@ class Publishers:
         if self._contour is not None:
             self._contour.take()
         for topic, every, message in self._periodic:
-            if self._element.ticks % every == 0 and self._watched(topic):
+            if self._element.ticks % every == 0 and self._is_taken(topic):
                 self.publish(topic, self._present(topic, message))
         for event in events:
             for topic, content in published(event, self._element).items():
-                if topic.qos == topics.LATCHED or self._watched(topic):
+                if topic.qos == topics.LATCHED or self._is_taken(topic):
                     self._publish_event(topic, content)
 
     def _publish_event(self, topic: Topic, content: Any) -> None:
@@ -217,13 +217,13 @@ class Publishers:
         return any(map(self._subscribers, self._punctual))
 
     @property
-    def watched(self) -> int:
+    def stream_period(self) -> int:
         """Ticks of which those of all that anybody takes are multiples; 0 if nobody takes any."""
-        taken = {topic: every for topic, every, _ in self._periodic if self._watched(topic)}
+        taken = {topic: every for topic, every, _ in self._periodic if self._is_taken(topic)}
         columns = self._settings.column_every if topics.IMAGE in taken else 0
         return math.gcd(*taken.values(), columns)
 
-    def _watched(self, topic: Topic) -> bool:
+    def _is_taken(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not latched."""
         recorded = self._recording(topic) is not None
         return recorded or self._subscribers(topic) > 0
