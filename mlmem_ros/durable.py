@@ -8,6 +8,7 @@ disk. Python itself repeats a call that a signal interrupts.
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from contextlib import suppress
@@ -211,7 +212,10 @@ class Claim:
         """
         self._lock = path.with_name(f'.{path.name}.lock')
         with suppress(FileNotFoundError):
-            if _identity(path).st_nlink > 1:
+            found = _identity(path)
+            if stat.S_ISDIR(found.st_mode):
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+            if found.st_nlink > 1:
                 raise Claimed(f'{path} is a hard link: a lock under another name would not hold')
         self._descriptor = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:

@@ -28,7 +28,7 @@ MOST = 100.0
 """Greatest factor between the amplification of a cell and the design's."""
 
 
-class ElementFileError(ValueError):
+class ElementFileError(DecodeError):
     """A file is not that of an element; the message says why."""
 
 
@@ -165,7 +165,7 @@ def load(path: Path) -> Element:
     """
     try:
         return element_of(from_yaml(read(path)))
-    except (DecodeError, ElementFileError) as error:
+    except DecodeError as error:
         raise ElementFileError(f'{path}: {error}') from error
 
 

@@ -28,7 +28,7 @@ FORMAT = 1
 SI, CELLS = 'SI', 'cells'
 
 
-class LawFileError(ValueError):
+class LawFileError(DecodeError):
     """A file or a text is not a law; the message says why."""
 
 
@@ -83,7 +83,7 @@ def text_in(path: Path | str) -> str:
     """
     try:
         given = _decoded(read(path))
-    except (DecodeError, LawFileError) as error:
+    except DecodeError as error:
         raise LawFileError(f'{path}: {error}') from error
     return text_of(given.law, given.unit)
 

@@ -43,7 +43,9 @@ Some = TypeVar('Some')
 
 
 class DecodeError(ValueError):
-    """What was read is not what is declared; the message says where, and what was expected."""
+    """What was read is not what is declared; the message, of one line and at most `LONGEST`
+    characters, says where, and what was expected. The errors of our kinds of files derive from it.
+    """
 
     def __init__(self, message: str) -> None:
         super().__init__(printable(message, LONGEST))
@@ -56,26 +58,26 @@ def read(path: Path | str, most: int = durable.MOST) -> str:
     """Return the content of a regular file in UTF-8 of at most `most` bytes.
 
     Raises:
-        DecodeError: There is none, or it cannot be read.
+        DecodeError: There is none, or it cannot be read; the message does not name it.
     """
     try:
         return durable.read_text(Path(path), most)
     except (OSError, ValueError) as error:
-        raise DecodeError(f'{clipped(str(path))}: {durable.reason(error)}') from error
+        raise DecodeError(durable.reason(error)) from error
 
 
 def require_regular(path: Path) -> None:
     """Make sure that what a library will open is a file or folder: a pipe may never end.
 
     Raises:
-        DecodeError: It is not, or not there.
+        DecodeError: It is not, or not there; the message does not name it.
     """
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
-        raise DecodeError(f'{clipped(str(path))}: {durable.reason(error)}') from error
+        raise DecodeError(durable.reason(error)) from error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        raise DecodeError(f'{clipped(str(path))}: it is not a regular file')
+        raise DecodeError('it is not a regular file')
 
 
 def from_json(text: str | bytes) -> Any:

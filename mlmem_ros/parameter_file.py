@@ -37,7 +37,7 @@ OF_THE_NODE_TOO = ('time.speed', 'design.check', 'design.digest')
 """Names that concern only the node, in groups of the device."""
 
 
-class ParameterFileError(ValueError):
+class ParameterFileError(DecodeError):
     """A file is not a node's parameter file; the message says what is wrong, and where."""
 
 
@@ -68,8 +68,8 @@ def _text(source: str) -> str:
         return read(source)
     except DecodeError as error:
         raise ParameterFileError(
-            'FILE|PRESET must be a readable parameter file, or one of '
-            f'{", ".join(PRESETS)}; got {error}'
+            f'{clipped(source, 60)}: {error}; give a parameter file, or one of '
+            f'{", ".join(PRESETS)}'
         ) from error
 
 
@@ -89,9 +89,9 @@ def node_parameters(config: str) -> str | dict[str, str]:
             f'got {clipped(config)}'
         )
     try:
-        read(path)  # ROS would read any file to its end
+        from_yaml(read(path))  # ROS would read any file to its end
     except DecodeError as error:
-        raise ParameterFileError(str(error)) from error
+        raise ParameterFileError(f'{path}: {error}') from error
     return str(path)
 
 

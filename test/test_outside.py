@@ -6,18 +6,12 @@ import dataclasses
 import importlib
 import json
 import math
-import os
 import pkgutil
-import signal
-import time
-import tracemalloc
-from pathlib import Path
 
 import hypothesis
 import hypothesis.strategies as st
 import numpy as np
 import pytest
-import yaml
 from numpy.typing import NDArray
 
 from mlmem_ros import element_file, outside
@@ -32,14 +26,11 @@ from mlmem_ros.device.failures import Failure
 from mlmem_ros.device.motion import Profile, Ramp
 from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections, QuickMoves
 from mlmem_ros.device.reading import Reading
-from mlmem_ros.element_file import Element, ElementFileError
+from mlmem_ros.element_file import Element
 from mlmem_ros.outside import LONGEST, DecodeError, decode, from_json, from_yaml, read
-from mlmem_ros.parameter_file import ParameterFileError
-from mlmem_ros.parameter_file import load as load_parameters
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.rig.frames import Hello
 from mlmem_ros.session import records
-from mlmem_tools.cli.main import main
 
 OPEN = ('initial', 'parameters', 'packages', 'details')
 """Keys whose values are read by others, later or never."""
@@ -217,87 +208,6 @@ def test_arrays_are_read_to_the_bit_in_every_form():
     assert decode(dict[End, int], {'left': 1}) == {End.LEFT: 1}
 
 
-# --- files ------------------------------------------------------------------------------------
-
-LOADERS = {
-    'element': (element_file.load, ElementFileError),
-    'parameters': (lambda path: load_parameters(str(path)), ParameterFileError),
-}
-
-
-@pytest.fixture(params=LOADERS)
-def refused(request):
-    """Return a function that gives the error of a file, after a moment and with little memory."""
-    load, error = LOADERS[request.param]
-
-    def of(path):
-        tracemalloc.start()
-        start = time.process_time()
-        try:
-            with pytest.raises(error) as caught:
-                load(path)
-            assert tracemalloc.get_traced_memory()[1] < 150e6  # a file at its limit, parsed
-            assert time.process_time() - start < 5.0  # seconds; a bomb took 25
-        finally:
-            tracemalloc.stop()
-        assert len(str(caught.value)) <= LONGEST + 300  # and the path
-        return str(caught.value)
-
-    return of
-
-
-def test_only_regular_files_are_read(refused, tmp_path):
-    os.mkfifo(tmp_path / 'pipe')
-    assert 'not a regular file' in refused(Path('/dev/zero'))
-    assert 'not a regular file' in refused(tmp_path / 'pipe')
-    assert 'Is a directory' in refused(tmp_path)
-    assert 'null' in refused(tmp_path / 'a\0b')
-
-
-BOMB = 'a0: &a0 [x]\n' + ''.join(
-    f'a{n}: &a{n} [{", ".join([f"*a{n - 1}"] * 10)}]\n' for n in range(1, 9)
-)
-
-
-@pytest.mark.parametrize(
-    'text',
-    [BOMB, '[' * 10**5, '{a: ' * 10**5, 'a: .inf', f'a: {"9" * 5000}', '? [1]\n: 2',
-     '!!python/x 1',
-     'a: 2001-99-99', '\x00', f'{{format: 1, design: "{LONG}"}}', f'"{LONG}": 1',
-     f'format: {LONG}', 'a: &a [*a]', '*x',
-     'format: .nan', f'/**: {{ros__parameters: {{design: {{N: {"9" * 10**6}}}}}}}',
-     f'/**: {{ros__parameters: {{{LONG}: 1}}}}'],
-    ids=lambda text: text[:24],
-)  # fmt: skip
-def test_no_text_is_read_for_long_or_escapes(refused, tmp_path, text):
-    path = tmp_path / 'file.yaml'
-    path.write_text(text)
-    refused(path)
-
-
-def test_a_file_is_bounded(refused, tmp_path):
-    path = tmp_path / 'file.yaml'
-    with path.open('wb') as file:
-        file.truncate(50 * 10**9)
-    assert 'larger than 33554432 bytes' in refused(path)
-
-
-@pytest.mark.parametrize(
-    ('key', 'value', 'words'),
-    [('alpha_std', math.nan, 'alpha_std must be'), ('alpha_std', -1e-3, 'from 0 to 1e'),
-     ('alpha', 1e308, 'alpha must be from 1/100 to 100'), ('alpha', math.inf, 'alpha must be'),
-     ('mass', 0.0, 'mass'), ('offset', 10**400, 'offset')],
-)  # fmt: skip
-def test_an_element_that_no_cell_can_be_is_refused(tmp_path, key, value, words):
-    values = Element(Specimen(CASE_II), np.ones(CASE_II.N)).as_dict()
-    numbers = list(values.get(key, [1.0] * CASE_II.N))
-    numbers[5] = value
-    path = tmp_path / 'element.yaml'
-    path.write_text(yaml.safe_dump(values | {key: numbers}))
-    with pytest.raises(ElementFileError, match=words):
-        element_file.load(path)
-
-
 def test_texts_that_are_not_what_they_should_be():
     assert from_json('{"a": 1}') == from_yaml('{a: 1}') == {'a': 1}
     assert from_yaml('a: 1', texts=True) == {'a': '1'}
@@ -306,53 +216,3 @@ def test_texts_that_are_not_what_they_should_be():
             from_json(text)
     with pytest.raises(DecodeError, match='No such file'):
         read('/nowhere/at all')
-
-
-COMMANDS = (
-    'inspect {}', 'inspect {} --repair {new}', 'replay {}', 'view {}', 'view --start {}',
-    'design check {}', 'design check case_2 --element {}', 'fit {} --output {new}',
-    'fit {}.csv --design case_2', 'fit {}.csv --design {}', 'plan {} --output {new}',
-    'margins --design {} --output {new}', 'standard_problems {}',
-)  # fmt: skip
-"""Commands that read a file."""
-
-
-@pytest.fixture
-def at_once():
-    """Fail after ten seconds of waiting, which a pipe without a writer would take for ever."""
-
-    def interrupt(*_):
-        pytest.fail('it waits')  # no error that a command would catch
-
-    before = signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, 10.0)
-    yield
-    signal.setitimer(signal.ITIMER_REAL, 0.0)
-    signal.signal(signal.SIGALRM, before)
-
-
-@pytest.mark.parametrize('command', COMMANDS)
-@pytest.mark.parametrize('kind', ['pipe', 'device', 'huge', 'NUL', 'folder', 'absent'])
-def test_a_command_refuses_what_is_no_file_at_once(command, kind, tmp_path, capsys, at_once):
-    for name in ('named', 'named.csv'):
-        path = tmp_path / name
-        if kind == 'pipe':
-            os.mkfifo(path)
-        elif kind == 'device':
-            path.symlink_to('/dev/zero')
-        elif kind == 'huge':
-            with path.open('wb') as file:
-                file.truncate(50 * 10**9)
-        elif kind == 'folder':
-            path.mkdir()
-    given = str(tmp_path / ('na\0med' if kind == 'NUL' else 'named'))
-    words = [word.format(given, new=tmp_path / 'new') for word in command.split()]
-    try:
-        status = main(words)
-    except SystemExit as end:
-        status = end.code
-    told = capsys.readouterr().err
-    assert status in (1, 2), told
-    assert 'Traceback' not in told
-    assert len(told) < 1000
-    assert not (tmp_path / 'new').exists()

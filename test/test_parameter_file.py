@@ -88,7 +88,7 @@ def test_a_path_is_a_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'fast.yaml').write_text(wrapped('write: {tension: 0.05}'))
     assert load('fast.yaml')[1].write.tension == 0.05
-    with pytest.raises(ParameterFileError, match='readable'):
+    with pytest.raises(ParameterFileError, match='give a parameter file'):
         load('slow')
 
 
@@ -164,7 +164,7 @@ def test_a_brief_table_lists_what_did_not_pass(capsys):
         (
             None,
             2,
-            'FILE|PRESET must be a readable parameter file, or one of case_1, case_2',
+            'No such file or directory; give a parameter file, or one of case_1, case_2',
         ),
         ('nothing', 2, 'ros__parameters'),
         (wrapped('design: {N: 20}'), 1, 'J must be at most N - tail - 1'),

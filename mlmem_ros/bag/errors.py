@@ -7,9 +7,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from ..clipped import printable
+from ..outside import LONGEST
+
 
 class BagError(Exception):
-    """A bag could not be written, read or repaired; the text says why and what to do."""
+    """A bag could not be written, read or repaired; the text, as short as that of a
+    `DecodeError`, says why and what to do.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message, LONGEST))
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
+from .. import durable
 from ..clipped import clipped
 from ..outside import from_yaml, require_regular
 from .contents import TopicInfo
@@ -196,7 +197,7 @@ def read_text(directory: Path) -> str | None:
     """Return the text of ``metadata.yaml``; see `read_metadata`."""
     path = directory / FILE_NAME
     with storage_errors(f'read {path}'):
-        if not path.exists():
+        if not durable.exists(path):
             return None
         require_regular(path)
         with path.open('rb') as file:

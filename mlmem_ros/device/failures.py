@@ -180,13 +180,22 @@ def parsed(text: str) -> tuple[Failure, ...]:
         Refused: It is none, or its ticks decrease.
     """
     try:
-        script: tuple[Failure, ...] = decode(tuple[Failure, ...], from_json(text), 'script')
+        return script_of(from_json(text))
     except DecodeError as error:
         raise Refused(str(error)) from error
+
+
+def script_of(data: Any) -> tuple[Failure, ...]:
+    """Return the failures of a script, given as plain values.
+
+    Raises:
+        DecodeError: It is none, or its ticks decrease.
+    """
+    script: tuple[Failure, ...] = decode(tuple[Failure, ...], data, 'script')
     if not 0 < len(script) <= MOST:
-        raise Refused(f'a script must have from 1 to {MOST} failures; got {len(script)}')
+        raise DecodeError(f'a script must have from 1 to {MOST} failures; got {len(script)}')
     if any(late.tick < early.tick for early, late in pairwise(script)):
-        raise Refused('the ticks of a script must not decrease')
+        raise DecodeError('the ticks of a script must not decrease')
     return script
 
 

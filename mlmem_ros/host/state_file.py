@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import durable
-from ..outside import from_json
+from ..clipped import printable
+from ..outside import LONGEST, from_json
 from ..physics import StateError
 
 FORMAT = 1
@@ -52,8 +53,8 @@ def read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        why = durable.reason(error)
-        raise StateError(f'{what} cannot be read from {path}: {why}') from error
+        why = f'{what} cannot be read from {path}: {durable.reason(error)}'
+        raise StateError(printable(why, LONGEST)) from error
     except ValueError as error:
         raise damaged(path, str(error), remedy) from error
     found = content.get(key) if isinstance(content, dict) else None
@@ -64,4 +65,4 @@ def read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
 
 def damaged(path: Path, why: str, remedy: str) -> StateError:
     """Return the error for a file that cannot be used."""
-    return StateError(f'{path} is damaged: {why}; move it away to {remedy}')
+    return StateError(printable(f'{path} is damaged: {why}; move it away to {remedy}', LONGEST))

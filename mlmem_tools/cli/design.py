@@ -132,10 +132,8 @@ TASKS = {'check': check, 'prove': prove}
 def design(arguments: argparse.Namespace) -> int:
     """Do the task; return the exit status."""
     from mlmem_ros.device.errors import SettingsError
-    from mlmem_ros.element_file import ElementFileError
-    from mlmem_ros.law_file import LawFileError
-    from mlmem_ros.parameter_file import ParameterFileError
-    from mlmem_ros.physics import DesignError
+    from mlmem_ros.outside import DecodeError
+    from mlmem_ros.physics import DesignError, StateError
 
     if not arguments.task and arguments.levels is None and arguments.law is None:
         return complain('design', 'give --levels P or --law FILE, or one of check and prove', 2)
@@ -147,9 +145,9 @@ def design(arguments: argparse.Namespace) -> int:
             return TASKS[arguments.task].run(arguments)
         found: int = laboratory.part('find_design')(arguments)
         return found
-    except (ParameterFileError, ElementFileError, LawFileError) as error:
+    except DecodeError as error:
         return complain('design', error, 2)
-    except (DesignError, SettingsError, OSError) as error:
+    except (DesignError, SettingsError, StateError, OSError) as error:
         return complain('design', error, 1)
 
 

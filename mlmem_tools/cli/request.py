@@ -153,15 +153,27 @@ def _seconds(text: str) -> float:
     raise argparse.ArgumentTypeError(f'must be a time above 0 s; got {text!r}')
 
 
-def _script(given: argparse.Namespace) -> list[Any]:
-    """Return the failures of a command line, or of its file; raises `ValueError`."""
-    from mlmem_ros.outside import from_yaml, read
+def script(path: str) -> Any:
+    """Return the list of failures in a YAML file, as plain values.
 
+    Raises:
+        ArgumentTypeError: It cannot be read, or is none.
+    """
+    from mlmem_ros.device.failures import script_of
+    from mlmem_ros.outside import DecodeError, from_yaml, read
+
+    try:
+        found = from_yaml(read(path))
+        script_of(found)
+    except DecodeError as error:
+        raise argparse.ArgumentTypeError(str(DecodeError(f'{path}: {error}'))) from None
+    return found
+
+
+def _script(given: argparse.Namespace) -> Any:
+    """Return the failures of a command line, or of its file; raises `ValueError`."""
     if given.script:
-        found = from_yaml(read(given.script))
-        if not isinstance(found, list):
-            raise ValueError(f'{given.script} must be a list of failures; see mlmem inject --help')
-        return found
+        return given.script
     if not given.failure:
         raise ValueError('name a unit and its failure, or a file with --script')
     return [{
@@ -233,7 +245,9 @@ COMMANDS['inject'] = _request(
     option('failure', nargs='?', help='off, stuck, garbage, wrong, slow, delayed ... or ok'),
     option('--instance', type=int, default=0, help='sensor: 1 left, 2 right; material: the cell'),
     option('--severity', type=float, help='in the unit of the fault; docs/faults.md has them'),
-    option('--script', metavar='FILE', help='YAML: a list of failures with their ticks'),
+    option(
+        '--script', type=script, metavar='FILE', help='YAML: a list of failures with their ticks'
+    ),
     more="""\
 A script is a list such as
   - {unit: sensor, failure: delayed, instance: 1, severity: 25}

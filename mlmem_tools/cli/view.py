@@ -4,8 +4,9 @@
 
 Serves a page on this machine until Ctrl-C and prints its address. It shows the running element, or
 the given session; two sessions stand side by side, with their differences. With --start it starts
-an element of its own: the default one, a preset, or that of a parameter file. With --host other
-machines can open the page by the printed address, which holds a token.
+an element of its own: the default one, a preset, or that of a parameter file; if that ends, the
+command fails. With --host other machines can open the page by the printed address, which holds a
+token.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import signal
 import socket
 import webbrowser
 from contextlib import ExitStack
+from subprocess import Popen
 from typing import TYPE_CHECKING, Any
 
 from .command import JSON, NODE, command, option
@@ -57,17 +59,18 @@ def view(arguments: argparse.Namespace) -> int:
     from mlmem_ros.parameter_file import ParameterFileError
 
     try:
-        asyncio.run(_serve(arguments))
+        ended = asyncio.run(_serve(arguments))
     except OSError as error:
         return complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1)
     except ParameterFileError as error:
         return complain('view', error, 2)
     except BagError as error:
         return complain('view', error, 1)
-    return 0
+    return complain('view', f'its node has ended with status {ended}', 1) if ended else 0
 
 
-async def _serve(arguments: argparse.Namespace) -> None:
+async def _serve(arguments: argparse.Namespace) -> int:
+    """Serve the page until Ctrl-C, or the end of the node that we started; return its status."""
     from mlmem_ros.contract import topics
     from mlmem_ros.parameter_file import node_parameters
     from mlmem_ros.ros.node_process import node_arguments, node_process
@@ -90,17 +93,25 @@ async def _serve(arguments: argparse.Namespace) -> None:
         if arguments.browser:
             webbrowser.open(address)
 
+    async def until_end(node: Popen[bytes]) -> int:
+        status = await asyncio.to_thread(node.wait)
+        over.set()
+        return status
+
     with ExitStack() as stack:
+        node = None
         if arguments.start is not None:
             given: dict[str, Any] = {topic.interval: SMOOTH for topic in topics.PERIODIC}
             chosen = node_parameters(arguments.start) if arguments.start else {}
             file = chosen if isinstance(chosen, str) else None
             given |= {} if isinstance(chosen, str) else chosen
-            stack.enter_context(node_process(node_arguments(arguments.node, given, file)))
+            started = node_process(node_arguments(arguments.node, given, file))
+            node = loop.create_task(until_end(stack.enter_context(started)))
         live = None if arguments.session else _live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)
         await server.check()
         await serve(server, arguments.host, arguments.port, ready, over)
+        return await node if node is not None and node.done() else 0
 
 
 def _address(host: str, port: int, token: str) -> str:

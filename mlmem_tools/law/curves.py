@@ -35,8 +35,11 @@ FORCES = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
 FEWEST = 16
 """Fewest rows of a curve."""
 
+MOST_ROWS = 300_000
+"""Most rows of a file: minutes of a test machine, and a second of ours."""
 
-class CurveError(ValueError):
+
+class CurveError(DecodeError):
     """A file is no force-displacement curve, or its law is not that of a bistable element."""
 
 
@@ -103,11 +106,21 @@ def table(path: Path, example: str) -> tuple[int, list[str], list[tuple[int, str
     try:
         lines = read(path).splitlines()
     except DecodeError as error:
-        raise CurveError(str(error)) from error
+        raise CurveError(f'{path}: {error}') from error
+    if len(lines) > MOST_ROWS:
+        raise CurveError(f'{path}: it must have at most {MOST_ROWS} lines; got {len(lines)}')
     rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
     if not rows:
         raise CurveError(f'{path}: it must begin with a header, {example}; got none')
-    return rows[0][0], [name.strip() for name in next(csv.reader([rows[0][1]]))], rows[1:]
+    (line, head), *rest = rows
+    return line, [name.strip() for name in _cells(path, line, head)], rest
+
+
+def _cells(path: Path, line: int, text: str) -> list[str]:
+    try:
+        return next(csv.reader([text]))
+    except csv.Error as error:
+        raise CurveError(f'{path}, line {line}: it must be CSV; {error}') from error
 
 
 def column(
@@ -135,7 +148,7 @@ def numbers(
     Raises:
         CurveError: It has other columns than the header, or one is no finite number.
     """
-    cells = next(csv.reader([text]))
+    cells = _cells(path, line, text)
     if len(cells) != len(names):
         raise CurveError(
             f'{path}, line {line}: it must have {len(names)} values; got {len(cells)}'

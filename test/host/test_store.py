@@ -125,6 +125,11 @@ def test_a_hard_link_is_no_second_file(file, kept, tmp_path):
         _store(tmp_path / 'link.json').new_element(CASE_II, Settings())
 
 
+def test_a_folder_is_no_state_file(tmp_path):
+    with pytest.raises(StateError, match='Is a directory'):
+        _store(tmp_path).new_element(CASE_II, Settings())
+
+
 # --- calibrations -----------------------------------------------------------------------------
 
 

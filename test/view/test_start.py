@@ -63,6 +63,18 @@ def test_sessions_that_cannot_be_shown_are_refused_in_one_line(tmp_path, capsys)
     assert 'does not exist' in said[0]
 
 
+def test_the_page_ends_with_the_node_that_it_started(tmp_path):
+    """Without a word it would wait for a node that cannot start."""
+    file = tmp_path / 'element.yaml'
+    file.write_text('/**: {ros__parameters: {design: {N: 20}}}', encoding='utf-8')
+    command = ['view', '--start', str(file), '--node', '/own/none', '--port', '0']
+    streams = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.PIPE, 'text': True}
+    with child('mlmem_tools.cli.main', command, **streams) as process:
+        _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 1
+    assert said.splitlines()[-1] == 'mlmem view: its node has ended with status 1'
+
+
 @pytest.mark.parametrize('kind', ['preset', 'file'])
 def test_the_page_starts_an_element_on_request(kind, tmp_path):
     """Of a preset or a parameter file: either is of sixteen levels."""

@@ -55,7 +55,8 @@ def chain(arguments: argparse.Namespace) -> int:
     """Fit, predict, report; return the exit status."""
     from rich.progress import Progress
 
-    from mlmem_ros.law_file import LawFileError, load
+    from mlmem_ros.law_file import load
+    from mlmem_ros.outside import DecodeError
     from mlmem_ros.physics import DesignError
     from mlmem_ros.physics.errors import StateError
     from mlmem_tools.law.curves import CurveError
@@ -76,7 +77,7 @@ def chain(arguments: argparse.Namespace) -> int:
         film, law = load_film(arguments.track), load(arguments.law)
         made = Chain(law, coupling, arguments.spacing, arguments.mass, arguments.elements)
         _ = made.way
-    except (CurveError, LawFileError, DesignError) as error:
+    except (DecodeError, DesignError) as error:
         return complain('chain', error, 2)
     console = plain_console(aside=arguments.json)
     try:

@@ -18,7 +18,7 @@ import numpy as np
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.device import Shot
 from mlmem_ros.element_file import Element, save
-from mlmem_ros.parameter_file import ParameterFileError
+from mlmem_ros.outside import DecodeError
 from mlmem_ros.parameter_file import load as design_of
 from mlmem_ros.physics import INTEGRATORS, Design, DesignError, Integrator
 from mlmem_ros.physics.potential import Array
@@ -49,7 +49,7 @@ def fit(arguments: argparse.Namespace) -> int:
     """Fit; return 0, 1 if the data cannot be fitted, 2 if they cannot be read."""
     try:
         design, shots, integrator = _read(arguments)
-    except (BagError, ParameterFileError, DesignError, Misfitting) as error:
+    except (BagError, DecodeError, DesignError, Misfitting) as error:
         return complain('fit', error, 2)
     console = plain_console(aside=True)
     try:

@@ -8,15 +8,15 @@ Lines `# name: value` give what `HEAD` lists; the rows have v_1 and v_N, sample 
 
 from __future__ import annotations
 
+import math
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.clipped import printable
+from mlmem_ros.clipped import clipped
 from mlmem_ros.device.end import End, Shot
-from mlmem_ros.outside import LONGEST, DecodeError, read
-
-from .fit import Misfitting
+from mlmem_ros.outside import DecodeError, read
 
 HEAD = ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt', 'rest_left', 'rest_right')
 """What describes a shot; units are lattice constants and time units of the instrument."""
@@ -26,29 +26,42 @@ def load(path: Path) -> Shot:
     """Read a shot.
 
     Raises:
-        Misfitting: The file cannot be read, or holds no shot.
+        DecodeError: The file cannot be read, or holds no shot.
     """
     try:
         lines = read(path).splitlines()
-        head = dict(
-            line[1:].strip().split(':', 1)
-            for line in lines
-            if line.startswith('#') and ':' in line
-        )
-        told = {name.strip(): value.strip() for name, value in head.items()}
-        end = End(told.pop('end'))
+        pairs = (line[1:].split(':', 1) for line in lines if line[:1] == '#' and ':' in line)
+        told = {name.strip(): value.strip() for name, value in pairs}
+        if absent := [name for name in HEAD if name not in told]:
+            raise ValueError(f'it lacks {", ".join(absent)}')
+        end = End(told['end'])
         omega_c, A, sigma, wall, strain, dt, left, right = (
-            float(told[name]) for name in HEAD if name != 'end'
+            _number(told[name], name) for name in HEAD[1:]
         )
-        rows = [line for line in lines if line.strip() and not line.startswith('#')]
-        samples = np.ascontiguousarray(np.genfromtxt(rows, delimiter=',', ndmin=2).T)
-        if samples.shape[0] != 2 or not dt > 0.0:
-            raise ValueError(f'two columns and a dt above 0 are needed; got {samples.shape[0]}')
-    except (KeyError, ValueError) as error:
-        why = printable(str(error) if isinstance(error, DecodeError) else repr(error), LONGEST)
-        name = printable(str(path), LONGEST)
-        raise Misfitting(f'{name} must be a shot with {", ".join(HEAD)}: {why}') from error
+        if not dt > 0.0:
+            raise ValueError(f'dt must be above 0; got {dt:g}')
+        rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
+        samples = np.array([_row(line, k) for k, line in rows]).reshape(-1, 2).T.copy()
+    except ValueError as error:
+        raise DecodeError(f'{path} must be a shot with {", ".join(HEAD)}: {error}') from error
     return Shot(end, omega_c, A, sigma, wall, strain, dt, np.array((left, right)), samples)
+
+
+def _row(line: str, number: int) -> list[float]:
+    cells = line.split(',')
+    if len(cells) != 2:
+        raise ValueError(f'line {number}: it must have 2 values; got {len(cells)}')
+    return [
+        math.nan if cell.strip() in ('', 'nan') else _number(cell, f'line {number}: a sample')
+        for cell in cells
+    ]
+
+
+def _number(text: str, name: str) -> float:
+    with suppress(ValueError):
+        if math.isfinite(value := float(text)):
+            return value
+    raise ValueError(f'{name} must be a finite number; got {clipped(text)}')
 
 
 def save(path: Path, shot: Shot) -> None:

@@ -22,7 +22,8 @@ from mlmem_ros.device import PRESETS, Preset
 from mlmem_ros.device.move_settings import peak
 from mlmem_ros.device.moves import kick_speed
 from mlmem_ros.device.pulse_corrections import kicked, trimmed
-from mlmem_ros.element_file import ElementFileError, load, save
+from mlmem_ros.element_file import load, save
+from mlmem_ros.outside import DecodeError
 from mlmem_ros.parameter_file import ParameterFileError
 from mlmem_ros.parameter_file import load as preset_of
 from mlmem_ros.physics import Design, DesignError
@@ -54,7 +55,7 @@ def plan(arguments: argparse.Namespace) -> int:
             found = planned(element.specimen, preset, report)
         element = dataclasses.replace(element, plan=found.trims)
         save(Path(arguments.output or arguments.element), element)
-    except (ElementFileError, ParameterFileError, DesignError, OSError) as error:
+    except (DecodeError, DesignError, OSError) as error:
         return complain('plan', error, 2)
     rows = [_row(preset, found, level) for level in range(len(found.steps))]
     if arguments.json:

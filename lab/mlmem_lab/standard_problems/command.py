@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from mlmem_ros.clipped import printable
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
@@ -36,7 +37,7 @@ def standard_problems(arguments: argparse.Namespace) -> int:
     known = read(OURS)
     names = {(each.problem, each.quantity) for each in known}
     if strange := [(p, q) for p, asked in given.items() for q in asked if (p, q) not in names]:
-        told = ', '.join(f'{p}: {q}' for p, q in strange)
+        told = printable(', '.join(f'{p}: {q}' for p, q in strange), 200)
         listed = f'there is no {told}; without a file all are listed'
         return complain('standard_problems', listed, 2)
     table = plain_table('', 'problem', 'quantity', '>ours', '>error', '>yours', 'verdict')

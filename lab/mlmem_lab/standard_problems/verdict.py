@@ -13,6 +13,7 @@ from pathlib import Path
 
 from mlmem_ros import outside
 from mlmem_ros.clipped import clipped, printable
+from mlmem_ros.outside import DecodeError
 from mlmem_ros.physics import NOH_BATHE, PEFRL
 
 from . import PROBLEMS, Answers
@@ -80,14 +81,14 @@ def read_others(path: Path) -> dict[str, Answers]:
     """Return the answers of others: columns problem, quantity, value.
 
     Raises:
-        ValueError: The file cannot be read, has no such columns, or a value that is not a number.
+        DecodeError: The file cannot be read, has no such columns, or a value that is no number.
     """
     found: dict[str, Answers] = {}
-    rows = csv.DictReader(io.StringIO(outside.read(path), newline=''))
     try:
+        rows = csv.DictReader(io.StringIO(outside.read(path), newline=''))
         if not {'problem', 'quantity', 'value'} <= set(rows.fieldnames or ()):
             names = clipped(rows.fieldnames)
-            raise ValueError(f'{path} must have the columns problem, quantity, value; got {names}')
+            raise DecodeError(f'it must have the columns problem, quantity, value; got {names}')
         for row in rows:
             try:
                 value = float(row['value'])
@@ -95,8 +96,8 @@ def read_others(path: Path) -> dict[str, Answers]:
                 value = math.nan
             if not math.isfinite(value):
                 got = printable(str(row['value']), 60)
-                raise ValueError(f'line {rows.line_num}: value must be a number; got {got}')
+                raise DecodeError(f'line {rows.line_num}: value must be a number; got {got}')
             found.setdefault(row['problem'], {})[row['quantity']] = value
-    except csv.Error as error:
-        raise ValueError(f'{path} must be CSV: {error}') from error
+    except (csv.Error, DecodeError) as error:
+        raise DecodeError(f'{path}: {error}') from error
     return found

@@ -79,3 +79,15 @@ def test_a_csv_that_is_no_shot_is_named(capsys, tmp_path):
     status, _, complaint = run(capsys, 'fit', path, '--design', 'case_2')
     assert status == 2
     assert f'{path} must be a shot with end, omega_c' in complaint
+
+
+def test_a_word_among_the_samples_is_no_missing_sample(bench, capsys, tmp_path):
+    """Only an empty cell and nan are; NumPy's reader takes any word for one."""
+    folder, _ = bench
+    good = next(folder.glob('*.csv')).read_text(encoding='utf-8').splitlines()
+    for worse in ('x', '[1]', 'inf', '1e400'):
+        path = tmp_path / 'shot.csv'
+        path.write_text('\n'.join([*good, f'{worse},0.0']), encoding='utf-8')
+        status, _, complaint = run(capsys, 'fit', path, '--design', 'case_2')
+        assert status == 2
+        assert f'line {len(good) + 1}: a sample must be a finite number' in complaint

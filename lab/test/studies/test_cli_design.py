@@ -44,4 +44,4 @@ def test_what_is_wrong_is_said(capsys):
     assert main(['design', '--levels', '1000']) == 2
     assert 'levels must be a whole number from 2 to 256; got 1000' in capsys.readouterr().err
     assert main(['design', 'prove', 'nothing.yaml']) == 2
-    assert 'must be a readable parameter file' in capsys.readouterr().err
+    assert 'give a parameter file, or one of' in capsys.readouterr().err

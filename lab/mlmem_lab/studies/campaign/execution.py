@@ -142,7 +142,7 @@ def _require_regular(path: Path) -> None:
     try:
         require_regular(path)
     except DecodeError as error:
-        raise CampaignError(str(error)) from error
+        raise CampaignError(f'{path}: {error}') from error
 
 
 def _parsed(path: Path, content: bytes) -> tuple[dict[str, Any], dict[int, Row]]:

@@ -1,0 +1,543 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every kind of file that a user can name, spoiled in every way: refused at once, in one line.
+
+A kind of file is a row of `KINDS`, an option that takes a file one of `COMMANDS`. That none is
+missing is read from the source and from the parser of the command line.
+"""
+
+import argparse
+import ast
+import math
+import os
+import random
+import re
+import shutil
+import signal
+import socket
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import yaml
+
+from mlmem_lab.chains.tracked import load_coupling, load_film
+from mlmem_lab.fit import csv_shots
+from mlmem_lab.standard_problems.verdict import read_others
+from mlmem_ros import element_file, law_file, parameter_file
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.device import (
+    Calibration,
+    DelayTable,
+    MemoryElement,
+    Settings,
+    SettingsError,
+    snapshot,
+)
+from mlmem_ros.device.end import End, Shot
+from mlmem_ros.element_file import Element, ElementFileError
+from mlmem_ros.host import calibration_file, state_file
+from mlmem_ros.outside import LONGEST, DecodeError
+from mlmem_ros.physics import CASE_II, DesignError, Specimen, StateError
+from mlmem_ros.ros.node.declarations import declarations
+from mlmem_ros.session import data
+from mlmem_tools.cli import request
+from mlmem_tools.cli.commands import parser
+from mlmem_tools.cli.main import main
+from mlmem_tools.law.curves import load_run, measured, save
+from mlmem_tools.view import session_frame
+
+ROOT = Path(__file__).parents[1]
+CURVE, FILM, MAGNETS = (
+    ROOT / 'examples' / name
+    for name in ('law/shell_run1.csv', 'chain/film.csv', 'chain/magnets.csv')
+)
+SESSION = ROOT / 'test/data/aborted_write'
+
+PARAMETERS = """\
+/**:
+  ros__parameters:
+    design: {preset: case_2, N: 225, eta: 0.02}
+    write: {attempts: 4}
+    probe: {A: 0.01}
+    scale: {time: 1.0e-5}
+"""
+
+SCRIPT = """\
+- {tick: 5, unit: sensor, failure: delayed, instance: 1, severity: 25}
+- {tick: 500, unit: sensor, failure: ok}
+"""
+
+
+# --- the kinds of files -----------------------------------------------------------------------
+
+
+class Kind(NamedTuple):
+    """A kind of file.
+
+    Attributes:
+        module: What reads it.
+        load: Reads it, or raises one of `errors`.
+        make: Writes a good one.
+    """
+
+    module: str
+    load: Callable[[Path], Any]
+    make: Callable[[Path], Any]
+    suffix: str = '.yaml'
+    errors: tuple[type[Exception], ...] = (DecodeError,)
+
+
+def element():
+    table = DelayTable(tuple(float(level) for level in range(CASE_II.levels)))
+    return MemoryElement(CASE_II, Settings(), Calibration(table, table))
+
+
+def restored(path):
+    """Restore an element from a state file; none is a fresh start, which is no error."""
+    if (found := state_file.load(path)) is None:
+        raise StateError('there is none')
+    snapshot.restore(element(), found)
+
+
+def calibrated(path):
+    if calibration_file.load(path, 'key', CASE_II.levels) is None:
+        raise StateError('there is none')
+
+
+def whole(path):
+    """Read the session, and raise what was lost of it: what can be read is read."""
+    found = data.load(path)
+    if found.lost or found.altered:
+        raise BagError((found.lost or found.altered)[0])
+
+
+def described(path):
+    """Read a bag by its metadata, which it can do without."""
+    if losses := BagReader(path.parent).losses:
+        raise BagError(str(losses[0]))
+    if not os.path.lexists(path):
+        raise BagError('there is none')
+
+
+def copied(source):
+    return lambda path: shutil.copy(source, path)
+
+
+def beside_its_bag(path):
+    for each in SESSION.iterdir():
+        shutil.copy(each, path if each.suffix == '.yaml' else path.with_name(each.name))
+
+
+def varied():
+    return Element(Specimen(CASE_II, mass=np.linspace(1.0, 2.0, 225)), np.full(225, 0.01))
+
+
+def shot():
+    samples = np.random.default_rng(1).normal(size=(2, 50))
+    return Shot(End.LEFT, 1.7, 0.01, 30.0, 0, 0.0, 0.5, np.zeros(2), samples)
+
+
+def answers(path):
+    ours = (ROOT / 'lab/mlmem_lab/standard_problems/answers.csv').read_text().splitlines()
+    path.write_text('\n'.join(line.rpartition(',')[0] for line in ours))
+
+
+PART = next(SESSION.glob('*.mcap'))
+OF_STATE, OF_BAG = (StateError, DecodeError), (BagError,)
+KINDS = {
+    'parameters': Kind('mlmem_ros.parameter_file', lambda path: parameter_file.load(str(path)),
+                       lambda path: path.write_text(PARAMETERS),
+                       errors=(DecodeError, DesignError, SettingsError)),
+    'element': Kind('mlmem_ros.element_file', element_file.load,
+                    lambda path: element_file.save(path, varied())),
+    'law': Kind('mlmem_ros.law_file', law_file.load,
+                lambda path: save(path, measured([load_run(CURVE)], 64))),
+    'state': Kind('mlmem_ros.host.state_file', restored,
+                  lambda path: state_file.save(path, snapshot.take(element())), '.json', OF_STATE),
+    'calibration': Kind('mlmem_ros.host.state_file', calibrated,
+                        lambda path: calibration_file.save(path, 'key', element().calibration),
+                        '.json', OF_STATE),
+    'script': Kind('mlmem_tools.cli.request', lambda path: request.script(str(path)),
+                   lambda path: path.write_text(SCRIPT), errors=(argparse.ArgumentTypeError,)),
+    'curve': Kind('mlmem_tools.law.curves', load_run, copied(CURVE), '.csv'),
+    'film': Kind('mlmem_tools.law.curves', load_film, copied(FILM), '.csv'),
+    'magnets': Kind('mlmem_tools.law.curves', load_coupling, copied(MAGNETS), '.csv'),
+    'shot': Kind('mlmem_lab.fit.csv_shots', csv_shots.load,
+                 lambda path: csv_shots.save(path, shot()), '.csv'),
+    'answers': Kind('mlmem_lab.standard_problems.verdict', read_others, answers, '.csv'),
+    'session': Kind('mlmem_ros.bag.mcap_part', whole, copied(PART), '.mcap', OF_BAG),
+    'session on the page': Kind('mlmem_ros.bag.mcap_part', session_frame.load, copied(PART),
+                                '.mcap', OF_BAG),
+    'metadata': Kind('mlmem_ros.bag.metadata', described, beside_its_bag, errors=OF_BAG),
+}  # fmt: skip
+
+OWN = {
+    'mlmem_ros.bag.reader': 'gives the files of a bag to its parts',
+    'mlmem_ros.durable': 'the bounded reader itself, and locks',
+    'mlmem_ros.host.design_check': 'its own cache',
+    'mlmem_ros.outside': 'the bounded reader itself',
+    'mlmem_ros.physics.jit': 'its own source',
+    'mlmem_ros.rig.link': 'a serial line',
+    'mlmem_ros.testing.isolation': 'a lock',
+    'mlmem_ros.testing.running': 'the output of a process that it started',
+    'mlmem_tools.cli.demo': 'the log of a process that it started',
+    'mlmem_tools.cli.view': 'a browser',
+    'mlmem_tools.view.server': 'a page',
+    'mlmem_lab.bench': 'what it wrote itself, and the system',
+    'mlmem_lab.measured': 'committed curves and films',
+    'mlmem_lab.numbers': 'committed pages',
+    'mlmem_lab.reach': 'the source',
+    'mlmem_lab.results': 'committed results',
+    'mlmem_lab.studies.campaign.execution': 'ledgers, which it wrote itself',
+}
+"""Other modules or packages that open something, and what."""
+
+OPEN = {'open', 'read_text', 'read_bytes', 'loadtxt', 'genfromtxt', 'fromfile', 'memmap'}
+BOUNDED = {'read', 'require_regular'}
+
+
+def opens(source):
+    """Return whether a source opens files, or asks the bounded reader to."""
+    nodes = list(ast.walk(ast.parse(source)))
+    imported = {
+        each.name for node in nodes if isinstance(node, ast.ImportFrom)
+        and (node.module or '').endswith('outside') for each in node.names
+    }  # fmt: skip
+    called = [node.func for node in nodes if isinstance(node, ast.Call)]
+    names = {each.id for each in called if isinstance(each, ast.Name)}
+    attributes = {each.attr for each in called if isinstance(each, ast.Attribute)}
+    return bool(
+        names & (OPEN | BOUNDED & imported)
+        or attributes & OPEN
+        or ('outside.read(' in source and 'read' in attributes)
+    )
+
+
+def test_whatever_opens_a_file_is_among_them():
+    found = set()
+    for top in (ROOT / 'mlmem_ros', ROOT / 'mlmem_tools', ROOT / 'lab/mlmem_lab'):
+        for path in top.rglob('*.py'):
+            if opens(path.read_text()):
+                name = '.'.join(path.relative_to(top.parent).with_suffix('').parts)
+                owners = (each for each in OWN if f'{name}.'.startswith(f'{each}.'))
+                found.add(next(owners, name))
+    assert found == {each.module for each in KINDS.values()} | OWN.keys()
+
+
+NAMED = {
+    'design.file': 'parameters', 'design.law': 'law', 'device.specimen': 'element',
+    'device.twin': 'element', 'state.path': 'state', 'record.path': '', 'files.root': '',
+}  # fmt: skip
+"""The parameters of a node that name a file or folder, and the kind that it reads."""
+
+
+def test_every_parameter_that_names_a_file_is_among_them():
+    found = {
+        name for name, default, about in declarations()
+        if isinstance(default, str) and re.search('file|folder|directory', about.text)
+    }  # fmt: skip
+    assert found == NAMED.keys()
+    assert {*NAMED.values()} - {''} <= KINDS.keys()
+
+
+# --- spoiled ----------------------------------------------------------------------------------
+
+BOMB = 'a0: &a0 [x]\n' + ''.join(
+    f'a{n}: &a{n} [{", ".join([f"*a{n - 1}"] * 10)}]\n' for n in range(1, 9)
+)
+MUCH = 33 * 10**6
+"""Bytes, just below the bound."""
+
+
+def no_file(path, way):
+    """Lay what is no file at a path, or return another path."""
+    match way:
+        case 'device':
+            path.symlink_to('/dev/zero')
+        case 'pipe':
+            os.mkfifo(path)
+        case 'socket':
+            with socket.socket(socket.AF_UNIX) as line:
+                line.bind(str(path))
+        case 'folder':
+            path.mkdir()
+        case 'unreadable':  # a regular file whose read fails, for root too
+            path.symlink_to('/proc/self/mem')
+        case 'loop':
+            path.symlink_to(path)
+        case 'NUL':
+            return path.with_name(f'a\0{path.name}')
+        case 'too long a name':
+            return path.with_name('x' * 300 + path.suffix)
+        case 'too long a path':
+            return Path('/x' * 5000 + path.suffix)
+        case 'huge':
+            with path.open('wb') as file:
+                file.truncate(50 * 10**9)
+    return path
+
+
+def cleared(path):
+    if path.is_dir():
+        path.rmdir()
+    path.unlink(missing_ok=True)
+
+
+WAYS = ('absent', 'device', 'pipe', 'socket', 'folder', 'unreadable', 'loop', 'NUL',
+        'too long a name', 'too long a path', 'huge')  # fmt: skip
+
+
+@pytest.fixture
+def at_once():
+    """Fail after ten seconds of waiting, which a pipe without a writer would take for ever."""
+
+    def interrupt(*_):
+        pytest.fail('it waits')  # no error that a command would catch
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 10.0)
+    yield
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    signal.signal(signal.SIGALRM, before)
+
+
+def refusal(kind, path, most=5.0):
+    """Return the message with which a file is refused, or None; any other error is one."""
+    start = time.process_time()
+    try:
+        kind.load(path)
+    except kind.errors as error:
+        told = str(error)
+        assert len(told) <= LONGEST
+        assert told.isprintable()
+        return told
+    finally:
+        assert time.process_time() - start < most  # seconds; a bomb took 25
+    return None
+
+
+@cache
+def good(name, folder):
+    """Return the content of a good file of a kind."""
+    path = folder / f'{name}{KINDS[name].suffix}'
+    KINDS[name].make(path)
+    return path.read_bytes()
+
+
+@pytest.fixture(params=KINDS)
+def name(request):
+    return request.param
+
+
+@pytest.fixture
+def kind(name):
+    return KINDS[name]
+
+
+@pytest.fixture
+def content(name, tmp_path_factory):
+    return good(name, tmp_path_factory.getbasetemp())
+
+
+@pytest.fixture
+def path(kind, tmp_path):
+    """Return where a file goes: beside the rest of its bag, if it is a part of one."""
+    path = tmp_path / f'metadata{kind.suffix}'
+    if kind is KINDS['metadata']:
+        kind.make(path)
+        path.unlink()
+    return path
+
+
+def test_a_good_file_is_read(kind, path, content):
+    path.write_bytes(content)
+    assert refusal(kind, path) is None
+
+
+def test_what_is_no_file_is_refused(kind, path, at_once):
+    for way in WAYS:
+        assert refusal(kind, no_file(path, way)), way
+        cleared(path)
+
+
+def much(content):
+    """Return a file of the kind that is as large as it may be: its last line, again and again."""
+    line = content.splitlines(keepends=True)[-1] or b'x\n'
+    return content + line * ((MUCH - len(content)) // len(line))
+
+
+WHOLE = {
+    'empty': lambda content: b'',
+    'garbage': lambda content: random.Random(1).randbytes(10**5),
+    'UTF-16': lambda content: content.decode(errors='replace').encode('utf-16'),
+    'Latin-1': lambda content: content[:20] + b'\xe4' + content[20:],
+    'bomb': lambda content: BOMB.encode(),
+    'deep lists': lambda content: b'[' * 10**6,
+    'deep objects': lambda content: b'{"a": ' * 10**5,
+    'deep rows': lambda content: b'- ' * 10**5,
+    'a long line': lambda content: b'x' * 10**7,
+    'an alias of itself': lambda content: b'a: &a [*a]',
+    'a tag': lambda content: b'!!python/object/apply:os.system [ls]',
+}
+
+
+def test_a_file_of_something_else_is_refused(kind, path, content):
+    for how, made in WHOLE.items():
+        path.write_bytes(made(content))
+        assert refusal(kind, path), how
+
+
+def test_a_cut_file_is_refused_or_shorter(kind, path, content):
+    """A table that ends early is a shorter table, and so may a list of YAML be."""
+    for part in (0.1, 0.5, 0.9, 0.99):
+        path.write_bytes(content[: int(part * len(content))])
+        told = refusal(kind, path)
+        assert told or kind.suffix != '.json'
+
+
+@pytest.mark.slow
+def test_an_endless_file_is_refused_or_read(kind, path, content):
+    """Of 33 MB in thirty million values of YAML not all are parsed."""
+    path.write_bytes(much(content))
+    refusal(kind, path, 20.0)
+
+
+COLUMNS = {'curve': (0, 1), 'magnets': (0, 1), 'answers': (2,)}
+"""What is read of a table."""
+
+NUMBER = re.compile(r'(?<=[ ,:\[\n])-?\d+\.?\d*(?:[eE][-+]?\d+)?(?=[,\]}\n])')
+INFINITE = ('.inf', '.nan', 'nan', 'inf', 'Infinity', 'NaN', '1e400', '9' * 400, '9' * 5000)
+ODD = ('1e308', '-1e308', '-1', '', 'x', '[1]', 'null', '1;2', '\0', '"', 'x' * 10**5)
+
+
+def test_a_spoiled_number_is_refused_or_harmless(name, kind, path, content):
+    """Of the numbers in a file some are drawn; what is not finite is refused everywhere."""
+    if kind.suffix == '.mcap':
+        return  # test/sessions/test_tampered.py
+    text = content.decode()
+    found = [
+        (each.span(), text[: each.start()].rpartition('\n')[2]) for each in NUMBER.finditer(text)
+    ]
+    places = [
+        place for place, before in found
+        if name not in COLUMNS or (before[:1] != '#' and before.count(',') in COLUMNS[name])
+    ]  # fmt: skip
+    for start, end in random.Random(1).sample(places, min(6, len(places))):
+        for value in (*INFINITE, *ODD):
+            path.write_text(text[:start] + value + text[end:])
+            told = refusal(kind, path)
+            missing = value == 'nan' and kind is KINDS['shot']
+            assert told or value in ODD or missing, (text[start - 20 : end], value[:9])
+
+
+@pytest.mark.parametrize(
+    ('key', 'value', 'words'),
+    [('alpha_std', math.nan, 'alpha_std must be'), ('alpha_std', -1e-3, 'from 0 to 1e'),
+     ('alpha', 1e308, 'alpha must be from 1/100 to 100'), ('alpha', math.inf, 'alpha must be'),
+     ('mass', 0.0, 'mass'), ('offset', 10**400, 'offset')],
+)  # fmt: skip
+def test_an_element_that_no_cell_can_be_is_refused(tmp_path, key, value, words):
+    values = varied().as_dict()
+    numbers = list(values.get(key, [1.0] * CASE_II.N))
+    numbers[5] = value
+    path = tmp_path / 'element.yaml'
+    path.write_text(yaml.safe_dump(values | {key: numbers}))
+    with pytest.raises(ElementFileError, match=words):
+        element_file.load(path)
+
+
+# --- commands ---------------------------------------------------------------------------------
+
+COMMANDS = {
+    'inspect bag': 'inspect {}',
+    'replay bag': 'replay {}',
+    'view session': 'view {}',
+    'view start': 'view --start {}',
+    'inject script': 'inject --script {}',
+    'law curves': 'law {}',
+    'design law': 'design --law {} --length 0.1 --spring 5 --mass 0.02',
+    'design check source': 'design check {}',
+    'design check element': 'design check case_2 --element {}',
+    'design prove sources': 'design prove {}',
+    'design prove element': 'design prove case_2 --element {}',
+    'fit source': 'fit {} --design case_2 --output {new}',
+    'fit design': 'fit {shot} --design {}',
+    'plan element': 'plan {} --output {new}',
+    'plan design': 'plan {element} --design {} --output {new}',
+    'margins design': 'margins --design {} --output {new}',
+    'margins element': 'margins --element {} --output {new}',
+    'tolerance design': 'tolerance --design {} --output {new}',
+    'windows presets': 'windows {} --output {new}',
+    'windows element': 'windows case_2 --element {} --output {new}',
+    'chain law': 'chain {} --track {film} --spring 5 --spacing 0.06 --mass 0.02',
+    'chain track': 'chain {law} --track {} --spring 5 --spacing 0.06 --mass 0.02',
+    'chain coupling': 'chain {law} --track {film} --coupling {} --spacing 0.06 --mass 0.02',
+    'standard_problems file': 'standard_problems {}',
+}
+"""The options that read a file, by command and name."""
+
+WRITTEN = {'output', 'figure', 'plot', 'repair', 'truth', 'markdown', 'solve', 'result', 'folder'}
+"""Options that name what is written."""
+
+NO_FILE = {'record path', 'doctor records'}
+"""A path on the machine of the node; a folder."""
+
+
+def options(parser, name=''):
+    """Yield every argument that may name a file, by command."""
+    for each in parser._actions:
+        if isinstance(each, argparse._SubParsersAction):
+            for command, inner in each.choices.items():
+                yield from options(inner, f'{name} {command}'.strip())
+        elif (
+            each.type is Path
+            or re.search('FILE|SESSION|CSV|YAML|PNG|FOLDER', f'{each.metavar}'.upper())
+            or each.dest in ('path', 'session')
+        ):
+            yield f'{name} {each.dest}'
+
+
+def test_every_option_that_takes_a_file_is_among_them():
+    found = {each for each in options(parser()) if each.split()[-1] not in WRITTEN}
+    assert found - NO_FILE == COMMANDS.keys()
+
+
+@pytest.fixture
+def laid(tmp_path, tmp_path_factory):
+    """Return the words of a command, by what they name."""
+    base = tmp_path_factory.getbasetemp()
+    found = {'new': tmp_path / 'new', 'film': FILM}
+    for name in ('law', 'element', 'shot'):
+        found[name] = tmp_path / f'good_{name}{KINDS[name].suffix}'
+        found[name].write_bytes(good(name, base))
+    return found
+
+
+def told(words, capsys):
+    """Return the exit status of a command, and its complaint."""
+    try:
+        status = main(words)
+    except SystemExit as end:
+        status = end.code
+    return status, capsys.readouterr().err
+
+
+@pytest.mark.parametrize('command', COMMANDS.values())
+def test_a_command_refuses_a_spoiled_file(command, tmp_path, laid, capsys, at_once):
+    path = tmp_path / ('named.csv' if command.startswith('fit {}') else 'named')
+    for way in (*WAYS, 'garbage'):
+        if way == 'garbage':
+            path.write_bytes(WHOLE[way](b''))
+        named = no_file(path, way)
+        status, why = told([word.format(named, **laid) for word in command.split()], capsys)
+        assert status in (1, 2), (way, why)
+        assert 'Traceback' not in why
+        assert len(why.splitlines()[-1]) < LONGEST + 100  # and the command
+        assert not laid['new'].exists()
+        cleared(path)
