@@ -57,13 +57,15 @@ def described(default: Any, text: str, kind: type[Description] = Description, **
     return dataclasses.field(default=default, metadata={'description': kind(text, **more)})
 
 
-def fields_in(unit: str, least: float, most: float) -> Callable[..., Any]:
-    """Return what makes fields of one unit, within these values if a field names no others."""
+def fields_in(unit: str, least: float, most: float, **common: Any) -> Callable[..., Any]:
+    """Return what makes fields of one unit, within these values if a field names no others; the
+    rest of their descriptions is common to them.
+    """
 
     def field(
         default: float, text: str, low: float = least, high: float = most, **more: Any
     ) -> Any:
-        return described(default, text, unit=unit, low=low, high=high, **more)
+        return described(default, text, unit=unit, low=low, high=high, **common, **more)
 
     return field
 

@@ -34,13 +34,11 @@ class Told(Description):
         wire: Type of its field in an action's result; empty if it has none of this name.
         absent: What stands there for none; None: what its type has by default.
         short: Another name that it goes by as well, in messages.
-        shown: Whether a command prints it on a line of its own.
     """
 
     wire: str = ''
     absent: Any = None
     short: str = ''
-    shown: bool = True
 
 
 def told(wire: str, text: str, unit: str = '', *, default: Any = MISSING, **more: Any) -> Any:
@@ -69,8 +67,8 @@ class Answer:
 class Done(Answer):
     """A procedure that succeeded."""
 
-    attempts: int = told('uint32', 'number of attempts', shown=False)
-    ticks: int = told('uint64', 'duration', 'ticks of the device', shown=False)
+    attempts: int = told('uint32', 'number of attempts')
+    ticks: int = told('uint64', 'duration', 'ticks of the device')
 
 
 @dataclass(frozen=True)
@@ -81,23 +79,17 @@ class Decoded(Done):
         'int64',
         'content as last read: 0 ... p - 1; -1 blank; -2 undecodable or unknown; -3: see word',
         absent=UNDECODABLE,
-        shown=False,
         beside='word',
     )
     word: str = told(
         'string',
         'the level as text, such as 0xa7, of an element with more than 32 bits',
         default='',
-        shown=False,
     )
-    code: str = told('string', 'binary code of the level; empty without a level', shown=False)
-    end: str = told('string', 'the end that was probed: left, right or both', shown=False)
+    code: str = told('string', 'binary code of the level; empty without a level')
+    end: str = told('string', 'the end that was probed: left, right or both')
     delay: float | None = told(
-        'float64',
-        'of the echo (of both ends: at the left)',
-        'time units',
-        absent=math.nan,
-        shown=False,
+        'float64', 'of the echo (of both ends: at the left)', 'time units', absent=math.nan
     )
     right_delay: float | None = told(
         'float64',
@@ -105,30 +97,21 @@ class Decoded(Done):
         'time units',
         default=None,
         absent=math.nan,
-        shown=False,
     )
     level_margin: float = told(
-        'float64',
-        '1 at the calibrated delay, 0 half-way to the next level',
-        '1',
-        short='margin',
-        shown=False,
+        'float64', '1 at the calibrated delay, 0 half-way to the next level', '1', short='margin'
     )
     threshold_margin: float = told(
-        'float64', 'greatest envelope v_c over the threshold; above 1: an echo', '1', shown=False
+        'float64', 'greatest envelope v_c over the threshold; above 1: an echo', '1'
     )
     confidence: float = told(
-        'float64', 'how much may be lost before the answer changes, 0 ... 1', '1', shown=False
+        'float64', 'how much may be lost before the answer changes, 0 ... 1', '1'
     )
     walls: int | None = told(
-        'int8',
-        'number of walls as the ends show; 3: 3 or more',
-        default=None,
-        absent=-1,
-        shown=False,
+        'int8', 'number of walls as the ends show; 3: 3 or more', default=None, absent=-1
     )
     reason: str = told(
-        'string', 'why the echo could not be decoded; empty if it could', default='', shown=False
+        'string', 'why the echo could not be decoded; empty if it could', default=''
     )
 
     @property

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..described import Description, described, descriptions
+from ..described import Description, described, descriptions, fields_in
 from ..physics import Scatter, Specimen, scattered
 from ..physics.portable import exponential
 from ..physics.potential import Array
@@ -45,6 +45,12 @@ class OfSensor(Description):
     listed: bool | None = False
 
 
+_time = fields_in('time', 0.0, 1e6)
+_probability = fields_in('', 0.0, 1.0)
+_of_material = fields_in('', 0.0, 0.5, kind=OfMaterial)
+_cell = fields_in('', 0, 100_000, kind=OfMaterial, cell=True)
+
+
 @dataclass(frozen=True)
 class Faults(Checked):
     """The present faults of a device.
@@ -55,11 +61,8 @@ class Faults(Checked):
     sensor_noise: float = described(
         0.0, 'standard deviation of the noise of both transducers', unit='cells', low=0.0, high=1.0
     )
-    sensor_dropout: float = described(
-        0.0,
-        'probability that the transducers freeze at their last sample for a tick',
-        low=0.0,
-        high=1.0,
+    sensor_dropout: float = _probability(
+        0.0, 'probability that the transducers freeze at their last sample for a tick'
     )
     sensor_end: str = described(
         'both', 'the transducer whose signal is faulty', choices=('both', 'left', 'right'),
@@ -69,64 +72,29 @@ class Faults(Checked):
     sensor_gain: float = described(
         1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0, kind=OfSensor
     )
-    sensor_lag: float = described(
-        0.0, "time constant of the signal's lag", unit='time', low=0.0, high=1e6, kind=OfSensor
-    )
-    sensor_delay: float = described(
-        0.0, 'how late the signal is', unit='time', low=0.0, high=1e4, kind=OfSensor
-    )
+    sensor_lag: float = _time(0.0, "time constant of the signal's lag", kind=OfSensor)
+    sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4, kind=OfSensor)
     actuator_offset: float = described(
         0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
     )
-    actuator_lag: float = described(
-        0.0, "time constant of the actuator's lag", unit='time', low=0.0, high=1e6
-    )
+    actuator_lag: float = _time(0.0, "time constant of the actuator's lag")
     actuator_stuck: bool = described(False, 'the actuator does not move')
-    missed_cycle: float = described(
-        0.0, 'probability that the grip slips for a whole strain cycle', low=0.0, high=1.0
+    missed_cycle: float = _probability(
+        0.0, 'probability that the grip slips for a whole strain cycle'
     )
-    weak_cell: int = described(
-        0, 'site of a weak cell; 0: none', low=0, high=100_000, kind=OfMaterial, cell=True
+    weak_cell: int = _cell(0, 'site of a weak cell; 0: none')
+    weak_factor: float = _of_material(
+        0.5, 'on-site stiffness of the weak cell, relative to nominal', low=0.01, high=1.0
     )
-    weak_factor: float = described(
-        0.5,
-        'on-site stiffness of the weak cell, relative to nominal',
-        low=0.01,
-        high=1.0,
-        kind=OfMaterial,
+    stuck_cell: int = _cell(0, 'site of a cell that sticks to its substrate cell; 0: none')
+    disorder_alpha: float = _of_material(
+        0.0, 'standard deviation of every on-site stiffness, relative'
     )
-    stuck_cell: int = described(
-        0,
-        'site of a cell that sticks to its substrate cell; 0: none',
-        low=0,
-        high=100_000,
-        kind=OfMaterial,
-        cell=True,
+    disorder_k_r: float = _of_material(
+        0.0, 'standard deviation of every coupling spring, relative'
     )
-    disorder_alpha: float = described(
-        0.0,
-        'standard deviation of every on-site stiffness, relative',
-        low=0.0,
-        high=0.5,
-        kind=OfMaterial,
-    )
-    disorder_k_r: float = described(
-        0.0,
-        'standard deviation of every coupling spring, relative',
-        low=0.0,
-        high=0.5,
-        kind=OfMaterial,
-    )
-    disorder_s: float = described(
-        0.0,
-        'standard deviation of every substrate spring, relative',
-        low=0.0,
-        high=0.5,
-        kind=OfMaterial,
-    )
-    damping_factor: float = described(
-        1.0, "damping, relative to the design's", low=0.0, high=100.0, kind=OfMaterial
-    )
+    disorder_s: float = _of_material(0.0, 'standard deviation of every substrate spring, relative')
+    damping_factor: float = _of_material(1.0, "damping, relative to the design's", high=100.0)
     seed: int = described(
         0, 'seed of the random numbers: noise, drop-out, slips, disorder', low=0, high=2**31 - 1
     )

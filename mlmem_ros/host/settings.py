@@ -14,10 +14,13 @@ from typing import Any
 
 from ..clipped import clipped
 from ..contract.topics import Topic
-from ..described import described
+from ..described import described, fields_in
 from ..device import Faults, Settings, SettingsError
 from ..device.errors import Checked
 from ..physics import Design
+
+_seconds = fields_in('s', 0.0, 3600.0)
+_ticks = fields_in('ticks', 1, 10**6)
 
 
 @dataclass(frozen=True)
@@ -77,17 +80,14 @@ class DeviceSettings(Checked):
     twin: str = described(
         '', 'file of the fitted element that this is: calibrate verifies its forecast; empty: none'
     )
-    retry: float = described(
+    retry: float = _seconds(
         0.0,
         'time between two attempts to reach an element that is off at the start, or lost; 0: none',
-        unit='s',
-        low=0.0,
-        high=3600.0,
     )
 
 
 def _every(ticks: int, topic: str) -> Any:
-    return described(ticks, f'ticks between two {topic}', unit='ticks', low=0, high=10**6)
+    return _ticks(ticks, f'ticks between two {topic}', low=0)
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,7 @@ class PublishSettings(Checked):
     wall_every: int = _every(20, '~/wall')
     joint_states_every: int = _every(20, '~/joint_states')
     image_every: int = _every(50, '~/image')
-    image_span: int = described(
-        4000, 'ticks that ~/image reaches back', unit='ticks', low=1, high=10**7
-    )
+    image_span: int = _ticks(4000, 'ticks that ~/image reaches back', high=10**7)
     markers_every: int = _every(50, '~/markers')
     frame_id: str = described(
         'mlmem', "frame of stamped messages; by default the node's full name without its first /"
@@ -129,19 +127,14 @@ class RecordSettings(Checked):
     add_time: bool = described(
         True, 'add the time to the name of an existing path; false: refuse an existing path'
     )
-    sync_interval: float = described(
+    sync_interval: float = _seconds(
         1.0,
         'time within which recorded data is to be safe on the disk; a sync begins at half of it',
-        unit='s',
-        low=0.0,
-        high=3600.0,
     )
     max_bytes: int = described(
         0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**31 - 1
     )
-    max_duration: float = described(
-        0.0, 'begin a new file after this time; 0: never', unit='s', low=0.0, high=1e6
-    )
+    max_duration: float = _seconds(0.0, 'begin a new file after this time; 0: never', high=1e6)
     most_megabytes: float = described(
         0.0,
         'end the session at about this size, checked at every hash; 0: never',
@@ -149,16 +142,11 @@ class RecordSettings(Checked):
         low=0.0,
         high=1e9,
     )
-    hash_every: int = described(
-        500, 'ticks between two hashes of the state', unit='ticks', low=1, high=10**6
-    )
-    last_seconds: float = described(
+    hash_every: int = _ticks(500, 'ticks between two hashes of the state')
+    last_seconds: float = _seconds(
         0.0,
         "seconds of the element's time kept in memory while active: a session begins with them, "
         'and they are saved if the device fails; 0: none',
-        unit='s',
-        low=0.0,
-        high=3600.0,
     )
     views: bool = described(False, 'record ~/image and ~/markers too: three times the size')
 
@@ -185,12 +173,8 @@ class StateSettings(Checked):
     """Where the content is kept between two runs, as a non-volatile memory keeps it."""
 
     path: str = described('', 'state file; empty: none, every start is blank')
-    interval: float = described(
-        60.0,
-        'time between two saves while active; 0: only at the end',
-        unit='s',
-        low=0.0,
-        high=1e6,
+    interval: float = _seconds(
+        60.0, 'time between two saves while active; 0: only at the end', high=1e6
     )
 
 
@@ -201,12 +185,8 @@ class QueueSettings(Checked):
     most: int = described(
         8, 'most procedures that wait while one runs; 0: refuse them as busy', low=0, high=8
     )
-    wait: float = described(
-        60.0,
-        'longest wait of a request that brings no deadline of its own',
-        unit='s',
-        low=0.1,
-        high=3600.0,
+    wait: float = _seconds(
+        60.0, 'longest wait of a request that brings no deadline of its own', low=0.1
     )
 
 

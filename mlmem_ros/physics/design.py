@@ -14,13 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from ..described import described, problems
+from ..described import described, fields_in, problems
 from .curve import Curve
 from .errors import DesignError
 from .potential import Array, Potential
 
 RIGIDITY = 10.0
 """Least ratio of substrate stiffness to the metamaterial's that we accept as >>."""
+
+
+_cells = fields_in('cells', 2, 100_000)
+_stiffness = fields_in('k_r', 1e-9, 1e9)
 
 
 @dataclass(frozen=True)
@@ -42,33 +46,23 @@ class Design:
         MISSING, 'gradient of the on-site potential, per cell', low=-1.0, high=1.0
     )
     beta: float = described(MISSING, 'anomaly of the defect cells', low=-1.0, high=10.0)
-    J: int = described(
-        MISSING, 'cells per level: period of the defects', unit='cells', low=2, high=100_000
-    )
-    J_s: int = described(
-        MISSING, 'period of the substrate stiffness', unit='cells', low=2, high=100_000
-    )
-    j_0: float = described(
-        MISSING, 'site of least substrate stiffness', unit='cells', low=-1e6, high=1e6
-    )
+    J: int = _cells(MISSING, 'cells per level: period of the defects')
+    J_s: int = _cells(MISSING, 'period of the substrate stiffness')
+    j_0: float = _cells(MISSING, 'site of least substrate stiffness', low=-1e6, high=1e6)
     d: float = described(MISSING, 'half the barrier height of the potential', low=1e-9, high=1e3)
     a: float = described(0.2582, 'linear phase coefficient of the potential', low=1e-9, high=1e3)
     b: float = described(0.0172, 'cubic phase coefficient of the potential', low=-1e3, high=1e3)
     c: float = described(7.4489, 'offset of the potential', low=-1e6, high=1e6)
-    s_min: float = described(1000.0, 'least substrate stiffness', unit='k_r', low=1e-9, high=1e9)
-    s_max: float = described(
-        3000.0, 'greatest substrate stiffness', unit='k_r', low=1e-9, high=1e9
-    )
+    s_min: float = _stiffness(1000.0, 'least substrate stiffness')
+    s_max: float = _stiffness(3000.0, 'greatest substrate stiffness')
     eta: float = described(1 / 250, 'on-site viscous damping', unit='1/time', low=0.0, high=10.0)
     phase: int = described(
         1, 'ground state that is the inactive phase s1; s2 is the next one', low=-100, high=100
     )
-    tail: int = described(
+    tail: int = _cells(
         0,
         'cells at the right end without defects, so that the last echo is clear of its pulse',
-        unit='cells',
         low=0,
-        high=100_000,
     )
     substrate: str = described(
         'rigid', 'substrate model: Eq. (1a) alone, or with Eq. (1b)', choices=('rigid', 'elastic')

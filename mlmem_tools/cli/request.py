@@ -111,10 +111,10 @@ def _recorded(answer: Recorded) -> str:
 
 def _found(answer: Decoded) -> str:
     """Return a decoded content, and whatever else was measured, one line each."""
-    from mlmem_ros.contract.answers import held
+    from mlmem_ros.contract.answers import Decoded
 
-    shown = [name for name, row in held(type(answer)) if row.shown]
-    others = {name: getattr(answer, name) for name in shown}
+    more = () if type(answer) is Decoded else type(answer).__annotations__
+    others = {name: getattr(answer, name) for name in more}
     lines = (f'{name} {value}' for name, value in others.items() if value not in (None, ''))
     return '\n'.join([_decoded(answer), *lines])
 
