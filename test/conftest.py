@@ -122,13 +122,16 @@ def loops(tmp_path_factory):
         return
     from computed import once
 
-    from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain
+    from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Scatter, scattered
 
-    def compile_loop(substrate, name):
+    def compile_loop(substrate, name, springs):
         design = replace(CASE_II, N=75, substrate=substrate)
-        Chain(design, integrator=INTEGRATORS[name]).rest(1)
+        chain = Chain(design, integrator=INTEGRATORS[name])
+        if springs == 'unequal':
+            chain.set_specimen(scattered(design, Scatter(k_r=1e-3), 1))
+        chain.rest(1)
 
-    kinds = list(product(('rigid', 'elastic'), INTEGRATORS))
+    kinds = list(product(('rigid', 'elastic'), INTEGRATORS, ('alike', 'unequal')))
     first = int(worker.removeprefix('gw')) % len(kinds)
     for kind in kinds[first:] + kinds[:first]:
         once(tmp_path_factory, f'loop-{"-".join(kind)}', partial(compile_loop, *kind))

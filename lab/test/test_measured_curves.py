@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mlmem_lab.chains.tracked import Measured
-from mlmem_lab.lattices import Lattice, PowerLaw
+from mlmem_lab.lattices import Friction, Lattice, PowerLaw
 from mlmem_lab.measured.curves import draw, predicted
 from mlmem_lab.measured.posterior import Model
 from mlmem_lab.measured.runs import CASES, SILENT, Case, first, speed
@@ -50,7 +50,7 @@ def test_a_wave_is_that_of_the_lattice(name, spacing):
     A, b, p = magnets()
     lattice = Lattice(
         Measured(curve, 1.0), PowerLaw(A, -p, spacing + b, b + TOUCH), np.full(26, MASS), 0.2,
-        damping=0.01 * MASS, held=(26,),
+        damping=0.01 * MASS, friction=Friction(0.0, 1.0), held=(26,),
     )  # fmt: skip
     lattice.place(np.full(26, curve.ground_states[0]))
     u = [lattice.displacement.copy()]

@@ -122,7 +122,8 @@ def test_every_fault_of_the_table_has_a_control(page, node):
     page.until("!document.querySelector('#numbers .present')", 'a healed element')
 
 
-def test_locate_tells_the_place_and_the_number_of_walls(page):
+def test_locate_tells_the_place_and_the_number_of_walls(page, node):
+    node.memory.write(6).wait()
     page.click('[data-do="locate"]')
     said = page.until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')
     assert re.search(r'locate succeeded: 1 wall, at cell 17[45]\.\d\d ± \d\.\d\d$', said), said
@@ -136,8 +137,7 @@ def test_a_self_test_shows_its_checks(page):
 
 
 def test_a_reset_asks_before_it_acts(page, node):
-    before = node.memory.read().wait().level
-    assert before >= 0
+    before = node.memory.write(5).wait().level
     page.click('[data-do="reset"]')
     assert 'is lost' in page.until(lambda: page.text('#ask'), 'a question')
     page.click('#ask button')

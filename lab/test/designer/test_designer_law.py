@@ -38,7 +38,7 @@ def phi_4(tilt):
 
 def test_the_papers_law_as_a_curve_gives_the_papers_design():
     """To the error of the curve; it has a ground state fewer on either side."""
-    plain, found = propose(4), propose(4, cell(paper()))
+    plain, found = propose(2), propose(2, cell(paper()))
     assert found.settings == plain.settings
     assert (
         dataclasses.replace(found.design, law=None, d=CASE_II.d, phase=1, gamma=GAMMA)

@@ -97,14 +97,14 @@ def test_pieces_that_do_not_fit():
         Pieces(np.zeros((3, 5)), np.array([1.0, 0.0]))
 
 
-STIFF = PowerLaw(500.0, -3.27, 6.0)
+SPRING, STIFF = Toda(0.8, 0.7), PowerLaw(500.0, -3.27, 6.0)
 
 
 @pytest.mark.parametrize(
     ('integrator', 'on_site', 'coupling'),
     [
-        (NOH_BATHE, Phi4(0.3), Toda(0.8, 0.7)),
-        (PEFRL, Phi4(0.3), Toda(0.8, 0.7)),
+        (NOH_BATHE, Phi4(0.3), SPRING),
+        (PEFRL, Phi4(0.3), SPRING),
         (PEFRL, Wells(TABLE), STIFF),
     ],
 )
@@ -121,10 +121,8 @@ def test_a_lattice_without_losses_keeps_its_energy(integrator, on_site, coupling
 @BOTH
 def test_friction_takes_its_work(integrator):
     """Free masses that slide to a stop: m v^2 / 2 = F way, 2 % for the creep at the end."""
-    flat = Wells(Pieces(np.zeros((1, 5)), np.zeros(0)))
-    lattice = Lattice(
-        flat, STIFF, np.ones(2), 0.01, friction=Friction(0.05, 1e-3), integrator=integrator
-    )
+    flat, friction = Phi4(0.0), Friction(0.05, 1e-3)
+    lattice = Lattice(flat, SPRING, np.ones(2), 0.01, friction=friction, integrator=integrator)
     lattice.place(np.zeros(2), 1.0)
     lattice.advance(3_000)
     assert 0.05 * lattice.displacement[0] == pytest.approx(0.5, rel=0.02)
@@ -132,7 +130,7 @@ def test_friction_takes_its_work(integrator):
 
 def test_friction_holds_what_pulls_less():
     """It creeps, at less than the creep velocity."""
-    slope = Wells(Pieces(np.array([[0.0, -0.03, 0.0, 0.0, 0.0]]), np.zeros(0)))
-    lattice = Lattice(slope, STIFF, np.ones(2), 0.01, friction=Friction(0.05, 1e-3))
+    slope, friction = Phi4(0.0, 0.03), Friction(0.05, 1e-3)
+    lattice = Lattice(slope, SPRING, np.ones(2), 0.01, friction=friction)
     lattice.advance(10_000)
     assert lattice.displacement[0] < 100.0 * 1e-3
