@@ -22,7 +22,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_lab.paper.second_route import equations as other
+from mlmem_lab.paper import equations as other
 from mlmem_ros.physics import CASE_I, CASE_II
 
 SMALL = dataclasses.replace(CASE_II, N=40)
