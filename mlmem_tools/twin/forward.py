@@ -112,17 +112,18 @@ class Forward:
             self._rest[key] = at_rest(self.specimen, *key)
         return self._rest[key]
 
-    def predict(self, shot: Shot, duration: float) -> Array:
+    def predict(self, shot: Shot, duration: float, held_off: float = 0.0) -> Array:
         """Return the readings of both ends at rest and at the compared samples, (2, m + 1), for a
-        duration after the pulse began.
+        duration after the pulse began; `held_off` is by how much the driven end is held from where
+        it rests, in cells.
 
         Raises:
             StateError: There is no such equilibrium, or the motion becomes unstable.
             DesignError: The step is beyond the stability limit.
         """
-        return self.exchanged([shot], duration)
+        return self.exchanged([shot], duration, held_off)
 
-    def exchanged(self, shots: Sequence[Shot], duration: float) -> Array:
+    def exchanged(self, shots: Sequence[Shot], duration: float, held_off: float = 0.0) -> Array:
         """Return what `predict` does for pulses one after the other into the same element; their
         samples end together.
 
@@ -145,7 +146,7 @@ class Forward:
             site = shot.end.site(design)
             gain = self.unknowns.of_ends(self.x, 'drive')[shot.end.row]
             held = gain * motion / np.array([[1.0], [unit]])
-            held[0] += v[site - 1]
+            held[0] += v[site - 1] + held_off
             V_N = np.full(clock.integrator.substeps * (end - begin), chain.V_N)
             parts.append(chain.advance(V_N, HeldCell(site, held)))
         zero, gain = (self.unknowns.of_ends(self.x, what)[:, None] for what in ('zero', 'gain'))

@@ -116,7 +116,7 @@ def _refined(misfit: Misfit, x: Array) -> tuple[Array, float]:
 
 def _score(misfit: Misfit, forward: Forward, shot: Shot) -> float:
     predicted = forward.predict(shot, shot.pulse.duration + WINDOW)
-    return float(np.sum(misfit.residuals(shot, predicted, BLUR)[0] ** 2))
+    return float(np.sum(misfit.residuals(forward, shot, predicted, BLUR)[0] ** 2))
 
 
 PREDICTED = 2.0

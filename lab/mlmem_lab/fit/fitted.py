@@ -167,7 +167,7 @@ def _in_band(misfit: Misfit, x: Array) -> float:
     forward, both, power = misfit.forward(x), 0.0, 0.0
     for shot in misfit.shots:
         predicted = forward.predict(shot, WHOLE)
-        residual, weights = misfit.residuals(shot, predicted)
+        residual, weights = misfit.residuals(forward, shot, predicted)
         heard = misfit.whitened(shot, predicted, weights)
         left, echo = (np.abs(np.fft.rfft(each[:, 1:])) ** 2 for each in (residual, heard))
         both += float(np.sum(left * echo)) / residual.shape[1]

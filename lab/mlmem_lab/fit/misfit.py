@@ -29,6 +29,9 @@ known."""
 LEAST_DRIFT = 1e-5
 """Least one that is believed."""
 
+HELD_OFF = 1e-4
+"""Standard deviation of where an end is held from where it rests in cells, if gains drift."""
+
 
 class Normal(NamedTuple):
     """The normal equations of a linearised misfit.
@@ -98,14 +101,24 @@ class Misfit:
         """Return the forward model with these values; raises as `Forward` does."""
         return Forward(self.unknowns, x, self.integrator)
 
-    def residuals(self, shot: Shot, predicted: Array, blur: float = 0.0) -> tuple[Array, Array]:
+    def residuals(
+        self, forward: Forward, shot: Shot, predicted: Array, blur: float = 0.0
+    ) -> tuple[Array, Array]:
         """Return residuals in standard deviations, and their weights, shape (2, m) each.
 
         Args:
-            predicted: What was predicted, shape (2, m): at rest, then sample by sample.
+            forward: The model that predicts.
+            predicted: What it predicted, shape (2, m): at rest, then sample by sample.
             blur: Standard deviation of a sample if it is larger than the noise: residuals of a
                 model that is still far off are smoothed so.
         """
+        values, weights, drifts = self._compared(forward, shot, predicted, blur)
+        return self._loosened(values, drifts)[0], weights
+
+    def _compared(
+        self, forward: Forward, shot: Shot, predicted: Array, blur: float
+    ) -> tuple[Array, Array, Array]:
+        """Return whitened residuals before gains may drift, their weights, and `_drifts`."""
         stride = Clock.of(shot.dt, self.integrator).stride
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
@@ -114,29 +127,43 @@ class Misfit:
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
         values = self.whitened(shot, misfit, weights)
-        return self._loosened(values, self.whitened(shot, predicted, weights))[0], weights
+        return values, weights, self._drifts(forward, shot, predicted, weights)
 
     def whitened(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
         sample = shot.dt * Clock.of(shot.dt, self.integrator).stride
         return whitened(waveforms, weights, math.ceil(shot.pulse.duration / sample))
 
-    def _loosened(self, values: Array, heard: Array) -> tuple[Array, float]:
+    def _drifts(self, forward: Forward, shot: Shot, predicted: Array, weights: Array) -> Array:
+        """Return what gains that drift change by a standard deviation each, shape (k, 2, m).
+
+        They are the gain of either sensor, its rest included, and that of the pulse, which changes
+        the waves at both ends; and where the driven end is held: its gain has drifted since its
+        rest was measured.
+        """
+        if not self.gain_drift:
+            return np.zeros((0, *predicted.shape))
+        heard = self.whitened(shot, predicted, weights)
+        duration = (predicted.shape[1] - 1) * shot.dt * Clock.of(shot.dt, self.integrator).stride
+        moved = forward.predict(shot, duration, HELD_OFF)[:, : predicted.shape[1]] - predicted
+        changes = np.zeros((4, *heard.shape))
+        changes[0, 0], changes[1, 1], changes[2, :, 1:] = heard[0], heard[1], heard[:, 1:]
+        changes[:3] *= self.gain_drift
+        changes[3] = self.whitened(shot, moved, weights)
+        return changes
+
+    def _loosened(self, values: Array, drifts: Array) -> tuple[Array, float]:
         """Return whitened values, (2, m, ...), where gains may be others than before.
 
-        To integrate over the gain of either sensor, and of the pulse, which a gain of the driven
-        end changes too, takes most of three directions out of them: what each end heard, its rest
-        included, and the waves alone, at both. The second number is twice what that and a zero
-        that drifts cost in the logarithm of the evidence.
+        To integrate over `_drifts` takes most of their directions out of the values. The second
+        number is twice what that and a zero that drifts cost in the logarithm of the evidence.
         """
         cost = 4.0 * math.log(self.drift / LEAST_DRIFT)
-        if not self.gain_drift:
+        if not len(drifts):
             return values, cost
-        gains = np.zeros((3, *heard.shape))
-        gains[0, 0], gains[1, 1], gains[2, :, 1:] = heard[0], heard[1], heard[:, 1:]
-        way, size, _ = np.linalg.svd(gains.reshape(3, -1).T, full_matrices=False)
-        wide = 1.0 + (self.gain_drift * size) ** 2
-        flat = values.reshape(heard.size, -1)
+        way, size, _ = np.linalg.svd(drifts.reshape(len(drifts), -1).T, full_matrices=False)
+        wide = 1.0 + size**2
+        flat = values.reshape(drifts[0].size, -1)
         flat -= (way * (1.0 - wide**-0.5)) @ (way.T @ flat)
         return flat.reshape(values.shape), cost + float(np.sum(np.log(wide)))
 
@@ -162,10 +189,9 @@ class Misfit:
         try:
             forward = self.forward(x)
             each = (
-                self.residuals(shot, forward.predict(shot, shot.pulse.duration + window), blur)[0]
-                for shot in self.shots
+                (shot, forward.predict(shot, shot.pulse.duration + window)) for shot in self.shots
             )
-            return float(sum(np.sum(residual**2) for residual in each))
+            return float(sum(np.sum(self.residuals(forward, *one, blur)[0] ** 2) for one in each))
         except (DesignError, StateError):
             return np.inf
 
@@ -189,11 +215,10 @@ class Misfit:
         forward = self.forward(x)
         for shot, J in zip(self.shots, (slopes or self.slopes(x, window)).each, strict=True):
             predicted = forward.predict(shot, shot.pulse.duration + window)
-            residual, weights = self.residuals(shot, predicted, blur)
-            own, loose = self._loosened(
-                self.whitened(shot, J[:, : predicted.shape[1]], weights),
-                self.whitened(shot, predicted, weights),
-            )
+            values, weights, drifts = self._compared(forward, shot, predicted, blur)
+            residual, loose = self._loosened(values, drifts)
+            of_unknowns = self.whitened(shot, J[:, : predicted.shape[1]], weights)
+            own, _ = self._loosened(of_unknowns, drifts)
             flat = own.reshape(-1, J.shape[-1])
             yield Normal(
                 flat.T @ flat, flat.T @ residual.ravel(), float(np.sum(residual**2)),

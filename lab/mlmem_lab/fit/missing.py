@@ -48,8 +48,8 @@ SURE = 10.0
 """Least gain of twice the logarithm of the evidence for which a term is added."""
 
 WHITE = 0.3
-"""Correlation of residuals from sample to sample below which no motion leaves them: waves last
-some samples."""
+"""Correlation from sample to sample of what residuals have beyond noise, below which no motion
+leaves them: waves last some samples."""
 
 
 def asks(found: Fit) -> bool:
@@ -144,16 +144,15 @@ def jitter(found: Fit) -> float:
     It is 0 if the residuals are correlated, as those of a wrong model are.
     """
     forward, misfit = found.misfit.forward(found.x), found.misfit
-    power = along = beyond = slopes = 0.0
+    along = beyond = slopes = 0.0
     for shot in misfit.shots:
         predicted = forward.predict(shot, WHOLE)
-        residual, weights = misfit.residuals(shot, predicted)
+        residual, weights = misfit.residuals(forward, shot, predicted)
         r, slope = residual[:, 1:], (weights * np.gradient(predicted, axis=1))[:, 1:]
-        power += float(np.sum(r**2))
         along += float(np.sum(r[:, 1:] * r[:, :-1]))
         beyond += float(np.sum(r**2 - (weights[:, 1:] > 0.0)))
         slopes += float(np.sum(slope**2))
-    if abs(along) > WHITE * power or beyond <= 0.0:
+    if beyond <= 0.0 or abs(along) > WHITE * beyond:
         return 0.0
     stride = Clock.of(misfit.shots[0].dt, misfit.integrator).stride
     return stride * float(np.sqrt(beyond / slopes))

@@ -112,8 +112,12 @@ def at_rest(element, level, V):
     raise AssertionError('the hidden element has no such equilibrium')
 
 
-def measured(element, shots=SHOTS, *, dt=0.3, duration=400.0, parts=4, A=0.01, seed=0):
-    """Return the shots of a hidden element, all of them run at once."""
+def measured(
+    element, shots=SHOTS, *, dt=0.3, duration=400.0, parts=4, A=0.01, held_off=0.0, seed=0
+):
+    """Return the shots of a hidden element, all of them run at once; `held_off`, of one or each
+    of them, is by how much the driven end is held from where it rests.
+    """
     random = np.random.default_rng(seed)
     p, unit = element.design, element.time_unit
     V = np.array([substrate(p, strain) for *_, strain in shots])
@@ -132,10 +136,12 @@ def measured(element, shots=SHOTS, *, dt=0.3, duration=400.0, parts=4, A=0.01, s
         wave, slope = np.sin(carrier * t), carrier * np.cos(carrier * t)
         return envelope * wave, envelope * (slope - x / sigma * wave) / unit
 
+    off = np.broadcast_to(held_off, len(shots))
+
     def held(t, v, u):
         on = t <= 12.0 * sigma + 1e-9
         place, speed = driven(t)
-        v[rows[on], site[on]] = rest[rows[on], site[on]] + place[on]
+        v[rows[on], site[on]] = rest[rows[on], site[on]] + place[on] + off[on]
         u[rows[on], site[on]] = speed[on]
         return v, u
 
