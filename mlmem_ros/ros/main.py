@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Sequence
-from typing import Any
+
+from .signals import RECEIVED
 
 
 def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
@@ -18,13 +18,7 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     We handle signals ourselves: rclpy's handler would shut the context down before the session
     file is closed and pending requests are answered.
     """
-    received: list[int] = []
-
-    def handle(number: int, _: Any) -> None:
-        received.append(number)
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, handle)
+    RECEIVED.heed()
     from .fast_dds import use_profile
     from .node.command_line import bank_arguments, ros_arguments
 
@@ -33,7 +27,10 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     given, elements = bank_arguments(given) if several else (ros_arguments(given), ({},))
     from .node.run import run  # takes a second or two, in which a signal must not raise
 
-    return 0 if received else run(given, received, elements)
+    if RECEIVED:
+        RECEIVED.ignore()
+        return 0
+    return run(given, RECEIVED, elements)
 
 
 def bank(arguments: Sequence[str] | None = None) -> int:

@@ -369,6 +369,18 @@ def test_every_level_is_written_in_c(compiled, source):
     every_level(Board(compiled('levels.so', kept + BOARD, '-shared', '-fPIC'), damage=1e-12))
 
 
+@pytest.mark.slow
+def test_every_level_is_written_over_a_line_in_c(program):
+    """In real time, over pseudo-terminals, up and down again."""
+    with wired(program) as (address, _):
+        element = element_at(address)
+        for level in (*range(CASE_II.levels), 3):
+            written = element.perform(Write(level))
+            assert written.success, f'level {level}: {written.error}'
+            assert element.perform(Read('both')).reading.level == level
+        element.driver.close()
+
+
 @pytest.mark.parametrize('zero', [[0.0, 0.0], [3.0, 2.0]])
 def test_a_wrong_zero_is_noticed_in_the_first_samples(zero):
     line = Unclocked()

@@ -176,6 +176,26 @@ def test_a_node_that_stood_still_answers_its_clients_again(start, context, secon
     robot.destroy_node()
 
 
+def test_a_node_that_stood_still_unnoticed_is_reached_anew(start):
+    """If it speaks again before somebody asks, nobody sees its silence any more; but after 20 s it
+    has forgotten a client that still hears it, and each request went unanswered, 1 of 16 so.
+    """
+    node = start(QUICK, apart=True)
+    with standalone() as memory:
+        memory.ready(SOON).wait()
+        first, until = memory._connection.link(), time.monotonic() + SOON
+        while not first._alive and time.monotonic() < until:
+            time.sleep(0.05)
+        node.signal(signal.SIGSTOP)
+        time.sleep(LEASE + GRACE + 1.0)
+        node.signal(signal.SIGCONT)
+        until = time.monotonic() + SOON
+        while not first.broken and time.monotonic() < until:
+            time.sleep(0.05)
+        assert memory._connection.link() is not first
+        assert memory.read().wait().blank
+
+
 def test_a_node_that_is_shut_down_says_so(start):
     node = start(QUICK)
     with standalone() as memory:

@@ -2,14 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ctrl-C and SIGTERM during a write: every request is answered, the session is closed."""
 
+import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
+import pytest
 import rclpy
 from closed_bag import check_closed
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from robot import Robot
 
 from mlmem_ros.ros.node.node import MemoryNode
@@ -92,6 +97,40 @@ def test_a_signal_while_python_still_loads(start, real_processes):
         assert 'Traceback' not in node.output, delay
         # 0, or the signal itself if not even our handler was loaded
         assert status in (0, -signal.SIGTERM), delay
+
+
+@pytest.mark.parametrize('managed', [False, True])
+def test_a_signal_ends_a_compilation(managed, tmp_path):
+    """Launch sends a second SIGINT after the terminal's, and kills what goes on after 15 s, which
+    a compilation beside other work does. A client that configures the node meets the same.
+    """
+    given = {'autostart': not managed, 'scale.time': 1e-5}
+    command = [sys.executable, '-m', 'mlmem_ros.ros.main', *node_arguments('/compiles', given)]
+    process = subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {'NUMBA_CACHE_DIR': str(tmp_path)},
+    )
+    try:
+        with ExitStack() as stack:
+            if managed:
+                robot = stack.enter_context(Robot('/compiles'))
+                configure = Transition(id=Transition.TRANSITION_CONFIGURE)
+                robot.send('change_state', ChangeState.Request(transition=configure), ChangeState)
+            for line in process.stderr:
+                if 'compiling the kernels' in line:
+                    break
+            process.send_signal(signal.SIGINT)
+            process.send_signal(signal.SIGINT)
+            said = process.stderr.read()
+            assert process.wait() == 0, said
+            assert 'compiled in' not in said
+            assert 'shut down' in said
+            assert 'Traceback' not in said
+    finally:
+        process.kill()
+        process.communicate()
 
 
 def test_a_request_during_the_start_is_answered():

@@ -114,7 +114,7 @@ class Link:
         self._takers: dict[str, set[Callable[[Any], None]]] = {}
         self._lock = threading.Lock()
         self._alive, self._since = 0, time.monotonic() + LEASE
-        self._met = False
+        self._met = self._lived = False
         self.node = line.join(self, robot)
         self.node.create_publisher(Empty, f'{peer}/{CLIENTS}', heard_within(HEARD))
         callbacks = SubscriptionEventCallbacks(
@@ -198,7 +198,16 @@ class Link:
         self._line.leave(self)
 
     def _on_liveliness(self, event: Any) -> None:
-        self._alive, self._since = event.alive_count, time.monotonic()
+        """Take note of a sign of life, or of none for `LEASE`.
+
+        A node that comes back before anybody asks whether it is silent has stood still as well,
+        and may have forgotten this client, which hears it all the same.
+        """
+        now = time.monotonic()
+        if self._lived and not self._alive and now - self._since > GRACE:
+            self._lost = True
+        self._alive, self._since = event.alive_count, now
+        self._lived |= self._alive > 0
 
 
 def _ignore(_: Empty) -> None:

@@ -28,6 +28,7 @@ from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
 from ..events import events_executor
+from ..signals import RECEIVED, Stopped
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
@@ -64,6 +65,11 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     """
     try:
         nodes, executor = begin(arguments, elements=elements)
+    except Stopped:
+        RECEIVED.ignore()
+        get_logger('mlmem').info('shut down before the kernels were compiled')
+        rclpy.try_shutdown()
+        return ENDED
     except (*REFUSALS, ParameterException, ImportError) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
@@ -88,8 +94,7 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
         with executor.woken_by_signals():
             turn(executor, stop)
             linger(nodes, executor, stop)
-        for number in (signal.SIGINT, signal.SIGTERM):  # a second signal must not cut this short
-            signal.signal(number, signal.SIG_IGN)
+        RECEIVED.ignore()
         return end(nodes, executor, lambda status: exit_within(LEAVE, status))
 
 
@@ -216,6 +221,8 @@ class GuardedExecutor:
         """Run callbacks for a time, or until interrupted."""
         try:
             self._events.spin_until_future_complete(self._interrupted, seconds)
+        except Stopped:  # what it stopped in the middle of is not needed any more
+            return
         except Exception as error:  # the executor forgets requests that came with it
             for node, log in self._logs.items():
                 _refuse(log, error)

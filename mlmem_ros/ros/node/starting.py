@@ -16,6 +16,7 @@ from rclpy.node import Node
 from ...device import DriverError, DriverHangs
 from ...host import REFUSALS, Host, ThrottledLog
 from ...physics import INTEGRATORS, Design, kernel_in_cache
+from ..signals import RECEIVED
 from .callback_guard import CallbackGuard
 
 
@@ -99,6 +100,9 @@ def telling_compilation(
     """Log it if the body must compile the kernels of a design and a method first.
 
     Then also call `report` with the text, at once and repeatedly, from another thread.
+
+    Raises:
+        Stopped: A signal has come, and this process is ours.
     """
     if kernel_in_cache(design, INTEGRATORS[integrator]):
         yield
@@ -115,7 +119,8 @@ def telling_compilation(
     reminder = threading.Thread(target=remind, name='mlmem-compiling', daemon=True)
     reminder.start()
     try:
-        yield
+        with RECEIVED.ending():
+            yield
     finally:
         over.set()
         reminder.join()
