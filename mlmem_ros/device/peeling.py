@@ -23,10 +23,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..physics import Design, Specimen
-from ..physics.equilibrium import relax, wall_profile
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, group_velocity, product
 from .end import End, Shot
@@ -34,7 +32,7 @@ from .errors import SettingsError
 from .reading import UNDECODABLE, Reading
 from .register import LEFT_OVER, NOISE, Code, code_of
 from .settings import Settings
-from .waveforms import Ends, Listener
+from .waveforms import AROUND, Cells, Ends, Listener
 
 AHEAD = 8
 """Levels that are filled in all ways at a time."""
@@ -45,60 +43,8 @@ HEARD = 5.0
 BOTH = 4
 """Levels beyond the middle that an end tells: about twice as many are told by both."""
 
-APART = 8
-"""Distance in levels beyond which a wall changes nothing of another's cells."""
-
-AROUND = 4
-"""The same on one side: from there on the cells are those of the ground state."""
-
 FAINT = 60.0
 """Time before an echo from which on it is heard, over that in which it rises."""
-
-
-class Cells:
-    """Stiffness of the cells of an element with walls and kinks anywhere.
-
-    Their displacements are those of the ground states, and around each wall what it adds.
-    """
-
-    def __init__(self, made: Specimen) -> None:
-        design = made.design
-        self.design, self.made = design, made
-        self.reach = AROUND * design.J
-        self._ground = np.array([design.D_s1, design.D_s2])
-        self.flat = np.array([made.alpha * made.potential.stiffness(D) for D in self._ground])
-        self._added = np.zeros((2, design.levels, design.N))
-        for kind in (0, 1):
-            for start in range(APART):
-                self._add(kind, range(start, design.levels, APART))
-
-    def _add(self, kind: int, levels: Sequence[int]) -> None:
-        """Find what walls at levels add, of which the last is a wall (0) or a kink (1)."""
-        design = self.design
-        share = np.full(design.N, float(kind))  # of the active phase, right of all
-        kinds = [(kind + len(levels) - 1 - n) % 2 for n in range(len(levels))]
-        step = design.D_s2 - design.D_s1
-        for level, each in zip(reversed(levels), reversed(kinds), strict=True):
-            left = (wall_profile(design, design.defect(level) + 0.3) - design.D_s1) / step
-            share = share * (1.0 - left) + (1.0 - each) * left
-        v = design.D_s1 + step * share + self.made.offsets
-        v = relax(self.made, v, np.zeros(design.N)) - self.made.offsets
-        for level, each in zip(levels, kinds, strict=True):
-            site = design.defect(level)
-            near = slice(max(0, site - self.reach), site + self.reach)
-            plain = self._ground[np.where(design.sites <= site, 1 - each, each)]
-            self._added[each, level, near] = (v - plain)[near]
-
-    def stiffness(
-        self, part: slice, walls: Sequence[tuple[int, int]], phases: NDArray[np.int64]
-    ) -> Array:
-        """Return the stiffness of a part, given levels and kinds of the walls that reach into it,
-        and the phase of each of its cells.
-        """
-        configuration = self._ground[phases]
-        for level, kind in walls:
-            configuration += self._added[kind, level, part]
-        return np.asarray(self.made.alpha[part] * self.made.potential.stiffness(configuration))
 
 
 class Told(NamedTuple):

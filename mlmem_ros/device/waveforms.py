@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What both ends do after the pulse of a read: how it is compared, and how it is forecast.
+"""What both ends do after the pulse of a read: how it is compared, and how it is forecast, for
+walls and kinks anywhere.
 
 A pulse is small, so the forecast is that of small waves (`physics.waves`): the left end follows
 the pulse, which takes the force f = (p / q) u_1, and is free afterwards, which ends that force.
@@ -15,8 +16,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..physics import PEFRL, Specimen
+from ..physics.equilibrium import relax, wall_profile
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, cells, product, rows
 from .driver import steps_per_tick
@@ -37,6 +40,59 @@ WIDER = 5.0
 PERIOD, DECAY = 1.4, 6.0
 """Period of the forecast, over the time of listening, and by which exponent it decays in that:
 what would come after it is added to what comes before, by less than a thousandth."""
+
+
+APART = 8
+"""Distance in levels beyond which a wall changes nothing of another's cells."""
+
+AROUND = 4
+"""The same on one side: from there on the cells are those of the ground state."""
+
+
+class Cells:
+    """Stiffness of the cells of an element with walls and kinks anywhere.
+
+    Their displacements are those of the ground states, and around each wall what it adds.
+    """
+
+    def __init__(self, made: Specimen) -> None:
+        design = made.design
+        self.design, self.made = design, made
+        self.reach = AROUND * design.J
+        self._ground = np.array([design.D_s1, design.D_s2])
+        self.flat = np.array([made.alpha * made.potential.stiffness(D) for D in self._ground])
+        self._added = np.zeros((2, design.levels, design.N))
+        for kind in (0, 1):
+            for start in range(APART):
+                self._add(kind, range(start, design.levels, APART))
+
+    def _add(self, kind: int, levels: Sequence[int]) -> None:
+        """Find what walls at levels add, of which the last is a wall (0) or a kink (1)."""
+        design = self.design
+        share = np.full(design.N, float(kind))  # of the active phase, right of all
+        kinds = [(kind + len(levels) - 1 - n) % 2 for n in range(len(levels))]
+        step = design.D_s2 - design.D_s1
+        for level, each in zip(reversed(levels), reversed(kinds), strict=True):
+            left = (wall_profile(design, design.defect(level) + 0.3) - design.D_s1) / step
+            share = share * (1.0 - left) + (1.0 - each) * left
+        v = design.D_s1 + step * share + self.made.offsets
+        v = relax(self.made, v, np.zeros(design.N)) - self.made.offsets
+        for level, each in zip(levels, kinds, strict=True):
+            site = design.defect(level)
+            near = slice(max(0, site - self.reach), site + self.reach)
+            plain = self._ground[np.where(design.sites <= site, 1 - each, each)]
+            self._added[each, level, near] = (v - plain)[near]
+
+    def stiffness(
+        self, part: slice, walls: Sequence[tuple[int, int]], phases: NDArray[np.int64]
+    ) -> Array:
+        """Return the stiffness of a part, given levels and kinds of the walls that reach into it,
+        and the phase of each of its cells.
+        """
+        configuration = self._ground[phases]
+        for level, kind in walls:
+            configuration += self._added[kind, level, part]
+        return np.asarray(self.made.alpha[part] * self.made.potential.stiffness(configuration))
 
 
 class Listener:

@@ -19,10 +19,10 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.peeling import Cells
 from mlmem_ros.device.presets import shifted
 from mlmem_ros.device.procedures.filling import passages
 from mlmem_ros.device.register import Code, code_of, resting
+from mlmem_ros.device.waveforms import Cells
 from mlmem_ros.physics import Specimen, walls
 from mlmem_ros.physics.waves import cells
 
