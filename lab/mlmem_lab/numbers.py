@@ -50,6 +50,7 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'kicks rooms': tables.rooms,
     'kicks least rooms': tables.least_rooms,
     'kicks astray': tables.astray,
+    'trained': tables.trained,
     'word_kicks': tables.word_kicks,
     'one_transducer': tables.one_transducer,
     'validity': tables.validity,

@@ -79,6 +79,24 @@ def rooms(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def trained(result: Mapping[str, Any]) -> Rows:
+    """Return what calibrations of elements written by kicks are worth, by preset and scatter."""
+    rows: Rows = [['preset', 'scatter', 'by', 'learnt', 'untrained', 'wrong writes',
+                   'ticks (longest)']]  # fmt: skip
+    for name, each in result['presets'].items():
+        by = {(row['kind'], row['amount'], row['trained']): row for row in each}
+        for (what, amount, learning), row in by.items():
+            if learning and name.startswith('kick'):
+                before = by[what, amount, False]
+                of = f'of {row["elements"]}'
+                rows.append([
+                    f'`{name}`', what, f'{amount:g}', f'{row["learnt"]} {of}',
+                    f'{before["learnt"]} {of}', f'{row["wrong"] + before["wrong"]}',
+                    f'{row["calibration"]:.0f} ({row["longest calibration"]})',
+                ])  # fmt: skip
+    return rows
+
+
 def word_kicks(result: Mapping[str, Any]) -> Rows:
     """Return the windows of kicks of a register, of walls and of kinks."""
     rows: Rows = [['preset', 'sent', 'level: speed (room)']]
@@ -308,13 +326,16 @@ def writes(result: Mapping[str, Any]) -> Rows:
 
 
 def steps(result: Mapping[str, Any]) -> Rows:
-    """Return the disorder at which one step up in a thousand fails, by kind and design."""
+    """Return the disorder at which one step up, or one kick, in a thousand fails, by kind and
+    design.
+    """
     designs = result['designs']
     rows: Rows = [['disorder of', *(f'`{name}`' for name in designs)]]
-    kinds = dict.fromkeys(kind for found in designs.values() for kind in found)
-    told = ([found.get(kind, {}).get('step', {}) for found in designs.values()] for kind in kinds)
-    return [*rows, *([kind, *(one.get('text', '') for one in row)]
-                     for kind, row in zip(kinds, told, strict=True))]  # fmt: skip
+    for what in dict.fromkeys(each for found in designs.values() for each in found):
+        each = (found.get(what, {}) for found in designs.values())
+        told = (one.get('step') or one.get('kick') or {} for one in each)
+        rows.append([what, *(one.get('text', '') for one in told)])
+    return rows
 
 
 def errors(result: Mapping[str, Any]) -> Rows:

@@ -278,8 +278,7 @@ def test_a_calibration_learns_the_speeds_of_an_element_with_one_per_cent_of_diso
 def test_a_wall_that_swings_in_its_place_teaches_nothing():
     """Alpha scatters by less than a kick bears: no speed is changed, and no level is kicked twice.
 
-    Heard at once, up to 15 time units late of the 16 that are let pass, or later,
-    a wall was taken for one that stopped on its way.
+    Heard at once, while it swings, a wall was taken for one that stopped on its way.
     """
     design, settings = preset('kick_3')
     driver = Simulation.of(scattered(design, Scatter(alpha=3e-4), 1), settings.time)

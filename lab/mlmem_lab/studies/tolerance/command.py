@@ -149,9 +149,12 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     name, designs = str(arguments.design), kept.get('designs', {})
     known = {} if name in outdated(kept) else designs.get(name, {})
     designs = designs | {name: known | rates}
-    made = f'mlmem tolerance --design DESIGN --most {arguments.most}'
-    made += ' --screen' if arguments.screen else ''
+    tried = ' '.join(('', '--tried', *arguments.tried)) if arguments.tried else ''
+    made = f'mlmem tolerance --design {name} --kinds {" ".join(rates)}{tried}'
+    made += f' --most {arguments.most}' + ' --screen' * arguments.screen
+    commands = dict.fromkeys([*filter(None, kept.get('command', '').split(' && ')), made])
     of = [*([name] if name in PRESETS else ()), *by(Tolerance, name)]
+    made = ' && '.join(commands)
     save(arguments.result, {'designs': designs}, made, arguments.seed, of, kept)
 
 
