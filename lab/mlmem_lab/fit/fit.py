@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from mlmem_ros.device.end import Shot
-from mlmem_ros.physics import Design, Integrator
+from mlmem_ros.physics import Design, Integrator, StateError
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import NEAR, Forward, equilibria
 from mlmem_tools.twin.unknowns import Unknowns
@@ -86,10 +86,12 @@ def ranked(
     sites = np.arange(2.0, N)
     if near is not None:
         sites = sites[np.abs(sites - near) <= NEAR]
-    scores = {
-        place: sum(_score(misfit, forward, shot) for shot in _moved(shots, place))
-        for place in equilibria(forward, shots[0], sites)
-    }
+    scores = {}
+    for place in equilibria(forward, shots[0], sites):
+        try:
+            scores[place] = sum(_score(misfit, forward, shot) for shot in _moved(shots, place))
+        except StateError:  # held so weakly there that it is not found again
+            continue
     return sorted(scores, key=lambda place: scores[place])
 
 
