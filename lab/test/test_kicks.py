@@ -191,6 +191,12 @@ def test_a_search_finds_kicks_as_wide_as_those_that_ship():
         assert after_kick(chain_of('kick_2'), each.speed, settings.kick) == level
 
 
+def test_a_search_takes_no_wall_that_was_turned_back():
+    """Level 7 of Case II is reached by speeds of 0.21 to 0.32, and of 0.58 to 1.1 once more."""
+    settings = preset('kick_3').settings
+    assert 0.2 < search_kicks(chain_of('kick_3'), settings.kick)[7].speed < 0.35
+
+
 def test_a_map_is_kept_as_text():
     def at(x, y):
         return int(x + y) if x < 2.0 else -2

@@ -1,11 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Plans of strokes and throws, on an element whose cells scatter by 1 %."""
+"""Plans of strokes and throws, on an element whose cells scatter by 1 %, and of which preset."""
 
 from dataclasses import replace
 
 import pytest
 
+from mlmem_lab.plans.command import like
 from mlmem_lab.plans.strokes import ENOUGH, PEAKS, quick_moves, strokes
 from mlmem_lab.twins.sensed import made
 from mlmem_lab.windows.window import end
@@ -13,6 +14,7 @@ from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.moves import How, Move
 from mlmem_ros.device.presets import Preset, preset
 from mlmem_ros.device.reading import BLANK
+from mlmem_ros.parameter_file import ParameterFileError
 
 STROKES = ('up_even', 'up_odd', 'down_even', 'down_odd')
 DESIGN, SET = preset('case_2')
@@ -26,6 +28,12 @@ ELEMENT = made('case_2', 0.01, 0)
 @pytest.fixture(scope='module')
 def found():
     return {(each.kind, each.start): each for each in strokes(ELEMENT, CHOSEN)}
+
+
+def test_an_element_of_several_presets_is_not_planned_by_a_guess():
+    assert like(preset('kick_4').design) is preset('kick_4')  # damped otherwise than bits_4
+    with pytest.raises(ParameterFileError, match='case_2, bits_3, fast, kick_3 have the levels'):
+        like(DESIGN)
 
 
 def test_an_ideal_element_uses_all_as_set():

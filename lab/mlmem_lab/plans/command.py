@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,7 @@ from .plan import plan as planned
     'find pulses that take the wall of a fitted element to every level',
     option('element', metavar='FILE', help='element, as mlmem fit writes it'),
     option('--design', metavar='FILE|PRESET',
-           help='design and settings of the instrument; by default the preset that fits'),
+           help='design and settings of the instrument; by default the only preset that fits'),
     option('--output', metavar='FILE', help='write the element with its pulses here; by default '
            'into its own file'),
     JSON,
@@ -64,10 +64,9 @@ def plan(arguments: argparse.Namespace) -> int:
     else:
         for row in rows:
             told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
-            off = 'peaks'
             if row['kick']:
-                told, off = f'level {row["level"]:3}: kick {row["kick"]:.4g}', 'a speed'
-            print(f'{told}, {_distance(row["margin"], off)}')
+                told = f'level {row["level"]:3}: kick {row["kick"]:.4g}'
+            print(f'{told}, {_distance(row)}')
         if not math.isnan(found.push):
             told = f'with each quantity {found.push:.0%} off' if found.push else 'not used'
             print(f'push: {told}')
@@ -80,12 +79,19 @@ def like(design: Design) -> Preset:
     """Return the preset whose levels a design has.
 
     Raises:
-        ParameterFileError: There is none.
+        ParameterFileError: There is none, or several: pulses of one do not serve another.
     """
-    for preset in PRESETS.values():
-        if preset.design.cells == design.cells:
-            return preset
-    raise ParameterFileError('no preset has the levels of this element: give --design')
+    one_wall = {name: one for name, one in PRESETS.items() if not one.settings.register.spacing}
+    fit = {name: one for name, one in one_wall.items() if one.design.cells == design.cells}
+    exact = {name: one for name, one in fit.items() if one.design == design}
+    fit = exact or fit
+    if not fit:
+        raise ParameterFileError('no preset has the levels of this element: give --design')
+    first, *others = fit.values()
+    if any(other.settings != first.settings for other in others):
+        names = ', '.join(fit)
+        raise ParameterFileError(f'{names} have the levels of this element: give one as --design')
+    return first
 
 
 def _of_strokes(found: Plan) -> Iterator[str]:
@@ -101,10 +107,13 @@ def _of_strokes(found: Plan) -> Iterator[str]:
             yield f'{each.kind} from level {each.start}: not used'
 
 
-def _distance(margin: float | None, off: str) -> str:
+def _distance(row: Mapping[str, Any]) -> str:
+    margin = row['margin']
     if margin is None:
         return 'no pulse found'
-    return f'arrives with {off} {margin:.0%} off' if margin else 'arrives, with nothing off'
+    if row['kick']:
+        return f'arrives {1.0 + margin:.2f} times as fast or as slow'
+    return f'arrives with peaks {margin:.0%} off' if margin else 'arrives, with nothing off'
 
 
 def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:

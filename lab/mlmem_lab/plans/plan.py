@@ -104,7 +104,9 @@ def plan(
         else:
             step, state = _best(tried, state, level)
         steps.append(step)
-    found, settings = strokes(specimen, preset, report), preset.settings
+    settings = preset.settings
+    by_strain = not all(kicked(settings, level) for level in range(preset.design.levels))
+    found = strokes(specimen, preset, report) if by_strain else []
     trims = PulseCorrections(
         tuple(step.trim for step in steps), schedule_of(settings), quick_moves(found, settings)
     )

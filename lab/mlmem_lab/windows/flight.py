@@ -193,27 +193,31 @@ class Found:
 
 
 def search_kicks(chain: Chain, shape: KickSettings, fastest: float = math.inf) -> list[Found]:
-    """Return the kick to every level of an element: the middle of its widest range of speeds, none
-    of which needs more than the `fastest` speed of the end.
+    """Return the kick to every level of an element: the middle of its slowest range of speeds that
+    is wide enough, or else of the widest, none of which needs more than the `fastest` speed of the
+    end. A fast wall that was turned back comes to a level, too, but then faster is not farther.
     """
     speeds = SPEEDS[::2][SPEEDS[::2] * shape.fastest <= fastest]
     ends = np.array([after_kick(chain, float(u), shape) for u in speeds])
-    return [_widest(chain, shape, speeds, ends, level) for level in range(chain.design.levels)]
+    return [_slowest(chain, shape, speeds, ends, level) for level in range(chain.design.levels)]
 
 
-def _widest(
+def _slowest(
     chain: Chain, shape: KickSettings, speeds: Array, ends: np.ndarray, level: int
 ) -> Found:
-    there = np.flatnonzero(ends == level)
+    there, best = np.flatnonzero(ends == level), Found()
     if not there.size:
-        return Found()
-    runs = np.split(there, np.flatnonzero(np.diff(there) > 1) + 1)
-    widest = max(runs, key=len)
-    low, high = (
-        edge(chain, shape, level, speeds, ends, int(at), way)
-        for at, way in ((widest[0], -1), (widest[-1], 1))
-    )
-    return Found(float(f'{math.sqrt(low * high):.4g}'), round(math.sqrt(high / low) - 1.0, 3))
+        return best
+    for run in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1):
+        low, high = (
+            edge(chain, shape, level, speeds, ends, int(at), way)
+            for at, way in ((run[0], -1), (run[-1], 1))
+        )
+        found = Found(float(f'{math.sqrt(low * high):.4g}'), round(math.sqrt(high / low) - 1.0, 3))
+        if found.room >= ENOUGH:
+            return found
+        best = max(best, found, key=lambda each: each.room)
+    return best
 
 
 FINE = 5e-4
@@ -261,7 +265,8 @@ LENGTHS = (5.0, 8.0, 12.0, 16.0)
 """Lengths of pushes that are tried, shortest first: what is shorter fades sooner."""
 
 ENOUGH = 0.1
-"""A push is wide enough if each of its quantities may be off by so much, from every level."""
+"""A kick is wide enough if its speed may be off by so much; a push if each of its quantities may,
+from every level."""
 
 
 def search_push(
