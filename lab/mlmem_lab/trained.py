@@ -27,18 +27,15 @@ from .studies.style import S1, S2, label, new_figure
 SEED, ELEMENTS, WRITES = 1000, 20, 16
 """Of the first element; elements of each scatter; writes into each."""
 
-BY_KICKS = (3e-4, 1e-3, 3e-3, 1e-2)
-
 SHOWN = {
     'case_2': ('a', "the paper's Case II", (1.5e-4, 3e-4, 8e-4, 3e-3)),
-    'kick_3': ('b', 'the same by kicks', BY_KICKS),
-    'bits_4': ('c', 'bits_4', (4e-3, 8e-3, 1.2e-2, 2e-2)),
+    'bits_4': ('b', 'bits_4', (4e-3, 8e-3, 1.2e-2, 2e-2)),
 }
 """Panel, title, and scatters of alpha, by preset."""
 
 COUNTED = {name: dict.fromkeys(('alpha',), amounts) for name, (*_, amounts) in SHOWN.items()}
 COUNTED |= {
-    name: dict.fromkeys(('alpha', 'k_r', 'mass', 'offset'), BY_KICKS)
+    name: dict.fromkeys(('alpha', 'k_r', 'mass', 'offset'), (3e-4, 1e-3))
     for name in ('kick_2', 'kick_3', 'kick_4')
 }
 """Amounts by kind of scatter, by preset."""
@@ -87,8 +84,8 @@ def _count(name: str, kind: str, amount: float, trained: bool) -> dict[str, Any]
 
 def draw(result: Mapping[str, Any]) -> Any:
     """Draw the share of writes that failed or were wrong; where none was, its bound 3 / n."""
-    figure = new_figure(3.0)
-    panels = zip(figure.subplots(1, 3, sharey=True), SHOWN.items(), strict=True)
+    figure = new_figure(3.4)
+    panels = zip(figure.subplots(1, 2, sharey=True), SHOWN.items(), strict=True)
     for axes, (name, (letter, title, amounts)) in panels:
         for trained, colour in ((False, S1), (True, S2)):
             rows = [
