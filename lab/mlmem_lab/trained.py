@@ -33,7 +33,9 @@ SHOWN = {
 }
 """Panel, title, and scatters of alpha, by preset."""
 
-COUNTED = {name: dict.fromkeys(('alpha',), amounts) for name, (*_, amounts) in SHOWN.items()}
+COUNTED: dict[str, dict[str, tuple[float, ...]]] = {
+    name: {'alpha': amounts} for name, (*_, amounts) in SHOWN.items()
+}
 COUNTED |= {
     name: dict.fromkeys(('alpha', 'k_r', 'mass', 'offset'), (3e-4, 1e-3))
     for name in ('kick_2', 'kick_3', 'kick_4')
