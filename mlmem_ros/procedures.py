@@ -238,7 +238,7 @@ PROCEDURES = {
         Abort,
         'stop the running procedure and bring the strain to zero',
         'blocks.abort',
-        'letting_go',
+        'releasing',
         action=False,
     ),
 }

@@ -193,7 +193,7 @@ class Loop:
         try:
             self._run_ticks()
             if self._box.ending is Ending.FINISH:
-                self._let_go()
+                self._release()
         except BaseException as failure:  # whatever it is, the device reports it and stops
             self.failure = failure
             refusal = Refused(f'the device has stopped: {failure}')
@@ -215,7 +215,7 @@ class Loop:
                 ended = self._tick(turn.due, commands, turn.asked_for)
                 due = math.inf if turn.asked_for else self._times.after(turn.due, ended)
 
-    def _let_go(self) -> None:
+    def _release(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""
         self._box.close(Refused(SHUT_DOWN))
         if self.element.released:

@@ -115,10 +115,10 @@ class Cycle:
         optional pause), settle; ramps that exceed the rate limit take longer.
         """
         rise = cls.through([(peak, times.ramp), (peak, times.hold)], 0.0, max_rate)
-        return rise + cls.let_go(times, peak, max_rate)
+        return rise + cls.release(times, peak, max_rate)
 
     @classmethod
-    def let_go(cls, times: CycleSettings, strain: float, max_rate: float = math.inf) -> Cycle:
+    def release(cls, times: CycleSettings, strain: float, max_rate: float = math.inf) -> Cycle:
         """Return the way back of a strain cycle, from a strain to zero, and the rest after it."""
         ease = [(times.ease_to * strain, times.ease)] if times.ease else []
         return cls.through([*ease, (0.0, times.release), (0.0, times.settle)], strain, max_rate)

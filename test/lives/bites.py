@@ -116,7 +116,7 @@ def a_refused_command_forgets_the_reading(apply):
     return forgetful
 
 
-@_bite((loop.Loop, '_let_go'))
+@_bite((loop.Loop, '_release'))
 def strain_is_left_on_at_the_end(_):
     return lambda self: self._box.close(Refused(loop.SHUT_DOWN))
 

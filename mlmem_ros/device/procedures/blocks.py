@@ -218,7 +218,7 @@ def return_to_zero(element: Memory) -> Procedure[None]:
     """
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget('strained by a procedure')
-        yield from play(element, Cycle.let_go(element.settings.erase, element.actuator.strain))
+        yield from play(element, Cycle.release(element.settings.erase, element.actuator.strain))
 
 
 def abort(element: Memory) -> Procedure[Result]:

@@ -129,6 +129,6 @@ def shifting(element: Memory, half: str) -> float:
     return cycle(element.settings, half or HALVES[0], kinks=kinks).duration + reading(element)
 
 
-def letting_go(element: Memory) -> float:
+def releasing(element: Memory) -> float:
     """Return the time of an abort."""
     return element.settings.erase.release if element.actuator.strain else 0.0
