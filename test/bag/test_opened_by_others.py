@@ -110,6 +110,27 @@ def test_rosbags_finds_qos_and_custom_data(bag):
         assert reader.readers[0].storage.metadata.custom == {'a': '1'}
 
 
+def test_rosbag2_reads_every_message(bag):
+    """By its own reader, which apt has and no wheel."""
+    rosbag2 = pytest.importorskip('rosbag2_py')
+    reader = rosbag2.SequentialReader()
+    reader.open(
+        rosbag2.StorageOptions(uri=str(bag), storage_id='mcap'),
+        rosbag2.ConverterOptions('cdr', 'cdr'),
+    )
+    kinds = {each.name: each.type for each in reader.get_all_topics_and_types()}
+    assert kinds == {topic: item.__msgtype__ for topic, item in PUBLISHED.items()}
+    found = []
+    while reader.has_next():
+        topic, data, time = reader.read_next()
+        found.append((topic, time, bytes(data)))
+    assert sorted(found) == sorted(
+        (topic, time, bytes(jazzy.serialize(item)))
+        for time in range(10)
+        for topic, item in PUBLISHED.items()
+    )
+
+
 def test_rclpy_reads_our_cdr_and_we_read_its():
     serialization = pytest.importorskip('rclpy.serialization')
     for item in PUBLISHED.values():

@@ -55,7 +55,9 @@ def files_page() -> str:
         '(version 9) and `NAME_0.mcap`, `NAME_1.mcap` ... of the profile `ros2`, with schemas in '
         f'`ros2msg`, CDR messages and zstd chunks of {mcap_file.CHUNK_SIZE // 1024} KiB with a '
         'CRC. It holds every [topic](topics.md) of the node (images and markers with '
-        '`record.views`), and besides them:',
+        "`record.views`). The storage plugin of Jazzy's rosbag2, built from source, reads "
+        'metadata, topics, definitions and every message of the golden sessions. Besides the '
+        'topics it holds:',
         table(['topic', 'messages'], own),
         'All but the count are std_msgs/String with a JSON object.',
         f'### `~/{records.HEADER}`',
