@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What many walls bear: python3 -m mlmem_lab.words [PRESET ...] makes results/words.json.
 
-Random words of a register are read with every kind of fault, and written, each from the one
-before, on specimens whose alpha or coupling springs scatter. A read is wrong if it succeeds with
-another word than that of the true walls, a write if it is acknowledged so. Nothing is discarded.
+Random words of a register are read ten times in a row with every kind of fault, and words are
+written, each after the one before, on specimens whose alpha or coupling springs scatter. A read is
+wrong if it succeeds with another word than that of the true walls, a write if it is acknowledged
+so. Nothing is discarded.
 """
 
 from __future__ import annotations
@@ -12,50 +13,90 @@ from __future__ import annotations
 import itertools
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device import Faults, MemoryElement, Read, Write, new_element, preset
+from mlmem_ros.device import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.register import resting
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.specimen import Scatter, scattered
 
-from .reads.count import true_level
+from .reads.count import IN_A_ROW, made, true_level
 from .results import run, with_reads
 
-SEED, COUNT = 1, 200
+SEED, READS, WRITES, COUNT = 1, 2000, 2600, 200
+"""Reads of every kind; writes as designed; writes of each scatter."""
 
 Rng = np.random.Generator
+
+
+class Trouble(NamedTuple):
+    """What a row of reads has to bear.
+
+    Attributes:
+        faults: From the start.
+        then: From a random tick of every read on.
+        shaking: Amplitude of random accelerations of the base, over the harmless one.
+    """
+
+    faults: Faults = Faults()
+    then: Faults | None = None
+    shaking: float = 0.0
 
 
 def _cell(random: Rng) -> int:
     return int(random.integers(2, 225))  # of the shortest
 
 
-FAULTS: dict[str, Callable[[Rng], Faults]] = {
-    'none': lambda random: Faults(),
-    'a cell half as stiff': lambda random: Faults(weak_cell=_cell(random), weak_factor=0.5),
-    'a cell of any lower stiffness': lambda random: Faults(
-        weak_cell=_cell(random), weak_factor=float(random.uniform(0.01, 1.0))
+TROUBLES: dict[str, Callable[[Rng], Trouble]] = {
+    'none': lambda random: Trouble(),
+    'half the time step': lambda random: Trouble(),
+    'a cell half as stiff': lambda random: Trouble(
+        Faults(weak_cell=_cell(random), weak_factor=0.5)
     ),
-    'a stuck cell': lambda random: Faults(stuck_cell=_cell(random)),
-    'alpha scattered by 0.001': lambda random: Faults(disorder_alpha=1e-3, seed=_cell(random)),
-    'alpha scattered by 0.003': lambda random: Faults(disorder_alpha=3e-3, seed=_cell(random)),
-    'alpha scattered by 0.01': lambda random: Faults(disorder_alpha=1e-2, seed=_cell(random)),
-    'noise of 0.001 of the pulse': lambda random: Faults(sensor_noise=1e-5, seed=_cell(random)),
-    'noise of 0.01 of the pulse': lambda random: Faults(sensor_noise=1e-4, seed=_cell(random)),
-    'sensors that freeze in 2 % of ticks': lambda random: Faults(
-        sensor_dropout=0.02, seed=_cell(random)
+    'a cell of any lower stiffness': lambda random: Trouble(
+        Faults(weak_cell=_cell(random), weak_factor=float(random.uniform(0.01, 1.0)))
     ),
-    'damping of half to eight times': lambda random: Faults(
-        damping_factor=float(random.uniform(0.5, 8.0))
+    'a stuck cell': lambda random: Trouble(Faults(stuck_cell=_cell(random))),
+    'alpha scattered by 0.001': lambda random: Trouble(
+        Faults(disorder_alpha=1e-3, seed=_cell(random))
+    ),
+    'alpha scattered by 0.003': lambda random: Trouble(
+        Faults(disorder_alpha=3e-3, seed=_cell(random))
+    ),
+    'alpha scattered by 0.01': lambda random: Trouble(
+        Faults(disorder_alpha=1e-2, seed=_cell(random))
+    ),
+    'noise of 0.001 of the pulse': lambda random: Trouble(
+        Faults(sensor_noise=1e-5, seed=_cell(random))
+    ),
+    'noise of 0.01 of the pulse': lambda random: Trouble(
+        Faults(sensor_noise=1e-4, seed=_cell(random))
+    ),
+    'noise of any size that begins during a read': lambda random: Trouble(
+        then=Faults(sensor_noise=float(10.0 ** random.uniform(-5.0, -2.0)), seed=_cell(random))
+    ),
+    'sensors that freeze in 2 % of ticks': lambda random: Trouble(
+        Faults(sensor_dropout=0.02, seed=_cell(random))
+    ),
+    'a sensor late by up to 100': lambda random: Trouble(
+        Faults(
+            sensor_delay=float(random.uniform(0.0, 100.0)),
+            sensor_end=str(random.choice(('left', 'right'))),
+        )
+    ),
+    'damping of half to eight times': lambda random: Trouble(
+        Faults(damping_factor=float(random.uniform(0.5, 8.0)))
+    ),
+    'shaking of 0.1 to 10 times the harmless': lambda random: Trouble(
+        shaking=float(10.0 ** random.uniform(-1.0, 1.0))
     ),
 }
-"""By name: draws one."""
+"""By name: draws one. Amplitudes are those of a pulse of 0.01 cells."""
 
 SCATTERED = (3e-4, 1e-3, 3e-3)
 
@@ -68,24 +109,49 @@ def drawn(random: Rng, words: int) -> int:
 
 
 def reads(
-    element: MemoryElement, faults: Callable[[Rng], Faults], random: Rng, count: int = COUNT
-) -> dict[str, int]:
-    """Read random words at rest with faults; return how many ended how."""
+    element: MemoryElement, drawing: Callable[[Rng], Trouble], random: Rng, count: int,
+    row: int = IN_A_ROW, among: Sequence[int] = (),
+) -> dict[str, int]:  # fmt: skip
+    """Read random words at rest, each so often in a row; return how many ended how.
+
+    Args:
+        among: Words to choose from; empty for all.
+    """
     found = Counter[str]()
     code = element.register.code if element.register else None
     assert code is not None
-    for _ in range(count):
-        word, given = drawn(random, code.words), faults(random)
+    while found.total() < count:
+        word = among[random.integers(len(among))] if among else drawn(random, code.words)
+        trouble = drawing(random)
         element.set_faults(Faults())
         element.chain.place(resting(Specimen(element.design), code.walls(word)))
         element.transducer.assume_rest()
-        element.set_faults(given)
-        outcome = element.perform(Read())
-        element.transducer.release()
-        read = outcome.reading.level if outcome.success and outcome.reading else None
-        found['undecodable' if read is None else 'right' if read == word else 'wrong'] += 1
+        element.set_faults(trouble.faults)
+        for _ in range(min(row, count - found.total())):
+            read = _read(element, trouble, random)
+            found['undecodable' if read is None else 'right' if read == word else 'wrong'] += 1
+        element.apply(Disturb(0.0))
     element.set_faults(Faults())
     return {name: found[name] for name in ('right', 'undecodable', 'wrong')}
+
+
+def _read(element: MemoryElement, trouble: Trouble, random: Rng) -> int | None:
+    """Return what a read says, None if that is nothing."""
+    steady = trouble.then is None and not trouble.shaking
+    begin, harmless = int(random.integers(1, 60)), element.settings.disturbance.harmless
+    ticks = itertools.count()
+
+    def between() -> None:
+        if next(ticks) == begin and trouble.then is not None:
+            element.set_faults(trouble.then)
+        if trouble.shaking:
+            element.apply(Disturb(trouble.shaking * harmless * float(random.uniform(-1.0, 1.0))))
+
+    outcome = element.perform(Read(), None if steady else between)
+    element.transducer.release()
+    if trouble.then is not None:
+        element.set_faults(trouble.faults)
+    return outcome.reading.level if outcome.success and outcome.reading else None
 
 
 def writes(
@@ -118,13 +184,16 @@ def _specimen(name: str, scatter: Scatter, number: int) -> MemoryElement:
 def counted(name: str) -> dict[str, Any]:
     """Return the counts of a preset, by fault and by scatter."""
     random = np.random.Generator(np.random.PCG64(SEED))
-    element = new_element(preset(name))
-    of_reads = {what: reads(element, faults, random) for what, faults in FAULTS.items()}
-    of_writes = {'as designed': writes(name, Scatter(), random)}
+    element, finer = new_element(preset(name)), made(name, 2)
+    of_reads = {
+        what: reads(finer if what == 'half the time step' else element, each, random, READS)
+        for what, each in TROUBLES.items()
+    }
+    of_writes = {'as designed': writes(name, Scatter(), random, WRITES)}
     for size, kind in itertools.product(SCATTERED, ('alpha', 'k_r')):
         what = f'{kind} scattered by {size:g}'
         of_writes[what] = writes(name, Scatter(**{kind: size}), random)
-    return {'count': COUNT, 'reads': of_reads, 'writes': of_writes}
+    return {'reads': of_reads, 'writes': of_writes}
 
 
 def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:

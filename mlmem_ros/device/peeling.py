@@ -19,14 +19,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ..physics import Design, Specimen
 from ..physics.potential import Array
-from ..physics.waves import Complex, Tones, group_velocity, product
+from ..physics.waves import Complex, carried, group_velocity, product
 from .end import End, Shot
 from .errors import SettingsError
 from .reading import UNDECODABLE, Reading
@@ -71,9 +71,12 @@ class Side:
         self.end, self._inside, self._code, self._ends = end, inside, code, ends
         made, self._design = inside.made, inside.design
         design, back = self._design, end is End.RIGHT
+        self._back = int(back)
         middles = [design.defect(level) + design.J // 2 + 1 for level in range(code.levels - 1)]
         edges = [0, *middles, design.N]
         self._edges = [design.N - each for each in reversed(edges)] if back else edges
+        defects = np.array([design.defect(self.own(level)) for level in range(code.levels)])
+        self._sites = design.N - defects if back else defects
         self._mass = np.ascontiguousarray(made.masses[:: -1 if back else 1])
         self._spring = np.append(made.k_r[:: -1 if back else 1], 1.0)
         probe, tones = settings.register.probe, ends.tones
@@ -87,41 +90,46 @@ class Side:
             * np.exp(1j * np.outer(tones.omega, np.arange(-FAINT, until, 0.3 * probe.sigma)))
             for until in (HEARD * level, HEARD * level + first)
         )
+        self._away = cache(self._waves)
 
     def own(self, level: int) -> int:
         """Return a level as counted from the other end: its own inverse."""
         return self._code.levels - 1 - level if self.end is End.RIGHT else level
 
-    def matrix(self, walls: Sequence[int], phase: int, first: int, last: int) -> Complex:
-        """Return the matrix of the cells of some levels, shape (F, 2, 2).
+    def _stiffness(
+        self, words: Sequence[Sequence[int]], phase: int, first: int, last: int
+    ) -> Array:
+        """Return the stiffness of the cells of some levels in some words, from this end on.
 
         Args:
-            walls: Levels of all walls, from this end on.
+            words: Levels of all walls, from this end on.
             phase: Phase of this end.
             first: First level.
             last: The level after the last one.
         """
-        a, b, N = self._edges[first], self._edges[last], self._design.N
-        back = self.end is End.RIGHT
-        part = slice(N - b, N - a) if back else slice(a, b)
-        phases, near = np.empty(b - a, dtype=np.int64), []
-        phases[:] = phase
-        for level in walls:
-            site = self._design.defect(self.own(level))
-            kind = phase if back else 1 - phase
-            phase = 1 - phase
-            if part.start - self._inside.reach <= site <= part.stop + self._inside.reach:
-                near.append((self.own(level), kind))
-            at = site - part.start
-            if back:
-                phases[: max(0, at)] = phase
-            else:
-                phases[max(0, at) :] = phase
-        stiffness = self._inside.stiffness(part, near, phases)
-        if back:
-            stiffness = np.ascontiguousarray(stiffness[::-1])
-        tones = self._ends.tones
-        return product(stiffness, self._mass[a:b], self._spring[a:b], tones.square, tones.loss)
+        at = np.arange(self._edges[first], self._edges[last])
+        phases = np.empty((len(words), len(at)), dtype=np.int64)
+        near, reach = list[list[tuple[int, int]]](), self._inside.reach
+        for number, walls in enumerate(words):
+            sites = self._sites[list(walls)]
+            phases[number] = (phase + np.searchsorted(sites, at, side='right')) % 2
+            low, high = np.searchsorted(sites, (at[0] - reach, at[-1] + 1 + reach))
+            kinds = (phase + self._back + 1 + np.arange(low, high)) % 2
+            near.append(list(zip(map(self.own, walls[low:high]), kinds, strict=True)))
+        if self._back:
+            N = self._design.N
+            part = slice(N - 1 - at[-1], N - at[0])
+            return self._inside.stiffness(part, near, phases[:, ::-1])[:, ::-1]
+        return self._inside.stiffness(slice(at[0], at[-1] + 1), near, phases)
+
+    def _others(self, first: int, last: int) -> tuple[Array, Array, Complex, Complex]:
+        """Return what else `waves.carried` takes of the cells of some levels."""
+        part, tones = slice(self._edges[first], self._edges[last]), self._ends.tones
+        return self._mass[part], self._spring[part], tones.square, tones.loss
+
+    def matrix(self, walls: Sequence[int], phase: int, first: int, last: int) -> Complex:
+        """Return the matrix of the cells of some levels, shape (F, 2, 2); see `_stiffness`."""
+        return product(self._stiffness([walls], phase, first, last)[0], *self._others(first, last))
 
     def told(self, motion: Array, dt: float, phase: int, upto: int) -> Told:
         """Return the walls at the first levels, as far as they can be told.
@@ -138,12 +146,12 @@ class Side:
             ways = list(self._ways(level, walls))
             decided, ahead = [level in way for way in ways], min(level + AHEAD, self._code.levels)
             if level == 0 or any(decided):
-                answers = [self._answer(walls + way, phase, level, ahead) for way in ways]
+                answers = self._answers([walls + way for way in ways], phase, level, ahead)
                 echo = self._echo if level else self._first
                 away = self._away(level, here)
                 expected = [_reflected(each, away) for each in answers]
                 if level == 0:  # the force depends on what is near this end
-                    forces = self._ends.force(-np.array(answers))
+                    forces = self._ends.force(-answers)
                     measured = [_reflected(-force / u, away) for force in forces]
                 else:
                     measured = [_reflected(T / u, away)] * len(ways)
@@ -183,24 +191,28 @@ class Side:
 
         yield from filled(level, walls[-1] if walls else None)
 
-    def _answer(self, walls: Sequence[int], phase: int, level: int, ahead: int) -> Complex:
-        """Return the tension over the displacement where a level begins, if the element ends
-        behind those ahead, or goes on there without walls.
+    def _answers(
+        self, words: Sequence[Sequence[int]], phase: int, level: int, ahead: int
+    ) -> Complex:
+        """Return the tension over the displacement where a level begins, shape (m, F), if the
+        element ends behind those ahead, or goes on there without walls.
         """
-        M = self.matrix(walls, phase, level, ahead)
-        a, b, c, d = M[:, 0, 0], M[:, 0, 1], M[:, 1, 0], M[:, 1, 1]
-        if ahead == self._code.levels:
-            return np.asarray(-c / d)
-        Y, _ = self._away(ahead, (phase + len(walls)) % 2)
-        return np.asarray((a * Y - c) / (d - b * Y))
+        stiffness = self._stiffness(words, phase, level, ahead)
+        lower = np.zeros((len(words), 2, len(self._ends.tones.omega)), dtype=np.complex128)
+        lower[:, 1] = 1.0
+        if ahead < self._code.levels:
+            for row, walls in zip(lower, words, strict=True):
+                row[0] = -self._away(ahead, (phase + len(walls)) % 2)[0]
+        found = carried(lower, stiffness, *self._others(level, ahead))
+        return np.asarray(-found[:, 0] / found[:, 1])
 
-    def _away(self, level: int, phase: int) -> tuple[Complex, Complex]:
+    def _waves(self, level: int, phase: int) -> tuple[Complex, Complex]:
         """Return the tension over the displacement of waves that go on, and of those that come
         back, in cells of a phase where a level begins.
         """
         at = self._edges[level]
         site = self._design.N - 1 - at if self.end is End.RIGHT else at
-        tones: Tones = self._ends.tones
+        tones = self._ends.tones
         half = 0.5 * (self._inside.flat[phase, site] + tones.square + tones.loss)
         shift = 1.0 + half - np.sqrt(half * (2.0 + half))  # from a cell to the next
         shift = np.where(np.abs(shift) < 1.0, shift, 1.0 / shift)
@@ -221,14 +233,17 @@ class Side:
             before.append(M @ before[-1])
         for M in reversed(each[:-1]):
             after.append((after[-1][:, None] @ M)[:, 0])
-        after.reverse()  # the lower row of the product from a level on
-        rows = [after[0].T]
+        after = [row.T for row in reversed(after)]  # the lower row of the product from a level on
+        beyond = np.zeros_like(after[0])
+        beyond[1] = 1.0
+        after.append(beyond)
+        rows = [after[0]]
         for walls in words[1:]:
             changed = set(walls) ^ set(first)
             low, high = max(0, min(changed) - AROUND), min(levels, max(changed) + AROUND + 1)
-            M = self.matrix(walls, phase, low, high) @ before[low]
-            row = M[:, 1] if high == levels else (after[high][:, None] @ M)[:, 0]
-            rows.append(row.T)
+            stiffness = self._stiffness([walls], phase, low, high)
+            row = carried(after[high][None], stiffness, *self._others(low, high))[0]
+            rows.append(np.einsum('if,fij->jf', row, before[low]))
         return self._ends.parts(np.array(rows))
 
 
@@ -239,8 +254,8 @@ def _reflected(Y: Complex, away: tuple[Complex, Complex]) -> Complex:
 
 
 def _loudness(reflected: Complex, echo: Complex) -> Array:
-    """Return how loud echoes are, shape (m,); without threads that wait for each other."""
-    return np.asarray(np.linalg.norm(np.einsum('mf,ft->mt', reflected, echo), axis=1))
+    """Return how loud echoes are, shape (m,)."""
+    return np.asarray(np.linalg.norm(reflected @ echo, axis=1))
 
 
 class Peeled:

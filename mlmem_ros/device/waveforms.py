@@ -84,14 +84,15 @@ class Cells:
             self._added[each, level, near] = (v - plain)[near]
 
     def stiffness(
-        self, part: slice, walls: Sequence[tuple[int, int]], phases: NDArray[np.int64]
+        self, part: slice, words: Sequence[Sequence[tuple[int, int]]], phases: NDArray[np.int64]
     ) -> Array:
-        """Return the stiffness of a part, given levels and kinds of the walls that reach into it,
-        and the phase of each of its cells.
+        """Return the stiffness of a part in some words, shape (m, cells), given levels and kinds
+        of the walls that reach into it, and the phase of each of its cells.
         """
         configuration = self._ground[phases]
-        for level, kind in walls:
-            configuration += self._added[kind, level, part]
+        for one, walls in zip(configuration, words, strict=True):
+            for level, kind in walls:
+                one += self._added[kind, level, part]
         return np.asarray(self.made.alpha[part] * self.made.potential.stiffness(configuration))
 
 
@@ -192,8 +193,12 @@ class Ends:
 
     def tones_of(self, motion: Array, dt: float) -> Complex:
         """Return what a recorded motion, shape (n,), has of the tones of the forecast."""
-        t = dt * np.arange(1.0, len(motion) + 1.0)
-        return np.asarray(dt * (np.exp(-1j * np.outer(self.tones.omega, t)) @ motion))
+        few = math.isqrt(len(motion) - 1) + 1  # samples of a row: exp(a + b) is exp(a) exp(b)
+        rows = np.zeros((few, few))
+        rows.flat[: len(motion)] = motion
+        tau = np.outer(-1j * dt * self.tones.omega, np.arange(float(few)))
+        within = np.exp(tau) @ rows.T
+        return np.asarray(dt * np.exp(tau[:, 1]) * (within * np.exp(few * tau)).sum(axis=1))
 
     def parts(self, lower: Complex) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape

@@ -130,20 +130,52 @@ def cells(made: Specimen, v: Array) -> tuple[Array, Array, Array]:
     return stiffness, made.masses, np.append(made.k_r, 1.0)
 
 
+def carried(
+    lower: Complex, stiffness: Array, mass: Array, spring: Array, square: Complex, loss: Complex
+) -> Complex:
+    """Return what lower rows right of cells in a row are left of them, shape (m, 2, F).
+
+    Args:
+        lower: Rows (p, q), one of each element, shape (m, 2, F).
+        stiffness: Of the cells of each element, from the left, shape (m, n).
+        mass: Of the cells, shape (n,).
+        spring: On the right of each, shape (n,).
+        square: See `Tones`; shape (F,).
+        loss: See `Tones`; shape (F,).
+    """
+    every = lower, stiffness, mass, spring, square.real, square.imag, loss.real, loss.imag
+    return _carried(*map(np.ascontiguousarray, every))
+
+
 @kernel
+def _carried(
+    lower: Complex, stiffness: Array, mass: Array, spring: Array,
+    sr: Array, si: Array, lr: Array, li: Array,
+) -> Complex:  # fmt: skip
+    found = np.empty_like(lower)
+    for i in range(len(lower)):
+        pr, pi = lower[i, 0].real.copy(), lower[i, 0].imag.copy()
+        qr, qi = lower[i, 1].real.copy(), lower[i, 1].imag.copy()
+        for j in range(len(mass) - 1, -1, -1):
+            share, own, m = 1.0 / spring[j], stiffness[i, j], mass[j]
+            for k in range(len(pr)):
+                a, b = qr[k] + share * pr[k], qi[k] + share * pi[k]
+                real, imag = own + m * sr[k] + lr[k], m * si[k] + li[k]
+                pr[k] += real * a - imag * b
+                pi[k] += real * b + imag * a
+                qr[k], qi[k] = a, b
+        found[i, 0], found[i, 1] = pr + 1j * pi, qr + 1j * qi
+    return found
+
+
 def product(
     stiffness: Array, mass: Array, spring: Array, square: Complex, loss: Complex
 ) -> Complex:
     """Return the matrix of cells in a row, from the left, shape (F, 2, 2)."""
-    found = np.empty((len(square), 2, 2), dtype=np.complex128)
-    for k in range(len(square)):
-        a, b, c, d = 1.0 + 0.0j, 0.0 + 0.0j, 0.0 + 0.0j, 1.0 + 0.0j
-        for j in range(len(stiffness)):
-            E = stiffness[j] + mass[j] * square[k] + loss[k]
-            c, d = c + E * a, d + E * b
-            a, b = a + c / spring[j], b + d / spring[j]
-        found[k, 0, 0], found[k, 0, 1], found[k, 1, 0], found[k, 1, 1] = a, b, c, d
-    return found
+    one = np.zeros((2, 2, len(square)), dtype=np.complex128)
+    one[0, 0] = one[1, 1] = 1.0
+    both = carried(one, np.stack((stiffness, stiffness)), mass, spring, square, loss)
+    return np.ascontiguousarray(np.moveaxis(both, 2, 0))
 
 
 @kernel

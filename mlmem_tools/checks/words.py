@@ -15,8 +15,10 @@ from mlmem_ros.device.factory import rehearsed as forecasts_with
 from mlmem_ros.device.peeling import Peeled
 from mlmem_ros.device.register import forecasts_of, resting
 from mlmem_ros.device.settings import Settings
+from mlmem_ros.device.waveforms import BAND
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Design, StateError
+from mlmem_ros.physics.dispersion import group_velocity
 
 from .finding import Finding, graded, judged
 from .subject import Subject
@@ -68,9 +70,23 @@ def _shifted(subject: Subject) -> Iterator[Finding]:
     except (SettingsError, StateError) as error:
         yield Finding('words', {}, '', Verdict.FAIL, str(error), source)
         return
-    values = {'words': float(found.code.words), 'levels': float(found.code.levels)}
-    yield Finding(
-        'words', values, '', Verdict.PASS, 'as many walls rest as a word may have', source
+    settings, design = subject.settings.register, subject.design
+    fast, phases = settings.omega_c + BAND / settings.sigma, (design.k_s1, design.k_s2)
+    values = {
+        'words': float(found.code.words),
+        'levels': float(found.code.levels),
+        'last echo': design.N / min(float(group_velocity(fast, k)) for k in phases),
+    }
+    yield graded(
+        'words',
+        values,
+        '',
+        Verdict.PASS if values['last echo'] < settings.listen else Verdict.WARN,
+        'as many walls rest as a word may have, and an echo of the middle returns in time',
+        'the slowest part of the pulse comes back from the middle after the end of listening, so '
+        'words with many walls are undecodable: lower register.omega_c, or increase '
+        'register.sigma or register.listen',
+        source,
     )
 
 

@@ -82,7 +82,7 @@ def test_cells_of_any_word_are_those_of_the_element_at_rest():
     for level in levels:
         phases[: MID.design.defect(level)] ^= 1
     near = list(zip(levels, kinds, strict=True))
-    found = Cells(made).stiffness(slice(0, MID.design.N), near, phases)
+    found = Cells(made).stiffness(slice(0, MID.design.N), [near], phases[None])[0]
     exact, _, _ = cells(made, resting(made, levels))
     assert found == pytest.approx(exact, abs=1e-4)
 
@@ -163,6 +163,15 @@ def test_kinks_need_as_many_cycles_as_their_longest_way():
     assert passages(code, code.word([3, 8, 13, 18])) == 5 + 4
     assert passages(code, code.word([10])) == 11 + 4  # a kink enters at the left
     assert passages(code, UNDECODABLE) == 24
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('walls', [range(1, 155, 3), range(0, 155, 5)])
+def test_words_with_many_walls_are_read(walls):
+    """What comes from the middle has passed 26 walls, and is not cut off."""
+    kind = preset('register_8')
+    word = code_of(*kind).word(walls)
+    assert holding(word, kind).perform(Read()).reading.level == word
 
 
 @pytest.mark.slow
