@@ -59,7 +59,7 @@ def troubles(cells: int, pulse: float) -> dict[str, Callable[[Rng], Trouble]]:
 
 def dense(code: Code) -> list[int]:
     """Return words with walls at every third level, or at every third and fifth in turn."""
-    found = []
+    found = list[tuple[int, ...]]()
     for distances in ((3,), (5,), (3, 5), (3, 3, 5)):
         places = itertools.accumulate(itertools.cycle(distances), initial=len(found))
         found.append(tuple(itertools.takewhile(lambda level: level < code.levels, places)))

@@ -121,7 +121,7 @@ def reads(
     code = element.register.code if element.register else None
     assert code is not None
     while found.total() < count:
-        word = among[random.integers(len(among))] if among else drawn(random, code.words)
+        word = among[int(random.integers(len(among)))] if among else drawn(random, code.words)
         trouble = drawing(random)
         element.set_faults(Faults())
         element.chain.place(resting(Specimen(element.design), code.walls(word)))

@@ -166,7 +166,7 @@ def shifted(levels: int, ramp: float = 1000.0, settle: float = 600.0) -> Preset:
         read=ReadSettings(patience=50.0 / eta),
         register=RegisterSettings(
             spacing=3, shifted=True, omega_c=1.6, A=0.0005, sigma=24.0,
-            listen=float(math.ceil(2.5 * (design.N + 40.0))),
+            listen=float(math.ceil(2.5 * (design.N + 40.0))), decode=2.0 * design.N,
         ),
     )  # fmt: skip
     return Preset(design, settings)

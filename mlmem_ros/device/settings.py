@@ -134,6 +134,12 @@ class RegisterSettings(Checked):
     A: float = _length(0.01, 'amplitude of the pulse', low=1e-9, high=0.5)
     sigma: float = _time(16.0, 'standard deviation of its envelope', low=0.1, high=1e4)
     listen: float = _time(900.0, 'time for which both ends are recorded after it', high=1e5)
+    decode: float = _time(
+        0.0,
+        'time after listening at which its answer counts: it is decoded beside the loop, which '
+        'waits if that takes longer; 0: in the loop, at once',
+        high=1e5,
+    )
     min_margin: float = _margin(
         0.5, 'least margin: 1 for the forecast of a word, 0 half-way to that of another'
     )

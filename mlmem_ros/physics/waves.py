@@ -143,8 +143,10 @@ def carried(
         square: See `Tones`; shape (F,).
         loss: See `Tones`; shape (F,).
     """
-    every = lower, stiffness, mass, spring, square.real, square.imag, loss.real, loss.imag
-    return _carried(*map(np.ascontiguousarray, every))
+    parts = square.real, square.imag, loss.real, loss.imag
+    sr, si, lr, li = (np.ascontiguousarray(each) for each in parts)
+    lower, stiffness = np.ascontiguousarray(lower), np.ascontiguousarray(stiffness)
+    return _carried(lower, stiffness, mass, spring, sr, si, lr, li)
 
 
 @kernel

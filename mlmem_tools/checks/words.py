@@ -18,7 +18,7 @@ from mlmem_ros.device.settings import Settings
 from mlmem_ros.device.waveforms import BAND
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Design, StateError
-from mlmem_ros.physics.dispersion import group_velocity
+from mlmem_ros.physics.waves import group_velocity
 
 from .finding import Finding, graded, judged
 from .subject import Subject

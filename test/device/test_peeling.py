@@ -3,6 +3,7 @@
 """Long registers: walls are shifted in by strain, and read from both ends inward."""
 
 import itertools
+import time
 from functools import cache
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from mlmem_ros.device import (
     UNDECODABLE,
     Abort,
+    Disturb,
     Erase,
     Faults,
     Locate,
@@ -155,6 +157,28 @@ def test_a_refusal_says_how_far_it_got():
     outcome = element.perform(Read())
     assert not outcome.success
     assert 'nothing is from cell' in outcome.error
+
+
+def test_an_answer_counts_at_its_tick_however_long_decoding_takes(monkeypatch):
+    """So a replay has it there, too; and what shakes the walls meanwhile spoils it."""
+    element = holding(700, SHORT)
+    decode = element.register.decode
+    soon = element.perform(Read())
+
+    def late(*heard):
+        time.sleep(0.3)
+        return decode(*heard)
+
+    monkeypatch.setattr(element.register, 'decode', late)
+    assert holding(700, SHORT).perform(Read()) == soon
+    shaken = holding(700, SHORT)
+    run = shaken.apply(Read())
+    while run.outcome is None:
+        if shaken.ticks == soon.end_tick - 5:
+            shaken.apply(Disturb(1e-3))
+        shaken.advance()
+    assert not run.outcome.success
+    assert 'shook' in run.outcome.error
 
 
 def test_kinks_need_as_many_cycles_as_their_longest_way():

@@ -36,7 +36,8 @@ def reading(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
     if element.waveforms is not None:
         waveforms = element.waveforms
-        return len(waveforms.ends) * waveforms.listener.ticks * element.tick
+        listening = len(waveforms.ends) * waveforms.listener.ticks * element.tick
+        return listening + element.settings.register.decode
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
     return element.settings.read.rest + longest + TAIL
 

@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
+from ... import threads
 from ..commands import LISTENING, QUIETING
 from ..echo import EchoDetector
 from ..end import End, Shot
@@ -20,6 +22,9 @@ from .blocks import Procedure, catch_up
 def hear(element: Memory) -> Procedure[Reading]:
     """Fire the pulse of a read, of each end that is to be heard, and decode what both ends do;
     raises as `record`.
+
+    Decoding that takes long is done beside the loop. Its answer counts in the tick that
+    `register.decode` says, however soon it is there, so a replay has it in the same one.
     """
     forecasts = element.waveforms
     assert forecasts is not None
@@ -28,9 +33,18 @@ def hear(element: Memory) -> Procedure[Reading]:
         shot, noise = yield from record(element, forecasts, end)
         shots.append(shot)
         loudest = max(loudest, noise)
-    detector = EchoDetector(element.settings.register.probe, element.driver.dt)
+    settings = element.settings.register
+    detector = EchoDetector(settings.probe, element.driver.dt)
     detector.feed(shots[0].samples[End.LEFT.row] - shots[0].rest[End.LEFT.row])
-    return element.hear_word(shots, loudest, detector.echo(End.LEFT))
+    phases = element.phase(End.LEFT), element.phase(End.RIGHT)
+    decode = partial(forecasts.decode, shots, loudest, phases, settings.min_margin)
+    if not settings.decode:
+        return element.hear_word(decode(), detector.echo(End.LEFT))
+    answer = threads.aside(decode)
+    until = element.ticks + math.ceil(settings.decode / element.tick)
+    while element.ticks < until:
+        yield until - element.ticks
+    return element.hear_word(answer.result(), detector.echo(End.LEFT))
 
 
 def record(
