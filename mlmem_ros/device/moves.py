@@ -257,6 +257,16 @@ def ringing(design: Design) -> float:
     return RINGING / design.eta if design.eta > 0.0 else 0.0
 
 
+def within_reach(design: Design, settings: Settings) -> set[int]:
+    """Return the levels, and `BLANK`, to which moves lead from a blank element."""
+    found, ways = {BLANK}, [BLANK]
+    while ways:
+        targets = {move.target for move in moves_from(design, settings, ways.pop())} - found
+        found |= targets
+        ways += targets
+    return found
+
+
 def route(design: Design, settings: Settings, start: int, target: int) -> list[Move]:
     """Return the fastest moves from one level, or `BLANK`, to another (Dijkstra); with
     `write.method` kick, those with the least strain.

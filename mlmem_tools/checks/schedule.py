@@ -12,7 +12,7 @@ from mlmem_ros.device.end import End
 from mlmem_ros.device.errors import ProcedureFailed
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
-from mlmem_ros.device.moves import route
+from mlmem_ros.device.moves import route, within_reach
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.host.design_check import Verdict
 
@@ -162,8 +162,8 @@ def _durations(subject: Subject) -> Finding:
 
     values = {'step': cycle_time(subject, settings.write), 'read': read}
     try:
-        for level in range(design.levels):  # is every one within reach?
-            route(design, settings, BLANK, level)
+        for level in set(range(design.levels)) - within_reach(design, settings):
+            route(design, settings, BLANK, level)  # says why there is none
         for name, start, target, heard in (
             ('write 0 to top', 0, top, read),
             ('erase from top', top, BLANK, look),
