@@ -192,16 +192,16 @@ def reasons(made: Made, code: bool = True) -> Iterator[str]:
         yield 'no command is known that makes it'
     old: dict[str, list[str]] = {}
     for name in outdated(made.says):
-        entry, _, maker = name.partition(BY)
-        if maker and not code:
+        entry, _, maker = name.rpartition(BY)
+        if entry and not code:
             continue
-        if maker:
+        if entry:
             why = f'older than the code: {maker} or what that reaches has changed'
         elif '/' in name:
             why = 'with another file than the one that was made, or drawn from'
         else:
             why = 'older than the code: what a memory does has changed'
-        old.setdefault(why, []).append(entry)
+        old.setdefault(why, []).append(entry or name)
     for why, entries in old.items():
         yield f'it is {why} ({", ".join(entries)})'
     if changed := made.says.get('uncommitted'):

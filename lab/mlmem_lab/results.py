@@ -244,7 +244,7 @@ def run(
 
 def _measured(result: Mapping[str, Any], known: Iterable[str]) -> list[str]:
     """Return the entries of a result file."""
-    there = [name.partition(BY)[0] for name in result.get('fingerprints', {}) if BY in name]
+    there = [name.rpartition(BY)[0] for name in result.get('fingerprints', {}) if BY in name]
     return [name for name in dict.fromkeys(there) if name in known]
 
 
@@ -278,9 +278,13 @@ def load_kept(path: Path) -> dict[str, Any]:
 
 
 def outdated(result: Mapping[str, Any]) -> list[str]:
-    """Return what a result measured and the code does otherwise by now."""
+    """Return what a result measured and the code does otherwise by now.
+
+    Code or a file that was not found when the result was made is among it.
+    """
     made = result.get('fingerprints', {})
-    return [name for name, found in made.items() if found != fingerprint(name)]
+    lost = {name for name, found in made.items() if found is None and (BY in name or '/' in name)}
+    return [name for name, found in made.items() if name in lost or found != fingerprint(name)]
 
 
 @cache
@@ -289,7 +293,7 @@ def fingerprint(name: str) -> str | None:
     of code, of a file; None for too large an element, and for what is gone.
     """
     if BY in name:
-        return reach.code(name.partition(BY)[2])
+        return reach.code(name.rpartition(BY)[2])
     if '/' in name:
         return _content(ROOT / name)
     hashed = hashlib.blake2b(digest_size=8)

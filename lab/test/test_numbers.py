@@ -88,6 +88,19 @@ def test_a_result_of_other_code_is_named(tmp_path, monkeypatch, capsys):
     assert re.search(r'r.json: it is older .* \(bits_1\).*"mlmem make"', capsys.readouterr().out)
 
 
+def test_an_entry_may_be_called_by_how_much_it_drifts(tmp_path):
+    """The code behind it was sought under "0.1 % by ...", found nowhere, and never old."""
+    of = results.by(results.save, 'a gain drifts by 0.1 %')
+    told = results.load(results.save(tmp_path / 'r.json', {}, 'mlmem make', of=of))
+    assert told['fingerprints'] == {of[0]: reach.code('mlmem_lab.results:save')}
+
+
+@pytest.mark.parametrize('lost', ['an entry by mlmem_lab.gone:made', 'lab/results/gone.json'])
+def test_a_result_of_what_was_not_found_is_old(lost, tmp_path):
+    told = results.load(results.save(tmp_path / 'r.json', {}, 'mlmem make', of=[lost]))
+    assert results.outdated(told) == [lost]
+
+
 def test_a_fingerprint_tells_elements_apart_and_repeats():
     one = results.fingerprint('bits_1')
     results.fingerprint.cache_clear()
