@@ -22,7 +22,9 @@ from mlmem_lab.windows.flight import (
     search_kicks,
 )
 from mlmem_lab.windows.kicks import KICKED, count, kicks
+from mlmem_lab.windows.words import FILE, ahead, arrives
 from mlmem_ros.device import MemoryElement, factory_calibration, preset
+from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import Pulse
 from mlmem_ros.device.move_settings import PushSettings
 from mlmem_ros.device.moves import NARROW, kick_energy, push_energy
@@ -216,3 +218,27 @@ def test_writes_are_counted_and_none_strains_the_element():
 def test_a_preset_without_kicks_is_refused(capsys):
     assert kicks.run(SimpleNamespace(presets=['case_1'], figure=None)) == 2
     assert 'case_1 has no kicks' in capsys.readouterr().err
+
+
+# --- the committed windows of a register's kicks ---------------------------------------------
+
+
+@pytest.mark.parametrize('number', [2, 9, 12])
+def test_a_kick_arrives_inside_its_window_and_not_beyond(number):
+    """Beyond an edge, at the far side of its error, at least one case fails."""
+    design, settings = preset('byte')
+    row = load(FILE)['presets']['byte']['kicks'][number]
+    chain = Simulation.of(Specimen(design), settings.time).chain
+    cases = ahead(design.levels, 1, row['level'], row['kind'] == 'kink')
+    for speed, inside in (
+        (row['speed'], True), (row['low'] * 1.01, True), (row['high'] * 0.99, True),
+        (row['low'] * 0.99, False), (row['high'] * 1.01, False),
+    ):  # fmt: skip
+        arrived = [arrives('byte', chain, each, row['level'], speed) for each in cases]
+        assert all(arrived) == inside
+
+
+def test_what_is_ahead_alternates_and_keeps_its_distance():
+    assert ahead(8, 1, 4, 0) == [(), (5, 6)]
+    assert ahead(8, 1, 4, 1) == [(5,), (5, 6, 7), (7,)]
+    assert ahead(8, 2, 4, 1) == [(6,), (7,)]

@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 
 from mlmem_ros.bag.contents import TopicInfo
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import LATCHED, FileInfo, metadata_text, parse_metadata, read_metadata
+from mlmem_ros.bag.metadata import (
+    LATCHED,
+    RELIABLE,
+    FileInfo,
+    metadata_text,
+    offered,
+    parse_metadata,
+    read_metadata,
+    renewed,
+)
 
 # Printed by yaml-cpp 0.8 from nodes put together as rosbag2_storage/yaml.hpp (Jazzy) does.
 EMPTY_TEXT = """\
@@ -235,3 +244,52 @@ def test_a_text_cannot_be_a_list_of_aliases(key):
     assert parse_metadata(few).files == ('bag_0.mcap',)  # PyYAML writes what is shared so
     with pytest.raises(BagError, match='must be rosbag2 metadata'):
         parse_metadata(f'{text}{value}\n')
+
+
+# --- offered QoS -----------------------------------------------------------------------------
+
+
+# rosbag2_storage/test/rosbag2_storage/test_qos.cpp, "supports_version_4".
+VERSION_4_TEXT = """\
+- history: 1
+  depth: 10
+  reliability: 1
+  durability: 2
+  deadline:
+    sec: 0
+    nsec: 0
+  lifespan:
+    sec: 0
+    nsec: 0
+  liveliness: 0
+  liveliness_lease_duration:
+    sec: 0
+    nsec: 0
+  avoid_ros_namespace_conventions: false
+"""
+
+
+@pytest.mark.parametrize('text', [RELIABLE, LATCHED, offered('best_effort'), RELIABLE + '\n'])
+def test_what_we_write_is_what_jazzy_writes(text):
+    assert renewed(text) == text.rstrip('\n')
+
+
+def test_numbers_of_version_4_become_words():
+    words = renewed(VERSION_4_TEXT).split()
+    for name, value in (
+        ('history', 'keep_last'),
+        ('depth', '10'),
+        ('reliability', 'reliable'),
+        ('durability', 'volatile'),
+        ('liveliness', 'system_default'),
+    ):
+        assert words[words.index(f'{name}:') + 1] == value
+
+
+def test_an_unknown_policy_is_unknown():
+    assert 'durability: unknown' in renewed(LATCHED.replace('transient_local', 'engraved'))
+
+
+@pytest.mark.parametrize('text', ['', '{', 'word', '- 1', '- history: 1', '- {depth: x}'])
+def test_an_invalid_list_of_profiles_is_empty(text):
+    assert renewed(text) in ('', '[]')

@@ -156,9 +156,16 @@ def test_the_noise_after_the_echo_raises_the_threshold_in_time_for_the_reading()
     assert told[-1].error.startswith('the noise at the left end hides when the echo began')
 
 
-@pytest.mark.parametrize('deviation', [2e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4])
+DEVIATIONS = [2e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4]
+
+
+@pytest.mark.parametrize(
+    'deviation',
+    sampled(DEVIATIONS, lambda deviation: deviation in DEVIATIONS[::2]),
+)
 @pytest.mark.parametrize('end', ['left', 'right', 'both'])
 def test_noise_never_gives_a_wrong_level(end, deviation):
+    """From what every read bears to what few do; the sample is every second."""
     for level in (0, 2, 5, 7):
         element = noisy(rig.device(level), deviation, seed=level)
         outcome = rig.run(element, Read(end))

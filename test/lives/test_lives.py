@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole lives, each determined by one number. `make lives` runs many more."""
 
+from dataclasses import replace
+
 import pytest
 from sampled import sampled
 
 from .campaign import live, story
-from .script import script
+from .script import Step, script
+from .shrink import shrunk
 from .world import Life
 
 AT_ONCE = 10
@@ -31,3 +34,17 @@ def test_a_life_is_its_number():
 
     assert history(3) == history(3)
     assert history(3) != history(4)
+
+
+# --- a script that fails is cut down ---------------------------------------------------------
+
+
+def test_only_the_steps_that_matter_stay():
+    steps = tuple(Step(0.0, 'pause', number) for number in range(40))
+
+    def fails(given):
+        left = [step.given for step in given.steps]
+        return 7 in left and 31 in left
+
+    short = shrunk(replace(script(1), steps=steps), fails)
+    assert [step.given for step in short.steps] == [7, 31]

@@ -20,7 +20,7 @@ import pytest
 from scipy.optimize import minimize
 
 from mlmem_ros.physics import CASE_I, CASE_II, Chain, Specimen, StateError, walls
-from mlmem_ros.physics.equilibrium import relax, resting_wall, wall_profile
+from mlmem_ros.physics.equilibrium import relax, resting_wall, solve, wall_profile
 
 SMALL = dataclasses.replace(CASE_II, N=80)
 
@@ -154,3 +154,27 @@ def test_the_guess_has_its_wall_at_the_given_position():
     assert np.all(np.diff(profile) <= 0.0)
     kink = wall_profile(CASE_II, 60.25, kink=True)
     np.testing.assert_allclose(kink + profile, 2.0 * middle, atol=1e-15)
+
+
+# --- the linear systems against a dense solver and its eigenvalues ---------------------------
+
+
+@pytest.mark.parametrize('n', [1, 2, 3, 50])
+def test_it_solves_what_numpy_solves(n):
+    random = np.random.default_rng(n)
+    diagonal, beside = 2.0 + random.random(n), -random.random(n - 1)
+    right = random.standard_normal((3, n))
+    matrix = np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)
+    solution = right.copy()
+    assert solve(diagonal.copy(), beside, solution)
+    # the condition number is below 5 / min(random), a few hundred
+    exact = np.linalg.solve(matrix, right.T).T
+    np.testing.assert_allclose(solution, exact, rtol=1e-10, atol=1e-12)
+
+
+def test_it_detects_a_matrix_that_is_not_positive_definite():
+    """The least eigenvalue of n springs is 2 - 2 cos(pi / (n + 1)); a shift passes it."""
+    n = 10
+    least = 2.0 - 2.0 * np.cos(np.pi / (n + 1))
+    for shift, definite in ((0.99 * least, True), (1.01 * least, False)):
+        assert solve(np.full(n, 2.0 - shift), -np.ones(n - 1), np.ones((1, n))) is definite

@@ -11,6 +11,7 @@ import pytest
 
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.formulas import on_site, wave
+from mlmem_ros.physics.portable import exponential
 
 
 def exact(turns):
@@ -61,3 +62,17 @@ def test_the_on_site_force_is_the_papers():
     force = np.array([math.prod(on_site(constants, 1, float(x) + p.c)) for x in D])
     # An angle of 20 is known to 4e-15, and its sine multiplies a slope of at most 6.
     np.testing.assert_allclose(force, exact, rtol=0, atol=1e-13 * np.abs(exact).max())
+
+
+# --- the exponential, also where a decay underflows ------------------------------------------
+
+
+def test_a_decay_ends_at_zero_however_far_out():
+    with np.errstate(all='raise', under='ignore'):
+        far = exponential(-np.array([746.0, 1e4, 1e19, 1e60, 1e300, np.inf]))
+    assert (far == 0.0).all()
+
+
+def test_within_the_range_of_numbers_it_is_the_exponential():
+    x = np.linspace(-700.0, 700.0, 2001)
+    np.testing.assert_allclose(exponential(x), np.exp(x), rtol=3e-13)

@@ -15,6 +15,7 @@ from robot import Robot
 
 from mlmem_ros.device import PRESETS, SettingsError, preset
 from mlmem_ros.parameter_file import text_of
+from mlmem_ros.ros.node.declarations import declarations
 
 
 @pytest.fixture(scope='module')
@@ -57,11 +58,12 @@ def test_a_double_may_come_as_the_text_that_ros2_param_load_makes_of_it(declared
     assert given.values().settings.actuator.max_rate == 5e-5
 
 
-@pytest.mark.parametrize('name', PRESETS)
-def test_setting_a_preset_changes_all_its_settings(declared, name):
+def test_setting_a_preset_changes_all_its_settings(declared):
+    """Also those that the preset before has changed."""
     node, given = declared()
-    assert set_all(node, {'design.preset': name}).successful
-    assert (given.values().design, given.values().settings) == preset(name)
+    for name in PRESETS:
+        assert set_all(node, {'design.preset': name}).successful
+        assert (given.values().design, given.values().settings) == preset(name), name
 
 
 def test_setting_a_preset_keeps_the_settings_of_the_robot(declared):
@@ -320,3 +322,24 @@ def test_a_parameter_without_a_name_is_refused(start, tmp_path):
             request = ChangeState.Request(transition=Transition(id=transition))
             assert robot.response(robot.send('change_state', request, ChangeState)).success
         assert 'fault in the software' not in node.output
+
+
+# --- every one is declared once, with a legal default ----------------------------------------
+
+
+def test_every_parameter_has_a_unique_name_and_a_description():
+    found = list(declarations())
+    names = [name for name, _, _ in found]
+    assert len(set(names)) == len(names)
+    assert {'target_level', 'design.preset', 'probe_right.v_th', 'faults.seed'} <= set(names)
+    assert all(description.text for _, _, description in found)
+
+
+def test_every_default_is_legal():
+    for name, default, description in declarations():
+        if description.low is not None:
+            assert default >= description.low, name
+        if description.high is not None:
+            assert default <= description.high, name
+        if description.choices:
+            assert default in description.choices, name

@@ -10,10 +10,12 @@ import pytest
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
+from mlmem_ros.contract.values import SHOT_HEAD, numbers
 from mlmem_ros.device import Calibration, DelayTable, MemoryElement, SetStrain, Settings
+from mlmem_ros.device.end import End, Shot
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.session import records
-from mlmem_ros.session.data import RecordedEcho, SessionData
+from mlmem_ros.session.data import RecordedEcho, SessionData, _shot
 from mlmem_ros.session.records import naming, read_command, read_header, read_state_hash
 from mlmem_ros.session.replay import element_of, last_tick, replay, replay_commands
 
@@ -229,3 +231,43 @@ def test_an_outcome_without_a_level_is_not_a_read(values):
     assert session.reads('left') == []
     session.outcomes[0][1].update(level='2', delay='1.5')
     assert len(session.reads('left')) == 1
+
+
+# --- the shots of a survey -------------------------------------------------------------------
+
+
+SAMPLES = np.array([[1e-5, -2e-5, np.nan], [3e-7, 0.0, np.nan]])
+"""With a sample that an interruption took."""
+
+TAKEN = Shot(End.RIGHT, 0.7, 1e-3, 40.0, 62.0, -0.009, 0.5, np.array([0.1, -0.2]), SAMPLES)
+
+
+def test_a_shot_comes_back_with_its_gaps():
+    found = _shot(numbers(TAKEN), SHOT_HEAD)
+    for name in ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt'):
+        assert getattr(found, name) == getattr(TAKEN, name)
+    assert np.array_equal(found.rest, TAKEN.rest)
+    assert np.array_equal(found.samples, SAMPLES, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ('place', 'value', 'named'),
+    [
+        (1, 0.0, 'carrier, sigma and interval above 0'),
+        (3, -40.0, 'carrier, sigma and interval above 0'),
+        (4, np.nan, 'must be finite'),
+        (7, np.inf, 'must be finite'),
+        (SHOT_HEAD, np.inf, 'must be finite'),
+    ],
+)
+def test_an_impossible_shot_is_refused(place, value, named):
+    data = numbers(TAKEN)
+    data[place] = value
+    with pytest.raises(ValueError, match=named):
+        _shot(data, SHOT_HEAD)
+
+
+@pytest.mark.parametrize(('kept', 'offset'), [(None, 0), (-1, SHOT_HEAD), (SHOT_HEAD, SHOT_HEAD)])
+def test_a_shot_without_two_whole_rows_is_refused(kept, offset):
+    with pytest.raises(ValueError, match='2 rows of samples'):
+        _shot(numbers(TAKEN)[:kept], offset)
