@@ -14,6 +14,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings, TimeSettings
 from mlmem_ros.physics import (
     Chain,
+    Design,
     HeldCell,
     Specimen,
     StateError,
@@ -62,13 +64,8 @@ def check(subject: Subject) -> Iterator[Finding]:
     settings = subject.settings
     if settings.register.spacing:
         return
-    probes = {end: end.probe(settings) for end in End}
-    chain, count = bare(subject.made, settings.time), subject.design.levels
-    near = {
-        End.LEFT: range(count)[:NEAREST],
-        End.RIGHT: (*range(count)[: -NEAREST - 1 : -1], BLANK),
-    }
-    loudest = {end: harmless(chain, near[end], end, probe) for end, probe in probes.items()}
+    made, probes = subject.element or subject.design, {end: end.probe(settings) for end in End}
+    loudest = {end: _loudest(made, settings.time, end, probe) for end, probe in probes.items()}
     ratios = {end: loudest[end] / probe.A for end, probe in probes.items()}
     worst = min(ratios, key=lambda end: ratios[end])
     yield graded(
@@ -81,6 +78,14 @@ def check(subject: Subject) -> Iterator[Finding]:
         f'from the {worst} end: choose a smaller A there, and a smaller v_th with it',
         SOURCE,
     )
+
+
+@lru_cache(maxsize=32)  # whatever else is set
+def _loudest(made: Design | Specimen, time: TimeSettings, end: End, probe: ProbeSettings) -> float:
+    chain = bare(Specimen.of(made), time)
+    levels = range(chain.design.levels)
+    near = levels[:NEAREST] if end is End.LEFT else (*levels[: -NEAREST - 1 : -1], BLANK)
+    return harmless(chain, near, end, probe)
 
 
 def bare(made: Specimen, time: TimeSettings) -> Chain:

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 from mlmem_ros.device.pulse_corrections import PulseCorrection
 from mlmem_ros.device.settings import Settings
@@ -50,7 +50,6 @@ class Subject:
     settings: Settings
     element: Specimen | None = None
     trims: tuple[PulseCorrection, ...] = ()
-    _freeing: dict[tuple[int, float, bool], float] = field(default_factory=dict, repr=False)
 
     @cached_property
     def made(self) -> Specimen:
@@ -124,15 +123,7 @@ class Subject:
 
     def freeing(self, level: int, sign: float, *, kink: bool = False) -> float:
         """Return the strain that frees a wall; NaN if none does, or the level pins no wall."""
-        key = (level, sign, kink)
-        if key not in self._freeing:
-            try:
-                self._freeing[key] = depinning_strain(
-                    self.made, level, sign, LARGEST_STRAIN, kink=kink, tolerance=TOLERANCE
-                )
-            except StateError:
-                self._freeing[key] = math.nan
-        return self._freeing[key]
+        return _freeing(self.element or self.design, level, sign, kink)
 
     def forward(self, *, kink: bool) -> dict[int, float]:
         """Return the strains that move a wall or a kink on, by the sampled level that it leaves.
@@ -144,6 +135,14 @@ class Subject:
             n: -1.0 if design.freed_by_compression(n) is not kink else 1.0 for n in self.steps
         }
         return {level: self.freeing(level, sign, kink=kink) for level, sign in signs.items()}
+
+
+@lru_cache(maxsize=256)  # whatever the instrument is set to
+def _freeing(made: Design | Specimen, level: int, sign: float, kink: bool) -> float:
+    try:
+        return depinning_strain(made, level, sign, LARGEST_STRAIN, kink=kink, tolerance=TOLERANCE)
+    except StateError:
+        return math.nan
 
 
 def sample(count: int) -> list[int]:
