@@ -21,7 +21,6 @@ from ...host.settings import (
     RecordSettings,
     StateSettings,
 )
-from ...law_file import text_of
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
@@ -114,9 +113,13 @@ def groups(chosen: Preset | None = None) -> dict[str, Any]:
 
 def declarations(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Description]]:
     """Yield every parameter with its default in a preset (that of a new node)."""
-    law = chosen.design.law if chosen else None
+    own = {}
+    if chosen and chosen.design.law:
+        from ...law_file import text_of  # most elements have the paper's
+
+        own[LAW] = text_of(chosen.design.law)
     for name, (default, description) in {**LIVE, **OF_THE_NODE}.items():
-        yield name, text_of(law) if name == LAW and law else default, description
+        yield name, own.get(name, default), description
     for prefix, defaults in groups(chosen).items():
         for field, description in descriptions(defaults):
             yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

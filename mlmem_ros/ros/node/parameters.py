@@ -18,7 +18,7 @@ from ...device.settings import Settings
 from ...device.timetable import checked_speed
 from ...host import Host
 from ...host.settings import Parameters
-from ...law_file import LawFileError, curve_of, is_text, text_in
+from ...outside import DecodeError
 from ...physics import DesignError
 from ...physics.curve import Curve
 from ...procedures import as_text, from_text
@@ -75,8 +75,8 @@ class ParameterSet:
         started = known.value('device.driver')  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         known.choices['device.driver'] = tuple(allowed)
-        if (given := known.value(LAW)) and not is_text(given):
-            node.set_parameters([Parameter(LAW, value=self._law_in(given))])
+        if (law := self._law_in(given := known.value(LAW))) != given:
+            node.set_parameters([Parameter(LAW, value=law)])
         checked_speed(known.value('time.speed'))
         present = self.values()
         words = present.design.levels
@@ -168,9 +168,11 @@ class ParameterSet:
         """
         if not (text := self._known.value(LAW)):
             return None
+        from ...law_file import curve_of  # most elements have the paper's
+
         try:
             return curve_of(text, *map(self._known.value, ('scale.length', 'scale.stiffness')))
-        except LawFileError as error:
+        except DecodeError as error:
             raise SettingsError(f'{LAW}: {error}') from error
 
     def _law_in(self, source: str) -> str:
@@ -179,11 +181,15 @@ class ParameterSet:
         Raises:
             SettingsError: There is no such file, or it holds none.
         """
+        if not source:
+            return source
+        from ...law_file import curve_of, is_text, text_in
+
         try:
             if not is_text(source):
-                return source and text_in(self._group('files').confined(source))
+                return text_in(self._group('files').confined(source))
             curve_of(source)
-        except (LawFileError, SettingsError) as error:
+        except (DecodeError, SettingsError) as error:
             raise SettingsError(f'{LAW}: {error}') from error
         return source
 

@@ -52,7 +52,7 @@ from mlmem_tools.cli.main import main
 from mlmem_tools.law.curves import load_run, measured, save
 from mlmem_tools.view import session_frame
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 CURVE, FILM, MAGNETS = (
     ROOT / 'examples' / name
     for name in ('law/shell_run1.csv', 'chain/film.csv', 'chain/magnets.csv')
