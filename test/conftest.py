@@ -149,8 +149,12 @@ LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift',
 """A rig up to 5 ms away, which loses frames and has its own clock."""
 
 
+SHARED = set[str]()
+"""The elements of nodes that the tests of a module share."""
+
+
 @contextlib.contextmanager
-def starting(driver='sim'):
+def starting(driver='sim', shared=False):
     """Yield a function that starts a node, with its own rig if need be; all end with the block."""
     with contextlib.ExitStack() as nodes:
 
@@ -165,7 +169,12 @@ def starting(driver='sim'):
                     'device.driver': 'rig',
                     'device.address': f'{address}?lead=0.2&patience=10',
                 }
-            return nodes.enter_context(memory_node(given, **options))
+            node = nodes.enter_context(memory_node(given, **options))
+            assert shared or node.element not in SHARED, f'two nodes answer as {node.element}'
+            if shared:
+                SHARED.add(node.element)
+                nodes.callback(SHARED.discard, node.element)
+            return node
 
         yield start
 
@@ -186,5 +195,5 @@ def start(driver):
 @pytest.fixture(scope='module')
 def start_shared(driver):
     """Start a node for all tests of a module."""
-    with starting(driver) as start:
+    with starting(driver, shared=True) as start:
         yield start

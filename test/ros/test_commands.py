@@ -247,11 +247,12 @@ def test_ctrl_c_while_it_loads(module):
 
 def test_ctrl_c_while_it_waits(start):
     """The command ends, once, however often it is asked to; the node finishes the write."""
-    node = start({'scale.time': 1e-5})
+    node = start({'scale.time': 1e-5}, name='paused')  # nobody else may answer
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
     with Robot(node.element) as robot:
         robot.pause(True)  # no answer can come
-        ask = ['write', '1', '--wait', '60']  # on a busy machine a node is not found in 5 s
+        # On a busy machine a node is not found in 5 s.
+        ask = ['write', '1', '--node', node.element, '--wait', '60']
         with child('mlmem_tools.cli.main', ask, **streams) as command:
             robot.wait(lambda: node.node.waiting or command.poll() is not None, 'the request')
             assert command.poll() is None, command.stderr.read()
