@@ -14,6 +14,7 @@ from mlmem_lab.fit.descent import WHOLE
 from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit, ranked
 from mlmem_lab.fit.fitted import doubts, posterior
 from mlmem_lab.fit.misfit import LEAST_DRIFT
+from mlmem_lab.fit.missing import jitter
 from mlmem_ros.device.end import End
 from mlmem_ros.physics.curve import Curve
 
@@ -205,6 +206,16 @@ def test_jitter_of_the_samples_is_refused_and_named(fitted):
     jittered = found.misfit.only(jittering(found.misfit.shots))
     with pytest.raises(Misfitting, match=JITTER):
         _explained(posterior(jittered, found.x), print)
+
+
+def test_jitter_does_not_explain_a_motion_below_the_noise(fitted):
+    """Its power is a third of the noise's, so beside it all residuals look white."""
+    *_, found = fitted
+    hummed = []
+    for shot in found.misfit.shots:
+        t = shot.dt * np.arange(shot.samples.shape[1])
+        hummed.append(replace(shot, samples=shot.samples + 0.8e-5 * np.sin(t)))
+    assert jitter(replace(found, misfit=found.misfit.only(hummed))) == 0.0
 
 
 def test_jitter_does_not_explain_what_the_noise_explains(fitted, monkeypatch):
