@@ -37,7 +37,7 @@ from mlmem_ros.durable import write_atomically
 from mlmem_tools.cli.output import plain
 
 from . import reach
-from .bench.host import describe_host
+from .bench.measure import describe_host
 from .decisions import decisions
 
 ROOT = reach.ROOT

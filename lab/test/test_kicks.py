@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem_lab.landscapes.kicked_wall import KickedWall, modes, pull
+from mlmem_lab.landscapes import KickedWall, modes, pull
 from mlmem_lab.results import FOLDER, load
 from mlmem_lab.rk4 import Rk4Element
 from mlmem_lab.windows import maps

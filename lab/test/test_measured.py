@@ -12,9 +12,16 @@ from scipy.integrate import solve_ivp
 
 from mlmem_lab.measured import wave
 from mlmem_lab.measured.command import measured
-from mlmem_lab.measured.fits import measured_speed, steady, viscous
+from mlmem_lab.measured.fits import (
+    Scatter,
+    greatest_friction,
+    launch_chains,
+    measured_speed,
+    pattern,
+    steady,
+    viscous,
+)
 from mlmem_lab.measured.runs import CASES, SILENT, Case, runs
-from mlmem_lab.measured.scatter import Scatter, greatest_friction, launch_chains, pattern
 from mlmem_lab.measured.wave import MASS, MEASURED, POWER, A, Losses, launch, shell
 
 SLOW = Case(22.5, 8.0)

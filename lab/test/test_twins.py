@@ -10,7 +10,7 @@ import pytest
 
 from mlmem_lab.results import BY, fingerprint
 from mlmem_lab.rk4 import Rk4Element
-from mlmem_lab.twins import command, learning, surveyed, watched
+from mlmem_lab.twins import command, surveyed, watched
 from mlmem_lab.twins.command import Part, twins
 from mlmem_lab.twins.sensed import HiddenElement
 from mlmem_ros.device import preset
@@ -50,15 +50,15 @@ def test_false_alarms_and_changes_not_told_are_counted():
 
 
 def test_planned_pulses_are_compared_with_learnt_ones(monkeypatch):
-    monkeypatch.setattr(learning, 'WRITES', 2)
-    row = learning.compared('bits_1', 0.003, 1)
-    for way in learning.WAYS:
+    monkeypatch.setattr(watched, 'WRITES', 2)
+    row = watched.compared('bits_1', 0.003, 1)
+    for way in watched.WAYS:
         assert row[way]['calibrated']
         assert row[way]['failed'] == row[way]['wrong'] == 0
         assert row[way]['time per write'] < row[way]['time']
-    other = {'seed': 2} | {way: row[way] | {'failed': 1} for way in learning.WAYS}
+    other = {'seed': 2} | {way: row[way] | {'failed': 1} for way in watched.WAYS}
     one = {'seed': 3, 'learnt': other['learnt'], 'planned': row['planned']}
-    found = learning.summary([row, other, one])
+    found = watched.summary_of_learning([row, other, one])
     assert found['planned']['alone'] == [3]
     assert found['learnt']['alone'] == []
     assert (found['learnt']['failed'], found['writes']) == (2, 6)

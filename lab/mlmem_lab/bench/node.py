@@ -31,8 +31,7 @@ from typing import Any, NamedTuple
 from mlmem_ros.contract.services import action_types
 
 from ..results import by, load_kept, save
-from .host import QUIET, describe_host
-from .measure import Comparison, Entry, Spread
+from .measure import QUIET, Comparison, Entry, Spread, describe_host
 from .node_process import NodeProcess, beyond, echo_service, listen, receive, write
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from .host import Load, used
+from .measure import Load, used
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer

@@ -27,8 +27,8 @@ from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.specimen import Specimen
 from mlmem_ros.physics.stepping import stable_step
 
+from .kernel import STEP, Problem
 from .measure import Comparison, Contender, measure
-from .problem import STEP, Problem
 
 
 @inlined

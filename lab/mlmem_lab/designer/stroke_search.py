@@ -3,8 +3,8 @@
 """Strokes and a throw for a design: by closed forms, by a law of the site, or by search over their
 times, peaks, and how these fall with the site.
 
-In the closed forms the wall is a particle (see `rolling_wall`) of mass M. The substrate of cell j
-moves by j e, so a strain e that changes its rate pushes a wall at X by -B X e'', with
+In the closed forms the wall is a particle (see `tolerance.particle`) of mass M. The substrate of
+cell j moves by j e, so a strain e that changes its rate pushes a wall at X by -B X e'', with
 B = sum of dv_j / dX = D_s2 - D_s1. Pins, gradient and waves are left out, so their proposal
 is only a starting point. A map of peaks alone does not show the margins: every trial is judged
 with peak and times off in many directions, each in a random element. CMA-ES is the evolution

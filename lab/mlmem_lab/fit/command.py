@@ -32,7 +32,7 @@ from . import csv_shots
 from .fit import Misfitting
 from .fit import fit as fitted
 from .fitted import Fit
-from .prior import Prior
+from .misfit import Prior
 
 
 @command(

@@ -11,8 +11,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from mlmem_ros.physics.potential import Array
 
-from .misfit import Misfit, Slopes
-from .prior import basis
+from .misfit import Misfit, Slopes, basis
 
 FEW = 1e-2
 """Damping up to which a small decrease means that the minimum is near."""

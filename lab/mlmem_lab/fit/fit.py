@@ -21,10 +21,21 @@ from mlmem_tools.twin.forward import NEAR, Forward, equilibria
 from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import AGAIN, CELLS, LAST, SCHEDULE, SLOWER, WHOLE, Stage, minimise
-from .fitted import LARGEST, Fit, doubts, inverse, posterior
-from .misfit import Misfit
-from .missing import ADDED, OF_LINE, asks, has, missing_term, widened, with_term
-from .prior import Prior
+from .fitted import (
+    ADDED,
+    LARGEST,
+    OF_LINE,
+    Fit,
+    asks,
+    doubts,
+    has,
+    inverse,
+    missing_term,
+    posterior,
+    widened,
+    with_term,
+)
+from .misfit import Misfit, Prior
 
 WINDOW = 300.0
 """Time after a pulse in which its waveforms are compared."""

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
+from .fits import pattern
 from .posterior import PARTICLES
-from .scatter import pattern
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,9 +54,8 @@ LOOKS = {'curves': 'curves alone', 'unseen': 'left out', 'seen': 'with its data'
 def measured(arguments: argparse.Namespace) -> int:
     """Predict; return 0, 1 when a file could not be written, 2 for a wrong argument."""
     from ..results import LATTICE, by, keep_picture, save
-    from .draw import draw_all
     from .runs import ATTRIBUTION
-    from .study import studied
+    from .study import draw_all, studied
 
     if arguments.chains < 0 or arguments.seed < 0:
         return complain('measured', '--chains and --seed must be at least 0', 2)

@@ -30,7 +30,7 @@ from mlmem_ros.physics.equilibrium import resting_wall
 from .bench import Bench
 from .campaign import Campaign, Row
 from .campaign.campaign import Values
-from .climb import least_margins, write_upward
+from .trace import least_margins, write_upward
 
 KINDS = ('upward', 'down', 'erase', 'read')
 

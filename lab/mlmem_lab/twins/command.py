@@ -25,11 +25,18 @@ from mlmem_tools.cli.output import complain, plain_console, plain_table, print_j
 
 from ..results import BY, by, load_kept, save
 from ..studies.campaign.terminal import mapped
-from .learning import WAYS, compared
-from .learning import summary as summary_of_learning
 from .surveyed import KINDS, surveyed
 from .surveyed import summary as summary_of_fits
-from .watched import CHANGES, changed, healthy, summary_of_changed, summary_of_healthy
+from .watched import (
+    CHANGES,
+    WAYS,
+    changed,
+    compared,
+    healthy,
+    summary_of_changed,
+    summary_of_healthy,
+    summary_of_learning,
+)
 
 Row = Mapping[str, Any]
 

@@ -27,7 +27,7 @@ from mlmem_tools.cli.rig import FINER
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
 from ..fit.fit import Misfitting, fit
-from ..fit.missing import ADDED, has
+from ..fit.fitted import ADDED, has
 from ..rk4 import Rk4Element
 from .sensed import AtOnce, HiddenElement, performed
 

@@ -28,7 +28,7 @@ from mlmem_ros.physics import Specimen, level_of
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..landscapes.kicked_wall import KickedWall, edges, modes
+from ..landscapes import KickedWall, edges, modes
 from ..results import by, keep_picture, load, load_kept, save
 from ..studies import style
 from ..studies.bench import nearness

@@ -13,10 +13,9 @@ import pytest
 
 from mlmem_lab import bench
 from mlmem_lab.bench import BENCHMARKS, load, recorder, select, solvers
-from mlmem_lab.bench.kernel import NoCompiler, c_runner, numpy_runner
+from mlmem_lab.bench.kernel import STEP, NoCompiler, Problem, c_runner, numpy_runner
 from mlmem_lab.bench.measure import Comparison, Contender, Entry, Spread, measure
 from mlmem_lab.bench.node_process import NodeProcess
-from mlmem_lab.bench.problem import STEP, Problem
 from mlmem_lab.bench.recorder import traffic
 from mlmem_lab.bench.solvers import verlet
 from mlmem_ros.bag.reader import BagReader

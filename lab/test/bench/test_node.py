@@ -11,8 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench.host import QUIET, Load
-from mlmem_lab.bench.measure import Comparison, Entry
+from mlmem_lab.bench.measure import QUIET, Comparison, Entry, Load
 from mlmem_lab.bench.node import FIGURES, _entry, keep_column
 from mlmem_tools.cli.main import main
 

@@ -9,12 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem_lab.fit import missing
 from mlmem_lab.fit.descent import WHOLE
 from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit, ranked
-from mlmem_lab.fit.fitted import doubts, posterior
+from mlmem_lab.fit.fitted import doubts, jitter, missing_term, posterior
 from mlmem_lab.fit.misfit import LEAST_DRIFT
-from mlmem_lab.fit.missing import jitter
 from mlmem_ros.device.end import End
 from mlmem_ros.physics.curve import Curve
 
@@ -220,10 +218,10 @@ def test_jitter_does_not_explain_a_motion_below_the_noise(fitted):
 
 def test_jitter_does_not_explain_what_the_noise_explains(fitted, monkeypatch):
     """A fit that is doubted for its cells alone was refused for "jitter by 0 % of a sample"."""
-    monkeypatch.setattr(missing, 'jitter', lambda own: 0.004)
+    monkeypatch.setattr('mlmem_lab.fit.fitted.jitter', lambda own: 0.004)
     found = fitted[2]
     found = replace(found, slopes=found.misfit.slopes(found.x, WHOLE))
-    assert missing.missing_term(found)[1].startswith('nothing that was tried explains it')
+    assert missing_term(found)[1].startswith('nothing that was tried explains it')
 
 
 @pytest.mark.slow

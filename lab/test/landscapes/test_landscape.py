@@ -18,7 +18,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem_lab.landscapes.landscape import (
+from mlmem_lab.landscapes import (
     BOUND,
     DisplacementFit,
     KinkFit,

@@ -17,7 +17,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_lab.landscapes.rolling_wall import POINTS_PER_CELL, Schedule, roll, track
+from mlmem_lab.studies.tolerance.particle import POINTS_PER_CELL, Schedule, roll, track
 from mlmem_ros.physics import CASE_II, Scatter, Specimen, scattered
 from mlmem_ros.physics.held_wall import hold_walls
 

@@ -16,16 +16,16 @@ import pytest
 
 from mlmem_lab.studies.bench import Bench
 from mlmem_lab.studies.campaign import Ledger, run
-from mlmem_lab.studies.climb import (
+from mlmem_lab.studies.margins import Shmoo, draw, make_axis, measure, prepared, rerun
+from mlmem_lab.studies.margins.command import _words
+from mlmem_lab.studies.margins.shmoo import NOISE, RAMPS, with_values
+from mlmem_lab.studies.style import save_figure, styled
+from mlmem_lab.studies.trace import (
     Heat,
     WrittenLevel,
     least_margins,
     write_upward,
 )
-from mlmem_lab.studies.margins import Shmoo, draw, make_axis, measure, prepared, rerun
-from mlmem_lab.studies.margins.axes import NOISE, RAMPS, with_values
-from mlmem_lab.studies.margins.command import _words
-from mlmem_lab.studies.style import save_figure, styled
 from mlmem_ros.device import Outcome, Settings, SettingsError
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.parameter_file import load

@@ -12,7 +12,7 @@ from sampled import sampled
 
 from mlmem_lab.studies import campaign
 from mlmem_lab.studies.style import styled
-from mlmem_lab.studies.tolerance import point
+from mlmem_lab.studies.tolerance import element
 from mlmem_lab.studies.tolerance.draw import draw
 from mlmem_lab.studies.tolerance.element import Chance, chance, outcomes
 from mlmem_lab.studies.tolerance.estimate import ENOUGH, RARE, Fragility, fit
@@ -120,7 +120,7 @@ def test_screened_and_plain_counting_agree(kind, amount):
         study = Tolerance(SHORT, Settings(), (kind,), ('step',), screen=screen)
         values = {'kind': kind, 'tried': 'step', 'scatter': amount}
         rows = [
-            values | point.evaluate(study.shared, values, seed) for seed in range(points)
+            values | element.evaluate(study.shared, values, seed) for seed in range(points)
         ]  # fmt: skip
         found[screen] = study.rate(rows), sum(row['simulated'] for row in rows)
     (plain, _), (screened, simulated) = found[False], found[True]
@@ -139,7 +139,7 @@ CURVE = Fragility(median=0.004, spread=0.5)
 
 def false_counts(shared, values, seed):
     """Draw counts from a known curve: the study is tested, not the element."""
-    elements, _ = point.size(shared, values['kind'], values['tried'])
+    elements, _ = element.size(shared, values['kind'], values['tried'])
     random = np.random.default_rng(seed)
     failed = int(random.binomial(elements, float(CURVE.rate(values['scatter']))))
     counts = {'elements': elements, 'simulated': elements, 'squares': failed, 'silent': 0}
@@ -165,7 +165,7 @@ def test_counting_stops_when_enough_has_failed_and_a_killed_study_continues(tmp_
     assert counted(study, parts) == rows
     amounts, rates = study.rates(rows, 'alpha', 'step')
     assert any(rate.trials >= 4000 for rate in rates), 'hardly anything fails: to the end'
-    assert all(rate.failures < ENOUGH + point.BATCH for rate in rates), (
+    assert all(rate.failures < ENOUGH + element.BATCH for rate in rates), (
         'much fails: no longer than needed'
     )
     assert amounts[0] < CURVE.sigma(RARE) < amounts[-1]
@@ -183,12 +183,12 @@ def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
         lost = np.random.default_rng(seed).random(design.levels) < rate
         return tuple(UNDECODABLE if lost[level] else level for level in levels)
 
-    monkeypatch.setattr(point, 'outcomes', false_outcomes)
+    monkeypatch.setattr(element, 'outcomes', false_outcomes)
     values = {'kind': 'mass', 'tried': 'right', 'scatter': 0.01}
     found = {}
     for levels in (0, 3):
         study = Tolerance(bits_4, Settings(), ('mass',), ('right',), levels=levels)
-        rows = [values | point.evaluate(study.shared, values, seed) for seed in range(150)]
+        rows = [values | element.evaluate(study.shared, values, seed) for seed in range(150)]
         found[levels] = study.rate(rows), rows
     (whole, _), (drawn, rows) = found[0], found[3]
     tried, failed = (
@@ -206,11 +206,11 @@ def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
 
 
 def test_a_level_gives_the_same_result_in_a_sample_as_among_all(monkeypatch):
-    monkeypatch.setattr(point, 'BATCH', 8)
+    monkeypatch.setattr(element, 'BATCH', 8)
     design, settings = load('bits_2')
     shared = Tolerance(design, settings, levels=1).shared
     values = {'kind': 'mass', 'tried': 'right', 'scatter': 0.02}
-    drawn = list(point.elements(shared, values, seed=5))
+    drawn = list(element.elements(shared, values, seed=5))
     assert len(drawn) == 8
     assert len({int(one.levels[0]) for one in drawn}) > 2
     assert 0 < sum(int(one.wrong[0]) for one in drawn) < 8
@@ -243,7 +243,7 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
     assert re.fullmatch(r'none of \d+ at [\d.e-]+, 0\.\d+ of all at [\d.e-]+', text)
     names = {'batches.csv', 'ledger.jsonl', 'tolerance.png', 'tolerance.svg'}
     assert {path.name for path in folder.iterdir()} == names
-    monkeypatch.setattr(point, 'BATCH', 4)  # levels, for speed
+    monkeypatch.setattr(element, 'BATCH', 4)  # levels, for speed
     assert main(['tolerance', *options, '--design', 'bits_1', '--point', '1']) == 0
     assert main(['tolerance', *options, '--design', 'bits_1', '--point', '999999']) != 0
     assert main(['tolerance', '--kinds', 'moisture']) == 2

@@ -24,7 +24,7 @@ from mlmem_ros.physics.held_wall import hold_walls, uniform
 from mlmem_ros.physics.waves import band
 from mlmem_tools.checks.quasistatic import DEPARTURE, depinning_strain
 
-from ...landscapes.landscape import fit_kink
+from ...landscapes import fit_kink
 from ...studies.trace import strain_chain, wall_position
 from .. import equations as other
 from ..echoes import PAPER, detect, listen

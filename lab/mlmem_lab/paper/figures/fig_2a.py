@@ -11,7 +11,7 @@ import numpy as np
 from mlmem_ros.physics import CASE_I, Specimen
 from mlmem_ros.physics.held_wall import hold_walls
 
-from ...landscapes.landscape import (
+from ...landscapes import (
     BOUND,
     DisplacementFit,
     fit_displacement,

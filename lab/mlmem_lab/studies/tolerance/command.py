@@ -160,8 +160,7 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
 
 def _run_point(console: Console, study: Tolerance, point: int, as_json: bool) -> int:
     """Make the elements of one batch again and print what each did."""
-    from .element import STEP
-    from .point import elements
+    from .element import STEP, elements
 
     plan = study.campaign()
     plan.check_point(point)

@@ -3,6 +3,14 @@
 """Whether a step will fail, with the wall as a particle, in a hundredth of the time of simulation;
 and which steps to simulate: those that this forecast sees near failure, and few others.
 
+The N cells are reduced to one coordinate, the position X: the wall held at X with everything else
+relaxed (`held_wall`) has the energy U(X, strain), and a moving wall has the profile of a held one.
+Then M X'' = -dU/dX - eta M X' + e'' B, where M = sum (dv_j / dX)^2, and e'' B is the inertia of
+the cells on a substrate whose strain e changes. Scatter in an element adds to U to first order:
+alpha_j and k_r by their relative deviation times the energy of the cell or spring, a shift of the
+ground state by minus the slope of the cell's energy. Neglected are waves, the wall's change of
+shape, and that a shift also moves the point called X.
+
 Unequal probability sampling (Horvitz and Thompson 1952): a step simulated with probability q
 counts 1 / q times. The estimate is unbiased however bad the forecast is; a good one makes it
 cheap. The probability depends on how much the element's deviations from its design can be inflated
@@ -14,6 +22,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,10 +31,148 @@ from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.move_settings import peak
 from mlmem_ros.physics import Design, Specimen
+from mlmem_ros.physics.held_wall import excerpt, hold_walls
+from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.rng import Stream, generator
 
-from ...landscapes.rolling_wall import Schedule, Track, roll, track
+POINTS_PER_CELL = 8
+"""Positions per cell at which the pull is tabulated, as in `quasistatic`."""
+
+STRAINS = 5
+"""Strains from zero to the peak at which the pull is tabulated."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """The forces on a wall between two positions.
+
+    Attributes:
+        before: Cells left out before the excerpt of n cells that the wall feels.
+        low: First position in sites.
+        peak: Strain of the last row of `pull`; the first has none.
+        mass: Of the wall, in m.
+        pull: -dU/dX by strain and position, as designed, shape (e, m).
+        to_alpha: Pull by position for a unit relative deviation of every alpha_j, shape (m, n).
+        to_k_r: The same for every spring between them, unstrained and at the peak, shape
+            (2, m, n - 1): what is strained as a whole stretches them.
+        to_offset: The same as to_alpha for a unit shift of every ground state.
+        inertia: Pull by position for a unit second derivative of the strain, shape (m,).
+    """
+
+    design: Design
+    before: int
+    low: float
+    peak: float
+    mass: float
+    pull: Array
+    to_alpha: Array
+    to_k_r: Array
+    to_offset: Array
+    inertia: Array
+
+    def extra_pull(self, specimen: Specimen) -> Array:
+        """Return what an element's deviations from its design add to the pull, shape (e, m).
+
+        A substrate that deviates shifts its cells under strain, as if their ground states were
+        shifted. Masses and damping are taken as designed.
+        """
+        part = slice(self.before, self.before + self.to_alpha.shape[1])
+        alpha = np.asarray(specimen.alpha_factor)[part] - 1.0
+        shift = specimen.strain_shape[part] - self.design.strain_shape[part]
+        shift = self.design.end_displacement(self.peak) * (shift - shift.mean())
+        fixed = self.to_alpha @ alpha + self.to_offset @ specimen.offsets[part]
+        unstrained, strained = self.to_k_r @ (specimen.k_r[part.start : part.stop - 1] - 1.0)
+        share = np.linspace(0.0, 1.0, len(self.pull))[:, None]
+        strain = self.to_offset @ shift + strained - unstrained
+        return np.asarray(fixed + unstrained + share * strain)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """A strain cycle at equal intervals.
+
+    Attributes:
+        strain: Shape (k,).
+        dt: The interval in time units.
+    """
+
+    strain: Array
+    dt: float
+
+    @cached_property
+    def bend(self) -> Array:
+        """Second derivative of the strain, shape (k,)."""
+        return np.asarray(np.gradient(np.gradient(self.strain, self.dt), self.dt))
+
+
+def track(design: Design, low: float, high: float, peak: float) -> Track:
+    """Return the forces on a wall between two positions under strains up to a peak.
+
+    Raises:
+        StateError: A wall cannot be held there.
+    """
+    part = excerpt(design, low, high)
+    X = np.linspace(low, high, 1 + math.ceil((high - low) * POINTS_PER_CELL))
+    pull, to_k_r = [], []
+    for strain in np.linspace(0.0, peak, STRAINS)[::-1]:
+        held = hold_walls(Specimen(part.design), X - part.before, strain * part.strain_shape)
+        pull.append(-np.gradient(held.energy, X))
+        if strain in (0.0, peak):
+            to_k_r.append(-np.gradient(0.5 * np.diff(held.v) ** 2, X, axis=0))
+    alpha, potential = part.design.alpha, part.design.potential
+    moved = np.gradient(held.v, X, axis=0)
+    shape = design.end_displacement(1.0) * design.strain_shape[part.before :][: part.design.N]
+    return Track(
+        design, part.before, low, peak,
+        mass=float(np.mean(np.sum(moved**2, axis=1))),
+        pull=np.array(pull[::-1]),
+        to_alpha=-np.gradient(alpha * potential.energy(held.v), X, axis=0),
+        to_k_r=np.array(to_k_r[::-1]),
+        to_offset=np.gradient(alpha * potential.slope(held.v), X, axis=0),
+        inertia=-moved @ shape,
+    )  # fmt: skip
+
+
+def roll(track: Track, pull: Array, start: float, schedule: Schedule) -> float:
+    """Return where a wall is at the end of a strain cycle.
+
+    The pull is the track's own and what scatter adds; strains are between zero and its peak.
+
+    Returns:
+        The position; the end of the track, once the wall has left it.
+    """
+    per_cell, dt = float(POINTS_PER_CELL), schedule.dt
+    x = _roll(
+        (start - track.low) * per_cell, schedule.strain / track.peak, schedule.bend, pull,
+        track.inertia, dt, per_cell / track.mass, track.design.eta,
+    )  # fmt: skip
+    return track.low + float(x) / per_cell
+
+
+@kernel
+def _roll(
+    x: float, share: Array, bend: Array, pull: Array, inertia: Array, dt: float,
+    mobility: float, eta: float,
+) -> float:  # fmt: skip
+    """Semi-implicit Euler on the table, bilinear; x in its spacing."""
+    rows, columns = pull.shape
+    v = 0.0
+    for k in range(len(share)):
+        i = int(x)
+        if x < 0.0 or i > columns - 2:
+            break
+        p = x - i
+        row = min(max(share[k], 0.0), 1.0) * (rows - 1)
+        r = min(int(row), rows - 2)
+        q = row - r
+        force = (1.0 - q) * ((1.0 - p) * pull[r, i] + p * pull[r, i + 1])
+        force += q * ((1.0 - p) * pull[r + 1, i] + p * pull[r + 1, i + 1])
+        force += bend[k] * ((1.0 - p) * inertia[i] + p * inertia[i + 1])
+        v = (v + dt * mobility * force) / (1.0 + eta * dt)
+        x += dt * v
+    return x
+
 
 DT = 4.0
 """Step of the particle in time units; a wall in its defect takes 100 and more for a swing."""

@@ -22,10 +22,9 @@ from mlmem_ros.device.end import End
 from mlmem_ros.physics import Design
 
 from ..campaign import Campaign, Ledger, Row, run
-from .element import KICK, KINDS, STEP
+from .element import KICK, KINDS, STEP, evaluate, screened, size
 from .estimate import ENOUGH, RARE, Rate, pooled, rare_scatter
 from .particle import DRAWN, HEAVIEST
-from .point import evaluate, screened, size
 
 BEGIN = 0.1
 """Rate to find first, because one batch can show it."""
