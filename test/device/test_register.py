@@ -11,7 +11,9 @@ from sampled import sampled
 
 from mlmem_ros.device import (
     UNDECODABLE,
+    Abort,
     Calibrate,
+    Disturb,
     Erase,
     Faults,
     Locate,
@@ -247,6 +249,25 @@ def test_a_shaken_element_is_not_read(byte):
     read = byte.perform(Read(), between=lambda: byte.base.disturb(rng.uniform(-1e-4, 1e-4)))
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
     assert levels(byte) == [1, 6]
+
+
+def test_an_element_that_rings_is_heard_at_one_tick_however_often_it_is_looked_at():
+    """While the ends are to become quiet ticks are deferred; every tick is judged nevertheless."""
+    told = []
+    for between in (None, lambda: None):
+        byte = new_element(BYTE)
+        byte.perform(Write(0x42))
+        byte.perform(Write(0x43))  # its last kick is still heard
+        byte.apply(Disturb(3e-4))
+        byte.apply(Read())
+        byte.advance()
+        assert byte.progress.phase == 'quieting'
+        assert byte.idle_ticks == 2  # of three, as long as the window of what is heard
+        byte.perform(Abort())
+        read = byte.perform(Read(), between)
+        told.append((read.success, read.reading, read.end_tick - read.start_tick, byte.ticks))
+    assert told[0] == told[1]
+    assert told[0][2] > 160  # at rest it takes 158
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@ from __future__ import annotations
 import math
 from functools import partial
 
+import numpy as np
+
 from ... import threads
 from ..commands import LISTENING, QUIETING
 from ..echo import EchoDetector
@@ -68,9 +70,16 @@ def record(
     patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
     since, passage = 0, math.ceil(element.passage(End.LEFT) / element.tick)
     while since < passage:  # what is inside comes to an end within that time
-        yield 1
-        noise = listener.noise(transducer.recent, element.driver.dt)
-        since = since + 1 if noise < forecasts.quiet else 0
+        before, begin, n = transducer.recent, element.ticks, element.steps_per_tick
+        width = before.shape[1]
+        yield max(1, min(passage - since, patience - begin, width // n))
+        passed = element.ticks - begin
+        heard = np.concatenate((before, transducer.recent[:, max(0, width - passed * n) :]), 1)
+        for later in reversed(range(passed)):  # as if every tick had been looked at by itself
+            end_of_tick = heard.shape[1] - later * n
+            recent = heard[:, end_of_tick - width : end_of_tick]
+            noise = listener.noise(recent, element.driver.dt)
+            since = since + 1 if noise < forecasts.quiet else 0
         if element.ticks >= patience:
             raise ProcedureFailed(
                 'the element does not come to rest: what both ends hear in the band of the pulse '
