@@ -20,7 +20,14 @@ from ..physics.potential import Array
 from .echo import Crossings, Shape, first_heard
 from .end import End
 from .errors import SettingsError
-from .pulse_corrections import AS_SET, PulseCorrection, PulseCorrections, QuickMoves, schedule_of
+from .pulse_corrections import (
+    AS_SET,
+    PulseCorrection,
+    PulseCorrections,
+    QuickMoves,
+    schedule_of,
+    without_kicks,
+)
 from .settings import ProbeSettings, Settings
 
 DETECTOR = 'carrier 1'
@@ -219,7 +226,12 @@ class Calibration:
         return self.trims.quick if self.trims else None
 
     def adapt(self, settings: Settings, start: int | None = None) -> Settings:
-        """Return settings with this element's strokes and throws; see `QuickMoves.adapt`."""
+        """Return settings with this element's strokes and throws, see `QuickMoves.adapt`, and
+        without the kicks that do not arrive.
+        """
+        steps = self.pulses(settings)
+        if unkicked := [level for level, trim in enumerate(steps) if not trim.speed]:
+            settings = without_kicks(settings, unkicked)
         return self.quick.adapt(settings, start) if self.quick else settings
 
     def longest(self, end: End) -> float:

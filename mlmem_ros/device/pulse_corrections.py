@@ -16,7 +16,7 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,11 +92,14 @@ class PulseCorrection(Checked):
 
     peak: float = described(1.0, 'on its strains', low=0.1, high=10.0)
     times: float = described(1.0, 'on its ramps and rests', low=0.1, high=10.0)
-    speed: float = described(1.0, 'on the speed of a launch', low=0.1, high=10.0)
+    speed: float = described(1.0, 'on the speed of a launch or kick; 0: no kick', high=10.0)
 
 
 AS_SET = PulseCorrection()
 """The pulse in the settings."""
+
+UNKICKED = PulseCorrection(speed=0.0)
+"""For a level that no kick reaches: a step up, with the pulse in the settings."""
 
 # The menus: rows of peak, times and, for launches, speed; one column per pulse.
 
@@ -159,7 +162,7 @@ def trimmed_write(
 ) -> WriteSettings:
     """Return the cycle of a write times a trim; its strains stay within a limit."""
     changed = {name: trim.times * getattr(write, name) for name in TIMES}
-    changed['launch_speed'] = min(trim.speed * write.launch_speed, 10.0)
+    changed['launch_speed'] = min((trim.speed or 1.0) * write.launch_speed, 10.0)
     for name in STRAINS:
         changed[name] = max(-limit, min(trim.peak * getattr(write, name), limit))
     return dataclasses.replace(write, **changed)
@@ -190,6 +193,15 @@ def kicked(settings: Settings, level: int) -> bool:
     """Return whether a calibration takes the wall to a level by a kick."""
     speeds = settings.kick.by_level
     return settings.write.method == 'kick' and level < len(speeds) and speeds[level] > 0.0
+
+
+def without_kicks(settings: Settings, levels: Collection[int]) -> Settings:
+    """Return settings without kicks to some levels."""
+    speeds = [
+        0.0 if level in levels else speed for level, speed in enumerate(settings.kick.by_level)
+    ]
+    kick = dataclasses.replace(settings.kick, speeds=' '.join(map(str, speeds)))
+    return dataclasses.replace(settings, kick=kick)
 
 
 def schedule_of(settings: Settings) -> str:

@@ -188,6 +188,39 @@ def test_without_an_actuator_everything_but_strain_works():
         paper.perform(Write(5))
 
 
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_without_an_actuator_a_wall_that_ran_out_at_the_right_comes_back(seed):
+    """Too fast a kick takes the free end over into a third ground state; no push moves that."""
+    design, _ = preset('kick_3')
+    alone = element('kick_3', actuator={'present': False})
+    alone.chain.set_specimen(scattered(design, Scatter(alpha=3e-4, k_r=3e-4), seed))
+    run(alone, kick(alone, 7, 1.5))
+    run(alone, wait(alone, 3000.0))  # until it stands still
+    assert np.abs(alone.chain.configuration - design.D_s1).min() > 1.0  # no cell is inactive
+    for command in (Erase(), Write(4)):
+        outcome = alone.perform(command)
+        assert outcome.success, outcome.error
+    assert level(alone) == 4
+
+
+def test_a_level_that_no_kick_reaches_is_learnt_by_a_step():
+    """In this element the fastest kick stops a level short, however fast it is."""
+    design, _ = preset('kick_4')
+    odd = element('kick_4')
+    odd.chain.set_specimen(scattered(design, Scatter(offset=1e-3), 1007))
+    learnt = odd.perform(Calibrate())
+    assert learnt.success, learnt.error
+    top = design.levels - 1
+    steps = odd.calibration.trims.steps
+    assert [at for at, step in enumerate(steps) if not step.speed] == [top]
+    known = odd.calibration.adapt(odd.settings)
+    assert [move.how for move in route(design, known, BLANK, top)] == [How.KICK, How.STEP]
+    outcome = odd.perform(Write(top))
+    assert outcome.success
+    assert outcome.attempts == 1
+    assert level(odd) == top
+
+
 def test_a_stuck_actuator_is_as_good_as_none():
     """With kicks it is not asked; auto finds out and goes on by kicks and pushes."""
     for method in ('kick', 'auto'):

@@ -173,12 +173,17 @@ def _driven(element: Memory) -> Procedure[None]:
 
 
 def push(element: Memory) -> Procedure[bool]:
-    """Fire a loud pulse that pushes a wall out at the left end; return whether it has left.
+    """Fire a loud pulse that pushes a wall out at the left end; return whether it has left."""
+    yield from fire_push(element)
+    return (yield from gone(element))
 
-    The left end shows that: it is inactive when the wall has gone.
+
+def gone(element: Memory) -> Procedure[bool]:
+    """Wait until a wall has left, and for what it leaves behind; return whether it has.
+
+    The ends show that: both are inactive when it has gone.
     """
     settings = element.settings.push
-    yield from fire_push(element)
     until = element.ticks + math.ceil(settings.patience / element.tick)
     while (element.phase(End.LEFT), element.phase(End.RIGHT)) != (0, 0):
         if element.ticks >= until:

@@ -12,8 +12,16 @@ from ..decoding import agreement, primary
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..pulse_corrections import PulseCorrection, kicked, learnt, menu
+from ..pulse_corrections import (
+    UNKICKED,
+    PulseCorrection,
+    kicked,
+    learnt,
+    menu,
+    without_kicks,
+)
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
+from ..settings import Settings
 from .blocks import Procedure
 from .erasing import erase
 from .going_to_level import go_to_level
@@ -47,8 +55,8 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
 
     The place is a level, `BLANK` or `UNDECODABLE`. After a failed step the wall continues from
     where it is, or from a blank element; the step is repeated with another pulse. A kick skips the
-    levels on the way, and is heard when the wall stands still. What is learnt is kept in the
-    calibration.
+    levels on the way, and is heard when the wall stands still. A level that no kick reaches is
+    reached by a step, if there is an actuator. What is learnt is kept in the calibration.
 
     Returns:
         The readings of the levels on the way.
@@ -58,18 +66,17 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
     """
     settings = element.settings
     lessons = [
-        _Bisection(trim, settings.write.pulses) if kicked(settings, level)
-        else _Lesson(trim, menu(settings, level)[: settings.write.pulses])
+        _lesson(settings, level, trim)
         for level, trim in enumerate(element.calibration.pulses(settings))
-    ]  # fmt: skip
+    ]
     heard: dict[int, Reading] = {}
-    highest = max((each for each in range(level + 1) if kicked(settings, each)), default=0)
     while place != level:
+        kicks = [at for at in range(level + 1) if isinstance(lessons[at], _Bisection)]
         if not BLANK <= place < level:
             yield from erase(element)
             place = BLANK
-        trims, aim = [lesson.trim for lesson in lessons], max(place + 1, highest)
-        by_kick = kicked(settings, aim)
+        trims, aim = [lesson.trim for lesson in lessons], max(place + 1, *kicks, 0)
+        by_kick = aim in kicks
         yield from go_to_level(element, place, aim, plainly=not by_kick, trims=trims)
         if by_kick:
             yield from stand_still(element)
@@ -80,6 +87,8 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
         elif lessons[aim].another(margin, _beyond(element, aim, heard[aim])):
             here = _place(heard[aim])
             place = here if here < aim else UNDECODABLE  # beyond, a level would be skipped
+        elif by_kick and aim and settings.actuator.present:
+            lessons[aim], place = _lesson(settings, aim, UNKICKED), UNDECODABLE
         else:
             raise ProcedureFailed(why or f'no pulse takes the wall to level {aim} again')
     quick = element.calibration.quick
@@ -152,6 +161,16 @@ class _Bisection(_Lesson):
         self._tries -= 1
         self.trim = PulseCorrection(speed=wanted)
         return True
+
+
+def _lesson(settings: Settings, level: int, trim: PulseCorrection) -> _Lesson:
+    """Return the lesson for a level: of a kick, unless it is known that none reaches it."""
+    if trim.speed and kicked(settings, level):
+        return _Bisection(trim, settings.write.pulses)
+    if not trim.speed:
+        settings = without_kicks(settings, (level,))
+    others = [replace(each, speed=trim.speed and each.speed) for each in menu(settings, level)]
+    return _Lesson(trim, others[: settings.write.pulses])
 
 
 def _beyond(element: Memory, level: int, reading: Reading) -> int:

@@ -11,13 +11,29 @@ from ..motion import Cycle
 from ..move_settings import peak
 from ..moves import pushes, throw_cycle, throws
 from ..reading import BLANK, describe_level
-from .blocks import Procedure, Result, bring_back, catch_up, launch, play, push, return_to_zero
+from .blocks import (
+    Procedure,
+    Result,
+    bring_back,
+    bring_ends_back,
+    catch_up,
+    gone,
+    kick_to,
+    launch,
+    play,
+    push,
+    return_to_zero,
+)
 from .listening import look
 
 LOOK_SPACING = 8
 """An erase listens after every cycle at first, then at intervals that grow by an eighth: listening
 takes as long as one cycle or several."""
 
+
+BEYOND = 1.2, 5.0, 2.0
+"""Factors on the speed of the fastest kick for a kink that is to run out at the right, one a try:
+a short element needs a faster one, and too fast a kick sends waves instead."""
 
 UNPUSHED = 'and what else would drive it out needs an actuator'
 """Ends the error where pushes have failed."""
@@ -53,8 +69,8 @@ def push_out(element: Memory) -> Procedure[None]:
     Raises:
         ProcedureFailed: The wall stays, and there is no actuator.
     """
-    for _ in range(element.settings.push.pulses):
-        if (yield from push(element)):
+    for pulse in range(element.settings.push.pulses):
+        if (yield from _push_once(element, pulse)):
             return
     if not element.settings.actuator.present:
         raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
@@ -65,11 +81,30 @@ def _push(element: Memory) -> Procedure[Result | None]:
     """Push the wall out; return None if an element that is pushed again and again is not blank."""
     for pulse in range(element.settings.push.pulses):
         element.progress.tried('erase', pulse + 1)
-        if (yield from push(element)):
+        if (yield from _push_once(element, pulse)):
             reading = yield from look(element)
             if reading.level == BLANK:
                 return Result(reading, pulse + 1)
     return None
+
+
+def _push_once(element: Memory, tried: int) -> Procedure[bool]:
+    """Push a wall out at the left end; return whether it has left.
+
+    No push moves a wall that ran past the right end, as after too fast a kick: a kink is sent
+    after it, and a wall to meet the kink if that stops short.
+    """
+    speeds = element.settings.kick.by_level
+    if element.phase(End.RIGHT) != 0 and any(speeds):
+        yield from bring_ends_back(element)
+        if element.phase(End.LEFT) == 0:
+            yield from kick_to(element, element.design.D_s2, max(speeds))
+            yield from bring_ends_back(element)
+        speed = BEYOND[tried % len(BEYOND)] * max(speeds)
+        yield from kick_to(element, element.design.D_s1, speed)
+        if (yield from gone(element)):
+            return True
+    return (yield from push(element))
 
 
 def _throw(element: Memory) -> Procedure[Result | None]:
