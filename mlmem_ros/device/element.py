@@ -123,12 +123,7 @@ class MemoryElement(Memory):
                 self.script = ()
                 return None
             case commands.Inject(script):
-                from . import failures  # few elements fail by a script
-
-                coming = failures.course(failures.parsed(script), self.faults, self.ticks)
-                for _, faults in coming:
-                    self.specimen(faults)
-                self.script = tuple(coming)
+                self.script = self.course(script, self.faults)
                 return None
             case commands.SetMethod(method):
                 self.settings = with_method(self.settings, method)
@@ -151,6 +146,17 @@ class MemoryElement(Memory):
                 raise Refused(f'command must be one of {known}; got {clipped(command)}')
         self.forget('strained by hand')
         return None
+
+    def course(self, script: str, faults: Faults) -> tuple[tuple[int, Faults], ...]:
+        """Return all faults from each tick of a script on that begins in the next tick, over those
+        that are there then; raises as `apply`.
+        """
+        from . import failures  # few elements fail by a script
+
+        coming = failures.course(failures.parsed(script), faults, self.ticks)
+        for _, each in coming:
+            self.specimen(each)
+        return tuple(coming)
 
     def _suffer(self, faults: Faults) -> None:
         """Replace all faults by these; raises as `specimen` does."""

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from .. import threads
 from ..procedures import Abort
-from .commands import Command, Disturb, Event
+from .commands import Command, Disturb, Event, Inject, SetFaults
 from .element import MemoryElement
 from .errors import Refused
 from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, Steps
@@ -153,8 +153,8 @@ class Loop:
         so many seconds.
 
         Returns:
-            Its answer is the outcome of a procedure when it ends, and None for a set-point once
-            it is accepted.
+            Its answer is the outcome of a procedure when it ends, and None for what begins none,
+            once it is accepted: a script of failures at once, though time is paused.
         """
         if isinstance(command, Disturb):  # check it before it replaces a valid one
             try:
@@ -162,6 +162,8 @@ class Loop:
             except Refused as refusal:
                 return Request(command).refuse(refusal)
             return self._box.shake(self._pacer.now(), command)
+        if isinstance(command, Inject) and self._box.paused:
+            return Request(command, self._box.call(lambda: self._await_script(command)))
         deadline = threads.monotonic() + wait
         return self._box.submit(Request(command, client=client, deadline=deadline))
 
@@ -214,6 +216,12 @@ class Loop:
                     commands += self._asked.apply(request)
                 ended = self._tick(turn.due, commands, turn.asked_for)
                 due = math.inf if turn.asked_for else self._times.after(turn.due, ended)
+
+    def _await_script(self, command: Inject) -> None:
+        """Leave a script for the next tick, if it can begin there: over the faults of then."""
+        coming = (each.asked.faults for each in self._box.pending(SetFaults))
+        self.element.course(command.script, next(coming, self.element.faults))
+        self._box.submit(Request(command))
 
     def _release(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""

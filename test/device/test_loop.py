@@ -22,6 +22,7 @@ from mlmem_ros.device import (
     EchoReceived,
     Erase,
     Faults,
+    Inject,
     Loop,
     Outcome,
     Read,
@@ -637,6 +638,15 @@ def test_a_call_during_a_pause_lets_no_tick_run(start):
     stepping.set()
     assert result(loop.step().answer) == ticks + 1
     assert result(counted[0]) == ticks + 1
+
+
+def test_a_script_that_is_injected_during_a_pause_begins_with_the_next_tick(start):
+    loop, script = start(rig.device()), '[{"unit": "actuator", "failure": "stuck"}]'
+    hold(loop)
+    assert result(loop.submit(Inject(script))) is None
+    assert not loop.element.faults.active()
+    result(loop.step().answer)
+    assert loop.element.faults.active() == {'actuator_stuck': True}
 
 
 def test_a_pause_counts_the_tick_in_progress(start):

@@ -220,6 +220,24 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
     assert main(['inspect', str(bag)]) == 0
 
 
+def test_a_script_is_answered_while_time_is_paused(robot):
+    """It begins in the next tick, and is judged over the faults of then, which wait, too."""
+    failing = {'unit': 'sensor', 'failure': 'off', 'instance': 1}
+    with standalone(robot.element) as memory:
+        memory.pause().wait()
+        with pytest.raises(RequestRefused, match='failure must be one of ok, off'):
+            memory.inject({'unit': 'sensor', 'failure': 'explode'}).wait()
+        memory.set_parameters({'faults.sensor_end': 'right', 'faults.sensor_noise': 1e-6}).wait()
+        with pytest.raises(RequestRefused, match='the signal of right is faulty'):
+            memory.inject(failing).wait()
+        memory.set_parameters({'faults.sensor_end': 'both', 'faults.sensor_noise': 0.0}).wait()
+        memory.inject(failing).wait()
+        memory.pause(False).wait()
+        assert not robot.trigger('read').success
+        memory.inject({'unit': 'sensor', 'failure': 'ok'}).wait()
+        assert robot.write(1)['level'] == 1
+
+
 def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):
     """Damping a hundredfold during a write pushes cells on and on; no restart brings them back."""
     kept, bag = {'state.path': str(tmp_path / 'element.json')}, tmp_path / 'session'
