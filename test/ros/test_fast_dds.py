@@ -28,6 +28,17 @@ print(resident() - before)
 """
 
 
+BESIDE = """
+import rclpy
+from std_msgs.msg import Empty
+
+rclpy.init()
+node = rclpy.create_node('node')
+node.create_subscription(Empty, 'topic', print, 1)
+print(node.create_publisher(Empty, 'topic', 1).get_subscription_count())
+"""
+
+
 def test_a_node_uses_the_profile_unless_it_has_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     environment = {}
@@ -48,6 +59,16 @@ def test_nobody_is_forgotten_sooner_than_it_notices_that_it_stood_still():
     for profile in (PROFILE, FAST_DISCOVERY):
         (lease,) = ElementTree.parse(profile).iterfind('.//{*}leaseDuration/{*}sec')
         assert float(lease.text) > ASLEEP + LOOK
+
+
+def test_the_ends_of_one_process_are_not_compared_with_each_other():
+    """A bank of a hundred spent four fifths of its start on that; plain Fast DDS joins them."""
+    plain = {name: value for name, value in os.environ.items() if name not in NAMES}
+    joined = [
+        int(subprocess.check_output([sys.executable, '-c', BESIDE], env=plain | given))
+        for given in ({profile_variable(plain): str(PROFILE)}, {})
+    ]
+    assert joined == [0, 1]
 
 
 def test_a_service_reserves_no_memory_for_a_hundred_messages():

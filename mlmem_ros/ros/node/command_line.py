@@ -69,8 +69,8 @@ def bank_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         '--actions',
         action='store_true',
-        help='serve actions, too: 30 endpoints more an element, which start and memory of a large '
-        'bank feel',
+        help='serve actions, too: 30 endpoints more an element, which the memory of a large bank '
+        'feels',
     )
     return parser
 
