@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .clipped import clipped
-from .described import described
+from .described import clipped, described
 from .device.pulse_corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
 from .device.settings import Settings
 from .durable import write_atomically

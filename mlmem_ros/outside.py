@@ -24,8 +24,7 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from . import durable
-from .clipped import clipped, printable
-from .described import Description, fits, wanted
+from .described import Description, clipped, fits, printable, wanted
 
 DEEPEST = 50
 """Most levels of a document: ours have seven, and a parser may overflow the stack."""

@@ -17,8 +17,7 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from . import law_file
-from .clipped import clipped, printable
-from .described import descriptions
+from .described import clipped, descriptions, printable
 from .device import PRESETS, Preset, Settings, SettingsError, preset
 from .device.presets import DEFAULT
 from .device.settings import ScaleSettings

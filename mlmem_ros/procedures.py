@@ -15,8 +15,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from typing import Any, NamedTuple
 
-from .clipped import clipped
-from .described import Description, described, descriptions
+from .described import Description, clipped, described, descriptions
 
 BLANK = -1
 """Level of an element without a wall."""

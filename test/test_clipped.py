@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem_ros.clipped import clipped, printable
+from mlmem_ros.described import clipped, printable
 
 
 def deep(levels):

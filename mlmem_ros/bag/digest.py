@@ -18,8 +18,7 @@ import struct
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING
 
-from ..clipped import clipped
-from ..described import described
+from ..described import clipped, described
 from ..outside import DecodeError, decode, from_json
 from . import jazzy
 from .contents import TopicInfo

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..clipped import printable
+from ..described import printable
 from ..outside import LONGEST
 
 

@@ -14,7 +14,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from ..clipped import clipped, printable
+from ..described import clipped, printable
 from .contents import Definition
 from .errors import BagError
 

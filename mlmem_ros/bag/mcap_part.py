@@ -27,7 +27,7 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
-from ..clipped import printable
+from ..described import printable
 from .contents import NOT_CLOSED, OFFERED_QOS, TYPE_HASH, Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_file import METADATA_NAME

@@ -14,7 +14,7 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from .. import durable
-from ..clipped import clipped
+from ..described import clipped
 from ..outside import from_yaml, require_regular
 from .contents import TopicInfo
 from .errors import BagError, storage_errors

@@ -14,7 +14,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..clipped import clipped
+from ..described import clipped
 from ..outside import require_regular
 from . import jazzy
 from .contents import Definition, Loss, Message, TopicInfo

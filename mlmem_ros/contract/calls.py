@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..clipped import clipped
+from ..described import clipped
 from ..outside import DecodeError, decode, from_json
 from ..procedures import JOINT, PROCEDURES, WIDE, as_text, from_text
 from .answers import Answer, SelfTested, asked, everything, on_wire

@@ -9,8 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from ..clipped import clipped
-from ..described import descriptions
+from ..described import clipped, descriptions
 from ..device import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
 from ..device.actuator import MOST_POINTS
 from ..device.instrument import Units

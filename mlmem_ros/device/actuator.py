@@ -19,7 +19,7 @@ from itertools import accumulate, repeat
 
 import numpy as np
 
-from ..clipped import clipped
+from ..described import clipped
 from ..physics.portable import exponential
 from ..physics.potential import Array
 from ..procedures import JOINT

@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..clipped import clipped
+from ..described import clipped
 from ..physics.potential import Array
 from .commands import is_number
 from .errors import Refused

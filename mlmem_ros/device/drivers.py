@@ -13,7 +13,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from .. import threads
-from ..clipped import clipped, printable
+from ..described import clipped, printable
 from ..physics import Design, DesignError, HeldCell, Specimen, StateError
 from ..physics.potential import Array
 from .driver import Driver, Simulation

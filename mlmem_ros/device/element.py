@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..clipped import clipped
-from ..described import descriptions, problems
+from ..described import clipped, descriptions, problems
 from ..physics import Design
 from ..procedures import PROCEDURES, Abort, Procedures
 from . import commands, factory, procedures

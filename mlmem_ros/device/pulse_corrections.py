@@ -20,8 +20,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..clipped import clipped
-from ..described import described
+from ..described import clipped, described
 from .errors import Checked, SettingsError
 from .move_settings import WriteSettings
 from .settings import Settings

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..clipped import clipped
+from ..described import clipped
 from ..physics import Design, Specimen, StateError, walls
 from ..physics.equilibrium import relax, wall_profile
 from ..physics.potential import Array

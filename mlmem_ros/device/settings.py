@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..clipped import clipped
-from ..described import described, fields_in
+from ..described import clipped, described, fields_in
 from .errors import Checked, SettingsError
 from .move_settings import (
     EraseSettings,

@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..clipped import printable
-from ..described import described
+from ..described import described, printable
 from ..outside import decode, encoded
 from ..physics import Design, StateError
 from ..physics.potential import Array

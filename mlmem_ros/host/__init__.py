@@ -8,7 +8,6 @@ Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 from .host import Host
 from .sessions import State
 from .settings import SessionPlan
-from .throttled_log import Log, ThrottledLog
-from .worker import REFUSALS, Overdue
+from .worker import REFUSALS, Log, Overdue, ThrottledLog
 
 __all__ = ['REFUSALS', 'Host', 'Log', 'Overdue', 'SessionPlan', 'State', 'ThrottledLog']

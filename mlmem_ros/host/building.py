@@ -24,8 +24,7 @@ from ..device.factory import calibration_of
 from .design_check import check_design
 from .settings import Parameters
 from .store import NullStore
-from .throttled_log import ThrottledLog
-from .worker import Worker
+from .worker import ThrottledLog, Worker
 
 if TYPE_CHECKING:
     from ..element_file import Element

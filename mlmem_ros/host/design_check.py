@@ -25,7 +25,7 @@ from ..physics import NOH_BATHE, Design, DesignError
 from ..physics.jit import cache_folder
 
 if TYPE_CHECKING:
-    from .throttled_log import ThrottledLog
+    from .worker import ThrottledLog
 
 
 class Verdict(Enum):

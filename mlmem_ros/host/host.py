@@ -28,8 +28,7 @@ from .requests import Requests
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
 from .store import NullStore
-from .throttled_log import Log, ThrottledLog
-from .worker import REFUSALS, Worker
+from .worker import REFUSALS, Log, ThrottledLog, Worker
 
 if TYPE_CHECKING:
     from .recording import Recording

@@ -27,7 +27,7 @@ from ..device import MemoryElement, Refused
 from ..device.open_requests import Stamped
 from ..session import records
 from .settings import SessionPlan
-from .throttled_log import ThrottledLog
+from .worker import ThrottledLog
 
 Message = tuple[str, bytes, int]
 """Topic, CDR, and log time in nanoseconds."""

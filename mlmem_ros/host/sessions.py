@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused, SettingsError
 from .settings import SessionPlan
-from .throttled_log import ThrottledLog
-from .worker import Overdue, Worker
+from .worker import Overdue, ThrottledLog, Worker
 
 if TYPE_CHECKING:
     from ..bag.queued_writer import QueuedWriter, WriterStatus

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..clipped import clipped
 from ..contract.topics import Topic
-from ..described import described, fields_in
+from ..described import clipped, described, fields_in
 from ..device import Faults, Settings, SettingsError
 from ..device.errors import Checked
 from ..physics import Design

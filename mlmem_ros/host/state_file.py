@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import durable
-from ..clipped import printable
+from ..described import printable
 from ..outside import LONGEST, from_json
 from ..physics import StateError
 

@@ -29,8 +29,7 @@ from ..physics import Design, StateError
 from ..procedures import PROCEDURES
 from . import calibration_file, state_file
 from .settings import FileSettings, StateSettings
-from .throttled_log import ThrottledLog
-from .worker import Worker
+from .worker import ThrottledLog, Worker
 
 
 class Store:

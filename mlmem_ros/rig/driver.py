@@ -19,7 +19,7 @@ from typing import NoReturn
 import numpy as np
 
 from .. import threads
-from ..clipped import printable
+from ..described import printable
 from ..device import Driver, DriverError, Settings, SettingsError
 from ..physics import Design, HeldCell
 from ..physics.potential import Array

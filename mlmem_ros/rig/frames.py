@@ -19,8 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..clipped import clipped
-from ..described import described
+from ..described import clipped, described
 from ..device import DriverError, Settings, SettingsError
 from ..outside import DecodeError, decode, from_json
 from ..physics.potential import Array

@@ -18,10 +18,10 @@ from ..bag.contents import Message
 from ..bag.errors import BagError
 from ..bag.metadata import LOST
 from ..bag.reader import BagReader
-from ..clipped import clipped
 from ..contract import calls, topics
 from ..contract.commands import OF_TOPIC, Make
 from ..contract.values import SHOT_HEAD, numbers
+from ..described import clipped
 from ..device import Command, End, Refused, Settings, Shot
 from ..device.instrument import Units
 from ..physics import Design

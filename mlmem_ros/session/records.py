@@ -21,8 +21,7 @@ from typing import Any
 from .. import packages
 from ..bag import jazzy
 from ..bag.errors import BagError
-from ..clipped import clipped, printable
-from ..described import Description, described
+from ..described import Description, clipped, described, printable
 from ..device import Calibration, Command, MemoryElement, Refused, Settings, snapshot
 from ..device.commands import KINDS
 from ..device.driver import steps_per_tick

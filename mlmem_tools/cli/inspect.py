@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mlmem_ros.clipped import printable
+from mlmem_ros.described import printable
 from mlmem_ros.procedures import EXACT, WIDE, as_text
 
 from . import laboratory

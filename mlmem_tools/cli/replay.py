@@ -18,7 +18,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.clipped import printable
+from mlmem_ros.described import printable
 
 from .command import JSON, command, option
 from .interrupts import outcome_known

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros import law_file
-from mlmem_ros.clipped import clipped
+from mlmem_ros.described import clipped
 from mlmem_ros.outside import DecodeError, read
 from mlmem_ros.physics import DesignError
 from mlmem_ros.physics.curve import Curve

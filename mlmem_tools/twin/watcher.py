@@ -10,8 +10,7 @@ from typing import Any
 from mlmem_ros.device import EchoReceived, Event, MemoryElement, Outcome
 from mlmem_ros.device.end import Shot
 from mlmem_ros.element_file import Element
-from mlmem_ros.host.throttled_log import ThrottledLog
-from mlmem_ros.host.worker import Worker
+from mlmem_ros.host.worker import ThrottledLog, Worker
 from mlmem_ros.physics import INTEGRATORS, DesignError, StateError
 from mlmem_ros.procedures import PROCEDURES
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.clipped import clipped
 from mlmem_ros.contract import calls, topics
 from mlmem_ros.contract.commands import OF_REQUEST
+from mlmem_ros.described import clipped
 from mlmem_ros.device import (
     Command,
     Disturb,

@@ -65,7 +65,7 @@ def test_imports_are_found():
     assert element >= {
         'device.memory.Memory',
         'device.factory',
-        'clipped.clipped',
+        'described.clipped',
         'physics.Design',
     }
     assert 'device.bad_cells.bad_cells' in imported(ROOT / 'device' / 'memory.py')  # a late one

@@ -5,7 +5,7 @@
 import itertools
 
 from mlmem_ros import threads
-from mlmem_ros.host.throttled_log import AT_ONCE, LONGEST
+from mlmem_ros.host.worker import AT_ONCE, LONGEST
 
 
 def test_a_flood_of_refusals_is_one_line_a_second(throttled, log, monkeypatch):

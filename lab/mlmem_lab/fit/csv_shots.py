@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.clipped import clipped
+from mlmem_ros.described import clipped
 from mlmem_ros.device.end import End, Shot
 from mlmem_ros.outside import DecodeError, read
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mlmem_ros import outside
-from mlmem_ros.clipped import clipped, printable
+from mlmem_ros.described import clipped, printable
 from mlmem_ros.outside import DecodeError
 from mlmem_ros.physics import NOH_BATHE, PEFRL
 

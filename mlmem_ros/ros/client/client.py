@@ -17,7 +17,6 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
 from ... import packages
-from ...clipped import clipped, printable
 from ...contract.answers import (
     ANSWERS,
     Answer,
@@ -40,6 +39,7 @@ from ...contract.calls import (
     parse_self_test,
 )
 from ...contract.services import DEADLINE, action_types
+from ...described import clipped, printable
 from ...procedures import PROCEDURES
 from .goal import Goal
 from .link import Call, Connection

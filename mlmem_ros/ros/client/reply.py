@@ -22,8 +22,8 @@ from typing import Any, TypeVar
 from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future as RclpyFuture
 
-from ...clipped import clipped
 from ...contract.calls import NoAnswer
+from ...described import clipped
 from .link import Call, Connection, Link
 
 T = TypeVar('T')

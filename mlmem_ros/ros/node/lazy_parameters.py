@@ -29,8 +29,7 @@ from rclpy.exceptions import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ...clipped import clipped
-from ...described import Description
+from ...described import Description, clipped
 from ...device import SettingsError
 from .declarations import is_listed
 

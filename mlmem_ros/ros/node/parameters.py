@@ -11,8 +11,7 @@ from typing import Any
 from rcl_interfaces.msg import ParameterType, SetParametersResult
 from rclpy.parameter import Parameter
 
-from ...clipped import clipped
-from ...described import descriptions
+from ...described import clipped, descriptions
 from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
 from ...device.settings import Settings
 from ...device.timetable import checked_speed
