@@ -43,6 +43,37 @@ def test_kicks_are_tried_from_blank_where_every_level_has_one():
         Tolerance(*preset('case_1'), ('alpha',), ('kick',))
 
 
+def test_words_are_kicked_and_heard_and_say_how_they_fail():
+    """Springs of a hundredth stop walls anywhere, and let them meet; a twentieth of the gain is
+    more than tells two words apart.
+    """
+    design, settings = preset('byte')
+    words = (0xA7, 0x10)
+    for what in ('word', 'hear'):
+        assert outcomes(design, settings, Chance(), 0, what, words) == words
+    assert outcomes(design, settings, chance('gain', 0.2), 0, 'hear', words) == (UNDECODABLE,) * 2
+    study = Tolerance(design, settings, ('k_r',), ('word',))
+    values = {'kind': 'k_r', 'tried': 'word', 'scatter': 0.01}
+    row = values | element.evaluate(study.shared, values, 1)
+    (how,) = study.how([row], 'k_r')
+    assert how['tried'] == row['tried_0'] == 64
+    assert how['short'] > 0
+    assert how['annihilated'] > 0
+    assert sum(how[name] for name in element.ASTRAY.values()) == row['failed_0'] > 32
+    with pytest.raises(ValueError, match='tried can be word or hear only in a register'):
+        Tolerance(*preset('kick_3'), ('alpha',), ('word',))
+
+
+@pytest.mark.parametrize(
+    ('shift', 'how'), [((0, 0), 0), ((0, 9), -3), ((4, -3), -4), ((0,), -6), ((), -5)]
+)
+def test_a_word_is_astray_by_the_first_wall_that_was_sent_wrong(shift, how):
+    """Walls belong to the levels 2 and 7; the one at 7 was sent first."""
+    places = [CASE_II.defect(level) + 0.3 for level in (2, 7)]
+    found = [place + by for place, by in zip(places, shift, strict=False)]
+    assert element.astray(CASE_II, found, (2, 7)) == how
+
+
 def test_an_element_as_designed_does_all_it_should():
     assert tried(Chance(), 0, 'step') == (1,)
     assert tried(Chance(), 0, 'left') == tried(Chance(), 0, 'right') == (0, 1)

@@ -4,12 +4,12 @@
 
 Elements are made at random, varying one thing at a time: the on-site amplification alpha, the
 springs k_r between the cells, the substrate stiffness s, the masses or the ground states (offset)
-scatter, the transducers are noisy, or the base vibrates (in lattice constants per time unit
-squared). Every step up is tried, and every level is read from each end that the instrument uses.
-The study finds the amounts at which failures begin and counts each until enough have failed; a
-curve through the lowest counts shows where one in a thousand fails. The table of all batches, the
-figure and the ledger are saved; an interrupted or killed study continues from its ledger. No ROS
-is needed.
+scatter, the transducers are noisy, the base vibrates (in lattice constants per time unit
+squared), or the damping or the gain of the transducers is that of another element. Every step up
+is tried, and every level is read from each end that the instrument uses. The study finds the
+amounts at which failures begin and counts each until enough have failed; a curve through the
+lowest counts shows where one in a thousand fails. The table of all batches, the figure and the
+ledger are saved; an interrupted or killed study continues from its ledger. No ROS is needed.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ OPTIONS = (
     ),
     option(
         '--kinds', nargs='+', default=(), metavar='KIND',
-        help='what is random, one at a time: alpha, k_r, s, mass, offset, noise, vibration; all '
-        'by default',
+        help='what is random, one at a time: alpha, k_r, s, mass, offset, noise, vibration, '
+        'damping, gain; all by default',
     ),
     option(
         '--tried', nargs='+', default=(), metavar='WHAT',
         help='what is tried: step, left, right (a read from that end), all by default; or kick, '
-        'from blank to a level',
+        'from blank to a level; or, of many walls, word (random ones, by kicks) or hear (read)',
     ),
     option('--amounts', type=int, default=10, help='amounts per decade'),
     option('--most', type=int, default=3000, help='most trials of an amount'),
@@ -102,6 +102,7 @@ def _report(
     from ..campaign import save_table
     from ..style import save_figure, styled
     from .draw import WORDS, draw
+    from .element import WORD
 
     headings = ('scatter of', *(WORDS[tried] for tried in study.tried))
     table = plain_table('scatter at which one in a thousand fails', *headings)
@@ -128,10 +129,13 @@ def _report(
             arguments.figure, made, [*of, *by(type(study), 'batches'), *by(draw, 'picture')]
         )
     console.print('  '.join(map(str, files)), highlight=False, soft_wrap=True)
-    rates = {
+    rates: dict[str, dict[str, dict[str, Any]]] = {
         kind: {tried: {'amount': amount, 'text': text} for tried, (amount, text) in found.items()}
         for kind, found in rare.items()
     }
+    for kind in study.kinds:
+        if how := study.how(rows, kind):
+            rates[kind][WORD]['how'] = how
     if arguments.result is not None:
         _keep(rates, arguments)
     if arguments.json:
@@ -148,6 +152,7 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     kept = load_kept(arguments.result)
     name, designs = str(arguments.design), kept.get('designs', {})
     known = {} if name in outdated(kept) else designs.get(name, {})
+    rates = {kind: known.get(kind, {}) | found for kind, found in rates.items()}
     designs = designs | {name: known | rates}
     tried = ' '.join(('', '--tried', *arguments.tried)) if arguments.tried else ''
     made = f'mlmem tolerance --design {name} --kinds {" ".join(rates)}{tried}'

@@ -17,11 +17,17 @@ from .estimate import RARE, Rate, fit, foot
 from .study import Tolerance
 
 WORDS = {
-    'step': 'step up', 'kick': 'kick',
+    'step': 'step up', 'kick': 'kick', 'word': 'word written', 'hear': 'word read',
     'left': 'read from the left', 'right': 'read from the right',
 }  # fmt: skip
 
-COLOURS = dict(zip(KINDS, (S2, '#e69f00', INK, '#56b4e9', S1, '#009e73', '#cc79a7'), strict=True))
+COLOURS = dict(
+    zip(
+        KINDS,
+        (S2, '#e69f00', INK, '#56b4e9', S1, '#009e73', '#cc79a7', '#999999', '#7f4f24'),
+        strict=True,
+    )
+)
 
 UNSEEN = 1e-2
 """A count without a failure is shown if its interval ends below this."""
@@ -30,7 +36,7 @@ RANGE = (2e-4, 2.0)
 """Rates that are shown."""
 
 AMOUNT = (
-    'standard deviation: alpha, k_r, s, mass relative; offset, noise in cells; '
+    'standard deviation: alpha, k_r, s, mass, damping, gain relative; offset, noise in cells; '
     'vibration per time unit$^2$'
 )
 

@@ -1,9 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One random element: every level is read from an end, or every step up is tried once.
+"""One random element: every level is read from an end, or every step up is tried once; of many
+walls, some random words are written or read.
 
 Each level is tried on its own: the wall is put where it rests in this element (by Newton's
-method), and read, or driven on by a write of the next level. So one element samples every step or
+method), and read, or driven on by a write of the next level; or a word is kicked into the blank
+element, or put at rest and heard. So one element samples every step or
 read, and a failed step does not spoil the others. A point of a study counts a batch of elements
 with one kind of randomness.
 """
@@ -24,7 +26,11 @@ from mlmem_ros.device.errors import ProcedureFailed
 from mlmem_ros.device.procedures import run
 from mlmem_ros.device.procedures.blocks import Procedure, kick, wait
 from mlmem_ros.device.procedures.going_to_level import go_to_level
+from mlmem_ros.device.procedures.hearing import hear
+from mlmem_ros.device.procedures.kicking import put
 from mlmem_ros.device.procedures.listening import look
+from mlmem_ros.device.reading import Reading
+from mlmem_ros.device.register import NEAR, resting, words_of
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import (
@@ -35,6 +41,7 @@ from mlmem_ros.physics import (
     StateError,
     level_of,
     scattered,
+    walls,
 )
 from mlmem_ros.physics.equilibrium import blank, resting_wall
 from mlmem_ros.physics.potential import Array
@@ -62,11 +69,15 @@ class Chance:
         noise: Of the transducers' signals, in cells.
         vibration: Of the base's acceleration, in lattice constants per time unit squared: drawn
             anew for every tick of the instrument, and linear between.
+        damping: Of an element's damping, relative.
+        gain: Of the gain of an element's transducers, relative.
     """
 
     scatter: Scatter = field(default_factory=Scatter)
     noise: float = 0.0
     vibration: float = 0.0
+    damping: float = 0.0
+    gain: float = 0.0
 
 
 STEP = 'step'
@@ -75,22 +86,44 @@ STEP = 'step'
 KICK = 'kick'
 """Also: a kick from the blank element to a level, with the speed of the ideal one."""
 
+WORD = 'word'
+"""Of many walls: a random word is kicked into the blank element, and not verified."""
+
+HEAR = 'hear'
+"""Of many walls: a random word that rests is read in one pulse."""
+
+FAR, SHORT, ANNIHILATED, LOST = -3, -4, -5, -6
+"""How a word fails, by the first wall, from the right, that is not at its level: it ran on, or
+stopped before; or an even number of walls is missing, or anything else happened."""
+
+ASTRAY = {FAR: 'far', SHORT: 'short', ANNIHILATED: 'annihilated', LOST: 'lost'}
+"""Their names."""
+
+WORDS = 8
+"""Words that are tried in each element."""
+
 ARRIVED = 1.0
 """Distance in cells from its rest position in this element within which a wall has arrived. One
 that stops on its way reads as the nearest level, but the next cycle starts at the wrong place."""
 
-KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
+OF_ALL = 'noise', 'vibration', 'damping', 'gain'
+
+KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *OF_ALL)
 """Names of what may be random."""
 
 
 def chance(kind: str, amount: float) -> Chance:
     """Return randomness of one kind only."""
     changed: dict[str, Any] = {kind: amount}
-    return Chance(**changed) if kind in ('noise', 'vibration') else Chance(Scatter(**changed))
+    return Chance(**changed) if kind in OF_ALL else Chance(Scatter(**changed))
 
 
 def wanted(design: Design, tried: str) -> tuple[int, ...]:
-    """Return what `outcomes` gives for an ideal element."""
+    """Return what `outcomes` gives for an ideal element; of words, for which each is its own
+    answer, so many numbers.
+    """
+    if tried in (WORD, HEAR):
+        return tuple(range(WORDS))
     return tuple(range(1, design.levels) if tried == STEP else range(design.levels))
 
 
@@ -108,14 +141,14 @@ def outcomes(
 
     Args:
         seed: Of the element: the same gives the same outcome.
-        tried: `STEP`, `KICK`, or the end that is read from.
-        levels: The levels to step from or to read; by default all.
+        tried: `STEP`, `KICK`, `WORD`, `HEAR`, or the end that is read from.
+        levels: The levels to step from or to read, or the words; by default all levels.
 
     Returns:
         For every one of these levels the level to which a write of the next one took the wall, or
         for a kick the level where it ended, or for reads the decoded level. `UNDECODABLE` if the
         element pins no wall at the level, and for steps and kicks unless exactly one wall ends at
-        rest at a level.
+        rest at a level. A word that was not written is one of `ASTRAY`.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -125,8 +158,11 @@ def outcomes(
             settings, time=dataclasses.replace(settings.time, tick=LONG_TICK)
         )
     element = Bench(design, settings).device()
-    element.apply(SetFaults(Faults(sensor_noise=by.noise, seed=seed % 2**31)))
+    damping, gain = 1.0 + generator(seed, Stream.GAIN).standard_normal(2) * (by.damping, by.gain)
+    faults = Faults(sensor_noise=by.noise, sensor_gain=float(gain), seed=seed % 2**31)
+    element.apply(SetFaults(faults))
     specimen = scattered(design, by.scatter, seed)
+    specimen = dataclasses.replace(specimen, eta_factor=max(float(damping), 0.0))
     element.chain.set_specimen(specimen)
     made = _Made(element, specimen, by.vibration, seed)
     levels = range(len(wanted(design, tried))) if levels is None else levels
@@ -147,6 +183,8 @@ class _Made:
 
     def outcome(self, level: int, tried: str) -> int:
         """Put the wall at rest at a level, and return what `outcomes` says of it."""
+        if tried in (WORD, HEAR):
+            return self._word(level, tried)
         try:
             wall = blank(self._specimen) if tried == KICK else resting_wall(self._specimen, level)
         except StateError:  # nothing pins it there
@@ -174,9 +212,32 @@ class _Made:
         beside = abs(wall_position(design, configuration) - rest)
         return reached if beside < ARRIVED else UNDECODABLE
 
-    def _decoded(self, end: str) -> int:
+    def _word(self, word: int, tried: str) -> int:
+        """Write or read a word, and return what `outcomes` says of it."""
+        element, register = self._element, self._element.register
+        assert register is not None
+        levels = register.code.walls(word)
         try:
-            return run(self._element, look(self._element, end), self._shake).level
+            v = blank(self._specimen) if tried == WORD else resting(self._specimen, levels)
+        except StateError:  # nothing pins its walls there
+            return UNDECODABLE
+        element.chain.place(v)
+        element.transducer.assume_rest()
+        if tried == HEAR:
+            return self._heard(hear(element))
+        run(element, put(element, register, 0, word), self._shake)
+        run(element, wait(element, SETTLED / element.design.eta), self._shake)
+        found = sorted(
+            wall.position for wall in walls(element.design, element.chain.configuration)
+        )
+        return astray(element.design, found, levels) or word
+
+    def _decoded(self, end: str) -> int:
+        return self._heard(look(self._element, end))
+
+    def _heard(self, reading: Procedure[Reading]) -> int:
+        try:
+            return run(self._element, reading, self._shake).level
         except ProcedureFailed:  # it does not come to rest
             self._element.transducer.release()
             return UNDECODABLE
@@ -186,6 +247,16 @@ class _Made:
         if self._vibration:
             drawn = self._vibration * float(self._random.standard_normal())
             self._element.base.disturb(min(max(drawn, -self._limit), self._limit))
+
+
+def astray(design: Design, found: Sequence[float], levels: Sequence[int]) -> int:
+    """Return how walls, by position from the left, are not those of a word; 0 if they are."""
+    if missing := len(levels) - len(found):
+        return ANNIHILATED if missing > 0 and missing % 2 == 0 else LOST
+    for position, level in zip(reversed(found), reversed(levels), strict=True):
+        if abs(away := position - design.defect(level)) > NEAR:
+            return FAR if away > 0.0 else SHORT
+    return 0
 
 
 BATCH = 64
@@ -211,7 +282,7 @@ class TriedElement:
 
     Attributes:
         seed: Reproduces this element alone.
-        levels: The levels stepped from, or read, rising: all, or a random sample.
+        levels: The levels stepped from, or read, rising: all, or a random sample; or random words.
         counts: Weight of a failure of each; 0 if the screen left it out.
         found: The results, see `outcomes`; the expected one where left out.
         wrong: Whether each result differs from the expected one.
@@ -231,16 +302,21 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement
     """
     design, settings = decode(Design, shared['design']), decode(Settings, shared['settings'])
     kind, tried = values['kind'], values['tried']
-    by, right = chance(kind, values['scatter']), np.array(wanted(design, tried))
+    by, all_right = chance(kind, values['scatter']), np.array(wanted(design, tried))
     count, each = size(shared, kind, tried)
     for one in np.random.SeedSequence(seed).generate_state(count, np.uint64).tolist():
-        drawn = generator(one, Stream.LEVELS).choice(len(right), each, replace=False)
-        levels = np.sort(drawn)
+        drawing = generator(one, Stream.LEVELS)
+        if tried in (WORD, HEAR):
+            right = levels = drawing.integers(1, words_of(design, settings), each)
+        else:
+            right = all_right[
+                levels := np.sort(drawing.choice(len(all_right), each, replace=False))
+            ]
         counts = np.ones(each)
         if screened(shared, kind, tried):
             specimen = scattered(design, by.scatter, one)
             counts = weights(_forecast(design, settings), specimen, levels, one)
-        found = right[levels]
+        found = right.copy()
         simulated = counts > 0.0
         if simulated.any():
             try:
@@ -249,7 +325,7 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement
                 )
             except DesignError:  # a cell so light that the time step is too long for it: all lost
                 found[simulated] = UNDECODABLE
-        yield TriedElement(one, levels, counts, found, found != right[levels])
+        yield TriedElement(one, levels, counts, found, found != right)
 
 
 def evaluate(shared: Values, values: Values, seed: int) -> Row:
@@ -260,25 +336,31 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
         simulated: How many trials were simulated.
         squares: Sum over the elements of the square of the number of their failures.
         silent: Reads, of all levels, that were decoded as another level.
-        tried_L: Steps from level L, or reads of it.
+        tried_L: Steps from level L, or reads of it; of words all under 0.
         failed_L: How many of them failed, weighted if screened.
+        far, short, annihilated, lost: Of words that were written, how; see `ASTRAY`.
     """
-    levels = range(len(wanted(Design(**shared['design']), values['tried'])))
+    many = values['tried'] in (WORD, HEAR)
+    levels = range(1 if many else len(wanted(Design(**shared['design']), values['tried'])))
     tried, failed = np.zeros(len(levels), int), np.zeros(len(levels))
+    how = np.zeros(len(ASTRAY), int)
     made = simulated = silent = 0
     squares = 0.0
     for one in elements(shared, values, seed):
         made += 1
         simulated += int(np.count_nonzero(one.counts))
-        tried[one.levels] += 1
-        failed[one.levels] += one.wrong * one.counts
+        at = np.zeros_like(one.levels) if many else one.levels
+        np.add.at(tried, at, 1)
+        np.add.at(failed, at, one.wrong * one.counts)
+        how += [int((one.found == each).sum()) for each in ASTRAY]
         squares += float(one.wrong @ one.counts) ** 2
         if values['tried'] != STEP:
-            silent += int(np.sum(one.wrong & (one.found != UNDECODABLE)))
+            silent += int(np.sum(one.wrong & (one.found >= 0)))
     return {
         'elements': made, 'simulated': simulated, 'squares': squares, 'silent': silent,
         **{f'tried_{level}': int(tried[level]) for level in levels},
         **{f'failed_{level}': float(failed[level]) for level in levels},
+        **(dict(zip(ASTRAY.values(), how.tolist(), strict=True)) if many else {}),
     }  # fmt: skip
 
 

@@ -22,7 +22,7 @@ from mlmem_ros.device.end import End
 from mlmem_ros.physics import Design
 
 from ..campaign import Campaign, Ledger, Row, run
-from .element import KICK, KINDS, STEP, evaluate, screened, size
+from .element import ASTRAY, HEAR, KICK, KINDS, STEP, WORD, evaluate, screened, size
 from .estimate import ENOUGH, RARE, Rate, pooled, rare_scatter
 from .particle import DRAWN, HEAVIEST
 
@@ -111,12 +111,14 @@ class Tolerance:
         if unknown := sorted(set(self.kinds) - set(KINDS)):
             raise ValueError(f'kinds must be of {", ".join(KINDS)}; got {", ".join(unknown)}')
         usual = (STEP, *(end.value for end in End))
-        possible = (STEP, KICK, *usual[1:])
+        possible = (STEP, KICK, WORD, HEAR, *usual[1:])
         if unknown := sorted(set(self.tried) - set(possible)):
             raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
         kicked = self.settings.kick.by_level
         if KICK in self.tried and not (len(kicked) == self.design.levels and all(kicked)):
             raise ValueError('tried can be kick only where every level has one (kick.speeds)')
+        if {WORD, HEAR} & set(self.tried) and not self.settings.register.spacing:
+            raise ValueError('tried can be word or hear only in a register (register.spacing)')
         if self.amounts < 1 or self.most < 1:
             raise ValueError(
                 f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
@@ -217,6 +219,22 @@ class Tolerance:
                 found.setdefault(row['scatter'], []).append(row)
         amounts = sorted(found)
         return amounts, [self.rate(found[amount]) for amount in amounts]
+
+    def how(self, rows: Sequence[Row], kind: str) -> list[dict[str, float]]:
+        """Return for every amount of a kind how many words were written, and how many failed how.
+
+        See `ASTRAY`.
+        """
+        found: dict[float, dict[str, float]] = {}
+        for row in rows:
+            if (row['kind'], row['tried']) == (kind, WORD):
+                counts = found.setdefault(
+                    row['scatter'], dict.fromkeys(('tried', *ASTRAY.values()), 0)
+                )
+                counts['tried'] += row['tried_0']
+                for name in ASTRAY.values():
+                    counts[name] += row[name]
+        return [{'amount': amount, **found[amount]} for amount in sorted(found)]
 
     def rare(
         self, rows: Sequence[Row], kind: str, tried: str
