@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from .study import Tolerance
 
 
+AMOUNTS = 10
+
 OPTIONS = (
     option(
         '--design', default='case_2', metavar='FILE|PRESET', help='ROS parameter file or preset'
@@ -45,7 +47,7 @@ OPTIONS = (
         help='what is tried: step, left, right (a read from that end), all by default; or kick, '
         'from blank to a level; or, of many walls, word (random ones, by kicks) or hear (read)',
     ),
-    option('--amounts', type=int, default=10, help='amounts per decade'),
+    option('--amounts', type=int, default=AMOUNTS, help='amounts per decade'),
     option('--most', type=int, default=3000, help='most trials of an amount'),
     option(
         '--screen', action='store_true',
@@ -156,6 +158,7 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     designs = designs | {name: known | rates}
     tried = ' '.join(('', '--tried', *arguments.tried)) if arguments.tried else ''
     made = f'mlmem tolerance --design {name} --kinds {" ".join(rates)}{tried}'
+    made += f' --amounts {arguments.amounts}' if arguments.amounts != AMOUNTS else ''
     made += f' --most {arguments.most}' + ' --screen' * arguments.screen
     commands = dict.fromkeys([*filter(None, kept.get('command', '').split(' && ')), made])
     of = [*([name] if name in PRESETS else ()), *by(Tolerance, name)]
