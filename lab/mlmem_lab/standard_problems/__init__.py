@@ -3,7 +3,7 @@
 """Standard problems of mechanical domain walls, for comparing codes.
 
 Sites are counted from 1, masses are 1, and ends are free unless stated. A front is where the
-displacement (4, 6 and 7: the configuration) last falls below a level, linear between sites. In 1,
+displacement (4 and 6 to 8: the configuration) last falls below a level, linear between sites. In 1,
 2 and 4 to 6, everything starts at rest with u_j = mean - half tanh((j - X) / w), mean and half
 those of the two wells.
 
@@ -11,12 +11,12 @@ Our answers are those of PEFRL, fourth order, at the step given. The error is th
 differences from twice that step and from Noh and Bathe's method.
 """
 
-from . import echo, kick, kink, pinning, real_lattice, speed_law, throw
+from . import byte, echo, kick, kink, pinning, real_lattice, speed_law, throw
 from .problem import Answers, Problem
 
 PROBLEMS = (
     kink.PROBLEM, speed_law.PROBLEM, real_lattice.PROBLEM, pinning.PROBLEM, echo.PROBLEM,
-    throw.PROBLEM, kick.PROBLEM,
+    throw.PROBLEM, kick.PROBLEM, byte.PROBLEM,
 )  # fmt: skip
 """In the order of the page."""
 
