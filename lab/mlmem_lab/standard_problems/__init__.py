@@ -3,8 +3,8 @@
 """Standard problems of mechanical domain walls, for comparing codes.
 
 Sites are counted from 1, masses are 1, and ends are free unless stated. A front is where the
-displacement (4 and 6 to 8: the configuration) last falls below a level, linear between sites. In 1,
-2 and 4 to 6, everything starts at rest with u_j = mean - half tanh((j - X) / w), mean and half
+displacement (4 and 6 to 8: the configuration) last falls below a level, linear between sites. In
+1, 2 and 4 to 6, everything starts at rest with u_j = mean - half tanh((j - X) / w), mean and half
 those of the two wells.
 
 Our answers are those of PEFRL, fourth order, at the step given. The error is the larger of the
