@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ def measured(name: str) -> dict[str, float]:
     }  # fmt: skip
 
 
-def joined(kept: dict[str, Any], name: str, found: dict[str, float]) -> dict[str, Any]:
+def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the costs of every preset, in one order."""
     presets = kept.get('presets', {}) | {name: found}
     return {'presets': {each: presets[each] for each in REGISTERS if each in presets}}

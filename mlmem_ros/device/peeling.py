@@ -26,7 +26,7 @@ import numpy as np
 
 from ..physics import Design, Specimen
 from ..physics.potential import Array
-from ..physics.waves import Complex, carried, group_velocity, product
+from ..physics.waves import Complex, carried, group_velocity, passing, product, reflected
 from .end import End, Shot
 from .errors import SettingsError
 from .reading import UNDECODABLE, Reading
@@ -149,12 +149,12 @@ class Side:
                 answers = self._answers([walls + way for way in ways], phase, level, ahead)
                 echo = self._echo if level else self._first
                 away = self._away(level, here)
-                expected = [_reflected(each, away) for each in answers]
+                expected = [reflected(each, away) for each in answers]
                 if level == 0:  # the force depends on what is near this end
                     forces = self._ends.force(-answers)
-                    measured = [_reflected(-force / u, away) for force in forces]
+                    measured = [reflected(-force / u, away) for force in forces]
                 else:
-                    measured = [_reflected(T / u, away)] * len(ways)
+                    measured = [reflected(T / u, away)] * len(ways)
                 left = _loudness(np.array(measured) - np.array(expected), echo)
                 best = int(np.argmin(left))
                 apart = _loudness(np.array(expected) - expected[best], echo)
@@ -213,10 +213,7 @@ class Side:
         at = self._edges[level]
         site = self._design.N - 1 - at if self.end is End.RIGHT else at
         tones = self._ends.tones
-        half = 0.5 * (self._inside.flat[phase, site] + tones.square + tones.loss)
-        shift = 1.0 + half - np.sqrt(half * (2.0 + half))  # from a cell to the next
-        shift = np.where(np.abs(shift) < 1.0, shift, 1.0 / shift)
-        return 1.0 - 1.0 / shift, 1.0 - shift
+        return passing(self._inside.flat[phase, site] + tones.square + tones.loss)
 
     def forecasts(self, words: Sequence[Sequence[int]], phase: int) -> Array:
         """Return the forecasts for words of which all are like the first but for some levels.
@@ -245,12 +242,6 @@ class Side:
             row = carried(after[high][None], stiffness, *self._others(low, high))[0]
             rows.append(np.einsum('if,fij->jf', row, before[low]))
         return self._ends.parts(np.array(rows))
-
-
-def _reflected(Y: Complex, away: tuple[Complex, Complex]) -> Complex:
-    """Return the amplitude that comes back over that which goes on."""
-    on, back = away
-    return np.asarray((on - Y) / (Y - back))
 
 
 def _loudness(reflected: Complex, echo: Complex) -> Array:

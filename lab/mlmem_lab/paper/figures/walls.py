@@ -1,0 +1,140 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: what a wall reflects of a carrier, and how many walls an element holds."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device.presets import preset
+from mlmem_ros.device.register import Code, resting
+from mlmem_ros.physics import Specimen
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.waves import band, carried, cells, passing, reflected
+
+from ...studies import style
+from ..figure import Data, Figure, Quality
+
+FIGURE = Figure(
+    'walls', 'What a wall reflects, and how many an element holds', seconds=10,
+    of=('byte', 'register_4', 'register_5', 'register_8'),
+)  # fmt: skip
+
+LEVEL = 3
+"""Of the wall of the paper's element that is drawn."""
+
+NEAR = 20
+"""Cells on either side of it; the next defect is 25 away."""
+
+DECAY = 1e-7
+"""Of the waves in time, which tells those that go on from those that come back."""
+
+WAYS = {
+    'one wall, 25 cells a level': (25, None, False),
+    'one wall, 9': (9, None, False),
+    'any level, 25 (kicks)': (25, 1, False),
+    'every second level, 9 (at rest)': (9, 2, False),
+    'odd distances from 3 on, 9 (shifting)': (9, 3, True),
+}
+"""Cells a level, least distance in levels, and whether distances are odd, by what is written."""
+
+SHIPPED = ('case_2', 'byte', 'register_4', 'register_5', 'register_8')
+
+MOST = 1500
+"""Longest element, in cells."""
+
+
+def reflectivity(made: Specimen, v: Array, omega: Array, first: int, last: int) -> Array:
+    """Return which share of the amplitude of a wave from the left comes back from cells, shape
+    (F,), in an element at rest in displacements v.
+
+    Args:
+        omega: Frequencies inside the pass bands of both sides, shape (F,).
+        first: Site of the first of these cells; those left of it are taken to be like it.
+        last: Site of the last; the same.
+    """
+    stiffness, mass, spring = cells(made, v)
+    square = np.asarray(-((omega - 1j * DECAY) ** 2), dtype=np.complex128)
+    loss, part = np.zeros_like(square), slice(first - 1, last)
+    left, right = (stiffness[site - 1] + square for site in (first, last))
+    beyond = np.stack((-passing(right)[0], np.ones_like(square)))[None]
+    p, q = carried(beyond, stiffness[None, part], mass[part], spring[part], square, loss)[0]
+    return np.abs(reflected(-p / q, passing(left)))
+
+
+@FIGURE.data
+def compute(quality: Quality) -> Data:
+    """Find what a wall and a kink of the byte reflect, and count words by length.
+
+    Returns:
+        `omega` and `wall`, `kink`: amplitude that comes back; `pulse`: carrier of the byte and
+        half of its band; `cells`, and `bits` (way x length), shown where an element has a level;
+        `shipped` (preset x cells, bits).
+    """
+    design, settings = preset('byte')
+    made = Specimen(dataclasses.replace(design, eta=0.0))
+    edges = [band(stiffness) for stiffness in (design.k_s1, design.k_s2)]
+    omega = np.linspace(max(low for low, _ in edges) + 0.01, min(high for _, high in edges) - 0.01,
+                        quality.pick(50, 500))  # fmt: skip
+    site = design.defect(LEVEL)
+    wall = resting(made, [LEVEL])
+    kink = resting(made, [LEVEL, design.levels - 1])
+    lengths = np.unique(np.geomspace(50, MOST, quality.pick(20, 100)).astype(int))
+    probe = settings.register.probe
+    return {
+        'omega': omega,
+        'wall': reflectivity(made, wall, omega, site - NEAR, site + NEAR),
+        'kink': reflectivity(made, kink, omega, site - NEAR, site + NEAR),
+        'pulse': [probe.omega_c, 2.0 / probe.sigma],
+        'cells': lengths,
+        'bits': [[_bits(int(n), *way) for n in lengths] for way in WAYS.values()],
+        'shipped': [_shipped(name) for name in SHIPPED],
+    }
+
+
+def _bits(N: int, J: int, distance: int | None, odd: bool) -> float:
+    """Return the bits of an element of so many cells, with a level every J."""
+    levels = max(1, N // J - 1)
+    if distance is None:
+        return math.log2(levels + 1)
+    return math.log2(Code(levels, distance, odd).words)
+
+
+def _shipped(name: str) -> tuple[float, float]:
+    design, settings = preset(name)
+    spacing, odd = settings.register.spacing, settings.register.shifted
+    words = Code(design.levels, spacing, odd).words if spacing else design.levels
+    return float(design.N), math.log2(words)
+
+
+@FIGURE.drawing
+def draw(data: Data) -> Any:
+    """Draw both."""
+    figure = style.new_figure(3.6)
+    mirror, room = style.axes_grid(figure, 1, 2)[0]
+    mirror.semilogy(data['omega'], data['wall'], color=style.S2, label='wall')
+    mirror.semilogy(data['omega'], data['kink'], color=style.S1, ls='--', label='kink')
+    carrier, half = data['pulse']
+    mirror.axvspan(carrier - half, carrier + half, color=style.MARK, alpha=0.25, lw=0.0)
+    mirror.axvline(carrier, color=style.MARK, ls='--')
+    mirror.set(xlabel=r'carrier $\omega_c$', ylabel='amplitude that comes back', ylim=(1e-3, 1.0))
+    mirror.legend(loc='upper center')
+    style.label(mirror, 'a', 'a wall at level 3 as a mirror')
+    colors = (style.FAINT, style.FAINT, style.INK, style.S1, style.S2)
+    for (name, (J, *_)), bits, color in zip(WAYS.items(), data['bits'], colors, strict=True):
+        dashed = '--' if J == 9 and color == style.FAINT else '-'
+        room.loglog(data['cells'], bits, color=color, ls=dashed, label=name)
+    for name, (N, bits) in zip(SHIPPED, data['shipped'], strict=True):
+        room.plot(N, bits, 'o', color=style.MARK, ms=4)
+        left = name in ('register_4', 'register_8')
+        style.note(
+            room, name, (N, bits), (-6, 3) if left else (6, -9), ha='right' if left else 'left'
+        )
+    room.set(xlabel='cells', ylabel='bits', ylim=(0.8, 2e3))
+    room.legend(loc='upper left', fontsize='x-small')
+    style.label(room, 'b', 'capacity')
+    return figure
