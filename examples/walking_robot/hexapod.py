@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -37,11 +38,19 @@ LEG = """
 BODY = """
 <mujoco>
   <option timestep="{step}"/>
+  <visual><headlight ambient="0.5 0.5 0.5" diffuse="0.2 0.2 0.2"/></visual>
+  <asset>
+    <texture name="sky" type="skybox" builtin="flat" rgb1="0.9 0.94 1" width="8" height="8"/>
+    <texture name="field" type="2d" builtin="checker" rgb1="0.82 0.8 0.76" rgb2="0.74 0.72 0.68"
+      width="64" height="64"/>
+    <material name="field" texture="field" texrepeat="100 10"/>
+  </asset>
   <worldbody>
-    <geom type="plane" size="50 5 0.1"/>{stones}
+    <light pos="0 0 3" dir="0.2 0.3 -1" directional="true" diffuse="0.4 0.4 0.4"/>
+    <geom type="plane" size="50 5 0.1" material="field"/>{stones}
     <body name="torso" pos="0 0 0.14">
       <freejoint/>
-      <geom type="box" size="0.25 0.07 0.03" mass="1.5"/>
+      <geom type="box" size="0.25 0.07 0.03" mass="1.5" rgba="0.16 0.35 0.6 1"/>
       <site name="imu"/>{legs}
     </body>
   </worldbody>
@@ -50,7 +59,9 @@ BODY = """
 </mujoco>"""
 
 SERVO = '<position joint="{name}" kp="30" kv="0.5" forcerange="-2.5 2.5"/>'
-STONE = '<geom type="box" size="0.06 0.06 {h:.4f}" pos="{x:.2f} {y:.2f} 0"/>'
+STONE = (
+    '<geom type="box" size="0.06 0.06 {h:.4f}" pos="{x:.2f} {y:.2f} 0" rgba="0.6 0.58 0.55 1"/>'
+)
 """A stone whose upper side is at height `h`, in metres."""
 
 
@@ -111,6 +122,21 @@ class Hexapod:
         """The angles of its joints in rad."""
         names = [self._model.joint(n).name for n in range(1, self._model.njnt)]
         return dict(zip(names, map(float, self._data.qpos[7:]), strict=True))
+
+    def pictured(self, renderer: mujoco.Renderer) -> Any:
+        """Return a picture of it from its right side, shape (height, width, 3)."""
+        camera = mujoco.MjvCamera()
+        camera.lookat[:] = self._data.qpos[0], 0.0, 0.06
+        camera.distance, camera.azimuth, camera.elevation = 1.15, 60.0, -20.0
+        renderer.update_scene(self._data, camera)
+        return renderer.render()
+
+    def renderer(self, width: int, height: int) -> mujoco.Renderer:
+        """Return what draws it without a screen; a context manager.
+
+        Without a graphics card set MUJOCO_GL to egl or osmesa.
+        """
+        return mujoco.Renderer(self._model, height, width)
 
     def step(self, gait: Gait) -> None:
         """Walk for one step of the physics."""

@@ -9,18 +9,21 @@ the same day has the same bits whenever it is run.
     pip install 'mlmem_ros[robot]'
     python3 examples/walking_robot/walking_robot.py --output day
 
-draws the day, and leaves its session to `mlmem replay day/session`.
+draws the day, and leaves its session to `mlmem replay day/session`. With `--film` it is filmed;
+without a screen set MUJOCO_GL to egl or osmesa.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import rclpy
+from film import Film
 from hexapod import GAITS, STEP, Gait, Hexapod
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -54,6 +57,11 @@ class Mind:
         self._reading: Any = memory.read()
         self._writing: Any = None
 
+    @property
+    def word(self) -> int | None:
+        """What it knows to be in the memory; None while it asks."""
+        return None if self._reading or self._writing else self.falls * FALLS + self.gait
+
     def think(self, time: float, wanted: int) -> Gait:
         """Return how to walk now; a new gait is written before it is walked."""
         if self._reading is not None:
@@ -63,7 +71,7 @@ class Mind:
             if self._writing.done():
                 self.falls, self.gait = divmod(self._writing.wait().level, FALLS)
                 self._writing = None
-                self._say(time, f'{GAITS[self.gait].name} is written; {self.falls} falls')
+                self._say(time, f'{GAITS[self.gait].name} is written; falls: {self.falls}')
         elif wanted != self.gait:
             self._write(self.falls, wanted)
         return GAITS[self.gait]
@@ -74,7 +82,7 @@ class Mind:
         if gait == 0:
             self._say(time, 'the memory says stand: a new robot')
             return
-        self._say(time, f'the memory says {GAITS[gait].name}, {falls} falls')
+        self._say(time, f'the memory says {GAITS[gait].name}; falls: {falls}')
         self._write(falls + 1, gait)  # it was walking when it lost power
 
     def _write(self, falls: int, gait: int) -> None:
@@ -112,7 +120,9 @@ class World(Node):
         rclpy.spin_until_future_complete(self, answer, executor)
         executor.shutdown()
 
-    def run(self, seconds: float, mind: Mind | None, wanted: int, day: Day) -> None:
+    def run(
+        self, seconds: float, mind: Mind | None, wanted: int, day: Day, film: Film | None = None
+    ) -> None:
         """Let time pass, for body and memory together; without a mind there is no power."""
         self.body.powered = mind is not None
         for _ in range(round(seconds / STEP)):
@@ -121,6 +131,10 @@ class World(Node):
             self._publish()
             self.memory.step().wait()  # the messages sent before take effect in this tick
             day.keep(self.body, gait)
+            if mind is not None:
+                day.word = mind.word
+            if film is not None:
+                film.take(self.body, day.said(self.body.time), day.word)
 
     def _publish(self) -> None:
         seconds, nanoseconds = divmod(round(self.body.time * 1e9), 10**9)
@@ -139,20 +153,26 @@ class World(Node):
 @dataclass
 class Day:
     """What happened: by step the time in s, the place and the height in m, the acceleration in
-    m/s^2 and the frequency of the gait in Hz; what the robot said; the byte at the end.
+    m/s^2 and the frequency of the gait in Hz; what the robot said; the byte that it last knew, or
+    None while it asks.
     """
 
     log: list[tuple[float, str]] = field(default_factory=list)
     steps: list[tuple[float, float, float, float, float]] = field(default_factory=list)
-    word: int = -1
+    word: int | None = None
 
     def keep(self, body: Hexapod, gait: Gait) -> None:
         """Keep a step."""
         self.steps.append((body.time, *body.place, body.acceleration[0], gait.frequency))
 
+    def said(self, time: float) -> str:
+        """Return what the robot said last, for two seconds."""
+        when, what = self.log[-1] if self.log else (0.0, '')
+        return what if time - when < 2.0 else ''
 
-def lived(session: Path, roughness: float = 0.02) -> Day:
-    """Live a day, recorded into a session, and return it.
+
+def lived(session: Path, roughness: float = 0.02, film: Film | None = None) -> Day:
+    """Live a day, recorded into a session and perhaps filmed, and return it.
 
     The robot is told to walk, loses power on its way, falls, and wakes a second later.
     """
@@ -163,12 +183,11 @@ def lived(session: Path, roughness: float = 0.02) -> Day:
         with memory_node(MEMORY) as node:
             world = World(Hexapod(roughness), node.element, context=context)
             world.memory.record(path=str(session)).wait()
-            world.run(3.0, Mind(world.memory, day.log), 2, day)
-            world.run(1.0, None, 0, day)
+            world.run(3.0, Mind(world.memory, day.log), 2, day, film)
+            day.log.append((round(world.body.time, 3), 'power is lost'))
+            world.run(1.0, None, 0, day, film)
             day.log.append((round(world.body.time, 3), 'power is back'))
-            mind = Mind(world.memory, day.log)
-            world.run(3.0, mind, 2, day)
-            day.word = mind.falls * FALLS + mind.gait
+            world.run(3.0, Mind(world.memory, day.log), 2, day, film)
             world.memory.record(False).wait()
             world.destroy_node()
     finally:
@@ -202,10 +221,12 @@ def main() -> int:
     """Live a day, and show it."""
     parser = argparse.ArgumentParser(description='A robot that shakes its memory.')
     parser.add_argument('--output', type=Path, default=Path('day'), help='a new folder')
+    parser.add_argument('--film', action='store_true', help='film the day, too')
     parser.add_argument('--roughness', type=float, default=0.02, help='height of stones in m')
     options = parser.parse_args()
     options.output.mkdir(parents=True)
-    day = lived(options.output / 'session', options.roughness)
+    with Film(options.output / 'day.gif') if options.film else nullcontext() as film:
+        day = lived(options.output / 'session', options.roughness, film)
     for when, what in day.log:
         print(f'{when:6.3f} s  {what}')
     print(f'it came {day.steps[-1][1]:.2f} m; the byte in its memory is {day.word:#04x}')

@@ -5,7 +5,9 @@
 import math
 
 import pytest
+from film import Film
 from hexapod import GAITS, STEP, Hexapod
+from PIL import Image
 from walking_robot import FALLS, lived
 
 from mlmem_ros.ros.node import simulator
@@ -34,15 +36,31 @@ def test_without_power_it_lies_on_the_ground():
     assert body.place[1] < 0.06
 
 
+def test_a_film_has_a_picture_every_tenth_of_a_second(tmp_path):
+    body = Hexapod()
+    try:
+        body.renderer(8, 8).close()
+    except Exception as error:  # MuJoCo raises what its OpenGL raises
+        pytest.skip(f'nothing draws here: {error}')
+    with Film(tmp_path / 'film.gif') as film:
+        for step in range(round(0.35 / STEP)):
+            body.step(GAITS[1])
+            film.take(body, 'it walks', step)
+    with Image.open(tmp_path / 'film.gif') as pictures:
+        assert pictures.n_frames == 4
+        assert len(pictures.convert('RGB').getcolors(1 << 20)) > 8  # not an empty scene
+
+
 def test_a_day_goes_on_after_a_fall_and_is_the_same_again(tmp_path):
     days = [lived(tmp_path / name) for name in ('first', 'second')]
     assert days[0] == days[1]
     assert [what for _, what in days[0].log] == [
         'the memory says stand: a new robot',
-        'walk is written; 0 falls',
+        'walk is written; falls: 0',
+        'power is lost',
         'power is back',
-        'the memory says walk, 0 falls',
-        'walk is written; 1 falls',
+        'the memory says walk; falls: 0',
+        'walk is written; falls: 1',
     ]
     assert days[0].word == 1 * FALLS + 2
     first, second = (load(tmp_path / name) for name in ('first', 'second'))
