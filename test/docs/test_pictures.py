@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
 PAGES = [ROOT / 'README.md', *sorted(DOCS.rglob('*.md'))]
 SHOWN = re.compile(r'(?:!\[[^\]]*\]\(|src(?:set)?=")([^)"]+\.(?:png|gif|svg))')
-DRAWS = re.compile(r'mlmem \w+|mlmem_lab\.\w+|tools/\w+\.py|RViz|by hand')
+DRAWS = re.compile(r'mlmem \w+|mlmem_lab\.\w+|tools/\w+\.py|examples/\w+/\w+\.py|RViz|by hand')
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
