@@ -5,21 +5,28 @@
 import fcntl
 import os
 import pickle
+from contextlib import contextmanager
 
 
-def once(factory, name, compute):
-    """Return what `compute` returns, or has returned in another worker.
+@contextmanager
+def alone(factory, name):
+    """Keep other workers out of a block of this name; yield its file.
 
     Args:
         factory: The fixture `tmp_path_factory`.
-        name: Of the file that keeps it.
-        compute: Called if nobody has; its result is pickled.
+        name: Of the file.
     """
     folder = factory.getbasetemp()
     if 'PYTEST_XDIST_WORKER' in os.environ:
         folder = folder.parent
     with (folder / f'{name}.pickle').open('ab+') as file:
         fcntl.flock(file, fcntl.LOCK_EX)
+        yield file
+
+
+def once(factory, name, compute):
+    """Return what `compute` returns, or has returned in another worker; it is pickled."""
+    with alone(factory, name) as file:
         file.seek(0)
         if not file.read(1):
             pickle.dump(compute(), file)

@@ -6,14 +6,13 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import hashlib
 import importlib.util
 import os
 import signal
 import subprocess
 import sys
-from dataclasses import replace
-from functools import partial
-from itertools import groupby, product
+from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from types import SimpleNamespace
@@ -116,25 +115,32 @@ def real_processes(monkeypatch):
 
 
 @pytest.fixture(scope='session', autouse=True)
-def loops(tmp_path_factory):
-    """Compile every loop in one worker alone: in a fresh clone all would compile all of them."""
-    if (worker := os.environ.get('PYTEST_XDIST_WORKER')) is None:
+def compiled_once(tmp_path_factory):
+    """Let one worker compile a loop while others that need it wait: in a fresh clone all would."""
+    if 'PYTEST_XDIST_WORKER' not in os.environ:
+        yield
         return
-    from computed import once
+    from computed import alone
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.dispatcher import Dispatcher
 
-    from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Scatter, scattered
+    from mlmem_ros.physics import CASE_II, Chain
+    from mlmem_ros.physics.jit import _Cache
 
-    def compile_loop(substrate, name, springs):
-        design = replace(CASE_II, N=75, substrate=substrate)
-        chain = Chain(design, integrator=INTEGRATORS[name])
-        if springs == 'unequal':
-            chain.set_specimen(scattered(design, Scatter(k_r=1e-3), 1))
-        chain.rest(1)
+    compile_here = Dispatcher.compile
 
-    kinds = list(product(('rigid', 'elastic'), INTEGRATORS, ('alike', 'unequal')))
-    first = int(worker.removeprefix('gw')) % len(kinds)
-    for kind in kinds[first:] + kinds[:first]:
-        once(tmp_path_factory, f'loop-{"-".join(kind)}', partial(compile_loop, *kind))
+    def compile_alone(loop, types):
+        cache = loop._cache
+        if not isinstance(cache, _Cache) or cache.holds(types, loop.targetctx.codegen()):
+            return compile_here(loop, types)
+        name = hashlib.sha256(f'{loop.py_func.__qualname__} {types}'.encode()).hexdigest()
+        with global_compiler_lock, alone(tmp_path_factory, name):  # threads first, then workers
+            return compile_here(loop, types)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Dispatcher, 'compile', compile_alone)
+        Chain(CASE_II).rest(1)  # before any other process loads it
+        yield
 
 
 @contextlib.contextmanager
