@@ -77,11 +77,11 @@ def test_the_page_ends_with_the_node_that_it_started(tmp_path):
 
 @pytest.mark.parametrize('kind', ['preset', 'file'])
 def test_the_page_starts_an_element_on_request(kind, tmp_path):
-    """Of a preset or a parameter file: either is of sixteen levels."""
-    chosen = 'bits_4'
+    """Of a preset or a parameter file: either is of two levels."""
+    chosen = 'bits_1'
     if kind == 'file':
         chosen = str(tmp_path / 'element.yaml')
-        given = {'/**': {'ros__parameters': {'design.preset': 'bits_4'}}}
+        given = {'/**': {'ros__parameters': {'design.preset': 'bits_1'}}}
         Path(chosen).write_text(json.dumps(given), encoding='utf-8')
     command = ['view', '--start', chosen, '--node', '/own/one', '--port', '0']
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.DEVNULL, 'text': True}
@@ -91,6 +91,6 @@ def test_the_page_starts_an_element_on_request(kind, tmp_path):
     ):
         assert fetched(address_in(process.stdout.readline()))['live']
         found = memory.parameters('design.preset', timeout=30.0).wait()
-        assert found == {'design.preset': 'bits_4'}
+        assert found == {'design.preset': 'bits_1'}
         process.terminate()
         assert process.wait(20.0) == 0

@@ -104,7 +104,6 @@ SPRING, STIFF = Toda(0.8, 0.7), PowerLaw(500.0, -3.27, 6.0)
     ('integrator', 'on_site', 'coupling'),
     [
         (NOH_BATHE, Phi4(0.3), SPRING),
-        (PEFRL, Phi4(0.3), SPRING),
         (PEFRL, Wells(TABLE), STIFF),
     ],
 )
