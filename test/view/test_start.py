@@ -90,6 +90,7 @@ def test_the_page_starts_an_element_on_request(kind, tmp_path):
         standalone('/own/one') as memory,
     ):
         assert fetched(address_in(process.stdout.readline()))['live']
+        memory.ready(90.0).wait()  # its node is another process, which a busy machine starts late
         found = memory.parameters('design.preset', timeout=30.0).wait()
         assert found == {'design.preset': 'bits_1'}
         process.terminate()
