@@ -31,6 +31,10 @@ class Record:
     path: str = ''
 
 
+class NoCommand(Refused):
+    """A message that asks for nothing, and needs no answer."""
+
+
 Make = Callable[[Any, Units], Command]
 """Turns a message into a command, from SI into the device's units, or raises `Refused`."""
 
@@ -72,6 +76,7 @@ def set_joint(message: Any, units: Units) -> SetStrain:
     """Turn a JointState that sets a position, in m, into a command; all else in it is ignored.
 
     Raises:
+        NoCommand: The position is NaN, as ros2_control sends it until a controller commands one.
         Refused: It has no position of the device's joint.
     """
     positions = dict(zip(message.name, message.position, strict=False))
@@ -79,7 +84,9 @@ def set_joint(message: Any, units: Units) -> SetStrain:
         raise Refused(
             f'it must have a position of the joint {JOINT!r}; got {clipped(list(positions))}'
         )
-    return SetStrain(float(positions[JOINT]) / units.elongation)
+    if math.isnan(position := float(positions[JOINT])):
+        raise NoCommand(f'no position of the joint {JOINT!r} is wanted: it is NaN')
+    return SetStrain(position / units.elongation)
 
 
 def disturb(message: Any, units: Units) -> Disturb:

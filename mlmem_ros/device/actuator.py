@@ -84,10 +84,24 @@ class Actuator:
         self.strain = strain
         self._begin(Ramp(strain, strain, 0.0))
 
-    def slew_to(self, strain: float) -> None:
-        """Move by hand, with a smooth ramp at the rate limit for that; see `ramp_to`."""
+    def slew_to(self, strain: float) -> bool:
+        """Move by hand, with a smooth ramp at the rate limit for that; see `ramp_to`.
+
+        Returns:
+            False if it stands there, or moves there by hand already: that goes on. A ramp that
+            began anew with every repetition of its set-point would crawl.
+        """
         self.check(strain)  # smooth, since an abrupt start or stop was seen to move the wall
-        self._begin(Ramp.limited(self.strain, strain, 0.0, self.settings.by_hand))
+        motion, by_hand = self.motion, self.settings.by_hand
+        if not self.moving:
+            changes = strain != self.strain
+        else:
+            changes = not isinstance(motion, Ramp) or (
+                motion != Ramp.limited(motion.start, strain, 0.0, by_hand)
+            )
+        if changes:
+            self._begin(Ramp.limited(self.strain, strain, 0.0, by_hand))
+        return changes
 
     def ramp_to(self, strain: float, duration: float, delay: float = 0.0) -> None:
         """Move to a strain smoothly in a given time, or longer if the rate limit requires it.

@@ -137,7 +137,8 @@ class MemoryElement(Memory):
             ):
                 raise Refused('a strain needs an actuator, and there is none (actuator.present)')
             case commands.SetStrain(strain):
-                self.actuator.slew_to(strain)
+                if not self.actuator.slew_to(strain):
+                    return None
             case commands.FollowTrajectory():
                 self.actuator.follow(command, self.settings.scale.time)
             case _:

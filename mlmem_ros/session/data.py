@@ -19,7 +19,7 @@ from ..bag.errors import BagError
 from ..bag.metadata import LOST
 from ..bag.reader import BagReader
 from ..contract import calls, topics
-from ..contract.commands import OF_TOPIC, Make
+from ..contract.commands import OF_TOPIC, Make, NoCommand
 from ..contract.values import SHOT_HEAD, numbers
 from ..described import clipped
 from ..device import Command, End, Refused, Settings, Shot
@@ -288,6 +288,8 @@ class _Collector:
             units = Units(header.design, header.settings.scale) if header else Units()
             try:
                 self._session.commands.append((seconds, make(message, units)))
+            except NoCommand:
+                pass
             except Refused as refusal:  # as the node did
                 self._session.refused.append((seconds, str(refusal)))
 

@@ -139,6 +139,19 @@ def test_a_move_to_the_present_strain_takes_no_time():
         assert set(moved.advance(TICK)) == {0.0}
 
 
+def test_a_repeated_set_point_goes_on_with_its_move():
+    """A loop sends its set-point every period; the move is the one of a single set-point."""
+    once, again = actuator(), actuator()
+    assert once.slew_to(0.05)
+    expected = record(once, ticks=40)
+    seen = []
+    for tick in range(40):
+        assert again.slew_to(0.05) == (tick == 0)
+        seen.append(again.advance(TICK))
+    np.testing.assert_array_equal(np.concatenate(seen), expected)
+    assert again.slew_to(0.04), 'another one is another move'
+
+
 @pytest.mark.parametrize('strain', [LIMIT, -LIMIT, 0, 0.08])
 def test_the_limit_itself_is_allowed(strain):
     moved = actuator()

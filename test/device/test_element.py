@@ -142,6 +142,15 @@ def test_driving_by_hand_makes_the_content_unknown(written):
     assert str(element.unknown) == f'unknown since tick {since}: strained by hand'
 
 
+def test_a_set_point_where_the_strain_is_makes_nothing_unknown(written):
+    """As a loop sends it just after a procedure, whose strain it saw last."""
+    element = written(4)
+    element.apply(SetStrain(0.0))
+    assert not element.actuator.moving
+    assert element.advance() == []
+    assert element.reading.level == 4
+
+
 def test_what_may_move_the_wall_is_told_with_its_reason(written):
     """And what cannot move it is not: a fault of a sensor, a shake that is weak, an idle abort."""
     harmless = written(4)

@@ -93,9 +93,15 @@ class Hardware:
         self.position = message.position[message.name.index(self._joint)]
 
     def write(self, position):
-        if abs(self.position - position) > self._threshold:
+        if not abs(self.position - position) <= self._threshold:  # NaN is sent
             self._publisher.publish(JointState(name=[self._joint], position=[position]))
             self.sent += 1
+
+
+def pass_time(robot, seconds):
+    """Let messages come for some time."""
+    until = time.monotonic() + seconds
+    robot.wait(lambda: time.monotonic() > until, 'the next period')
 
 
 def test_a_trajectory_of_set_points_is_followed(memory, robot):
@@ -105,8 +111,7 @@ def test_a_trajectory_of_set_points_is_followed(memory, robot):
     for step in range(21):
         target = limit * math.sin(math.pi * step / 20) ** 2
         hardware.write(target)
-        until = time.monotonic() + 0.02
-        robot.wait(lambda until=until: time.monotonic() > until, 'the next period')
+        pass_time(robot, 0.02)
         if step == 10:
             robot.wait(lambda: hardware.position == pytest.approx(limit), 'the furthest point')
     hardware.write(0.0)
@@ -118,12 +123,36 @@ def test_a_trajectory_of_set_points_is_followed(memory, robot):
 
 
 @pytest.mark.parametrize(
+    ('level', 'position'), [(3, math.nan), (5, 0.0)], ids=['no controller', 'at rest']
+)
+def test_a_loop_beside_procedures_leaves_the_content_known(memory, robot, level, position):
+    """Its hardware interface writes every period, whatever the controllers do.
+
+    Until one commands a position that is NaN. During a write the strain is not the one commanded,
+    and is sent; so it is once more after it, until the joint states of rest arrive.
+    """
+    hardware = Hardware(robot, urdf(element=memory.element))
+    before = len(memory.output)
+    written = robot.ask('write', level=level)
+    while not written.done():
+        hardware.write(position)
+        pass_time(robot, 0.01)
+    robot.send_message('joint_commands', JointState(name=['substrate'], position=[position]))
+    assert robot.answer(written).success
+    assert hardware.sent
+    robot.get('target_level')  # the node has seen what was sent before
+    assert robot.latest('level').data == level
+    refused = 'joint_commands refused' in memory.output[before:]
+    assert refused == (position == 0.0), memory.output[before:]
+
+
+@pytest.mark.parametrize(
     ('message', 'words'),
     [
         (JointState(), ["'substrate'", 'got []']),
         (JointState(name=['elbow'], position=[0.1]), ["'substrate'", 'elbow']),
         (JointState(name=['substrate'], velocity=[0.1]), ["'substrate'", 'got []']),
-        (JointState(name=['substrate'], position=[math.nan]), ['strain', 'got nan']),
+        (JointState(name=['substrate'], position=[math.inf]), ['strain', 'got inf']),
         (JointState(name=['substrate'], position=[0.34]), ['0.15', 'a strain of 1 is 2.25 m']),
     ],
     ids=lambda value: None,

@@ -19,7 +19,7 @@ from sensor_msgs.msg import Imu
 
 from ... import threads
 from ...contract import messages, topics
-from ...contract.commands import OF_TOPIC
+from ...contract.commands import OF_TOPIC, NoCommand
 from ...contract.topics import Topic
 from ...contract.values import published
 from ...device import Event, MemoryElement
@@ -91,7 +91,8 @@ class Subscriptions:
                 request.answer.add_done_callback(answered)
 
         def answered(answer: Future[Any]) -> None:
-            if (refusal := answer.exception()) is not None:
+            refusal = answer.exception()
+            if refusal is not None and not isinstance(refusal, NoCommand):
                 unit = ''
                 if topic in IN_METRES and (element := self._host.element) is not None:
                     unit = f' (a strain of 1 is {element.units.elongation:g} m)'
