@@ -46,7 +46,10 @@ class Palette:
 
     def indices(self, configuration: Array) -> np.ndarray:
         """Return the index of each value's colour, clipped to the scale."""
-        return np.clip((configuration - self._low) * self._scale, 0.0, 255.0).astype(np.uint8)
+        index = configuration - self._low
+        index *= self._scale
+        np.maximum(index, 0.0, out=index)
+        return np.minimum(index, 255.0, out=index).astype(np.uint8)
 
 
 ROWS = 512
@@ -89,10 +92,11 @@ class Contour:
             return
         self._seen += due
         shown = self._element.chain.configuration[:: self._stride]
-        places = (self._taken + np.arange(min(due, self._columns))) % self._columns
         column = self._palette.indices(shown[::-1])
-        self._indices[places] = self._indices[places + self._columns] = column
-        self._taken += len(places)
+        for _ in range(min(due, self._columns)):
+            place = self._taken % self._columns
+            self._indices[place] = self._indices[place + self._columns] = column
+            self._taken += 1
 
     def message(self, stamp: Time) -> Image:
         """Return the image of the latest columns."""
