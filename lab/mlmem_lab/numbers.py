@@ -13,7 +13,7 @@ number keeps its decimals:
     <!-- end -->
 
 has a row for each entry and a column for each key (of a list of rows, all keys by default);
-`TABLES` has those that need more. With
+tables that need more are made by the functions of `tables`, whose names begin with the file. With
 --check nothing is written: it fails if a page's number is not that of its file, if what a memory
 does has changed since, if a picture is not the one that was made, or if code was not committed.
 With --code it also fails if the code of a study has changed (`make figures-check`). --stale lists
@@ -26,7 +26,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,38 +42,6 @@ PLACED = re.compile(
 
 TABLE = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
 """A table and the comments around it."""
-
-TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
-    'windows': tables.windows,
-    'windows barred': tables.barred,
-    'kicks': tables.kicks,
-    'kicks rooms': tables.rooms,
-    'kicks least rooms': tables.least_rooms,
-    'kicks astray': tables.astray,
-    'trained': tables.trained,
-    'word_kicks': tables.word_kicks,
-    'one_transducer': tables.one_transducer,
-    'validity': tables.validity,
-    'validity friction': tables.friction,
-    'times writes': tables.writes,
-    'tolerance steps': tables.steps,
-    'bench steps': tables.errors,
-    'reads': tables.reads,
-    'cells': tables.reads,
-    'shaken': tables.shaken,
-    'measured speeds': tables.speeds,
-    'unseen speeds': tables.unseen,
-    'curves speeds': tables.curves,
-    'twin learning': tables.learning,
-    'node figures': tables.nodes,
-    'node missed': tables.missed,
-    'paper energy': tables.energy,
-    'paper claims': tables.claims,
-    'paper check': tables.check,
-    'paper disagreements': tables.disagreements,
-    'paper delays': tables.delays,
-}
-"""Makers of tables by name, whose first word is that of the file: rows, the first of headings."""
 
 
 def pages() -> list[Path]:
@@ -135,8 +103,8 @@ def _entry(values: Sequence[Any], key: str) -> Any:
 def _table(marker: str, folder: Path) -> str:
     """Return a table between its comments."""
     path, _, columns = (part.strip() for part in marker.partition(':'))
-    if path in TABLES:
-        rows = [list(row) for row in TABLES[path](_value(path.split()[0], folder))]
+    if (makes := getattr(tables, path.replace(' ', '_'), None)) is not None:
+        rows = [list(row) for row in makes(_value(path.split()[0], folder))]
     else:
         entries, names = _value(path, folder), [name.strip() for name in columns.split(';')]
         if isinstance(entries, list):

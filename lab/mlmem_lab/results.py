@@ -196,7 +196,7 @@ def run(
     """Measure entries by name, and keep each in the module's result file as soon as it is done.
 
     Args:
-        module: Its name, such as `times`, and that of the file.
+        module: Its name, such as `times`, whose last part is that of the file.
         measure: What it does with an entry.
         joined: Default: `presets` of the file holds each by name.
         entries: What can be measured, and which fingerprints that has beside the code's; default:
@@ -205,7 +205,7 @@ def run(
     Returns:
         0; 1 if the file cannot be read or written; 2 if the code is not committed.
     """
-    path = FOLDER / f'{module}.json'
+    path = FOLDER / f'{module.rpartition(".")[2]}.json'
     parser = argparse.ArgumentParser(f'python3 -m mlmem_lab.{module}', description=about)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     known = entries or {name: [name] for name in PRESETS}

@@ -1,6 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of the pages that are more than entries and keys of a result: rows, headings first."""
+"""Tables of the pages that are more than entries and keys of a result: rows, headings first.
+
+A function has the name of its table, `windows barred` with a line for the space, which begins with
+the name of the result file.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +74,7 @@ def kicks(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def rooms(result: Mapping[str, Any]) -> Rows:
+def kicks_rooms(result: Mapping[str, Any]) -> Rows:
     """Return the windows of kicks, level by level."""
     rows: Rows = [['preset', 'level: speed (room)']]
     for name, preset in result['presets'].items():
@@ -108,7 +112,7 @@ def word_kicks(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def least_rooms(result: Mapping[str, Any]) -> Rows:
+def kicks_least_rooms(result: Mapping[str, Any]) -> Rows:
     """Return how far each quantity of kicks and pushes may be off, at the worst level."""
     of = {'kick': ('speed', 'hold', 'late', 'gain'), 'push': ('gain', 'omega_c', 'sigma')}
     told = {'gain': 'stroke', 'omega_c': 'carrier', 'sigma': 'length'}
@@ -131,7 +135,7 @@ UNLIKE = {
 """What is not as designed, as the pages call it."""
 
 
-def astray(result: Mapping[str, Any]) -> Rows:
+def kicks_astray(result: Mapping[str, Any]) -> Rows:
     """Return how many kicks end elsewhere, and how many pushes leave the wall there, on elements
     that are not as designed.
     """
@@ -159,7 +163,7 @@ def one_transducer(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def barred(result: Mapping[str, Any]) -> Rows:
+def windows_barred(result: Mapping[str, Any]) -> Rows:
     """Return the moves that are not used from some levels."""
     rows: Rows = [['not used', 'from levels', 'least failure']]
     for name, preset in result['presets'].items():
@@ -208,7 +212,7 @@ def validity(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def friction(result: Mapping[str, Any]) -> Rows:
+def validity_friction(result: Mapping[str, Any]) -> Rows:
     """Return how many writes by kicks came to their level where cells rub, and were verified."""
     some = [one for one in result['trials'] if one['way'] == 'friction']
     names = [name for name in dict.fromkeys(one['preset'] for one in some) if 'kick' in name]
@@ -227,7 +231,7 @@ def _most(amounts: Sequence[float]) -> str:
     return f'{max(amounts):g}' if amounts else 'none'
 
 
-def energy(result: Mapping[str, Any]) -> Rows:
+def paper_energy(result: Mapping[str, Any]) -> Rows:
     """Return the books of every command, by schedule."""
     head = ['what', 'schedule', 'time', 'actuator', 'transducer', 'heat', 'stored']
     rows: Rows = [head]
@@ -243,7 +247,7 @@ def _four(value: float) -> str:
     return f'{value:.4f}'.replace('-0.0000', '0.0000')
 
 
-def claims(result: Mapping[str, Any]) -> Rows:
+def paper_claims(result: Mapping[str, Any]) -> Rows:
     """Return the claims that no print contradicts, with our verdict and finding."""
     rows: Rows = [['verdict', 'the paper says', 'we find']]
     for claim in result['claims'].values():
@@ -256,7 +260,7 @@ def claims(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def disagreements(result: Mapping[str, Any]) -> Rows:
+def paper_disagreements(result: Mapping[str, Any]) -> Rows:
     """Return what is printed where our simulation shows something else."""
     rows: Rows = [['verdict', 'the paper says', 'we find']]
     some = [claim for claim in result['claims'].values() if claim['printed']]
@@ -267,7 +271,7 @@ def _cell(text: str) -> str:
     return text.replace('|', r'\|')
 
 
-def check(result: Mapping[str, Any]) -> Rows:
+def paper_check(result: Mapping[str, Any]) -> Rows:
     """Return every quantity by two routes."""
     rows: Rows = [['quantity', 'ours', 'second route', 'difference', 'route']]
     for row in result['check']:
@@ -276,7 +280,7 @@ def check(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def delays(result: Mapping[str, Any]) -> Rows:
+def paper_delays(result: Mapping[str, Any]) -> Rows:
     """Return the echo delay of every level."""
     names = {
         'paper': 'left, carrier 2.0, plain threshold',
@@ -288,7 +292,7 @@ def delays(result: Mapping[str, Any]) -> Rows:
     return [*rows, *([told, *(f'{t:.1f}' for t in found[name])] for name, told in names.items())]
 
 
-def nodes(result: Mapping[str, Any]) -> Rows:
+def node_figures(result: Mapping[str, Any]) -> Rows:
     """Return every figure of a node on every processor; bold where it misses its goal."""
     processors = list(dict.fromkeys(name for row in result['rows'] for name in list(row)[2:]))
     rows: Rows = [['figure', 'goal', *processors]]
@@ -297,9 +301,9 @@ def nodes(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def missed(result: Mapping[str, Any]) -> Rows:
+def node_missed(result: Mapping[str, Any]) -> Rows:
     """Return the figures of a node that miss their goal on some processor."""
-    head, *rows = nodes(result)
+    head, *rows = node_figures(result)
     return [head, *(row for row in rows if any(cell.startswith('**') for cell in row))]
 
 
@@ -313,7 +317,7 @@ def _marked(row: Mapping[str, str], processor: str) -> str:
     return f'**{value}, missed**' if fails else value
 
 
-def writes(result: Mapping[str, Any]) -> Rows:
+def times_writes(result: Mapping[str, Any]) -> Rows:
     """Return the times of random writes, and of the paper's way beside them."""
     ours, paper = ('down: mean, worst', 'up: mean, worst'), ("paper's way down", 'up')
     rows: Rows = [['preset', *ours, *paper, 'writes', 'second attempts', 'failed', 'wrong']]
@@ -325,7 +329,7 @@ def writes(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def steps(result: Mapping[str, Any]) -> Rows:
+def tolerance_steps(result: Mapping[str, Any]) -> Rows:
     """Return the disorder at which one step up, or one kick, in a thousand fails, by kind and
     design.
     """
@@ -338,7 +342,7 @@ def steps(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def errors(result: Mapping[str, Any]) -> Rows:
+def bench_steps(result: Mapping[str, Any]) -> Rows:
     """Return the errors of both integrators, the step halved from row to row.
 
     Where the echo does not reach the threshold, there is no delay.
@@ -355,7 +359,7 @@ def errors(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def speeds(result: Mapping[str, Any]) -> Rows:
+def measured_speeds(result: Mapping[str, Any]) -> Rows:
     """Return measured and predicted speeds of the real lattices."""
     head = ('rail / spacing', 'measured', 'ours', 'seen by the fit', 'damping alone', 'authors')
     rows: Rows = [head]
@@ -367,7 +371,7 @@ def speeds(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def unseen(result: Mapping[str, Any]) -> Rows:
+def unseen_speeds(result: Mapping[str, Any]) -> Rows:
     """Return what other lattices and the force curves say of each."""
     rows: Rows = [('rail / spacing', 'measured', 'predicted without its data', 'no wave')]
     for case in result['cases']:
@@ -376,7 +380,7 @@ def unseen(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def curves(result: Mapping[str, Any]) -> Rows:
+def curves_speeds(result: Mapping[str, Any]) -> Rows:
     """Return speeds from the force curves alone and with a lattice's data."""
     rows: Rows = [(
         'rail / spacing', 'measured', 'curves alone', 'no wave', 'with its data', 'no wave',
@@ -405,7 +409,7 @@ def _interval(found: Mapping[str, Any], digits: int = 2) -> str:
     return f'{middle} ({low} to {high})'
 
 
-def learning(result: Mapping[str, Any]) -> Rows:
+def twin_learning(result: Mapping[str, Any]) -> Rows:
     """Return what writes after a calibration came to, with learnt and with planned pulses."""
     head = ('preset', 'scatter', 'pulses', 'calibrated', 'time of that', 'writes', 'failed')
     rows: Rows = [head]
@@ -439,6 +443,10 @@ def reads(result: Mapping[str, Any]) -> Rows:
             total[key] += found.get(key, 0)
     order = sorted(groups, key=lambda name: name == 'all')
     return [['', *COUNTED], *([name, *map(_grouped, groups[name].values())] for name in order)]
+
+
+cells = reads
+"""Those with one bad cell."""
 
 
 def shaken(result: Mapping[str, Any]) -> Rows:

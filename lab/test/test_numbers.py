@@ -342,7 +342,7 @@ def test_a_goal_that_is_missed_is_marked():
             {'figure': 'memory', 'goal': '', 'A': '200'},
         ]
     }
-    assert tables.missed(result)[1][2:] == ['**3.67, missed**', '2.9']
-    assert tables.nodes(result)[2][2:] == ['**900 (busy), missed**', '1e4']
-    assert tables.nodes(result)[3][2:] == ['200', '']
-    assert [row[0] for row in tables.missed(result)] == ['figure', 'share', 'speed']
+    assert tables.node_missed(result)[1][2:] == ['**3.67, missed**', '2.9']
+    assert tables.node_figures(result)[2][2:] == ['**900 (busy), missed**', '1e4']
+    assert tables.node_figures(result)[3][2:] == ['200', '']
+    assert [row[0] for row in tables.node_missed(result)] == ['figure', 'share', 'speed']

@@ -6,8 +6,9 @@ A blank element gets one bad cell, at every so many sites, and is told of it (`e
 Every level that can be used is written from below and once more in random order, erased too, and
 read each time. At every second site the element is then told wrongly, of no cell, of one elsewhere
 or of one that is sound, and read with its wall at rest at every level. A read or a write is wrong
-if it succeeds and the wall is at another level. Nothing is discarded. The result is
-lab/results/bad_cells.json.
+if it succeeds and the wall is at another level. Nothing is discarded.
+
+python3 -m mlmem_lab.reads.bad_cells [PRESET ...] makes lab/results/bad_cells.json.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from mlmem_ros.device.register import resting
 from mlmem_ros.device.settings import ElementSettings
 from mlmem_ros.physics import StateError
 
-from ..results import FOLDER, load_kept, save
+from ..results import run
 from .count import true_level
 
 EVERY = {'bits_1': 2, 'bits_2': 2, 'case_2': 12, 'kick_3': 12}
@@ -48,7 +49,7 @@ KINDS: dict[str, Callable[[int], tuple[str, Faults]]] = {
 }
 """By name: how an element is told of a cell, and the fault."""
 
-FILE, SEED = FOLDER / 'bad_cells.json', 1
+SEED = 1
 
 Rng = np.random.Generator
 
@@ -148,24 +149,16 @@ def _sum(counts: Iterable[Mapping[str, float]]) -> dict[str, int]:
     return dict(total)
 
 
-def main(arguments: list[str]) -> int:
-    """Count, and write the result; return the exit status."""
-    for name in arguments or EVERY:
-        found = measure(name)
-        kept = load_kept(FILE)
-        presets = kept.get('presets', {}) | {name: found}
-        known = {
-            f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in KINDS
-        }
-        wrongly = [each['told wrongly'] for each in presets.values()]
-        result = {
-            'presets': presets, 'known': known, 'all': _sum(known.values()),
-            'told wrongly': _sum(wrongly),
-        }  # fmt: skip
-        made = f'python3 -m mlmem_lab.reads.bad_cells {" ".join(presets)}'
-        save(FILE, result, made, SEED, of=[name], kept=kept)
-    return 0
+def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+    """Return the counts of every preset, and their sums."""
+    presets = kept.get('presets', {}) | {name: found}
+    known = {f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in KINDS}
+    wrongly = _sum(each['told wrongly'] for each in presets.values())
+    return {
+        'presets': presets, 'known': known, 'all': _sum(known.values()), 'told wrongly': wrongly,
+    }  # fmt: skip
 
 
 if __name__ == '__main__':
-    sys.exit(main(sys.argv[1:]))
+    presets = {name: [name] for name in EVERY}
+    sys.exit(run('reads.bad_cells', __doc__, measure, SEED, joined, presets))
