@@ -333,12 +333,71 @@ def tolerance_steps(result: Mapping[str, Any]) -> Rows:
     """Return the disorder at which one step up, or one kick, in a thousand fails, by kind and
     design.
     """
-    designs = result['designs']
+    designs = {name: each for name, each in result['designs'].items() if not _many(each)}
     rows: Rows = [['disorder of', *(f'`{name}`' for name in designs)]]
     for what in dict.fromkeys(each for found in designs.values() for each in found):
         each = (found.get(what, {}) for found in designs.values())
         told = (one.get('step') or one.get('kick') or {} for one in each)
         rows.append([what, *(one.get('text', '') for one in told)])
+    return rows
+
+
+def tolerance_words(result: Mapping[str, Any]) -> Rows:
+    """Return the same for words that are written by kicks and read."""
+    designs = {name: each for name, each in result['designs'].items() if _many(each)}
+    ways = [(name, way) for name in designs for way in ('word', 'hear')]
+    ways = [
+        (name, way) for name, way in ways if any(way in each for each in designs[name].values())
+    ]
+    told = {'word': 'written', 'hear': 'read'}
+    rows: Rows = [['scatter of', *(f'`{name}` {told[way]}' for name, way in ways)]]
+    for what in dict.fromkeys(each for found in designs.values() for each in found):
+        found = (designs[name].get(what, {}).get(way, {}) for name, way in ways)
+        rows.append([what, *(one.get('text', '') for one in found)])
+    return rows
+
+
+def words_reads(result: Mapping[str, Any]) -> Rows:
+    """Return how many reads tell the word, of how many."""
+    return _of_words(result, 'reads', 'none', ('0.001', '0.003', '0.01'))
+
+
+def words_writes(result: Mapping[str, Any]) -> Rows:
+    """Return how many writes succeed, of how many, and their median time."""
+    head, *rows = _of_words(result, 'writes', 'as designed', ('0.0003', '0.001', '0.003'))
+    ticks = (
+        found['writes']['as designed']['median ticks'] for found in result['presets'].values()
+    )
+    told = (f'{each:.0f}' for each in ticks)
+    return [[*head, 'median ticks'], *([*row, each] for row, each in zip(rows, told, strict=True))]
+
+
+def _of_words(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequence[str]) -> Rows:
+    kinds = [healthy, *(f'alpha scattered by {size}' for size in sizes)]
+    rows: Rows = [[f'{what} that succeed', *kinds[:2], *(f'by {size}' for size in sizes[1:])]]
+    for name, found in result['presets'].items():
+        counts = (found[what][kind] for kind in kinds)
+        ended = (
+            (each['right'], each['wrong'] + each.get('not written', each.get('undecodable')))
+            for each in counts
+        )
+        rows.append([f'`{name}`', *(f'{right} of {right + other}' for right, other in ended)])
+    return rows
+
+
+def _many(design: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Return whether words were tried."""
+    return any({'word', 'hear'} & each.keys() for each in design.values())
+
+
+def costs(result: Mapping[str, Any]) -> Rows:
+    """Return what a bit costs in time and heat."""
+    rows: Rows = [['', 'bits', 'ticks of a write', 'bits/s', 'heat of a bit', 'bits/J']]
+    for name, each in result['presets'].items():
+        seconds, heat = each['bits a second'], each['energy of a bit']
+        joule = f'{each["bits a joule"]:.2g}'.replace('e+0', 'e')
+        rows.append([f'`{name}`', f'{each["bits"]:.0f}', f'{each["ticks"]:.0f}', f'{seconds:.2g}',
+                     f'{heat:.2g}', joule])  # fmt: skip
     return rows
 
 
