@@ -29,17 +29,19 @@ def compute(quality: Quality) -> Data:
     """Take the counts of `mlmem tolerance`.
 
     Returns:
-        `bits`; `amount` at which one write in a thousand fails, with its interval, shape
+        `name` and `bits`; `amount` at which one write in a thousand fails, with its interval, shape
         (designs, kinds, 3); `alpha` and `tried`, and how many failed `how` (amount x `ASTRAY`).
     """
     designs = load(FOLDER / 'tolerance.json')['designs']
+    names = [name for name in BITS if name in designs]  # that were counted
     amounts = [
         [next(filter(None, map(designs[name][kind].get, ('step', 'kick', 'word'))))['amount']
-         for kind in KINDS] for name in BITS
+         for kind in KINDS] for name in names
     ]  # fmt: skip
     rows = designs[SHOWN]['alpha']['word']['how']
     return {
-        'bits': list(BITS.values()),
+        'name': names,
+        'bits': [BITS[name] for name in names],
         'amount': amounts,
         'alpha': [row['amount'] for row in rows],
         'tried': [row['tried'] for row in rows],
@@ -60,7 +62,7 @@ def draw(data: Data) -> Any:
         cost.errorbar(bits, middle, (middle - low, high - middle), fmt='none', color=color)
         cost.plot(bits[1:], middle[1:], 'o-', color=color, label=kind)
         cost.plot(bits[0], middle[0], 's', color=color)
-    for name, bits, (amount, *_) in zip(BITS, data['bits'], data['amount'], strict=True):
+    for name, bits, (amount, *_) in zip(data['name'], data['bits'], data['amount'], strict=True):
         style.note(cost, name, (bits, amount[0]), (6, 3))
     cost.set(
         yscale='log', xlabel='bits', ylabel='scatter at which 1 write in 1000 fails', xlim=(2, 14)
