@@ -29,8 +29,9 @@ def compute(quality: Quality) -> Data:
     """Take the counts of `mlmem tolerance`.
 
     Returns:
-        `name` and `bits`; `amount` at which one write in a thousand fails, with its interval, shape
-        (designs, kinds, 3); `alpha` and `tried`, and how many failed `how` (amount x `ASTRAY`).
+        `name` and `bits`; `amount` at which one write in a thousand fails, with its interval,
+        shape (designs, kinds, 3); `alpha` and `tried`, and how many failed
+        `how` (amount x `ASTRAY`).
     """
     designs = load(FOLDER / 'tolerance.json')['designs']
     names = [name for name in BITS if name in designs]  # that were counted
