@@ -61,6 +61,7 @@ def test_the_limits_of_the_joint_are_those_of_the_node():
 def test_description_and_controllers_name_the_same_joint():
     description = urdf()
     system = description.find('ros2_control')
+    assert system.get('name') == 'mlmem_hardware', 'a node of the name /mlmem is the element'
     controllers = yaml.safe_load((FOLDER / 'controllers.yaml').read_text())
     strain = controllers['strain_controller']['ros__parameters']
     (joint,) = system.findall('joint')

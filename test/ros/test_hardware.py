@@ -1,0 +1,139 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The hardware interface of ros2_control strains an element, where both are installed.
+
+A loop like the controller manager's (hardware/hardware.cpp) loads it from the robot description.
+"""
+
+import math
+import os
+import shutil
+import subprocess
+import threading
+import xml.etree.ElementTree as ET
+from collections import deque
+from pathlib import Path
+
+import pytest
+import yaml
+from test_ros2_control import FOLDER, limits, pass_time, urdf
+
+SOURCE = Path(__file__).parent / 'hardware'
+PREFIXES = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+NEEDED = ('hardware_interface', 'joint_state_topic_hardware_interface')
+
+
+@pytest.fixture(scope='module')
+def program(tmp_path_factory):
+    for package in NEEDED:
+        if not any((Path(each) / 'share' / package).is_dir() for each in PREFIXES if each):
+            pytest.skip(f'there is no {package}: wheels do not have it, apt does')
+    if shutil.which('cmake') is None or shutil.which('c++') is None:
+        pytest.skip('there is no cmake or no C++ compiler')
+    folder = tmp_path_factory.mktemp('hardware')
+    subprocess.run(['cmake', '-S', SOURCE, '-B', folder], check=True)
+    subprocess.run(['cmake', '--build', folder], check=True)
+    return folder / 'hardware'
+
+
+class Loop:
+    """The running program: what it is told, and its last period."""
+
+    def __init__(self, command):
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self._periods = deque(maxlen=1)
+        self.count = 0
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self):
+        for line in self._process.stdout:
+            self._periods.append([float(number) for number in line.split()])
+            self.count += 1
+
+    def tell(self, line):
+        self._process.stdin.write(f'{line}\n')
+        self._process.stdin.flush()
+
+    @property
+    def now(self):
+        """Command, position, speed and force of the last period."""
+        return self._periods[0] if self._periods else [math.nan] * 4
+
+    @property
+    def ended(self):
+        """Whether it ended by itself, for what it says."""
+        return self._process.poll() is not None
+
+    def end(self):
+        """End it, and return how it ended."""
+        self._process.stdin.close()
+        try:
+            return self._process.wait(20)
+        finally:
+            self._process.kill()
+            self._reader.join()
+
+
+@pytest.fixture
+def description(memory):
+    """The robot description of the element, whose time runs ten times faster than by default."""
+    return urdf(element=memory.element, time=1e-5)
+
+
+@pytest.fixture
+def loop(program, description, robot, tmp_path):
+    file = tmp_path / 'element.urdf'
+    file.write_bytes(ET.tostring(description))
+    controllers = yaml.safe_load((FOLDER / 'controllers.yaml').read_text())
+    rate = controllers['controller_manager']['ros__parameters']['update_rate']
+    loop = Loop([program, file, str(rate)])
+    robot.wait(lambda: loop.count > rate or loop.ended, 'a second of its periods')
+    yield loop
+    assert loop.end() == 0
+
+
+def test_before_a_command_what_is_written_stays(loop, memory, robot):
+    before = len(memory.output)
+    assert robot.write(3).success
+    assert math.isnan(loop.now[0])
+    pass_time(robot, 0.5)
+    assert robot.latest('level').data == 3
+    assert 'refused' not in memory.output[before:]
+
+
+def test_an_element_follows_its_commands_within_the_limits(loop, description, robot):
+    _, most, fastest = limits(description)
+    for asked, reached in ((0.1, 0.1), (10.0, most), (-0.2, -0.2)):
+        loop.tell(asked)
+        robot.wait(lambda: loop.now[1] == pytest.approx(reached), f'{reached} m')  # noqa: B023
+        command, _, speed, _ = loop.now
+        assert command == pytest.approx(reached)
+        assert abs(speed) <= fastest
+    assert loop.now[3] != 0.0, 'a strained element pulls'
+    robot.wait(lambda: loop.now[2] == 0.0, 'rest')
+
+
+def test_beside_procedures_at_rest_what_is_written_stays(loop, robot):
+    """It sends 0 while they strain, and perhaps once more after them."""
+    loop.tell(0.0)
+    robot.wait(lambda: loop.now[0] == 0.0 and abs(loop.now[1]) < 1e-9, 'rest')
+    for level in (5, 1, 7, 4):
+        assert robot.write(level).success
+        pass_time(robot, 0.1)
+        assert robot.latest('level').data == level
+
+
+def test_inactive_it_sends_nothing(loop, memory, robot):
+    loop.tell(0.0)
+    robot.wait(lambda: loop.now[0] == 0.0 and abs(loop.now[1]) < 1e-9, 'rest')
+    loop.tell('inactive')
+    pass_time(robot, 0.5)
+    before = len(memory.output)
+    assert robot.write(2).success
+    assert 'refused' not in memory.output[before:]
+    loop.tell('active')
+    pass_time(robot, 0.5)
+    assert robot.latest('level').data == 2
