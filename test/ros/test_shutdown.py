@@ -52,6 +52,7 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     program.write_text('\n'.join([*blocks, 'main()\n']))
     node = start({**QUICK, 'linger': 600.0, 'state.path': str(state)}, apart=True)
     with standalone() as memory:
+        memory.ready(90.0).wait()  # on a busy machine it starts late
         assert memory.write(5, timeout=SOON).wait().level == 5
     robot = subprocess.Popen([sys.executable, program], stderr=subprocess.PIPE, text=True)
     wait_until(lambda: 'read succeeded' in node.output, 'the read of its constructor', SOON)
