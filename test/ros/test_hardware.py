@@ -117,7 +117,7 @@ def test_an_element_follows_its_commands_within_the_limits(loop, description, ro
 
 
 def test_beside_procedures_at_rest_what_is_written_stays(loop, robot):
-    """It sends 0 while they strain, and perhaps once more after them."""
+    """It sends 0 while they strain."""
     loop.tell(0.0)
     robot.wait(lambda: loop.now[0] == 0.0 and abs(loop.now[1]) < 1e-9, 'rest')
     for level in (5, 1, 7, 4):

@@ -130,7 +130,7 @@ def test_a_loop_beside_procedures_leaves_the_content_known(memory, robot, level,
     """Its hardware interface writes every period, whatever the controllers do.
 
     Until one commands a position that is NaN. During a write the strain is not the one commanded,
-    and is sent; so it is once more after it, until the joint states of rest arrive.
+    which is sent; and it may come after it, if the joint states of rest come late.
     """
     hardware = Hardware(robot, urdf(element=memory.element))
     before = len(memory.output)
