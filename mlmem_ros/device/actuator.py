@@ -93,15 +93,14 @@ class Actuator:
         """
         self.check(strain)  # smooth, since an abrupt start or stop was seen to move the wall
         motion, by_hand = self.motion, self.settings.by_hand
-        if not self.moving:
-            changes = strain != self.strain
+        if self.moving:
+            begun = motion.start if isinstance(motion, Ramp) else self.strain
+            goes_on = motion == Ramp.limited(begun, strain, 0.0, by_hand)
         else:
-            changes = not isinstance(motion, Ramp) or (
-                motion != Ramp.limited(motion.start, strain, 0.0, by_hand)
-            )
-        if changes:
+            goes_on = strain == self.strain
+        if not goes_on:
             self._begin(Ramp.limited(self.strain, strain, 0.0, by_hand))
-        return changes
+        return not goes_on
 
     def ramp_to(self, strain: float, duration: float, delay: float = 0.0) -> None:
         """Move to a strain smoothly in a given time, or longer if the rate limit requires it.

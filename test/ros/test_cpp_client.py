@@ -2,31 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The C++ client of the examples is built, where rclcpp is, and writes and reads a level."""
 
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
+from cpp import built
 
 from mlmem_ros.contract import services
 
 EXAMPLE = Path(__file__).parents[2] / 'examples' / 'cpp_client'
-PREFIXES = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
 
 
 @pytest.fixture(scope='module')
 def program(tmp_path_factory):
     if not services.action_types():
         pytest.skip('mlmem_interfaces is not built: make interfaces')
-    if not any((Path(each) / 'share' / 'rclcpp_action').is_dir() for each in PREFIXES if each):
-        pytest.skip('there is no rclcpp: wheels do not have it, apt does')
-    if shutil.which('cmake') is None or shutil.which('c++') is None:
-        pytest.skip('there is no cmake or no C++ compiler')
-    folder = tmp_path_factory.mktemp('cpp_client')
-    subprocess.run(['cmake', '-S', EXAMPLE, '-B', folder], check=True)
-    subprocess.run(['cmake', '--build', folder], check=True)
-    return folder / 'client'
+    return built(EXAMPLE, tmp_path_factory.mktemp('cpp_client'), 'rclcpp_action') / 'client'
 
 
 def test_it_writes_and_reads_a_level(program, start):

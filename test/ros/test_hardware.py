@@ -6,8 +6,6 @@ A loop like the controller manager's (hardware/hardware.cpp) loads it from the r
 """
 
 import math
-import os
-import shutil
 import subprocess
 import threading
 import xml.etree.ElementTree as ET
@@ -16,24 +14,16 @@ from pathlib import Path
 
 import pytest
 import yaml
+from cpp import built
 from test_ros2_control import FOLDER, limits, pass_time, urdf
 
 SOURCE = Path(__file__).parent / 'hardware'
-PREFIXES = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
 NEEDED = ('hardware_interface', 'joint_state_topic_hardware_interface')
 
 
 @pytest.fixture(scope='module')
 def program(tmp_path_factory):
-    for package in NEEDED:
-        if not any((Path(each) / 'share' / package).is_dir() for each in PREFIXES if each):
-            pytest.skip(f'there is no {package}: wheels do not have it, apt does')
-    if shutil.which('cmake') is None or shutil.which('c++') is None:
-        pytest.skip('there is no cmake or no C++ compiler')
-    folder = tmp_path_factory.mktemp('hardware')
-    subprocess.run(['cmake', '-S', SOURCE, '-B', folder], check=True)
-    subprocess.run(['cmake', '--build', folder], check=True)
-    return folder / 'hardware'
+    return built(SOURCE, tmp_path_factory.mktemp('hardware'), *NEEDED) / 'hardware'
 
 
 class Loop:

@@ -75,7 +75,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
         if not BLANK <= place < level:
             yield from erase(element)
             place = BLANK
-        trims, aim = [lesson.trim for lesson in lessons], max(place + 1, *kicks, 0)
+        trims, aim = [lesson.trim for lesson in lessons], max([place + 1, *kicks])
         by_kick = aim in kicks
         yield from go_to_level(element, place, aim, plainly=not by_kick, trims=trims)
         if by_kick:
