@@ -11,10 +11,10 @@ from . import rig
 
 @pytest.fixture(scope='session')
 def climb():
-    """Write all eight levels upward on one element; per level the events and a snapshot."""
+    """Write all levels upward on one element; per level the events and a snapshot."""
     element = rig.device()
     seen = []
-    for level in range(8):
+    for level in range(rig.DESIGN.levels):
         seen.append((rig.events(element, Write(level)), snapshot.take(element)))
     return seen
 

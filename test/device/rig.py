@@ -13,11 +13,15 @@ from mlmem_ros.physics.equilibrium import resting_wall
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: a loaded machine is no finding, and a run on it is repeated exactly."""
 
+DESIGN = dataclasses.replace(CASE_II, N=125)
+"""Four of the eight levels of the paper's second element, of its cells and at its distances: what
+a procedure does costs a third here."""
+
 LONGEST = 40_000
 """Ticks after which a procedure counts as endless; a calibration takes some 6000."""
 
 
-def device(level=None, *, design=CASE_II, calibration=None, **settings):
+def device(level=None, *, design=DESIGN, calibration=None, **settings):
     """Return a device with its wall resting at a level, or blank, with unknown content.
 
     The calibration is the factory's for the default settings, so that other settings may be as
@@ -29,6 +33,11 @@ def device(level=None, *, design=CASE_II, calibration=None, **settings):
         element.chain.place(resting_wall(Specimen(design), level))
         element.transducer.assume_rest()
     return element
+
+
+def paper(level=None, **settings):
+    """Return a device of all eight levels, where the distance to the far end matters."""
+    return device(level, design=CASE_II, **settings)
 
 
 def ticks(element, n):

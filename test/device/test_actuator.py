@@ -186,9 +186,9 @@ def test_the_actuator_strains_the_material():
         element.advance()
         speeds.append(element.substrate_speed)
         stretched = element.chain.V_N
-        assert stretched == pytest.approx(element.actuator.strain * 225, rel=1e-15)
-    assert stretched == pytest.approx(2.25, rel=1e-15)
-    assert max(speeds) == pytest.approx(RATE * 225, rel=0.02)  # the mean of a tick
+        assert stretched == pytest.approx(element.actuator.strain * rig.DESIGN.N, rel=1e-15)
+    assert stretched == pytest.approx(1.25, rel=1e-15)
+    assert max(speeds) == pytest.approx(RATE * rig.DESIGN.N, rel=0.02)  # the mean of a tick
     assert len(speeds) == 8  # 1.5 x 0.01 / 1e-4 is 7.5 ticks of 20
     element.advance()
     assert element.substrate_speed == 0.0

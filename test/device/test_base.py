@@ -108,7 +108,7 @@ def shaken(element, omega, amplitude):
     rig.ticks(element, 75)
 
 
-LEVELS = (0, 3, 6)
+LEVELS = (0, 3)
 
 
 def kept(omega, amplitude):
@@ -117,7 +117,7 @@ def kept(omega, amplitude):
     for level in LEVELS:
         element = rig.device(level)
         shaken(element, omega, amplitude)
-        count += level_of(CASE_II, element.chain.configuration) == level
+        count += level_of(element.design, element.chain.configuration) == level
     return count
 
 

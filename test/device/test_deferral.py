@@ -9,6 +9,7 @@ tick that somebody waits for is told by itself, and on time if it ends a batch.
 """
 
 import random
+from functools import cache
 
 import pytest
 from sampled import sampled
@@ -73,8 +74,10 @@ class Life:
             self.time = until
 
 
-def lived(chance, quick):
-    """Live; return what took effect with its tick, and what was told and when."""
+@cache
+def lived(seed):
+    """Live; return the device, what took effect with its tick, and what was told and when."""
+    chance, quick = random.Random(seed), rig.device(1)
     taken, told, calls, heard, answers, seen = [], [], [], {}, [], {}
     every, streams = chance.choice([(0, False), (1, True), (7, False), (10, True)])
 
@@ -113,7 +116,7 @@ def lived(chance, quick):
     for tick in range(every, ticks + 1, every) if every else ():
         assert tick in seen, 'somebody waits for it'
         assert abs(seen[tick] - tick * PERIOD) < most + 2 * PERIOD
-    return wanted, taken, told, heard, refused, ticks
+    return quick, wanted, taken, told, heard, refused, ticks
 
 
 def command_of(chance):
@@ -127,9 +130,9 @@ def command_of(chance):
 
 @pytest.mark.parametrize('seed', SEEDS)
 def test_any_life_in_a_loop_is_as_if_every_tick_had_been_computed(seed):
-    chance, quick, slow = random.Random(seed), rig.device(1), rig.device(1)
+    slow = rig.device(1)
     slow.__class__ = Restless
-    wanted, taken, told, heard, refused, ticks = lived(chance, quick)
+    quick, wanted, taken, told, heard, refused, ticks = lived(seed)
     for when, command in wanted:
         if id(command) in refused or (isinstance(command, Disturb) and id(command) not in heard):
             continue  # of the accelerations in a tick the newest counts
@@ -154,8 +157,7 @@ def test_these_lives_are_lived():
     """They rest, read, write, shake and are refused: or nothing above is tried."""
     found = set()
     for seed in range(8):
-        chance, quick = random.Random(seed), rig.device(1)
-        _, taken, told, _, refused, _ = lived(chance, quick)
+        _, _, taken, told, _, refused, _ = lived(seed)
         found |= {type(command) for _, command in taken}
         found |= {type(event) for _, event in told} | ({Refused} if refused else set())
     assert {Read, Write, Erase, Abort, SetStrain, SetFaults, Disturb, Outcome, Refused} <= found

@@ -40,7 +40,7 @@ from . import rig
 @pytest.mark.parametrize('tick', [20.0, 0.1, 7.3, 333.0])
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 def test_a_tick_is_a_whole_number_of_stable_steps(tick, substrate):
-    design = dataclasses.replace(CASE_II, substrate=substrate)
+    design = dataclasses.replace(rig.DESIGN, substrate=substrate)
     element = rig.device(
         design=design, calibration=rig.device().calibration, time=TimeSettings(tick=tick)
     )
@@ -56,7 +56,7 @@ def test_a_tick_is_a_whole_number_of_stable_steps(tick, substrate):
 
 def test_a_tick_of_too_many_steps_is_refused():
     """It would block everything, including a stop; the message says what tick is possible."""
-    long = dataclasses.replace(CASE_II, substrate='elastic', s_min=1e6, s_max=1e8)
+    long = dataclasses.replace(rig.DESIGN, substrate='elastic', s_min=1e6, s_max=1e8)
     with pytest.raises(SettingsError, match=r'time.tick must be at most (\S+), which') as refusal:
         MemoryElement(long, Settings(time=TimeSettings(tick=1e4)), rig.device().calibration)
     most = float(re.search(r'most (\S+),', str(refusal.value))[1])
@@ -76,7 +76,7 @@ def test_a_calibration_of_another_element_is_refused():
 
 BAD = [
     SetStrain(math.nan), SetStrain(math.inf), SetStrain(-0.081), SetStrain('0.01'),
-    Write(8), Write(-1), Write(1.0), Write(True), Write('3'), Write(None), Write(math.nan),
+    Write(4), Write(-1), Write(1.0), Write(True), Write('3'), Write(None), Write(math.nan),
     Read('top'), Read(None), Read(['left']),
     'write', None, {'kind': 'Write', 'level': 1},
 ]  # fmt: skip
@@ -84,7 +84,7 @@ BAD = [
 
 @pytest.mark.parametrize('command', BAD, ids=repr)
 def test_a_bad_command_is_refused_and_changes_nothing(written, command):
-    element = written(4)
+    element = written(2)
     element.apply(SetStrain(0.01))
     rig.ticks(element, 2)
     before = rig.bits(element)
@@ -94,11 +94,11 @@ def test_a_bad_command_is_refused_and_changes_nothing(written, command):
 
 
 def test_the_error_for_a_level_out_of_range_gives_the_range():
-    with pytest.raises(Refused, match='level must be a whole number from 0 to 7; got 8'):
-        rig.device().apply(Write(8))
+    with pytest.raises(Refused, match='level must be a whole number from 0 to 3; got 4'):
+        rig.device().apply(Write(4))
 
 
-@pytest.mark.parametrize('running', [Write(5), Erase(), Read(), Calibrate(), Abort()], ids=str)
+@pytest.mark.parametrize('running', [Write(3), Erase(), Read(), Calibrate(), Abort()], ids=str)
 @pytest.mark.parametrize(
     'command', [SetStrain(0.0), Write(1), Read(), Erase(), Calibrate()], ids=str
 )
@@ -123,7 +123,7 @@ def test_the_first_of_two_commands_in_one_tick_is_taken():
     element = rig.device(3)
     element.apply(Read())
     with pytest.raises(Refused, match='busy: read'):
-        element.apply(Write(5))
+        element.apply(Write(1))
     assert element.procedure == 'read'
 
 
@@ -131,8 +131,8 @@ def test_the_first_of_two_commands_in_one_tick_is_taken():
 
 
 def test_driving_by_hand_makes_the_content_unknown(written):
-    element = written(4)
-    assert element.reading.level == 4
+    element = written(3)
+    assert element.reading.level == 3
     since = element.ticks
     element.apply(SetStrain(0.001))
     assert element.reading is None
@@ -144,34 +144,34 @@ def test_driving_by_hand_makes_the_content_unknown(written):
 
 def test_a_set_point_where_the_strain_is_makes_nothing_unknown(written):
     """As a loop sends it just after a procedure, whose strain it saw last."""
-    element = written(4)
+    element = written(3)
     element.apply(SetStrain(0.0))
     assert not element.actuator.moving
     assert element.advance() == []
-    assert element.reading.level == 4
+    assert element.reading.level == 3
 
 
 def test_what_may_move_the_wall_is_told_with_its_reason(written):
     """And what cannot move it is not: a fault of a sensor, a shake that is weak, an idle abort."""
-    harmless = written(4)
+    harmless = written(3)
     for command in (SetFaults(Faults(sensor_noise=1e-6)), Disturb(1e-6), Abort()):
         harmless.apply(command)
         assert not any(isinstance(event, Unknown) for event in rig.ticks(harmless, 5))
-        assert harmless.reading.level == 4
+        assert harmless.reading.level == 3
     for command, reason in (
         (SetFaults(Faults(weak_cell=3)), 'faults were set'),
         (Disturb(2e-4), 'shaken'),
     ):
-        element = written(4)
+        element = written(3)
         element.apply(command)
         assert element.advance(9) == [Unknown(reason, element.unknown.since)]
-    held = written(4)
+    held = written(3)
     held.apply(SetStrain(0.001))
     rig.ticks(held, 300)
-    assert rig.succeed(held, Read()).level == 4
+    assert rig.succeed(held, Read()).level == 3
     held.apply(Abort())
     assert held.unknown.reason == 'aborted'
-    moved = written(4)
+    moved = written(3)
     moved.apply(Write(1))
     while moved.reading is not None:
         moved.advance()
@@ -180,7 +180,7 @@ def test_what_may_move_the_wall_is_told_with_its_reason(written):
 
 
 def test_a_shake_within_a_run_makes_the_content_unknown_in_its_tick(written):
-    element = written(4)
+    element = written(3)
     begun = element.ticks
     (event,) = element.advance(40, {7: 1e-6, 23: 2e-4})
     assert event == Unknown('shaken', begun + 23)
@@ -188,10 +188,10 @@ def test_a_shake_within_a_run_makes_the_content_unknown_in_its_tick(written):
 
 
 def test_a_refused_strain_leaves_it_known(written):
-    element = written(4)
+    element = written(3)
     with pytest.raises(Refused):
         element.apply(SetStrain(math.nan))
-    assert element.reading.level == 4
+    assert element.reading.level == 3
 
 
 @pytest.mark.parametrize(('command', 'level'), [(Write(3), 3), (Write(0), 0), (Erase(), -1)])
@@ -274,7 +274,7 @@ def test_listening_ends_after_the_echo_or_when_none_can_come():
 
 
 def test_an_idle_device_reports_nothing(written):
-    assert rig.ticks(written(5), 20) == []
+    assert rig.ticks(written(3), 20) == []
 
 
 # --- the same bits again ----------------------------------------------------------------------
@@ -327,4 +327,4 @@ def test_a_blank_element_is_recognised_by_every_command(written):
     assert rig.succeed(element, Read()).level == -1
     assert rig.succeed(element, Write(0)).end == 'right'
     assert rig.holds(element, 0)
-    np.testing.assert_array_equal(element.chain.V, np.zeros(225))
+    np.testing.assert_array_equal(element.chain.V, np.zeros(rig.DESIGN.N))

@@ -108,7 +108,7 @@ def test_a_new_element_is_blank_and_at_rest_with_unknown_content():
 @pytest.mark.parametrize('end', list(End))
 def test_every_level_reads_as_itself_to_the_bit(level, end):
     """The same wall, the same pulse: the delay of the table again."""
-    element = rig.device(level)
+    element = rig.paper(level)
     reading = rig.succeed(element, Read(end))
     assert reading.level == level
     assert reading.delay == element.calibration.table(end).delays[level]

@@ -89,8 +89,8 @@ def test_a_device_can_be_saved_and_goes_on_after_a_lost_tick():
 
 
 def test_a_lost_tick_ends_the_procedure_with_an_outcome(written, monkeypatch):
-    element = written(3)
-    element.apply(Write(5))
+    element = written(1)
+    element.apply(Write(3))
     rig.ticks(element, 20)
 
     def lose(*inputs):

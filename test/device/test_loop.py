@@ -423,7 +423,7 @@ def test_a_procedure_resumes_on_time_and_ticks_between_are_deferred(start):
         loop = start(
             rig.device(1), lambda *_: woken.add(clock.time), pacer=clock, speed=1.0, batch=batch
         )
-        outcome = result(loop.submit(Write(3)))
+        outcome = result(loop.submit(Write(2)))
         loop.stop()
         assert loop.statistics.overruns == 0
         return (outcome.end_tick - outcome.start_tick, outcome.reading.delay), len(woken)
@@ -797,7 +797,7 @@ def test_refusals_reach_the_requester_and_are_counted(start):
     asked = [SetStrain(math.nan), Write(9), Read('top'), SetStrain('x'), 'nonsense']
     answers = [loop.submit(command) for command in asked]
     assert 'strain must be a finite number' in refusal(answers[0])
-    assert 'level must be a whole number from 0 to 7; got 9' in refusal(answers[1])
+    assert 'level must be a whole number from 0 to 3; got 9' in refusal(answers[1])
     for answer in answers[2:]:
         assert 'must be' in refusal(answer)
     assert loop.statistics.refused == 5
@@ -818,7 +818,7 @@ def test_every_request_gets_its_own_answer(start):
     """An abort ends a write, and another abort the first: three answers at once."""
     loop = start(rig.device(1))
     hold(loop)
-    answers = [loop.submit(command) for command in (Write(5), Abort(), Abort())]
+    answers = [loop.submit(command) for command in (Write(3), Abort(), Abort())]
     loop.pause(False)
     outcomes = [result(answer) for answer in answers]
     told = [(outcome.procedure, outcome.error) for outcome in outcomes]
@@ -829,7 +829,7 @@ def test_a_cancel_ends_the_procedure_of_its_own_command_in_the_next_tick(start):
     stamped = []
     loop = start(rig.device(1), lambda commands, _: stamped.extend(commands), speed=1.0)
     hold(loop)
-    mine = loop.submit(Write(5))
+    mine = loop.submit(Write(3))
     for _ in range(80):  # it has read what is there, and strains
         result(loop.step().answer)
     canceled = loop.cancel(mine)
@@ -897,7 +897,7 @@ def test_a_function_is_called_between_ticks_in_the_loops_thread(start):
 
 def test_a_material_that_fails_stops_the_loop_with_the_reason(start):
     loop = start(rig.device(2))
-    waiting = loop.submit(Write(6))
+    waiting = loop.submit(Write(3))
     until(lambda: loop.element.procedure)
     hold(loop)
     also, step = loop.submit(SetStrain(0.0)), loop.step().answer
@@ -947,7 +947,7 @@ def test_a_resting_loop_without_a_pace_takes_commands(start, batch):
 
 
 def test_a_loop_finished_while_single_ticks_wait_releases_the_strain(start):
-    for _ in range(20):
+    for _ in range(8):
         loop = start(rig.device())
         result(loop.submit(SetStrain(0.01)))
         hold(loop)
@@ -996,7 +996,7 @@ def test_pending_requests_are_refused_when_the_loop_stops(started):
 
 def test_every_request_is_answered_when_the_loop_stops(start):
     """Sixteen threads send requests while the loop stops; each gets an answer."""
-    for _ in range(5):
+    for _ in range(3):
         loop = start(rig.device())
         answers, ready = [], threading.Barrier(17)
 

@@ -108,10 +108,10 @@ def test_a_detector_hears_no_echo_in_pure_noise():
 @pytest.mark.parametrize(
     ('end', 'deviation'), [('left', 1e-5), ('right', 5e-5), ('both', 5e-5)], ids=str
 )
-@pytest.mark.parametrize('level', range(8))
+@pytest.mark.parametrize('level', sampled(range(8), lambda level: level in (0, 3, 7)))
 def test_every_level_is_read_through_noise(level, end, deviation):
     """Of noise of a third of the left end's threshold, a tenth is in its carrier's band."""
-    element = noisy(rig.device(level), deviation, seed=level)
+    element = noisy(rig.paper(level), deviation, seed=level)
     outcome = rig.run(element, Read(end))
     assert outcome.success, outcome.error
     assert outcome.reading.level == level
@@ -127,7 +127,7 @@ MOMENTS = 1, 8, 15, 25
 )
 def test_noise_that_begins_during_a_read_gives_no_wrong_level(level, moment):
     """It is measured again after the echo, which it hides from the left end at far levels."""
-    element = rig.device(level)
+    element = rig.paper(level)
     element.apply(Read())
     rig.ticks(element, moment)
     element.apply(SetFaults(Faults(sensor_noise=1e-4, seed=level)))
@@ -141,7 +141,7 @@ def test_noise_that_begins_during_a_read_gives_no_wrong_level(level, moment):
 
 def test_the_noise_after_the_echo_raises_the_threshold_in_time_for_the_reading():
     """The echo of level 7 comes after 46 ticks: its foot would be lost in noise that began."""
-    element = rig.device(7)
+    element = rig.paper(7)
     element.apply(Read())
     rig.ticks(element, 15)
     element.apply(SetFaults(Faults(sensor_noise=1e-4, seed=3)))
@@ -167,7 +167,7 @@ DEVIATIONS = [2e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4]
 def test_noise_never_gives_a_wrong_level(end, deviation):
     """From what every read bears to what few do; the sample is every second."""
     for level in (0, 2, 5, 7):
-        element = noisy(rig.device(level), deviation, seed=level)
+        element = noisy(rig.paper(level), deviation, seed=level)
         outcome = rig.run(element, Read(end))
         if outcome.success:
             assert outcome.reading.level == level
@@ -176,15 +176,15 @@ def test_noise_never_gives_a_wrong_level(end, deviation):
 
 
 def test_an_echo_hidden_by_noise_is_reported():
-    outcome = rig.run(noisy(rig.device(7), 1e-3), Read())
+    outcome = rig.run(noisy(rig.paper(7), 1e-3), Read())
     assert outcome.error.startswith('no echo rises above the noise at the left end')
-    outcome = rig.run(noisy(rig.device(7), 1e-4), Read())
+    outcome = rig.run(noisy(rig.paper(7), 1e-4), Read())
     assert outcome.error.startswith('the noise at the left end hides when the echo began')
 
 
 def test_noise_lowers_the_confidence():
     confidence = [
-        rig.succeed(noisy(rig.device(4), deviation), Read('right')).confidence
+        rig.succeed(noisy(rig.paper(4), deviation), Read('right')).confidence
         for deviation in (0.0, 5e-5, 1e-4)
     ]
     assert confidence[0] > confidence[1] > confidence[2] > 0.3
@@ -244,7 +244,7 @@ def test_a_self_test_names_the_sensor_that_is_too_noisy():
 
     Then nothing is written, since it could not be read.
     """
-    element = noisy(rig.device(0), 6e-5)
+    element = noisy(rig.paper(0), 6e-5)
     outcome = rig.run(element, SelfTest())
     assert outcome.error == 'failed: transducer left'
     left, right = outcome.checks

@@ -28,11 +28,16 @@ from mlmem_ros.device.waveforms import Cells
 from mlmem_ros.physics import Specimen, walls
 from mlmem_ros.physics.waves import cells
 
-MID = shifted(60)
-"""An element of 25 bits, with the cells of `register_8`."""
+from . import rig
 
-SHORT = shifted(24)
-"""One of 10 bits, which is written in two seconds."""
+MID = shifted(36)
+"""An element of 15 bits, with the cells of `register_8`."""
+
+SHORT = shifted(20)
+"""One of 9 bits, which is written in two seconds."""
+
+WORD = 12_345
+"""One of many walls in `MID`."""
 
 
 @cache
@@ -89,7 +94,7 @@ def test_cells_of_any_word_are_those_of_the_element_at_rest():
     assert found == pytest.approx(exact, abs=1e-4)
 
 
-@pytest.mark.parametrize('word', [0, 1, 12_345_678, code().words - 1])
+@pytest.mark.parametrize('word', [0, 1, WORD, code().words - 1])
 def test_any_word_is_read_from_both_ends(word):
     """The kernel's waveforms: blank, the nearest wall, one of many, as many as there may be."""
     outcome = holding(word).perform(Read())
@@ -100,7 +105,7 @@ def test_any_word_is_read_from_both_ends(word):
 
 def test_a_word_is_shifted_in_verified_and_annihilated():
     element = new_element(SHORT)
-    for word in (700, 11):  # four walls, then three, in the place of these
+    for word in (34, 10):  # three walls, then two, in the place of these
         outcome = element.perform(Write(word))
         assert outcome.success, outcome
         assert (outcome.reading.level, outcome.attempts) == (word, 1)
@@ -110,9 +115,9 @@ def test_a_word_is_shifted_in_verified_and_annihilated():
 
 
 def test_locate_names_all_walls():
-    element = holding(12_345_678)
+    element = holding(WORD)
     found = element.perform(Locate()).found
-    levels = code().walls(12_345_678)
+    levels = code().walls(WORD)
     assert found['walls'] == len(levels)
     assert found['cells'] == ' '.join(str(MID.design.defect(level)) for level in levels)
 
@@ -120,11 +125,9 @@ def test_locate_names_all_walls():
 def test_an_abort_leaves_what_is_read_or_refused():
     """While walls are on their way, and have come to rest at levels or between them."""
     element = new_element(SHORT)
-    for ticks in (700, 2500):
-        element.apply(Write(700))
-        begin = element.ticks
-        while element.ticks < begin + ticks:
-            element.advance()
+    for ticks in (700, 1500):
+        element.apply(Write(307))
+        rig.ticks(element, ticks)
         element.perform(Abort())
         assert element.reading is None
         reading = element.perform(Read()).reading
@@ -137,23 +140,23 @@ def test_an_abort_leaves_what_is_read_or_refused():
 @pytest.mark.parametrize(
     'faults',
     [
-        Faults(stuck_cell=300),
-        Faults(weak_cell=200, weak_factor=0.5),
+        Faults(stuck_cell=200),
+        Faults(weak_cell=150, weak_factor=0.5),
         Faults(disorder_alpha=3e-3, seed=1),
         Faults(sensor_noise=1e-4, seed=2),
         Faults(damping_factor=2.0),
     ],
 )
 def test_no_fault_has_a_word_read_as_another(faults):
-    element = holding(12_345_678)
+    element = holding(WORD)
     element.set_faults(faults)
     reading = element.perform(Read()).reading
-    assert reading is None or reading.level in (UNDECODABLE, 12_345_678)
+    assert reading is None or reading.level in (UNDECODABLE, WORD)
 
 
 def test_a_refusal_says_how_far_it_got():
-    element = holding(12_345_678)
-    element.set_faults(Faults(weak_cell=MID.design.defect(30), weak_factor=0.5))
+    element = holding(WORD)
+    element.set_faults(Faults(weak_cell=MID.design.defect(18), weak_factor=0.5))
     outcome = element.perform(Read())
     assert not outcome.success
     assert 'nothing is from cell' in outcome.error
@@ -161,7 +164,7 @@ def test_a_refusal_says_how_far_it_got():
 
 def test_an_answer_counts_at_its_tick_however_long_decoding_takes(monkeypatch):
     """So a replay has it there, too; and what shakes the walls meanwhile spoils it."""
-    element = holding(700, SHORT)
+    element = holding(307, SHORT)
     decode = element.register.decode
     soon = element.perform(Read())
 
@@ -170,8 +173,8 @@ def test_an_answer_counts_at_its_tick_however_long_decoding_takes(monkeypatch):
         return decode(*heard)
 
     monkeypatch.setattr(element.register, 'decode', late)
-    assert holding(700, SHORT).perform(Read()) == soon
-    shaken = holding(700, SHORT)
+    assert holding(307, SHORT).perform(Read()) == soon
+    shaken = holding(307, SHORT)
     run = shaken.apply(Read())
     while run.outcome is None:
         if shaken.ticks == soon.end_tick - 5:

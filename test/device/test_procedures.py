@@ -3,7 +3,7 @@
 """Write, read, erase, calibrate, abort: on the real material, judged by the true wall.
 
 The device must not see the true wall; these tests do, afterwards. A wall rests within a cell of
-its defect, site 25, 50 ... 200; a blank element has none.
+its defect, site 25, 50, 75 or 100; a blank element has none.
 """
 
 import dataclasses
@@ -45,21 +45,27 @@ from mlmem_ros.physics.equilibrium import relax, wall_profile
 
 from . import rig
 
-LEVELS = pytest.mark.parametrize('level', range(8))
+FEEBLE = rig.with_group('erase', compression=-0.001, tension=0.001)
+"""An erase that frees no wall."""
+
+DESIGN = rig.DESIGN
 
 WEAK = WriteSettings(compression=-0.005, tension=0.005)
 """Peaks that free no wall: 0.022 and 0.037 is what it takes."""
 
 
 def strains(element, command):
-    """Return the strain after every tick of a procedure, and its outcome."""
-    element.apply(command)
-    trace = []
-    while True:
-        told = element.advance()
-        trace.append(element.actuator.strain)
-        if not element.procedure:
-            return np.array(trace), told[-1]
+    """Return all strains that the substrate is given during a procedure, and what is told."""
+    given, advance = [], element.driver.advance
+
+    def follow(V_N, *more, **named):
+        given.extend(V_N / element.design.N)
+        return advance(V_N, *more, **named)
+
+    element.driver.advance = follow
+    told = rig.events(element, command)
+    element.driver.advance = advance
+    return np.array(given), told
 
 
 def cycles(trace):
@@ -71,64 +77,62 @@ def cycles(trace):
 # --- write ------------------------------------------------------------------------------------
 
 
-@LEVELS
-def test_every_level_is_written_upward(climb, level):
-    events, saved = climb[level]
-    outcome = events[-1]
-    assert (outcome.procedure, outcome.success, outcome.attempts) == ('write', True, 1)
-    reading = outcome.reading
-    assert (reading.level, reading.code) == (level, f'{level:03b}')
-    assert reading.level_margin > 0.7
-    assert reading.threshold_margin > 1.5
-    element = rig.device()
-    rig.snapshot.restore(element, saved)
-    assert rig.holds(element, level)
-    assert element.reading == reading
-    assert element.actuator.strain == 0.0
+def test_every_level_of_case_ii_is_written_and_read_from_both_ends():
+    element = rig.device(design=CASE_II)
+    for level in range(8):
+        outcome = rig.run(element, Write(level))
+        assert (outcome.procedure, outcome.success, outcome.attempts) == ('write', True, 1)
+        assert (outcome.reading.level, outcome.reading.code) == (level, f'{level:03b}')
+        assert outcome.reading.threshold_margin > 1.5
+        assert element.actuator.strain == 0.0
+        for end, first in ((End.LEFT, 1), (End.RIGHT, 225)):
+            reading = rig.succeed(element, Read(end))
+            assert (reading.level, reading.end) == (level, end)
+            assert reading.level_margin > 0.7
+            # interpolated between levels by the delay: as near as the delay is to its own
+            assert reading.distance == pytest.approx(abs(25 * (level + 1) - first), abs=0.15 * 25)
+        assert rig.holds(element, level)
 
 
 def test_a_step_up_is_one_cycle_of_the_right_sign(written):
     """From j = 25, 75 ... compression, from j = 50, 100 ... tension (j_0 = 17, J_s = 50)."""
-    for level in range(7):
-        trace, outcome = strains(written(level), Write(level + 1))
-        assert outcome.success
-        assert cycles(trace) == [-0.034 if level % 2 == 0 else 0.048]
+    for level in range(3):
+        trace, told = strains(written(level), Write(level + 1))
+        assert told[-1].success
+        assert cycles(trace) == pytest.approx([-0.034 if level % 2 == 0 else 0.048])
 
 
 def test_several_steps_are_verified_by_one_read(written):
-    element = written(2)
-    element.apply(Write(5))
-    heard = []
-    while element.procedure:
-        heard += [told for told in element.advance(100) if isinstance(told, EchoReceived)]
-    assert [told.reading.level for told in heard] == [5, 5], 'one echo from either end'
-    assert rig.holds(element, 5)
+    element = written(0)
+    told = rig.events(element, Write(3))
+    heard = [each.reading.level for each in told if isinstance(each, EchoReceived)]
+    assert heard == [3, 3], 'one echo from either end'
+    assert rig.holds(element, 3)
 
 
-@pytest.mark.parametrize(('before', 'after'), [(5, 3), (7, 0), (0, 7)])
-def test_a_level_is_written_over_another(written, before, after):
+@pytest.mark.parametrize(('before', 'after'), [(3, 1), (2, 0)])
+def test_a_level_is_written_over_a_higher_one(written, before, after):
     element = written(before)
     reading = rig.succeed(element, Write(after))
     assert reading.level == after
     assert rig.holds(element, after)
 
 
-@pytest.mark.parametrize('level', [0, 4, 7])
+@pytest.mark.parametrize('level', [0, 3])
 def test_writing_the_present_level_moves_nothing(written, level):
     """An echo verifies it, without strain."""
     element = written(level)
-    trace, outcome = strains(element, Write(level))
-    assert outcome.success
-    assert outcome.attempts == 1
+    trace, told = strains(element, Write(level))
+    assert (told[-1].success, told[-1].attempts) == (True, 1)
     assert not trace.any()
     assert rig.holds(element, level)
 
 
-@pytest.mark.parametrize('before', [None, 0, 3, 6])
+@pytest.mark.parametrize('before', [None, 2])
 def test_an_unknown_content_is_read_before_anything_moves(before):
     element = rig.device(before)
     assert element.reading is None
-    element.apply(Write(4))
+    element.apply(Write(3))
     while not (heard := [told for told in element.advance() if isinstance(told, EchoReceived)]):
         assert element.actuator.strain == 0.0
         assert not element.actuator.moving
@@ -136,7 +140,7 @@ def test_an_unknown_content_is_read_before_anything_moves(before):
     while element.procedure:
         *_, outcome = element.advance(100) or [None]
     assert outcome.success
-    assert rig.holds(element, 4)
+    assert rig.holds(element, 3)
 
 
 def test_an_undecodable_content_is_read_again_and_then_erased(written):
@@ -144,7 +148,7 @@ def test_an_undecodable_content_is_read_again_and_then_erased(written):
     element = written(3)
     element.calibration = dataclasses.replace(
         element.calibration,
-        left=DelayTable(tuple(100.0 + 800.0 * level for level in range(8))),
+        left=DelayTable(tuple(100.0 + 800.0 * level for level in range(4))),
     )
     assert not rig.run(element, Read()).success
     assert element.reading.level == UNDECODABLE
@@ -156,10 +160,10 @@ def test_an_undecodable_content_is_read_again_and_then_erased(written):
     assert rig.holds(element, 0)
 
 
-@pytest.mark.parametrize('attempts', [1, 3])
-def test_a_failing_write_has_a_bounded_number_of_attempts(attempts):
+def test_a_failing_write_has_a_bounded_number_of_attempts():
+    attempts = 2
     element = rig.device(1, write=dataclasses.replace(WEAK, attempts=attempts))
-    trace, outcome = strains(element, Write(3))
+    trace, (*_, outcome) = strains(element, Write(3))
     assert not outcome.success
     assert outcome.attempts == attempts
     assert ended(outcome)['attempts'] == attempts
@@ -174,21 +178,20 @@ def test_a_failing_write_has_a_bounded_number_of_attempts(attempts):
 
 
 def test_a_second_attempt_succeeds_after_a_failed_one(written):
-    """The device wrongly believes to be at level 3, where tension frees the wall."""
-    element = written(2)
-    element.reading = dataclasses.replace(element.reading, level=3)
-    trace, outcome = strains(element, Write(4))
-    assert outcome.success
-    assert outcome.attempts == 2
-    assert cycles(trace) == pytest.approx([0.048, 1.1 * -0.034, 1.1 * 0.048])
-    assert rig.holds(element, 4)
+    """The device wrongly believes to be at level 2, where compression frees the wall."""
+    element = written(1)
+    element.reading = dataclasses.replace(element.reading, level=2)
+    trace, told = strains(element, Write(3))
+    assert (told[-1].success, told[-1].attempts) == (True, 2)
+    assert cycles(trace) == pytest.approx([-0.034, 1.1 * 0.048, 1.1 * -0.034])
+    assert rig.holds(element, 3)
 
 
 def test_a_wall_that_went_too_far_is_brought_back(written):
-    """Believing level 0, the first attempt steps from 4 to 5, beyond the target: erase, start
+    """Believing level 0, the first attempt steps from 2 to 3, beyond the target: erase, start
     again.
     """
-    element = written(4)
+    element = written(2)
     element.reading = dataclasses.replace(element.reading, level=0)
     outcome = rig.run(element, Write(1))
     assert outcome.success
@@ -196,12 +199,16 @@ def test_a_wall_that_went_too_far_is_brought_back(written):
     assert rig.holds(element, 1)
 
 
-def test_a_write_whose_erase_fails_reports_the_attempt(written):
-    feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
-    outcome = rig.run(written(5, **feeble), Write(2))
-    assert not outcome.success
-    assert outcome.error.startswith('the element is not blank after 18 strain cycles')
-    assert outcome.attempts == 1
+def test_a_failing_erase_ends_and_so_does_a_write_that_needs_it(written):
+    erase = rig.run(rig.device(2, **FEEBLE), Erase())
+    assert not erase.success
+    assert erase.error == 'the element is not blank after 10 strain cycles; read last: undecodable'
+    element = written(2, **FEEBLE)
+    write = rig.run(element, Write(1))
+    assert not write.success
+    assert write.error.startswith('the element is not blank after 10 strain cycles')
+    assert write.attempts == 1
+    assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
 def test_a_write_first_releases_a_strain_set_by_hand(written):
@@ -209,14 +216,10 @@ def test_a_write_first_releases_a_strain_set_by_hand(written):
     element.apply(SetStrain(0.02))
     rig.ticks(element, 300)
     rig.succeed(element, Read())  # under strain, so it counts no more when the strain goes
-    told = rig.events(element, Write(5))
-    assert [event.reading.level for event in told if isinstance(event, EchoReceived)] == [
-        2,
-        2,
-        5,
-        5,
-    ]
-    assert rig.holds(element, 5)
+    told = rig.events(element, Write(3))
+    heard = [event.reading.level for event in told if isinstance(event, EchoReceived)]
+    assert heard == [2, 2, 3, 3]
+    assert rig.holds(element, 3)
     assert element.actuator.strain == 0.0
 
 
@@ -224,9 +227,9 @@ def test_a_write_overrides_a_strain_set_in_the_same_tick(written):
     """The strain is still zero, but about to change."""
     element = written(2)
     element.apply(SetStrain(0.02))
-    trace, outcome = strains(element, Write(3))
-    assert outcome.success
-    assert cycles(trace) == [-0.034]
+    trace, told = strains(element, Write(3))
+    assert told[-1].success
+    assert cycles(trace) == pytest.approx([-0.034])
     assert trace.max() == 0.0
     assert rig.holds(element, 3)
 
@@ -234,21 +237,7 @@ def test_a_write_overrides_a_strain_set_in_the_same_tick(written):
 # --- read -------------------------------------------------------------------------------------
 
 
-@LEVELS
-@pytest.mark.parametrize('end', list(End))
-def test_every_level_is_read_from_both_ends(written, level, end):
-    element = written(level)
-    reading = rig.succeed(element, Read(end))
-    assert (reading.level, reading.end) == (level, end)
-    assert reading.level_margin > 0.7
-    site = 25 * (level + 1)
-    first = 1 if end == 'left' else 225
-    # interpolated between levels by the delay: as near as the delay is to its own
-    assert reading.distance == pytest.approx(abs(site - first), abs=0.15 * 25)
-    assert rig.holds(element, level)
-
-
-@pytest.mark.parametrize('level', [0, 6, 7])
+@pytest.mark.parametrize('level', [0, 3])
 def test_one_read_does_not_disturb_the_next(level):
     """Each waits for the waves of the one before: from the same end or the other, repeatedly."""
     element = rig.device(level)
@@ -307,7 +296,9 @@ def test_a_wall_that_stopped_short_does_not_count_as_written():
 def test_a_wall_that_has_left_the_element_is_reported(written):
     """All cells are active, including the right end."""
     element = rig.device()
-    element.chain.place(relax(Specimen(CASE_II), np.full(225, CASE_II.D_s2), np.zeros(225)))
+    element.chain.place(
+        relax(Specimen(DESIGN), np.full(DESIGN.N, DESIGN.D_s2), np.zeros(DESIGN.N))
+    )
     element.transducer.assume_rest()
     outcome = rig.run(element, Read())
     assert outcome.error == 'the right end is active: the wall has left the element'
@@ -328,7 +319,7 @@ def test_a_read_keeps_the_strain(written):
 
 
 @pytest.mark.parametrize(
-    ('strain', 'rate'), [(-0.03, 1e-4), (-1e-4, 1e-8)], ids=['fast', 'too slow to be heard']
+    ('strain', 'rate'), [(-0.03, 1e-4), (-2e-5, 1e-8)], ids=['fast', 'too slow to be heard']
 )
 def test_a_read_waits_until_the_strain_stands_still(written, strain, rate):
     lenient = ReadSettings(min_margin=0.2)
@@ -357,9 +348,9 @@ def test_a_read_under_strain_finds_the_present_place_of_the_wall(written, strain
 
 def test_the_wait_for_a_restless_element_is_bounded():
     """Without damping; 6000 time units are 300 ticks."""
-    undamped = dataclasses.replace(CASE_II, eta=0.0)
+    undamped = dataclasses.replace(DESIGN, eta=0.0)
     element = rig.device(3, design=undamped, calibration=rig.device().calibration)
-    element.chain.velocity[:] = np.random.default_rng(1).normal(0.0, 0.01, 225)
+    element.chain.velocity[:] = np.random.default_rng(1).normal(0.0, 0.01, DESIGN.N)
     element.advance()
     outcome = rig.run(element, Read('left'))
     assert not outcome.success
@@ -371,7 +362,7 @@ def test_the_wait_for_a_restless_element_is_bounded():
 # --- erase ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize('level', [0, 1, 4, 7])
+@pytest.mark.parametrize('level', [0, 1, 3])
 def test_a_level_is_erased_by_a_kink_that_needs_the_opposite_strain(written, level):
     """Launched under compression it rests at j = 25, where tension frees it, and so on in turn.
 
@@ -379,22 +370,17 @@ def test_a_level_is_erased_by_a_kink_that_needs_the_opposite_strain(written, lev
     `trust_reading` it listens at most twice, instead of after every cycle, and takes no more.
     """
     element = written(level)
-    element.apply(Erase())
-    trace, told = [], []
-    while element.procedure:
-        told += element.advance()
-        trace.append(element.actuator.strain)
-    *heard, outcome = told
+    trace, (*heard, outcome) = strains(element, Erase())
     assert outcome.success
     assert (outcome.reading.level, outcome.reading.end) == (BLANK, 'right')
     assert rig.wall(element) is None
     assert element.reading == outcome.reading
     assert element.actuator.strain == 0.0
     # blank all over, and at rest: nothing is left that could become a wall
-    np.testing.assert_allclose(element.chain.v, CASE_II.D_s1, atol=1e-2)
+    np.testing.assert_allclose(element.chain.v, DESIGN.D_s1, atol=1e-2)
     launch, *driven = cycles(trace)
-    assert launch == -0.03
-    assert driven == [(0.026, -0.042)[n % 2] for n in range(len(driven))]
+    assert launch == pytest.approx(-0.03)
+    assert driven == pytest.approx([(0.026, -0.042)[n % 2] for n in range(len(driven))])
     assert level <= len(heard)
     assert len(driven) <= (0 if level < 2 else level + 1)
     trusting = written(level, **rig.with_group('erase', trust_reading=True))
@@ -407,9 +393,9 @@ def test_a_level_is_erased_by_a_kink_that_needs_the_opposite_strain(written, lev
 
 def test_erasing_a_blank_element_only_reads(written):
     element = rig.device()
-    trace, outcome = strains(element, Erase())
-    assert outcome.success
-    assert outcome.reading.level == BLANK
+    trace, told = strains(element, Erase())
+    assert told[-1].success
+    assert told[-1].reading.level == BLANK
     assert not trace.any()
 
 
@@ -420,7 +406,7 @@ def echoes_of(element, command):
     return sum(isinstance(event, EchoReceived) for event in told), told[-1].reading
 
 
-@pytest.mark.parametrize(('believed', 'true'), [(1, 4), (6, 2), (3, None), (BLANK, 2)])
+@pytest.mark.parametrize(('believed', 'true'), [(1, 3), (3, None), (BLANK, 2)])
 def test_an_erase_that_trusts_a_wrong_reading_still_succeeds(written, believed, true):
     element = rig.device(true, **rig.with_group('erase', trust_reading=True))
     element.reading = dataclasses.replace(written(1).reading, level=believed)
@@ -428,38 +414,26 @@ def test_an_erase_that_trusts_a_wrong_reading_still_succeeds(written, believed, 
     assert rig.wall(element) is None
 
 
-def test_a_failing_erase_ends():
-    feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
-    element = rig.device(6, **feeble)
-    outcome = rig.run(element, Erase())
-    assert not outcome.success
-    assert outcome.error == (
-        'the element is not blank after 18 strain cycles; read last: undecodable'
-    )
-    assert (element.actuator.strain, element.procedure) == (0.0, '')
-
-
-@pytest.mark.parametrize(('end', 'at'), [(End.LEFT, 67.4), (End.RIGHT, 150.4)])
+@pytest.mark.parametrize(('end', 'at'), [(End.LEFT, 42.4), (End.RIGHT, 75.4)])
 def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
     """A wall driven over a free end leaves it; no strain moves it.
 
-    Here the third state reaches from the end to the site `at`, and the wall rests at 150 or has
+    Here the third state reaches from the end to the site `at`, and the wall rests at 100 or has
     left over the right end.
     """
-    design = CASE_II
-    third = design.potential.ground_state(design.phase + 2)
-    beyond = third - design.D_s2
-    guess = wall_profile(design, 150.3) if end == 'left' else np.full(225, design.D_s2)
+    third = DESIGN.potential.ground_state(DESIGN.phase + 2)
+    beyond = third - DESIGN.D_s2
+    guess = wall_profile(DESIGN, 100.3) if end == 'left' else np.full(DESIGN.N, DESIGN.D_s2)
     side = 1.0 if end == 'right' else -1.0
-    guess = guess + 0.5 * beyond * (1.0 + side * np.tanh((design.sites - at) / 1.5))
+    guess = guess + 0.5 * beyond * (1.0 + side * np.tanh((DESIGN.sites - at) / 1.5))
     element = rig.device()
-    element.chain.place(relax(Specimen(design), guess, np.zeros(225)))
+    element.chain.place(relax(Specimen(DESIGN), guess, np.zeros(DESIGN.N)))
     element.transducer.assume_rest()
     assert element.phase(end) is None
     outcome = rig.run(element, Read())
     assert outcome.error.startswith(f'the {end} end rests in neither phase')
     rig.succeed(element, Erase())
-    np.testing.assert_allclose(element.chain.v, design.D_s1, atol=1e-2)
+    np.testing.assert_allclose(element.chain.v, DESIGN.D_s1, atol=1e-2)
 
 
 # --- calibrate --------------------------------------------------------------------------------
@@ -479,36 +453,34 @@ def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written
         # a wall that came by strain still creeps by a tenth of a cell; levels are 25 apart
         np.testing.assert_allclose(new, known, atol=0.1 * np.abs(np.diff(known)).max())
     assert element.calibration.right.blank == pytest.approx(factory.right.blank, abs=5.0)
-    for level in (4, 1):  # and it can be used
-        reading = rig.succeed(element, Write(level))
-        assert reading.level_margin > 0.9
-        assert rig.holds(element, level)
+    assert rig.succeed(element, Write(2)).level_margin > 0.9  # and it can be used
+    assert rig.holds(element, 2)
 
 
 def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
-    """The wall does not follow to level 5, while it is learnt."""
-    element, go_to_level = written(3), climbing.go_to_level
+    """The wall does not follow to level 2, while it is learnt."""
+    element, go_to_level = written(1), climbing.go_to_level
     known = element.calibration
 
     def lame(element, place, level, **how):
-        yield from go_to_level(element, place, place if level == 5 else level, **how)
+        yield from go_to_level(element, place, place if level == 2 else level, **how)
 
     monkeypatch.setattr(climbing, 'go_to_level', lame)
     outcome = rig.run(element, Calibrate())
     assert not outcome.success
     assert outcome.error == (
-        'the calibration was not taken: on the way to level 5 the left end hears level 4, at '
+        'the calibration was not taken: on the way to level 2 the left end hears level 1, at '
         f'{outcome.error.rpartition(" ")[2]}'
     )
-    assert outcome.reading.level == 3
-    assert rig.holds(element, 3)
+    assert outcome.reading.level == 1
+    assert rig.holds(element, 1)
     assert element.calibration is known
 
 
 @pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
 def test_a_table_that_is_off_by_a_level_is_noticed(written, names):
     """By a read, since the other end does not agree, and by a calibration at its first level."""
-    element = written(3, read=ReadSettings(end=names))
+    element = written(1, read=ReadSettings(end=names))
     known = element.calibration.left.delays
     off = DelayTable((2.0 * known[0] - known[1], *known[:-1]))
     element.calibration = wrong = dataclasses.replace(element.calibration, left=off)
@@ -525,7 +497,7 @@ def test_a_table_that_is_off_by_a_level_is_noticed(written, names):
 )
 def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
     """The first step with the weak peak fails: the table would be off by one level."""
-    element = rig.device(3, **rig.with_group('write', **peaks))
+    element = rig.device(1, **rig.with_group('write', **peaks))
     factory = element.calibration
     outcome = rig.run(element, Calibrate())
     assert not outcome.success
@@ -537,7 +509,7 @@ def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
 def test_an_end_without_echoes_gives_no_calibration(written, names):
     """The left one's threshold is a cell: no level is confirmed."""
     deaf = rig.with_group('probe', v_th=1.0)
-    element = written(3, read=ReadSettings(end=names), **deaf)
+    element = written(1, read=ReadSettings(end=names), **deaf)
     factory = element.calibration
     outcome = rig.run(element, Calibrate())
     assert 'level 0 gives no echo at the left end' in outcome.error
@@ -546,7 +518,7 @@ def test_an_end_without_echoes_gives_no_calibration(written, names):
 
 # --- abort ------------------------------------------------------------------------------------
 
-COMMANDS = st.one_of(st.builds(Write, st.integers(0, 7)), st.just(Erase()), st.just(Calibrate()))
+COMMANDS = st.one_of(st.builds(Write, st.integers(0, 3)), st.just(Erase()), st.just(Calibrate()))
 
 
 def abort(element):
@@ -572,11 +544,11 @@ def abort(element):
 
 
 @settings(rig.unhurried, max_examples=4)
-@given(COMMANDS, st.none() | st.integers(0, 7), st.floats(0.0, 1.0), st.integers(0, 7))
+@given(COMMANDS, st.none() | st.integers(0, 3), st.floats(0.0, 1.0), st.integers(0, 3))
 def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, moment, level):
     """400 random aborts were tried once; none failed."""
     element = rig.device(content)
-    longest = {Write: 700, Erase: 900, Calibrate: 6000}[type(command)]
+    longest = {Write: 700, Erase: 900, Calibrate: 2000}[type(command)]
     element.apply(command)
     rig.ticks(element, 1 + round(moment * longest))
     abort(element)
@@ -584,7 +556,7 @@ def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, mo
     assert rig.holds(element, level)
 
 
-@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (4, Erase())], ids=str)
+@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (2, Erase())], ids=str)
 def test_an_abort_while_a_wall_is_launched(content, command):
     """The boundary cell moves for 40 time units, so for 2 or 3 ticks; then the wall runs."""
     element = rig.device(content)
@@ -607,15 +579,15 @@ def test_an_abort_while_a_wall_is_launched(content, command):
 
 
 def test_an_abort_in_the_tick_of_the_command(written):
-    element = written(3)
-    element.apply(Write(5))
+    element = written(1)
+    element.apply(Write(3))
     abort(element)
-    assert rig.holds(element, 3)
+    assert rig.holds(element, 1)
 
 
 def test_an_abort_reports_its_reason(written):
-    element = written(3)
-    element.apply(Write(5))
+    element = written(1)
+    element.apply(Write(3))
     rig.ticks(element, 5)
     told = rig.events(element, Abort('the door is open'))
     assert [outcome.error for outcome in told] == ['aborted: the door is open', '']
@@ -655,7 +627,7 @@ def test_an_abort_in_the_tick_of_a_strain_by_hand(written):
 )
 def test_an_abort_drives_no_cell_into_a_third_ground_state(content, command, tick):
     """In these cases it did, when the strain was released at the highest rate."""
-    element = rig.device(content)
+    element = rig.device(content, design=CASE_II)
     element.apply(command)
     rig.ticks(element, tick)
     before = abs(element.actuator.strain)
@@ -679,8 +651,8 @@ def test_an_abort_of_nothing_keeps_the_reading(written):
     assert element.ticks == begun + 1
 
 
-@pytest.mark.parametrize('moment', [2, 4, 6, 12, 30])
-@pytest.mark.parametrize('level', [0, 7])
+@pytest.mark.parametrize('moment', [2, 4, 6, 12, 20])
+@pytest.mark.parametrize('level', [0, 3])
 def test_the_echo_of_an_aborted_read_does_not_reach_the_next(level, moment):
     """The pulses take 8 ticks; their echoes are still on the way when both ends are quiet again.
 
@@ -705,13 +677,12 @@ def test_the_echo_of_an_aborted_read_does_not_reach_the_next(level, moment):
 
 def test_case_i_stores_its_one_level():
     element = new_element(preset('case_1'))
-    for _ in range(2):
-        assert rig.succeed(element, Write(0)).code == '0'
-        assert rig.wall(element) == pytest.approx(100.0, abs=1.0)
-        for end in End:
-            assert rig.succeed(element, Read(end)).level == 0
-        assert rig.succeed(element, Erase()).level == BLANK
-        assert rig.wall(element) is None
+    assert rig.succeed(element, Write(0)).code == '0'
+    assert rig.wall(element) == pytest.approx(100.0, abs=1.0)
+    for end in End:
+        assert rig.succeed(element, Read(end)).level == 0
+    assert rig.succeed(element, Erase()).level == BLANK
+    assert rig.wall(element) is None
 
 
 def elastic(cells):
@@ -726,11 +697,9 @@ def test_an_elastic_substrate_writes_at_a_reduced_size():
     for end in End:
         delays = element.calibration.table(end).delays
         np.testing.assert_allclose(delays, rigid.table(end).delays, atol=3.0)
-    for level in (1, 0):
+    for level in (1, 0):  # the second begins with an erase
         assert rig.succeed(element, Write(level)).level == level
         assert rig.holds(element, level)
-    rig.succeed(element, Erase())
-    assert rig.wall(element) is None
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def test_from_a_blank_element_it_launches():
     assert LAUNCHING in phases(told)
 
 
-@pytest.mark.parametrize('command', [Write(2), Write(1), Write(7), Read('both')])
+@pytest.mark.parametrize('command', [Write(2), Write(1), Write(3), Read('both')])
 def test_the_share_rises_to_about_one(written, command):
     told, outcome = watched(written(1), command)
     shares = [each.share for each in told]
@@ -62,8 +62,8 @@ def test_the_parts_of_a_self_test_do_not_prolong_the_forecast():
 
 
 def test_a_failed_attempt_is_counted_and_prolongs_the_write(written):
-    element = written(3, write=WriteSettings(tension=0.001))  # a pull that no wall follows
-    told, outcome = watched(element, Write(4))
+    element = written(1, write=WriteSettings(tension=0.001))  # a pull that no wall follows
+    told, outcome = watched(element, Write(2))
     assert not outcome.success
     assert [count for count, _ in itertools.groupby(each.attempts for each in told)] == list(
         range(1, outcome.attempts + 1)

@@ -103,7 +103,7 @@ def test_the_end_is_free_after_the_pulse(end, omega_c, rest):
 @ENDS
 def test_the_wave_needs_time_to_the_other_end(end, omega_c, rest):
     """No wave is faster than (sqrt(k + 4) - sqrt(k)) / 2 < 0.8 cells per time unit here."""
-    element = rig.device(level=3)
+    element = rig.paper(3)
     other = end.opposite
     element.transducer.fire(end)
     rig.ticks(element, 10)  # 200 time units: at most 160 of 224 cells

@@ -141,7 +141,7 @@ def test_hardly_more_is_seen_than_was_foretold_once_the_pulses_have_come_back(le
     Waves of a packet that disperse may meet others again: at level 3 the left end once sees 1.53
     times the bound. The third of the threshold that may be under way leaves a factor of 3.
     """
-    element = rig.device(level)
+    element = rig.paper(level)
     rig.succeed(element, Read())
     rig.ticks(element, math.ceil(max(element.passage(end) for end in End) / element.tick))
     bounds, heard = [], []
@@ -166,7 +166,7 @@ def test_a_pulse_is_fired_only_when_the_last_one_has_died_out():
     """A third of the threshold may be left. At level 0 the left end still expects six times that
     when its echo has been heard, which takes ln(6) 500 = 900 time units to fade.
     """
-    element = rig.device(0)
+    element = rig.paper(0)
     rig.succeed(element, Read())
     done = element.ticks
     element.apply(Read())
@@ -186,7 +186,7 @@ def test_ten_reads_in_a_row_are_right_in_a_long_element(end):
     element = new_element(preset('bits_5'))
     element.chain.place(resting_wall(Specimen(element.design), 23))
     element.transducer.assume_rest()
-    for _ in range(11):
+    for _ in range(10):
         reading = rig.succeed(element, Read(end))
         assert reading.level == 23
         assert reading.level_margin > 0.9
@@ -206,7 +206,7 @@ def test_a_strain_set_by_hand_is_waited_for_at_both_ends():
 @pytest.mark.parametrize('moment', [3, 10, 20])
 def test_an_aborted_pulse_is_waited_for_by_the_next_read(moment):
     """The abort itself does not wait."""
-    element = rig.device(5)
+    element = rig.device(3)
     element.apply(Read())
     rig.ticks(element, moment)
     element.apply(Abort())
@@ -217,17 +217,17 @@ def test_an_aborted_pulse_is_waited_for_by_the_next_read(moment):
     while element.procedure:
         told = element.advance()
         fired = fired or (element.ticks if element.transducer.driving else 0)
-    assert told[-1].reading.level == 5
+    assert told[-1].reading.level == 3
     assert (fired - moment) * element.tick > element.passage(End.RIGHT) - 12.0 * 8.0
 
 
 # --- kept ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize('moment', [10, 25, 45])
+@pytest.mark.parametrize('moment', [10, 20])
 def test_a_restored_device_goes_on_to_the_bit_amid_reverberation(moment):
     """The pulses of an aborted read are still on their way, and the snapshot knows."""
-    first, second = rig.device(6), rig.device(1)
+    first, second = rig.device(2), rig.device(1)
     first.apply(Read())
     rig.ticks(first, moment)
     first.apply(Abort())
@@ -237,7 +237,7 @@ def test_a_restored_device_goes_on_to_the_bit_amid_reverberation(moment):
     for element in (first, second):
         assert not is_quiet(element)
         element.told = [str(told) for told in rig.events(element, Read('both'))]
-        element.told += [str(rig.run(element, Write(7)))]
+        element.told += [str(rig.run(element, Write(3)))]
     assert first.told == second.told
     assert rig.bits(first) == rig.bits(second)
 
