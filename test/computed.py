@@ -3,7 +3,6 @@
 """What takes long and several test files need: computed once a run, by whichever worker."""
 
 import fcntl
-import os
 import pickle
 from contextlib import contextmanager
 
@@ -16,10 +15,7 @@ def alone(factory, name):
         factory: The fixture `tmp_path_factory`.
         name: Of the file.
     """
-    folder = factory.getbasetemp()
-    if 'PYTEST_XDIST_WORKER' in os.environ:
-        folder = folder.parent
-    with (folder / f'{name}.pickle').open('ab+') as file:
+    with (factory.getbasetemp() / f'{name}.pickle').open('ab+') as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield file
 
