@@ -122,10 +122,15 @@ class Decoded(Done):
 
 @dataclass(frozen=True)
 class Calibrated(Decoded):
-    """The answer of calibrate: the restored content and the measured delays."""
+    """The answer of calibrate: the restored content, and the measured delays of an element that is
+    read by them.
+    """
 
-    delays: Mapping[str, tuple[float, ...]] = told(
-        'float64[]', 'learnt delay of every level, by the end that receives it', 'time units'
+    delays: Mapping[str, tuple[float, ...]] | None = told(
+        'float64[]',
+        'learnt delay of every level, by the end that receives it',
+        'time units',
+        default=None,
     )
 
 
@@ -138,6 +143,9 @@ class Located(Decoded):
     position_std: float | None = told('float64', 'its standard deviation', 'cells', default=None)
     cells: str = told('string', 'of all walls, from the left, if there may be many', default='')
     kinds: str = told('string', 'of all walls: wall or kink', default='')
+    stuck_cell: int | None = told(
+        'int64', 'of a blank element, if one is there and answers', 'cell', default=None
+    )
 
 
 @dataclass(frozen=True)

@@ -98,14 +98,29 @@ def test_a_field_more_is_declared_once_and_follows_everywhere(monkeypatch):
     assert [name for name, _ in held(Warmed)][-2:] == ['warmth', 'warmths']
 
 
-@pytest.mark.parametrize('reading', [READING, None])
-def test_a_result_says_what_a_service_says(reading):
-    outcome = Outcome('calibrate', True, '', reading, 1, 0, 60, delays={'left': (1.5, 2.5)})
+@pytest.mark.parametrize(
+    ('reading', 'delays'),
+    [(READING, {'left': (1.5, 2.5)}), (None, {'left': (1.5,)}), (READING, {})],
+)
+def test_a_result_says_what_a_service_says(reading, delays):
+    outcome = Outcome('calibrate', True, '', reading, 1, 0, 60, delays=delays)
     result = answers.result_of(result_type(Calibrated), outcome, 0)
-    assert (result.left_delays, result.right_delays) == ([1.5, 2.5], [])
+    assert (result.left_delays, result.right_delays) == (list(delays.get('left', ())), [])
     said = calls.said('calibrate', result)
     assert said.items() >= (json.loads(answers.answer(outcome)).items() if reading else set())
     assert said['level'] == (5 if reading else -2)
+
+
+@pytest.mark.parametrize(
+    ('name', 'found', 'more'),
+    [('calibrate', {}, []), ('locate', {'stuck_cell': 104}, ['stuck_cell 104'])],
+)
+def test_what_few_elements_find_or_lack_is_told(name, found, more):
+    """A byte learns no delays; only a blank element tells of a stuck cell."""
+    outcome = Outcome(name, True, '', READING, 1, 0, 60, found=found)
+    answer = calls.parse(answers.ANSWERS[name], True, answers.answer(outcome))
+    tell = request.DESCRIBED.get(name, request._found)
+    assert tell(answer).splitlines()[1:] == more
 
 
 def test_what_is_absent_from_a_result_is_none():
