@@ -38,6 +38,9 @@ SEGMENTS = 4
 MOST_BYTES = 64 * 2**20
 """Most bytes kept, whatever is requested."""
 
+ALL = 3600.0
+"""Seconds that are kept while a bag is created."""
+
 _OVERHEAD = 200
 """Bytes that a message takes in memory besides its CDR."""
 
@@ -210,14 +213,6 @@ class Recording:
         elif hashed:
             self._end_if_full(self.sink)
 
-    def begin(self, element: MemoryElement) -> None:
-        """Record the present state, from which a replay starts; call it between ticks.
-
-        Raises:
-            Refused: A procedure runs.
-        """
-        self.sink.put(*self._header(element))
-
     def end(self, element: MemoryElement) -> None:
         """Record the hash of the last state; call it between ticks."""
         if not self.full:
@@ -253,10 +248,14 @@ def own(plan: SessionPlan, topic: str) -> str:
 
 
 def buffered(
-    plan: SessionPlan, log: ThrottledLog, now: Callable[[], int], element: MemoryElement
+    plan: SessionPlan,
+    log: ThrottledLog,
+    now: Callable[[], int],
+    element: MemoryElement,
+    seconds: float,
 ) -> Recording:
     """Record the last seconds, from the present state of an idle device on, in memory."""
-    buffer = PreTriggerBuffer(plan.settings.last_seconds, element.settings.tick_seconds)
+    buffer = PreTriggerBuffer(seconds, element.settings.tick_seconds)
     recording = Recording(plan, log, now, buffer)
     buffer.begin(element.ticks, recording._header(element))
     return recording
@@ -267,10 +266,10 @@ def opened(
     path: Path,
     log: ThrottledLog,
     now: Callable[[], int],
-    before: Sequence[Message] = (),
+    before: Sequence[Message],
 ) -> tuple[Recording, QueuedWriter]:
-    """Create the bag of a session, with the messages from before its start, and return a recording
-    into it; waits for the disk.
+    """Create the bag of a session, with its first state and the messages from before its start,
+    and return a recording into it; waits for the disk.
 
     Raises:
         BagError: The path exists, or cannot be written.
@@ -297,7 +296,7 @@ def opened(
         sync_interval=settings.sync_interval,
         on_error=lambda error: log.error(f'recording stopped: {error}'),
     )
-    since = f', with the previous {len(before)} messages' if before else ''
+    since = f', with the previous {len(before) - 1} messages' if before[1:] else ''
     log.info(f'recording a session into {writer.path}{since}')
     return Recording(plan, log, now, queue), queue
 

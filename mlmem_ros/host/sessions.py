@@ -42,7 +42,8 @@ class Sessions:
     A worker thread serves requests one by one. It alone changes `state`, opens and closes files,
     and may hang on them. A recording begins and ends in the loop's thread, between two ticks.
     While there is none, a pre-trigger buffer may keep the last seconds: a recording then begins
-    with them, and they are saved as a session if the device fails.
+    with them, and they are saved as a session if the device fails. Without one, a buffer keeps
+    what comes from a request on until there is a bag.
 
     Attributes:
         buffer: The pre-trigger buffer, or None without one; empty during a recording.
@@ -77,7 +78,8 @@ class Sessions:
         Raises:
             BagError: Packages that are needed to record are missing.
         """
-        self._buffered = _made('recording').buffered(plan, self._log, self._now, element)
+        seconds = plan.settings.last_seconds
+        self._buffered = _made('recording').buffered(plan, self._log, self._now, element, seconds)
         self.buffer = buffer = cast('PreTriggerBuffer', self._buffered.sink)
         if self.current is not None:
             buffer.clear()
@@ -145,43 +147,43 @@ class Sessions:
                 raise Refused(f'busy: recording into {status.path}')
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
-        buffer, buffered = self.buffer, self._buffered
+        file, buffered = _made('recording'), self._buffered
 
         def look() -> tuple[list[Message], int]:
-            kept, number = ([], 0) if buffer is None else buffer.content()
-            if not kept and element is None:
+            kept, number = ([], 0) if self.buffer is None else self.buffer.content()
+            if kept:
+                return kept, number
+            if element is None:
                 raise Refused('there is no state to begin with')
-            if not kept and element is not None and (running := element.procedure):
+            if running := element.procedure:
                 raise Refused(f'busy: {running} is running; a session must begin while idle')
-            return kept, number
+            self._buffered = file.buffered(plan, self._log, self._now, element, file.ALL)
+            return cast('PreTriggerBuffer', self._buffered.sink).content()
 
         kept, number = _between_ticks(loop, look)
-        if buffered is not None and kept:  # what they are messages of
-            plan = replace(buffered.plan, settings=plan.settings)
+        source = cast('Recording', self._buffered)  # of what is kept until there is a bag
+        before = cast('PreTriggerBuffer', source.sink)
         self.state = State.STARTING
         try:
-            file = _made('recording')
+            plan = replace(source.plan, settings=plan.settings)
             path = file.new_path(plan)
             recording, bag = file.opened(plan, path, self._log, self._now, kept)
 
             def begin() -> None:
-                if buffer is not None and kept:
-                    for message in buffer.since(number):
-                        bag.put(*message)
-                elif element is not None:
-                    recording.begin(element)
+                for message in before.since(number):
+                    bag.put(*message)
                 self.current, self._bag = recording, bag
-                if buffer is not None:
-                    buffer.clear()
+                if self.buffer is not None:
+                    self.buffer.clear()
 
             try:
                 _between_ticks(loop, lambda: self._worker.unless_given_up(begin))
-            except Refused:  # a procedure has begun, the loop has ended, or it is too late
+            except Refused:  # the loop has ended, the disk was slow, or it is too late
                 self._closed(bag)
                 raise
         finally:
-            if buffer is not None:
-                buffer.release()
+            before.release()
+            self._buffered = buffered
             self.state = State.IDLE if self.current is None else State.ON
         return cast('Path', bag.status.path)
 

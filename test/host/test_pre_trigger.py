@@ -57,6 +57,26 @@ def test_a_session_begins_with_the_last_seconds(serve, tmp_path):
     assert [outcome.reading.level for outcome in report.outcomes] == [5, 5]
 
 
+def test_a_session_begins_when_it_is_requested_not_when_there_is_a_bag(
+    serve, tmp_path, monkeypatch
+):
+    service, asked = serve(), []
+    host, opened = service.activate(), recording.opened
+
+    def opened_late(*arguments):
+        asked.append(host.submit(Write(3)))
+        while asked[0].run is None:
+            host.loop.call(lambda: None).result(SOON)
+        return opened(*arguments)
+
+    monkeypatch.setattr(recording, 'opened', opened_late)
+    host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
+    assert asked[0].answer.result(SOON).success
+    session = load(host.record(None).result(SOON))
+    assert commands(session) == [Write(3)]
+    assert replay(session).exact
+
+
 def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):
     monkeypatch.chdir(tmp_path)
     service = serve(record=LONG)
