@@ -41,6 +41,8 @@ WANTED = (
     *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in HEARD),
     'register.spacing',
     'register.shifted',
+    'register.omega_c',
+    'element.bad_cells',
     'scale.time',
     'scale.length',
     'scale.stiffness',
@@ -100,8 +102,8 @@ class About:
         """Make one from parameters.
 
         Args:
-            groups: Values by group and name: design, actuator, probe, probe_right and scale; from
-                a running node also faults and time.
+            groups: Values by group and name: design, actuator, probe, probe_right, register,
+                element and scale; from a running node also faults and time.
             node: Full name of the node.
 
         Raises:
@@ -112,9 +114,10 @@ class About:
         given = dict(groups['design'])
         given['law'] = _law(given.get('law'), scale)
         design = Design(**given)
-        register = groups.get('register', {})
-        spacing, odd = register.get('spacing', 0), register.get('shifted', False)
-        code = Code(design.levels, spacing, odd) if spacing else None
+        register = groups['register']
+        spacing = register['spacing']
+        code = Code(design.levels, spacing, register['shifted']) if spacing else None
+        by_delays = not (spacing or groups['element']['bad_cells'])  # or by waveforms
         words = code.words if code else design.levels
         stride = math.ceil(design.N / ROWS)
         probes = {'left': groups['probe'], 'right': groups['probe_right']}
@@ -132,7 +135,7 @@ class About:
             and {
                 'tops': [as_text(b - a) for a, b in pairwise((*code.each, code.words))],
                 'spacing': spacing,
-                'odd': odd,
+                'odd': register['shifted'],
             },
             'defects': [design.defect(level) for level in range(design.levels)],
             'phases': [design.D_s1, design.D_s2],
@@ -140,11 +143,16 @@ class About:
             'substrate': design.substrate,
             'max_strain': actuator.max_strain,
             'probes': {
-                end: {'threshold': probe['v_th'], 'gain': probe['gain_decay']}
+                end: {
+                    'threshold': probe['v_th'] if by_delays else None,
+                    'gain': probe['gain_decay'],
+                }
                 for end, probe in probes.items()
             },
             'bands': {'active': band(design.k_s2), 'inactive': band(design.k_s1)},
-            'carriers': {end: probe['omega_c'] for end, probe in probes.items()},
+            'carriers': {end: probe['omega_c'] for end, probe in probes.items()}
+            if by_delays
+            else {'pulse': register['omega_c']},
             'faults': faults_of(groups.get('faults', {})),
             'procedures': {
                 name: {'takes': row.required, 'changes': row.changes, 'title': row.meaning}

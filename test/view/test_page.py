@@ -289,11 +289,17 @@ def test_a_still_is_a_png_of_what_is_shown(page):
     assert height > 1000
 
 
-def test_the_page_survives_the_restart_of_its_node(page, node, start_shared):
+def test_the_page_survives_the_restart_of_its_node_as_a_byte(page, node, start_shared):
+    """Its words are read by waveforms: there is no threshold, and a level has no delay."""
     node.terminate()
     page.until("!document.getElementById('notice').hidden", 'a word that it is gone')
     assert 'No memory node' in page.text('#notice')
-    start_shared(parameters={'scale.time': 2e-5, 'design.preset': 'bits_4'})
+    byte = start_shared(parameters={'scale.time': 2e-5, 'design.preset': 'byte'})
     page.until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
-    page.until(f'{STATE}.column?.length === mlmem.shown().about.rows', 'its cells')
-    assert page.ask('mlmem.shown().about.levels') == 16
+    page.until('mlmem.shown().about.words === 256', 'its cells')
+    byte.memory.write(0b01000010).wait()
+    page.click('[data-do="locate"]')
+    said = page.until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')
+    assert said.endswith('locate succeeded: 2 walls, at cells 50, 175')
+    assert page.ask('mlmem.shown().about.probes.left.threshold') is None
+    assert page.ask('mlmem.shown().about.carriers') == {'pulse': 1.7}

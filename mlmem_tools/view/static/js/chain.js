@@ -45,7 +45,7 @@ export class Chain {
 
   /** Return the levels at which walls rest in a content. */
   levels(content) {
-    if (!(content >= 0)) return [];
+    if (content == null || !(content >= 0)) return []; // null: another client's write, whose level is not known
     return this.about.code ? walls(content, this.about.code) : [content];
   }
 
@@ -58,9 +58,9 @@ export class Chain {
   /** Put a button below every defect if there is room. */
   arrange() {
     if (!this.about) return;
-    const { defects, cells } = this.about;
+    const { defects, cells, code } = this.about;
     const room = (this.canvas.clientWidth / cells) * (defects.length > 1 ? defects[1] - defects[0] : cells);
-    const key = `${cells} ${defects} ${room >= BUTTON}`;
+    const key = `${cells} ${defects} ${Boolean(code)} ${room >= BUTTON}`;
     if (key === this.key) return;
     this.key = key;
     this.buttons = [];

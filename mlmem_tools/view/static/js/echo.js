@@ -1,6 +1,6 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// The last echo: its envelope over time, the threshold, its delay, and the delay of every level.
+// The last echo: its envelope over time, and where delays are read the threshold, its delay, and that of every level.
 
 import { COUNTS, tone } from './colours.js';
 import { name, Tip } from './page.js';
@@ -41,20 +41,22 @@ export class Echo {
     this.words.textContent = !echo ? 'none yet'
       : echo.delay != null ? `from the ${echo.end}, delay ${echo.delay.toFixed(2)}` : `from the ${echo.end}`;
     const { threshold, gain } = this.about.probes[echo?.end ?? 'left'];
+    const delays = (threshold && echo?.delays) || [];
+    const faint = threshold ?? (echo ? Math.max(...echo.y) / 40 : 1e-4);
     const x = echo ? Array.from(echo.x) : [0, 1000];
-    const y = echo ? Array.from(echo.y, (v, i) => Math.max(v * Math.exp(gain * x[i]), threshold / 400)) : [null, null];
-    const furthest = Math.max(...x, ...(echo?.delays ?? [])) * 1.02;
-    const highest = Math.max(threshold * 20, ...y) * 1.6;
+    const y = echo ? Array.from(echo.y, (v, i) => Math.max(v * Math.exp(gain * x[i]), faint / 400)) : [null, null];
+    const furthest = Math.max(...x, ...delays) * 1.02;
+    const highest = Math.max(faint * 20, ...y) * 1.6;
     this.plot = new uPlot({
       ...sizeOf(this.root), legend: { show: false }, padding: [26, 10, 0, 0],
       cursor: { drag: { x: true, y: false, setScale: true }, points: { show: false }, y: false },
-      scales: { x: { time: false, range: (_, low, high) => (this.zoomed(low, high) ? [low, high] : [0, furthest]) }, y: { distr: 3, range: () => [threshold / 60, highest] } },
+      scales: { x: { time: false, range: (_, low, high) => (this.zoomed(low, high) ? [low, high] : [0, furthest]) }, y: { distr: 3, range: () => [faint / 60, highest] } },
       axes: [
         axis({ label: 'delay in time units', size: 26 }),
-        axis({ label: 'v_c in cells, damping compensated', grid: lines(), size: 48, splits: () => decades(threshold / 60, highest), values: (_, all) => all.map(power) }),
+        axis({ label: 'v_c in cells, damping compensated', grid: lines(), size: 48, splits: () => decades(faint / 60, highest), values: (_, all) => all.map(power) }),
       ],
-      series: [{}, { stroke: tone('active'), width: 1.5, fill: tone('active') + '1e', points: { show: false }, fillTo: threshold / 60 }],
-      hooks: { draw: [(plot) => this.mark(plot, threshold)], setCursor: [(plot) => this.point(plot)] },
+      series: [{}, { stroke: tone('active'), width: 1.5, fill: tone('active') + '1e', points: { show: false }, fillTo: faint / 60 }],
+      hooks: { draw: [(plot) => threshold && this.mark(plot, threshold, delays)], setCursor: [(plot) => this.point(plot)] },
     }, [x, y], this.root);
     this.limits = [x[0], x[x.length - 1]];
     this.tip = new Tip(this.plot.over);
@@ -66,7 +68,7 @@ export class Echo {
   }
 
   /** Mark the threshold, the delay of every level, and the measured delay. */
-  mark(plot, threshold) {
+  mark(plot, threshold, delays) {
     const { ctx } = plot, { left, top, width, height } = plot.bbox, ratio = devicePixelRatio || 1;
     ctx.save();
     ctx.font = `600 ${11 * ratio}px Inter, sans-serif`;
@@ -81,7 +83,7 @@ export class Echo {
     ctx.textAlign = 'center';
     ctx.setLineDash([]);
     ctx.lineWidth = ratio;
-    const delays = this.echo?.delays ?? [], every = Math.ceil(delays.length / 12);
+    const every = Math.ceil(delays.length / 12);
     for (const [level, delay] of delays.entries()) {
       const x = plot.valToPos(delay, 'x', true), here = level === this.echo.level;
       if (x < left - 1 || x > left + width + 1 || (!here && level % every)) continue;

@@ -68,9 +68,9 @@ export class Live {
   }
 
   on_element(about) {
-    const sites = `${about.cells} ${about.defects}`;
-    if (this.sites !== sites) { // the first element, or another one
-      this.sites = sites;
+    const element = JSON.stringify({ ...about, faults: null, speed: null }); // which change in its life
+    if (this.element !== element) { // the first one, or another
+      this.element = element;
       this.track = new Track();
       this.state.column = null;
       this.panel.set(about, this.track, 'Content');
