@@ -42,14 +42,14 @@ MOST_RAISED = 1.4
 that the delay may be that of the next level."""
 
 
-def phase_of(design: Design, rest: float) -> int | None:
+def phase_of(design: Design, rest: float, tolerance: float = REST_TOLERANCE) -> int | None:
     """Return the phase of an end: 0 inactive, 1 active, None in between.
 
     `rest` is the rest displacement of the end minus that of the substrate under it, in cells.
     """
     active = (rest - design.D_s1) / (design.D_s2 - design.D_s1)
     phase = round(active)
-    return phase if phase in (0, 1) and abs(active - phase) <= REST_TOLERANCE else None
+    return phase if phase in (0, 1) and abs(active - phase) <= tolerance else None
 
 
 def decode(

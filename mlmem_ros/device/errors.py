@@ -42,5 +42,9 @@ class ProcedureFailed(Exception):
         self.attempts = attempts
 
 
+class Astray(ProcedureFailed):
+    """An end rests too far from either phase to be driven about its rest."""
+
+
 class NotFollowed(ProcedureFailed):
     """The actuator does not follow its set-point."""

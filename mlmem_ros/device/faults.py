@@ -59,10 +59,10 @@ class Faults(Checked):
     """
 
     sensor_noise: float = described(
-        0.0, 'standard deviation of the noise of both transducers', unit='cells', low=0.0, high=1.0
+        0.0, 'standard deviation of the noise of the signal', unit='cells', low=0.0, high=1.0
     )
     sensor_dropout: float = _probability(
-        0.0, 'probability that the transducers freeze at their last sample for a tick'
+        0.0, 'probability that the signal freezes at its last sample for a tick'
     )
     sensor_end: str = described(
         'both', 'the transducer whose signal is faulty', choices=('both', 'left', 'right'),

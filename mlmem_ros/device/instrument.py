@@ -19,11 +19,11 @@ from ..physics.potential import Array
 from .actuator import Actuator, Transmission, TransmissionState
 from .base import NO_SHAKES, Base, BaseState, Shakes
 from .commands import Progress
-from .decoding import phase_of
+from .decoding import REST_TOLERANCE, phase_of
 from .driver import Driver, Simulation
 from .echo import listening_time
 from .end import End
-from .errors import DriverError, Refused, SettingsError
+from .errors import Astray, DriverError, Refused, SettingsError
 from .faults import HEALTHY, Faults, Sensors, with_faults
 from .settings import ScaleSettings, Settings
 from .transducer import LONG_AGO, Transducer
@@ -36,6 +36,12 @@ FARTHEST = 1e6
 
 SLOW = 1e-5
 """Speed of the substrate's end, in cells per time unit, up to which it excites no waves."""
+
+JUMP = {End.LEFT: 0.1, End.RIGHT: REST_TOLERANCE}
+"""Largest offset of an end from a ground state, as a fraction of their distance, with which it is
+driven about its rest. At the left a strain moves it by 0.06, and a pulse that begins with a jump
+of 0.13 takes a wall at level 0 of `bits_1` or `bits_4` away; the right one follows the substrate,
+whose strain may have an offset that the encoder does not see."""
 
 EARLY = 1e-6
 """Tolerance in ticks against rounding of the clock: rather early than late."""
@@ -144,6 +150,19 @@ class Instrument:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
         substrate = end.displacement(self.design, self.transmission.encoder)
         return phase_of(self.design, self.transducer.rest(end) - substrate)
+
+    def require_phase(self, end: End) -> None:
+        """Make sure that an end rests where a pulse about its rest begins without a jump.
+
+        Raises:
+            Astray: It does not, or a transducer shows it elsewhere.
+        """
+        rest = self.transducer.rest(end) - end.displacement(self.design, self.transmission.encoder)
+        if phase_of(self.design, rest, JUMP[end]) is None:
+            raise Astray(
+                f'the {end} end rests in neither phase, at {rest:.2f} cells: no pulse is fired '
+                'there, which would begin with a jump'
+            )
 
     def specimen(self, faults: Faults) -> Specimen:
         """Return the material with faults; any thread may call it.

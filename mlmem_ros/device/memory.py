@@ -9,6 +9,7 @@ Procedures know nothing else about an element.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from functools import partial
@@ -211,6 +212,12 @@ class Memory(Instrument):
     def passage(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the farthest reflector."""
         return SLOWER * self.calibration.longest(end)
+
+    def hear_nothing(self, reason: str) -> Reading:
+        """Store why no pulse was fired."""
+        self.reading = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf, reason)
+        self.unknown = None
+        return self.reading
 
     def hear_word(self, found: Reading, echo: Echo) -> Reading:
         """Store what waveforms say, unless the walls may have moved since, and report it."""

@@ -11,6 +11,7 @@ import pytest
 
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import (
+    UNDECODABLE,
     Abort,
     Erase,
     Faults,
@@ -23,13 +24,15 @@ from mlmem_ros.device import (
     SettingsError,
     Write,
     factory_calibration,
+    new_element,
     snapshot,
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import OfMaterial, with_faults
 from mlmem_ros.device.move_settings import WriteSettings
 from mlmem_ros.device.presets import preset
-from mlmem_ros.physics import CASE_II, Specimen, StateError
+from mlmem_ros.device.register import resting
+from mlmem_ros.physics import CASE_II, Specimen, StateError, walls
 from mlmem_ros.rng import Stream, happens, normal
 
 from . import rig
@@ -168,6 +171,38 @@ def test_seed_tick_and_purpose_each_change_the_numbers():
 
 
 # --- sensors ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('name', 'end', 'gain'),
+    [
+        ('bits_1', 'left', 0.75),
+        ('bits_1', 'right', 3.0),
+        ('bits_1', 'both', 0.0),
+        ('byte', 'left', 3.0),
+    ],
+)
+def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(name, end, gain):
+    """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
+    element = new_element(preset(name))
+    element.chain.place(resting(Specimen(element.design), (0,)))
+    suffering(element, sensor_gain=gain, sensor_end=end)
+    for _ in range(3):
+        element.advance(50)
+    outcome = element.perform(Read())
+    assert 'rests in neither phase' in outcome.error
+    assert outcome.reading.level == UNDECODABLE
+    wall = walls(element.design, element.chain.configuration)[0]
+    assert wall.position == pytest.approx(element.design.defect(0), abs=1.0)
+
+
+@pytest.mark.parametrize('name', ['kick_2', 'byte'])
+def test_nor_does_a_push(name):
+    """It began with a jump of nine cells, which broke the element."""
+    element = suffering(new_element(preset(name)), sensor_gain=10.0, sensor_end='right')
+    outcome = element.perform(Erase())
+    assert not outcome.success
+    assert np.abs(element.chain.v).max() < 5.0
 
 
 def test_noise_is_heard_and_moves_nothing():

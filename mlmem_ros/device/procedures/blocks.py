@@ -157,8 +157,9 @@ def send(element: Memory, of_wall: float, of_kink: float) -> Procedure[None]:
 
 
 def fire_push(element: Memory) -> Procedure[None]:
-    """Drive an end with the loud pulse."""
+    """Drive an end with the loud pulse; raises as `Instrument.require_phase`."""
     settings = element.settings.push
+    element.require_phase(End(settings.end))
     element.begin_cycle('pushed')
     element.progress.phase = LAUNCHING
     element.transducer.push(End(settings.end), settings)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from ..end import End
-from ..errors import ProcedureFailed
+from ..errors import Astray, ProcedureFailed
 from ..memory import Memory
 from ..motion import Cycle
 from ..move_settings import peak
@@ -93,6 +93,9 @@ def _push_once(element: Memory, tried: int) -> Procedure[bool]:
 
     No push moves a wall that ran past the right end, as after too fast a kick: a kink is sent
     after it, and a wall to meet the kink if that stops short.
+
+    Raises:
+        Astray: The end to be driven rests in neither phase, and nothing else moves a wall.
     """
     speeds = element.settings.kick.by_level
     if element.phase(End.RIGHT) != 0 and any(speeds):
@@ -104,7 +107,12 @@ def _push_once(element: Memory, tried: int) -> Procedure[bool]:
         yield from kick_to(element, element.design.D_s1, speed)
         if (yield from gone(element)):
             return True
-    return (yield from push(element))
+    try:
+        return (yield from push(element))
+    except Astray:
+        if not element.settings.actuator.present:
+            raise
+        return False
 
 
 def _throw(element: Memory) -> Procedure[Result | None]:

@@ -13,7 +13,7 @@ from ... import threads
 from ..commands import LISTENING, QUIETING
 from ..echo import EchoDetector
 from ..end import End, Shot
-from ..errors import ProcedureFailed
+from ..errors import Astray, ProcedureFailed
 from ..memory import Memory
 from ..peeling import Peeled
 from ..reading import Reading
@@ -32,7 +32,10 @@ def hear(element: Memory) -> Procedure[Reading]:
     assert forecasts is not None
     shots, loudest = list[Shot](), 0.0
     for end in forecasts.ends:
-        shot, noise = yield from record(element, forecasts, end)
+        try:
+            shot, noise = yield from record(element, forecasts, end)
+        except Astray as error:
+            return element.hear_nothing(str(error))
         shots.append(shot)
         loudest = max(loudest, noise)
     settings = element.settings.register
@@ -60,6 +63,7 @@ def record(
 
     Raises:
         ProcedureFailed: They do not become quiet within `read.patience`.
+        Astray: The end rests in neither phase.
     """
     transducer = element.transducer
     listener, probe = forecasts.listener, element.settings.register.probe
@@ -68,7 +72,7 @@ def record(
     yield from catch_up(element)
     element.progress.phase = QUIETING
     patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
-    since, passage = 0, math.ceil(element.passage(End.LEFT) / element.tick)
+    loud, since, passage = 0.0, 0, math.ceil(element.passage(End.LEFT) / element.tick)
     while since < passage:  # what is inside comes to an end within that time
         before, begin, n = transducer.recent, element.ticks, element.steps_per_tick
         width = before.shape[1]
@@ -80,11 +84,14 @@ def record(
             recent = heard[:, end_of_tick - width : end_of_tick]
             noise = listener.noise(recent, element.driver.dt)
             since = since + 1 if noise < forecasts.quiet else 0
-        if element.ticks >= patience:
+            loud = loud if since else noise
+        if since < passage and element.ticks >= patience:
             raise ProcedureFailed(
                 'the element does not come to rest: what both ends hear in the band of the pulse '
-                f'is {math.sqrt(noise / forecasts.quiet):.3g} times as loud as it may be'
+                f'was {math.sqrt(loud / forecasts.quiet):.3g} times as loud as it may be {since} '
+                f'ticks ago; they must be quiet for {passage}'
             )
+    element.require_phase(end)
     element.progress.phase = LISTENING
     recorder = transducer.shoot(end, probe)
     until = element.ticks + listener.ticks + element.driver.lag

@@ -17,7 +17,7 @@ import numpy as np
 from ..commands import LISTENING, QUIETING
 from ..echo import TAIL, Echo, pulse_duration, threshold
 from ..end import End
-from ..errors import ProcedureFailed
+from ..errors import Astray, ProcedureFailed
 from ..instrument import Instrument
 from ..memory import Memory
 from ..reading import UNDECODABLE, Reading
@@ -173,6 +173,7 @@ def pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[E
 
     Raises:
         ProcedureFailed: The element does not come to rest, or every attempt was interrupted.
+        Astray: An end to be driven rests in neither phase.
     """
     for _ in range(element.settings.read.attempts):
         echoes = yield from _pulse_echo(element, wanted)
@@ -195,6 +196,8 @@ def _pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[
     else:
         floors = {end: noise_floor(element, end) for end in wanted}
     element.progress.phase = LISTENING
+    for end in wanted:
+        element.require_phase(end)
     for end in sorted(wanted, key=lambda end: pulse_duration(transducer.probes[end])):
         transducer.fire(end, floors[end])
         while transducer.driving:
@@ -237,7 +240,10 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
         return reading
     for _ in range(element.settings.read.attempts):
         yield from quiet(element)
-        echoes = yield from pulse_echo(element, element.audible)
+        try:
+            echoes = yield from pulse_echo(element, element.audible)
+        except Astray as error:
+            return element.hear_nothing(str(error))
         reading = element.hear(echoes, end)
         shaken = any(echo.shaken for echo in echoes.values())
         if not shaken or reading.level != UNDECODABLE or reading.walls is not None:

@@ -151,6 +151,7 @@ def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     yield from quiet(element)
     yield from wait(element, SILENCE / element.design.eta)
     yield from _faded(element)
+    element.require_phase(aim.end)
     probe = pulse(element.design, wall, aim)
     transducer = element.transducer
     recorder = transducer.shoot(aim.end, probe)
