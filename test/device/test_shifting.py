@@ -41,6 +41,23 @@ def test_walls_and_kinks_that_take_turns_keep_step(half, moved):
     assert rig.succeed(holding('byte', 1, 4), Shift(half)).level == moved
 
 
+def test_walls_that_annihilate_are_no_shift():
+    """Compression drives the wall at 2 into the kink at 3."""
+    element = holding('byte', 2, 3, 5)
+    rig.succeed(element, Read())
+    outcome = rig.run(element, Shift())
+    assert not outcome.success
+    assert outcome.error.startswith(
+        'a compression was to take the walls from levels [2, 3, 5] to [3, 4, 5], not to [5]: '
+    )
+    assert outcome.reading.level == 0b100000
+
+
+def test_a_wall_that_still_swings_is_heard_again():
+    """Soon after the strain it answers 1.29 times as loud as a wall at level 8 does at rest."""
+    assert rig.succeed(holding('bits_4', 7), Shift()).level == 8
+
+
 def test_a_blank_element_stays_blank():
     assert rig.succeed(new_element(preset('case_2')), Shift()).level == BLANK
 

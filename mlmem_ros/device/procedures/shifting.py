@@ -17,7 +17,7 @@ from ..moves import gentle, half_period
 from ..reading import UNDECODABLE, Reading
 from ..settings import Settings
 from .blocks import Procedure, Result, play, return_to_zero
-from .listening import listen, look, wait_for_quiet
+from .listening import listen, wait_for_quiet
 
 HALVES = ('compression', 'tension')
 
@@ -29,23 +29,34 @@ def shift(element: Memory, half: str) -> Procedure[Result]:
     stays. A wall beyond the last level leaves the element or waits in its tail.
 
     Raises:
-        ProcedureFailed: What it holds cannot be read, before (without a half) or afterwards.
+        ProcedureFailed: What it holds cannot be read, before (without a half) or afterwards, or
+            is not what was read before, shifted: walls that come near one another annihilate.
     """
     yield from return_to_zero(element)
-    if not half:
-        reading = element.reading
-        if reading is None or reading.level == UNDECODABLE:
-            reading = yield from listen(element)
-        if reading.level == UNDECODABLE:
-            raise ProcedureFailed(f'name a half: the content cannot be read ({reading.reason})')
-        half = freeing(element, reading)
+    before = element.reading
+    if not half and (before is None or before.level == UNDECODABLE):
+        before = yield from listen(element)
+        if before.level == UNDECODABLE:
+            raise ProcedureFailed(f'name a half: the content cannot be read ({before.reason})')
+    if before is not None and before.level != UNDECODABLE:
+        levels, free = _freed(element, before)
+        half = half or HALVES[sum(free) * 2 < len(free)]
     settings = element.calibration.adapt(element.settings)
     element.begin_cycle()
     yield from strain(element, settings, half, kinks=element.register is not None)
     yield from wait_for_quiet(element, settings.write.final_settle)
-    reading = yield from look(element)
+    reading = yield from listen(element)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(f'after a {half} what it holds cannot be read: {reading.reason}')
+    if before is not None and before.level != UNDECODABLE:
+        moved = [n + (one == (half == HALVES[0])) for n, one in zip(levels, free, strict=True)]
+        inside = [level for level in moved if level < element.design.levels]
+        found, _ = _freed(element, reading)
+        if inside != found:
+            raise ProcedureFailed(
+                f'a {half} was to take the walls from levels {levels} to {moved}, not to {found}: '
+                'walls that come near one another annihilate'
+            )
     return Result(reading, found={'half': half})
 
 
@@ -67,16 +78,14 @@ def cycle(settings: Settings, half: str, *, kinks: bool) -> Cycle:
     return Cycle.planned(settings.write, strain, settings.actuator.max_rate)
 
 
-def freeing(element: Memory, reading: Reading) -> str:
-    """Return the half that frees most walls of a reading; compression if both free as many."""
+def _freed(element: Memory, reading: Reading) -> tuple[list[int], list[bool]]:
+    """Return the levels of the walls in a reading, and which of them a compression frees."""
     register, design = element.register, element.design
     if register is not None:
-        levels = register.code.walls(reading.level)
+        levels = list(register.code.walls(reading.level))
     else:
-        levels = (reading.level,) if reading.level >= 0 else ()
-    kinks = (len(levels) - 1 - place for place in range(len(levels)))
-    freed = [
-        design.freed_by_compression(level) != bool(kink % 2)
-        for level, kink in zip(levels, kinks, strict=True)
+        levels = [reading.level] if reading.level >= 0 else []
+    return levels, [
+        design.freed_by_compression(level) != bool((len(levels) - 1 - place) % 2)
+        for place, level in enumerate(levels)
     ]
-    return HALVES[sum(freed) * 2 < len(freed)]
