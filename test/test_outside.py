@@ -77,6 +77,7 @@ def examples():
         'position_std': 0.1,
         'cells': '4 9',
         'kinds': 'wall',
+        'stuck_cell': 7,
         'shots': 3,
         'half': 'tension',
     }
