@@ -3,6 +3,7 @@
 """What takes long and several test files need: computed once a run, by whichever worker."""
 
 import fcntl
+import os
 import pickle
 from contextlib import contextmanager
 
@@ -15,7 +16,10 @@ def alone(factory, name):
         factory: The fixture `tmp_path_factory`.
         name: Of the file.
     """
-    with (factory.getbasetemp() / f'{name}.pickle').open('ab+') as file:
+    folder = factory.getbasetemp()
+    if 'PYTEST_XDIST_WORKER' in os.environ:
+        folder = folder.parent
+    with (folder / f'{name}.pickle').open('ab+') as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield file
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import hashlib
 import importlib.util
@@ -18,6 +19,10 @@ from types import SimpleNamespace
 
 import pytest
 
+# Before numpy is loaded: our matrices are small, and BLAS threads that wait for each other take
+# the cores from the other workers.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
 # Without bytecode every node and command that a test starts would compile the package again, and
 # every worker the assertions of all tests.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
@@ -30,11 +35,11 @@ HAVE_ROS = importlib.util.find_spec('rclpy') is not None
 NEED_ROS = {'ros', 'view', 'docs', 'test_reference.py'}
 
 if HAVE_ROS:
-    import preloaded
-    from nodes import starting
-
     from mlmem_ros.ros import node_process
+    from mlmem_ros.ros.node_process import child
+    from mlmem_ros.testing import isolate, memory_node
 
+    isolate()
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
 
@@ -90,29 +95,15 @@ def quick_disk():
         yield
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtestloop(session):
-    """Load what forked nodes and commands need, then have each worker fork its server of them."""
-    if not HAVE_ROS or session.config.option.collectonly or not fork_processes():
-        return
-    if session.config.option.workers > 1 and not hasattr(session.config, 'workerinput'):
-        preloaded.load()  # for all
-    else:
-        preloaded.start()
-
-
-def fork_processes():
-    """Return whether nodes and commands are forked; coverage needs processes of their own."""
-    measuring = sys.modules.get('coverage')  # numba imports it, too
-    return HAVE_ROS and not (measuring and measuring.Coverage.current())
-
-
 @pytest.fixture(scope='session', autouse=True)
 def preloaded_processes():
-    """Fork nodes and commands, see `preloaded`."""
+    """Fork nodes and commands, see `preloaded`; coverage needs processes of their own."""
     with pytest.MonkeyPatch.context() as patch:
-        if fork_processes():
-            ours = SimpleNamespace(**vars(subprocess) | {'Popen': preloaded.Process})
+        measuring = sys.modules.get('coverage')  # numba imports it, too
+        if HAVE_ROS and not (measuring and measuring.Coverage.current()):
+            from preloaded import Process
+
+            ours = SimpleNamespace(**vars(subprocess) | {'Popen': Process})
             patch.setattr(node_process, 'subprocess', ours)
         yield
 
@@ -126,10 +117,14 @@ def real_processes(monkeypatch):
 @pytest.fixture(scope='session', autouse=True)
 def compiled_once(tmp_path_factory):
     """Let one worker compile a loop while others that need it wait: in a fresh clone all would."""
+    if 'PYTEST_XDIST_WORKER' not in os.environ:
+        yield
+        return
     from computed import alone
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.dispatcher import Dispatcher
 
+    from mlmem_ros.physics import CASE_II, Chain
     from mlmem_ros.physics.jit import _Cache
 
     compile_here = Dispatcher.compile
@@ -144,7 +139,50 @@ def compiled_once(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Dispatcher, 'compile', compile_alone)
+        Chain(CASE_II).rest(1)  # before any other process loads it
         yield
+
+
+@contextlib.contextmanager
+def emulated_rig(*options):
+    """Run an emulated rig in its own process; yield its address."""
+    command = ['rig', *options]
+    with child('mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True) as process:
+        yield process.stdout.readline().strip()
+
+
+LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
+"""A rig up to 5 ms away, which loses frames and has its own clock."""
+
+
+SHARED = set[str]()
+"""The elements of nodes that the tests of a module share."""
+
+
+@contextlib.contextmanager
+def starting(driver='sim', shared=False):
+    """Yield a function that starts a node, with its own rig if need be; all end with the block."""
+    with contextlib.ExitStack() as nodes:
+
+        def start(parameters=None, **options):
+            given = dict(parameters or {})
+            if options.get('apart'):  # a new process remembers no design check
+                given.setdefault('design.check', 'skip')
+            if driver == 'rig':
+                scale = str(given.get('scale.time', 1e-4))
+                address = nodes.enter_context(emulated_rig('--scale-time', scale, *LINE))
+                given |= {
+                    'device.driver': 'rig',
+                    'device.address': f'{address}?lead=0.2&patience=10',
+                }
+            node = nodes.enter_context(memory_node(given, **options))
+            assert shared or node.element not in SHARED, f'two nodes answer as {node.element}'
+            if shared:
+                SHARED.add(node.element)
+                nodes.callback(SHARED.discard, node.element)
+            return node
+
+        yield start
 
 
 @pytest.fixture(scope='module')

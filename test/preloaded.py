@@ -2,30 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """Processes forked from one that has loaded all: a start takes a third of the processor time.
 
-Each worker forks such a server before its first test. It has a single thread and never joins a ROS
-graph. It forks twice, so that the new process becomes a child of the worker, their subreaper:
-status, signals, group and death with its parent are as `subprocess` makes them. Tests of how a
-process starts and loads ask for `real_processes`.
+Each worker has one such server, which has a single thread and never joins a ROS graph. It forks
+twice, so that the new process becomes a child of the worker, their subreaper: status, signals,
+group and death with its parent are as `subprocess` makes them. Tests of how a process starts and
+loads ask for `real_processes`.
 """
 
 from __future__ import annotations
 
 import ctypes
-import faulthandler
-import functools
 import gc
 import inspect
-import logging
 import os
 import pickle
+import runpy
 import signal
 import socket
 import subprocess
 import sys
 import threading
 
-PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36
-RUN = 'import runpy; runpy.run_module({!r}, run_name="__main__", alter_sys=True)'
+PR_SET_CHILD_SUBREAPER = 36
 _LOCK = threading.Lock()
 _server = None
 
@@ -38,49 +35,31 @@ class Process(subprocess.Popen):
         read, _, _, output, _, errors = pipes
         assert args[:2] == [sys.executable, '-m'], 'only modules are run'
         streams = [own if n == -1 else n for own, n in enumerate((read, output, errors))]
-        order = args[2:], cwd, dict(os.environ if env is None else env)
-        with _LOCK:
-            socket.send_fds(_server, [pickle.dumps(order)], streams)
-            self.pid = int(_server.recv(16))
+        self.pid = _fork((args[2:], cwd, dict(os.environ if env is None else env)), streams)
         self._child_created = True
         self._close_pipe_fds(*pipes)
 
 
-@functools.cache
-def load():
-    """Import what processes need, load the loops' machine code, and calibrate the paper's element.
-
-    The first line that a process logs has `inspect` look at every module; here it has done so.
-    """
-    import mlmem_ros.rig
-    import mlmem_ros.ros.fast_dds
-    import mlmem_ros.ros.node.run  # noqa: F401
-    import mlmem_tools.cli.request
-    import mlmem_tools.cli.view  # noqa: F401
-    from mlmem_ros.device import new_element, preset
-
-    new_element(*preset('case_2'))
-    inspect.getmodule(inspect.currentframe())
-    gc.freeze()
-
-
-def start():
-    """Fork the server, which ends with this process."""
+def _fork(order, streams):
+    """Return the process id of a child of this process that carries out the order."""
     global _server
-    load()
+    with _LOCK:
+        if _server is None:
+            _server = _start()
+        socket.send_fds(_server, [pickle.dumps(order)], streams)
+        return int(_server.recv(16))
+
+
+def _start():
+    """Start the server; return the socket that it listens to, at whose end it ends."""
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)
-    _server, orders = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    if os.fork() == 0:
-        try:
-            _server.close()
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-            _run(_serve(orders))
-        finally:
-            os._exit(1)
-    orders.close()
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    subprocess.Popen([sys.executable, __file__, str(its.fileno())], pass_fds=[its.fileno()])
+    its.close()
+    return ours
 
 
-def _serve(orders):
+def serve(orders):
     """Fork for every order; return in the new process, with the module to run."""
     worker = os.getppid()
     while True:
@@ -96,7 +75,7 @@ def _serve(orders):
             os.close(stream)
     while os.getppid() != worker:  # until the process between has ended
         os.sched_yield()
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
     signal.signal(signal.SIGINT, signal.default_int_handler)
     orders.send(b'%d' % os.getpid())  # it may be waited for, and interrupted, from now on
     orders.close()
@@ -112,18 +91,26 @@ def _serve(orders):
     return module
 
 
-def _run(module):
-    """Run a module as Python does, and end as it does; forget that a test runner was here."""
-    sys.stdin, sys.stdout = os.fdopen(0, closefd=False), os.fdopen(1, 'w', closefd=False)
-    sys.stderr = os.fdopen(2, 'w', buffering=1, errors='backslashreplace', closefd=False)
-    sys.excepthook, sys.unraisablehook = sys.__excepthook__, sys.__unraisablehook__
-    threading.excepthook = threading.__excepthook__
-    faulthandler.disable()
-    logging.root.handlers.clear()
-    sys.modules.pop(module, None)  # or runpy would warn of it
-    python = ctypes.pythonapi
-    failed = python.PyRun_SimpleString(RUN.format(module).encode())
-    if failed and sys.last_type is KeyboardInterrupt:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-        signal.raise_signal(signal.SIGINT)
-    python.Py_Exit(1 if failed else 0)
+def load():
+    """Import what processes need, load the loops' machine code, and calibrate the paper's element.
+
+    The first line that a process logs has `inspect` look at every module; here it has done so.
+    """
+    import mlmem_ros.rig
+    import mlmem_ros.ros.fast_dds
+    import mlmem_ros.ros.node.run  # noqa: F401
+    import mlmem_tools.cli.request
+    import mlmem_tools.cli.view  # noqa: F401
+    from mlmem_ros.device import new_element, preset
+
+    new_element(*preset('case_2'))
+    inspect.getmodule(inspect.currentframe())
+    assert threading.active_count() == 1
+    gc.freeze()
+
+
+if __name__ == '__main__':
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    load()
+    module = serve(socket.socket(fileno=int(sys.argv[1])))
+    runpy.run_module(module, run_name='__main__', alter_sys=True)

@@ -10,7 +10,7 @@ if simulator.types() is None:
     pytest.skip('simulation_interfaces is not built: make interfaces', allow_module_level=True)
 
 from action_msgs.msg import GoalStatus
-from nodes import starting
+from conftest import starting
 from rclpy.action import ActionClient
 from robot import EVERY_ONE, Robot
 from simulation_interfaces import action, srv
