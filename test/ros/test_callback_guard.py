@@ -202,6 +202,7 @@ def test_sim_time_is_not_switched_while_time_runs(robot):
     result = robot.try_set('use_sim_time', True)
     assert not result.successful
     assert 'not active' in result.reason
+    assert robot.try_set('use_sim_time', False).successful  # as in a dump that is loaded
 
 
 def test_ctrl_c_ends_it_after_all_that(node):

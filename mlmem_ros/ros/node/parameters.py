@@ -294,7 +294,7 @@ class ParameterSet:
             raise SettingsError(f'there is no parameter {clipped(name)}')
         live = name in (*LIVE, METHOD) or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
-            if self._host.loop is not None:
+            if self._host.loop is not None and value != self._node.get_parameter(name).value:
                 raise SettingsError(f'{name} may be set only while the node is not active')
         elif self.locked and (not live or name == PACE) and value != self._known.value(name):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
