@@ -135,12 +135,12 @@ def test_forecasts_are_what_the_kernel_does(words, amplitude, error):
 
 
 def test_no_two_words_are_nearer_than_found():
-    """`nearest` compares in single precision, half of the words at a time."""
+    """`nearest` finds them in single precision, half of the words at a time."""
     found = forecasts_of(Specimen(BYTE.design), BYTE.settings)
     apart = cdist(found.parts, found.parts)
     odd = np.array([word.bit_count() % 2 for word in range(256)])
     apart[(odd[:, None] != odd) | np.eye(256, dtype=bool)] = np.inf
-    assert found.nearest == pytest.approx(apart.min(axis=1), rel=1e-4)
+    assert found.nearest == pytest.approx(apart.min(axis=1), rel=1e-12)
 
 
 @pytest.mark.parametrize(
