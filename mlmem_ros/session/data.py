@@ -123,14 +123,14 @@ class SessionData:
     def reads(
         self, end: str = 'left', procedures: Collection[str] = ('read',)
     ) -> list[tuple[RecordedEcho, dict[str, str]]]:
-        """Return the last echo of every successful procedure at an end, and its outcome; a write
-        ends with the echo that verifies it.
+        """Return the last echo of every successful procedure at an end, and its outcome, with a
+        delay; a write ends with the echo that verifies it.
         """
         found = []
         for time, values in self.outcomes:
             if values.get('procedure') in procedures and values.get('end') == end:
                 before = [echo for echo in self.echoes if echo.time <= time]
-                if before and _is_decoded(values):
+                if before and _is_decoded(values) and _has_delay(values):
                     found.append((before[-1], values))
         return found
 
@@ -138,8 +138,15 @@ class SessionData:
 def _is_decoded(values: Mapping[str, str]) -> bool:
     try:
         calls.level_of(values)
-        return 'error' not in values and math.isfinite(float(values['delay']))
     except (KeyError, ValueError):
+        return False
+    return 'error' not in values
+
+
+def _has_delay(values: Mapping[str, str]) -> bool:
+    try:
+        return math.isfinite(float(values['delay']))
+    except (KeyError, ValueError):  # that of words is None
         return False
 
 

@@ -221,12 +221,12 @@ def _rounded(text: str) -> str:
     try:
         return f'{float(text):.2f}'
     except ValueError:
-        return text
+        return '' if text == 'None' else text
 
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
-    if session.header is None or not session.echoes or session.settings.register.spacing:
-        return []  # what many walls answer is compared as a whole
+    if session.header is None or not session.echoes or session.settings.by_waveforms:
+        return []  # what is heard is compared as a whole
     from rich.text import Text
 
     from mlmem_tools.redecode import redecode

@@ -104,6 +104,7 @@ def test_a_session_is_replayed_and_shown(node, capsys):
     report = replay(session)
     assert report.exact
     assert report.recorded_endings == [f'write {WORD:#x}', f'read {WORD:#x}']
+    assert report.recorded_levels == report.levels == [WORD, WORD]
     assert main(['inspect', path]) == 0
     assert f'{WORD:#x}' in capsys.readouterr().out
     head = json.loads(frame(path))
