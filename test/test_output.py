@@ -5,6 +5,9 @@
 import io
 import json
 import math
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -107,3 +110,15 @@ def test_the_tables_of_a_session_fit(capsys, monkeypatch):
         'confidence',
     ):
         assert any(word in line.split() for line in lines), word
+
+
+def test_who_has_seen_enough_of_the_output_gets_no_traceback(tmp_path):
+    """As `mlmem inspect SESSION | head` does."""
+    read, write = os.pipe()
+    os.close(read)
+    errors = tmp_path / 'errors'
+    with errors.open('w') as told:
+        command = [sys.executable, '-m', 'mlmem_tools.cli.main', 'inspect', str(LIFE)]
+        done = subprocess.run(command, stdout=write, stderr=told, check=False, timeout=60)
+    os.close(write)
+    assert (done.returncode, errors.read_text()) == (1, '')

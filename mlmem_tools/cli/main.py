@@ -29,6 +29,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         status = run(given, first)
         outcome_known()
+        sys.stdout.flush()
+    except BrokenPipeError:  # who reads it has seen enough, as head does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is left
+        status = 1
     except KeyboardInterrupt:
         from .output import complain
 
