@@ -22,9 +22,11 @@ OF_THE_LANGUAGE = {
 """Names with an underscore that are no doors of a library."""
 
 
-def private_names(tree):
+def private_names(source):
     """Yield private attributes in a file, and whether they are of `self` or defined there."""
-    for node in ast.walk(tree):
+    if not re.search(r'\b_[^\W_]', source):
+        return
+    for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Attribute) and re.match(r'_[^_]', node.attr):
             own = isinstance(node.value, ast.Name) and node.value.id in ('self', 'cls')
             yield node.attr, own
@@ -36,7 +38,7 @@ def private_names(tree):
 def test_every_private_name_of_a_library_is_listed():
     used, own = {}, set()
     for file in ROOT.rglob('*.py'):
-        for name, ours in private_names(ast.parse(file.read_text(encoding='utf-8'))):
+        for name, ours in private_names(file.read_text(encoding='utf-8')):
             own.add(name) if ours else used.setdefault(name, file.relative_to(ROOT))
     foreign = {name: str(file) for name, file in used.items() if name not in own}
     assert {name for name in foreign if name not in OF_THE_LANGUAGE} <= LISTED, foreign

@@ -11,6 +11,7 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Attachment, Channel, Chunk, Footer, Message, Schema
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
+from sampled import sampled
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
@@ -65,21 +66,32 @@ def test_a_whole_file_has_no_losses(whole):
     assert McapPart(path).losses == []
 
 
-def test_truncation_at_any_byte_keeps_every_chunk_before_it(whole):
+EVERY = pytest.mark.parametrize('every', sampled([5, 1], lambda every: every > 1))
+"""Of which bytes each is tried; where a chunk ends, all around it."""
+
+
+def tried(content, blocks, every):
+    near = {end + n for end in (0, *(block.end for block in blocks)) for n in range(-9, 10)}
+    return [n for n in range(len(content)) if n % every == 0 or n in near]
+
+
+@EVERY
+def test_truncation_at_any_byte_keeps_every_chunk_before_it(whole, every):
     path, blocks = whole
     content = path.read_bytes()
     ends = [block.end for block in blocks]
-    for size in range(len(content)):
+    for size in tried(content, blocks, every):
         part = McapPart(InMemory(content[:size]))
         assert found(part) == [i for i, end in enumerate(ends) if end <= size]
         assert part.losses, 'a file that was not closed must not pass as whole'
         assert all(loss.offset + loss.size <= size for loss in part.losses)
 
 
-def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole):
-    path, _ = whole
+@EVERY
+def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole, every):
+    path, blocks = whole
     content = path.read_bytes()
-    for offset in range(len(content)):
+    for offset in tried(content, blocks, every):
         wrong = bytes([content[offset] ^ 0x55])
         bad = InMemory(content[:offset] + wrong + content[offset + 1 :])
         # Only the magic, the first eight bytes, decides whether it is an MCAP file at all.

@@ -15,11 +15,11 @@ from .world import Life
 AT_ONCE = 10
 
 
-SHORT = 10, 30
-"""Tens of lives that are short: number 8 alone takes as long as these twenty."""
+SHORT = 10
+"""Ten lives that are short: number 8 alone takes as long as these."""
 
 
-@pytest.mark.parametrize('first', sampled(range(0, 1000, AT_ONCE), lambda first: first in SHORT))
+@pytest.mark.parametrize('first', sampled(range(0, 1000, AT_ONCE), lambda first: first == SHORT))
 def test_nothing_is_wrong_in_a_life(first):
     for seed in range(first, first + AT_ONCE):
         if live(seed):

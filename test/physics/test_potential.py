@@ -97,14 +97,14 @@ def test_a_ground_state_has_a_phase_of_whole_turns(a, b, n):
 
 
 @given(**coefficients)
-@settings(once, max_examples=200)
+@settings(once, max_examples=70)
 def test_a_barrier_has_a_phase_of_odd_half_turns(a, b, n):
     potential = Potential(a, b, c=0.0, d=1.0)
     solved_or_out_of_reach(a, b, math.pi * (2 * n + 1), lambda: potential.barrier(n))
 
 
 @given(a=st.floats(1e-2, 10.0), b=st.floats(-1e-3, 10.0), c=st.floats(-50.0, 50.0))
-@settings(once, max_examples=200)
+@settings(once, max_examples=70)
 def test_between_two_ground_states_stands_a_barrier_of_2_d(a, b, c):
     potential = Potential(a, b, c, d=0.7)
     try:

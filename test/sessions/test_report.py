@@ -256,47 +256,60 @@ def same_build(monkeypatch):
     monkeypatch.setattr('mlmem_ros.session.replay._other_build', lambda recorded: {})
 
 
-@pytest.mark.parametrize('topic', EDITS)
-def test_an_edited_stream_is_not_what_the_states_give(session, tmp_path, topic, same_build):
+def copies(made, topic):
+    """Return the places of a topic's messages."""
+    return [n for n, each in enumerate(made.messages) if each.topic == f'/mlmem/{topic}']
+
+
+def edit(made, index, change):
+    """Change a message of a session."""
+    message = jazzy.deserialize(made.messages[index].cdr, made.messages[index].type)
+    change(message)
+    made.messages[index] = made.messages[index]._replace(cdr=jazzy.serialize(message))
+
+
+def test_an_edited_stream_is_not_what_the_states_give(session, tmp_path, same_build):
     """One message of each: its level, distance, a wall, a cell, a position, a margin."""
     made = session.copy()
-    index = max(n for n, each in enumerate(made.messages) if each.topic == f'/mlmem/{topic}')
-    message = jazzy.deserialize(made.messages[index].cdr, made.messages[index].type)
-    EDITS[topic](message)
-    made.messages[index] = made.messages[index]._replace(cdr=jazzy.serialize(message))
+    for topic, change in EDITS.items():
+        edit(made, copies(made, topic)[-1], change)
     made.write(tmp_path / 'bag')
     report = replay(load(tmp_path / 'bag'))
     assert not report.passed
     assert not report.exact
-    assert report.verdict == f'THE STREAMS DIFFER from what the states give: ~/{topic}'
-    assert report.streams[topic].equal == report.streams[topic].compared - 1
+    said, _, topics = report.verdict.partition(': ')
+    assert said == 'THE STREAMS DIFFER from what the states give'
+    assert set(topics.split(', ')) == {f'~/{topic}' for topic in EDITS}
+    for topic in EDITS:
+        assert report.streams[topic].equal == report.streams[topic].compared - 1, topic
 
 
-@pytest.mark.parametrize('topic', ['field', 'level'])
-@pytest.mark.parametrize('change', ['left out', 'twice'])
-def test_a_message_too_few_or_too_many_is_found(session, tmp_path, topic, change, same_build):
+@pytest.mark.parametrize('times', [{'field': 0, 'level': 2}, {'field': 2, 'level': 0}], ids=str)
+def test_a_message_too_few_or_too_many_is_found(session, tmp_path, times, same_build):
     made = session.copy()
-    place = [n for n, each in enumerate(made.messages) if each.topic == f'/mlmem/{topic}'][1]
-    made.messages[place : place + 1] = {'left out': 0, 'twice': 2}[change] * [made.messages[place]]
+    for topic, n in times.items():
+        place = copies(made, topic)[1]
+        made.messages[place : place + 1] = n * [made.messages[place]]
     made.write(tmp_path / 'bag')
     report = replay(load(tmp_path / 'bag'))
     assert not report.passed
-    assert report.other_streams == [f'~/{topic}']
+    assert set(report.other_streams) == {'~/field', '~/level'}
 
 
-@pytest.mark.parametrize('row', [0, 1, 2])
-def test_every_row_of_an_echo_is_compared(session, tmp_path, row, same_build):
-    """Times, displacements and the demodulated signal."""
+def test_every_row_of_an_echo_is_compared(session, tmp_path, same_build):
+    """Times, displacements and the demodulated signal: one of each of three echoes is changed."""
     made = session.copy()
-    index = next(n for n, each in enumerate(made.messages) if each.topic == '/mlmem/echo')
-    message = jazzy.deserialize(made.messages[index].cdr, made.messages[index].type)
-    rows = message.data.reshape(3, -1).copy()
-    rows[row, -1] += 1e-3
-    message.data = rows.ravel()
-    made.messages[index] = made.messages[index]._replace(cdr=jazzy.serialize(message))
+    for row, index in enumerate(copies(made, 'echo')[:3]):
+
+        def change(message, row=row):
+            rows = message.data.reshape(3, -1).copy()
+            rows[row, -1] += 1e-3
+            message.data = rows.ravel()
+
+        edit(made, index, change)
     made.write(tmp_path / 'bag')
     report = replay(load(tmp_path / 'bag'))
-    assert report.equal_echoes == len(report.recorded_levels) - 1
+    assert report.equal_echoes == len(report.recorded_levels) - 3
     assert not report.passed
 
 
@@ -325,7 +338,7 @@ def test_rounding_is_far_below_its_bound(replay_session):
     session = load(SESSION)
     element = replaying.element_of(session)
     chance = np.random.default_rng(1)
-    state, differences = {h.tick: h.v for h in session.hashes}, []
+    state, differences = {h.tick: h.v for h in session.hashes if h.tick <= 1500}, []
     due = dict(session.stamped)
     for tick in range(max(state)):
         if tick in due:

@@ -119,7 +119,7 @@ def test_the_session_itself_is_read(base, tmp_path, capsys):
 
 
 def test_a_tampered_session_is_read_or_refused(base, tmp_path, capsys):
-    assert faults(base, range(48), tmp_path, capsys, together=False) == []
+    assert faults(base, range(24), tmp_path, capsys, together=False) == []
 
 
 @pytest.mark.slow

@@ -93,19 +93,16 @@ def test_a_healthy_element_is_as_forecast(bench):
 
 
 @pytest.mark.parametrize('site', [5, 24])
-def test_a_weaker_cell_is_named_after_two_reads(bench, site):
+def test_a_weaker_cell_is_named_after_two_reads_and_forgotten_when_it_is_sound(bench, site):
     bench.set_faults(weak_cell=site, weak_factor=0.92)
-    change = bench.told(2)[-1].change
-    assert change.name == 'cell'
-    assert change.site == pytest.approx(site, abs=1)
-    assert change.amount == pytest.approx(-0.08, abs=0.02)
-
-
-def test_what_is_told_is_a_sentence(bench):
-    bench.set_faults(weak_cell=5, weak_factor=0.92)
-    text = bench.told(2)[-1].text
-    assert text.startswith('cell 5 has become ')
-    assert text.endswith(' % weaker since the survey')
+    told = bench.told(2)[-1]
+    assert told.change.name == 'cell'
+    assert told.change.site == pytest.approx(site, abs=1)
+    assert told.change.amount == pytest.approx(-0.08, abs=0.02)
+    assert told.text.startswith(f'cell {told.change.site:g} has become ')
+    assert told.text.endswith(' % weaker since the survey')
+    bench.set_faults()
+    assert not bench.told(2)[-1].text
 
 
 def test_damping_that_rises_is_told(bench):
@@ -140,13 +137,6 @@ def test_a_stuck_cell_is_not_mistaken_for_a_weak_one(bench):
     bench.set_faults(stuck_cell=12)
     told = bench.told()[-1]
     assert 'not as forecast' in told.text or 'cell 12 is not what it was' in told.text
-
-
-def test_a_change_is_forgotten_when_it_is_undone(bench):
-    bench.set_faults(weak_cell=5, weak_factor=0.92)
-    assert bench.told(2)[-1].text
-    bench.set_faults()
-    assert not bench.told(2)[-1].text
 
 
 def test_where_the_wall_is_after_a_write_that_failed_is_not_known():
