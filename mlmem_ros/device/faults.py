@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -126,6 +127,11 @@ class Faults(Checked):
             if isinstance(row, OfMaterial) and field.name in active
         }
 
+    @cached_property
+    def only_of_the_material(self) -> bool:
+        """Whether the strain and the signals are free of faults."""
+        return self.active() == self.of_the_material()
+
     def same_material(self, other: Faults) -> bool:
         """Whether the material is the same with other faults."""
         material = self.of_the_material()
@@ -202,7 +208,7 @@ class Sensors:
 
         `ends` are the true displacements, and `last` the last samples before, shape (2,).
         """
-        if faults == HEALTHY:
+        if faults.only_of_the_material:
             return ends
         present = self._delayed(ends, last, self.delay(faults))
         found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present

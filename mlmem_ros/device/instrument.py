@@ -136,7 +136,7 @@ class Instrument:
     @property
     def faultless(self) -> bool:
         """Whether the strain and the samples are free of faults."""
-        return self.transmission.state.true and self.faults == HEALTHY
+        return self.transmission.state.true and self.faults.only_of_the_material
 
     def passage(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the far end, at the most."""

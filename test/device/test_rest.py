@@ -112,7 +112,7 @@ def test_any_rest_is_as_if_it_had_been_computed(seed):
         command = chance.choice((
             Read(), Read('right'), SetStrain(chance.choice((0.0, 1e-4))), Abort(),
             Disturb(chance.choice((0.0, 1e-7))), SetFaults(Faults(sensor_noise=1e-7)),
-            SetFaults(Faults()),
+            SetFaults(Faults()), SetFaults(Faults(stuck_cell=60, weak_cell=40)),
         ))  # fmt: skip
         for element in (quick, slow):
             element.apply(Abort())
