@@ -3,8 +3,10 @@
 """Devices to experiment on, and the true wall, which only the experimenter may see."""
 
 import dataclasses
+import itertools
 
 import hypothesis
+import numpy as np
 
 from mlmem_ros.device import MemoryElement, Outcome, Settings, factory_calibration, snapshot
 from mlmem_ros.physics import CASE_II, Specimen, walls
@@ -57,6 +59,26 @@ def events(element, command):
         if not element.procedure:
             return seen
     raise AssertionError(f'{command} does not end')
+
+
+def strains(element, command):
+    """Return all strains that the substrate is given during a procedure, and what is told."""
+    given, advance = [], element.driver.advance
+
+    def follow(V_N, *more, **named):
+        given.extend(V_N / element.design.N)
+        return advance(V_N, *more, **named)
+
+    element.driver.advance = follow
+    told = events(element, command)
+    element.driver.advance = advance
+    return np.array(given), told
+
+
+def cycles(trace):
+    """Return the peak of every strain cycle, that is of every stretch with non-zero strain."""
+    groups = itertools.groupby(trace, key=lambda strain: strain != 0.0)
+    return [max(group, key=abs) for strained, group in groups if strained]
 
 
 def run(element, command):

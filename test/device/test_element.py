@@ -280,14 +280,14 @@ def test_an_idle_device_reports_nothing(written):
 # --- the same bits again ----------------------------------------------------------------------
 
 STAMPED = [
-    (0, Write(2)), (1000, SetStrain(-0.03)), (1060, SetStrain(0.0)), (1200, Read()),
-    (1205, Abort()), (1300, Write(0)), (1350, Abort()), (1500, Erase()),
+    (0, Write(2)), (350, SetStrain(-0.03)), (390, SetStrain(0.0)), (470, Read()),
+    (475, Abort()), (500, Write(0)), (540, Abort()), (610, Erase()),
 ]  # fmt: skip
 
 
-def play(stamped, ticks=1600):
+def play(stamped, ticks=700):
     """Apply stamped commands to a new device and return the digest after every tick."""
-    element = rig.device()
+    element = rig.device(1)
     digests = []
     for tick in range(ticks):
         for when, command in stamped:

@@ -464,7 +464,7 @@ def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
         rig.ticks(element, 40)
         element.apply(SetStrain(0.0))
         element.told = [str(event) for event in rig.ticks(element, 60)]
-        element.told += [str(event) for event in rig.events(element, Write(2))]
+        element.told += [str(event) for event in rig.events(element, Read())]
     assert first.told == second.told
     assert rig.bits(first) == rig.bits(second)
 

@@ -565,7 +565,7 @@ def test_a_loop_computes_the_same_as_stamped_commands_by_hand(start, speed, batc
         if Write(3) in [command for _, command in commands]:  # before the write can end
             aborted.append(loop.submit(Abort()))
 
-    loop = start(rig.device(), listen, speed=speed, batch=batch)
+    loop = start(rig.device(0), listen, speed=speed, batch=batch)
     assert result(loop.submit(Write(1))).success
     assert result(loop.submit(SetStrain(0.02))) is None
     time.sleep(0.01)
@@ -574,7 +574,7 @@ def test_a_loop_computes_the_same_as_stamped_commands_by_hand(start, speed, batc
     assert result(loop.submit(Read('right'))).procedure == 'read'
     loop.stop()
 
-    by_hand, again = rig.device(), []
+    by_hand, again = rig.device(0), []
     commands = [command for _, command in stamped]
     assert commands == [Write(1), SetStrain(0.02), Write(3), Abort(), Read('right')]
     while by_hand.ticks < loop.element.ticks:
@@ -761,18 +761,13 @@ def test_a_fault_of_the_program_in_a_command_is_its_answer_and_ends_the_loop(sta
 
 def test_a_procedure_is_answered_when_it_ends(start):
     events = []
-    loop = start(rig.device(), lambda _, told: events.extend(told))
+    loop = start(rig.device(1), lambda _, told: events.extend(told))
     outcome = result(loop.submit(Write(2)))
     assert isinstance(outcome, Outcome)
     assert outcome.success
     assert outcome.reading.level == 2
     loop.stop()
-    assert [type(event) for event in events] == [
-        EchoReceived,
-        EchoReceived,
-        EchoReceived,
-        Outcome,
-    ]  # blank, both ends
+    assert [type(event) for event in events] == 4 * [EchoReceived] + [Outcome]
     assert events[-1] is outcome
     assert rig.holds(loop.element, 2)
 

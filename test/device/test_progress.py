@@ -55,14 +55,16 @@ def test_the_share_rises_to_about_one(written, command):
 
 
 def test_the_parts_of_a_self_test_do_not_prolong_the_forecast():
-    told, _ = watched(new_element(preset('bits_2')), SelfTest())
+    told, _ = watched(new_element(preset('kick_2')), SelfTest())
     shares = [each.share for each in told]
     assert 0.3 < shares[len(shares) // 2] < 0.9
     assert {each.attempts for each in told} == {1}
 
 
 def test_a_failed_attempt_is_counted_and_prolongs_the_write(written):
-    element = written(1, write=WriteSettings(tension=0.001))  # a pull that no wall follows
+    element = written(
+        1, write=WriteSettings(tension=0.001, attempts=2)
+    )  # a pull that no wall follows
     told, outcome = watched(element, Write(2))
     assert not outcome.success
     assert [count for count, _ in itertools.groupby(each.attempts for each in told)] == list(

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shifts: half a cycle of strain moves by a level every wall whose turn it is."""
 
+from dataclasses import replace
+
 import pytest
 
 from mlmem_ros.device import BLANK, Read, Refused, Reset, Shift, Write, new_element, preset
@@ -69,7 +71,9 @@ def test_a_wall_that_leaves_is_not_read_as_another_content():
 
 
 def test_without_an_actuator_it_is_refused_and_changes_nothing():
-    element = new_element(preset('register_4'))
+    design, settings = preset('kick_2')
+    absent = replace(settings.actuator, present=False)
+    element = new_element(design, replace(settings, actuator=absent))
     with pytest.raises(Refused, match=r'a shift needs an actuator, .* \(actuator.present\)'):
         element.apply(Shift())
     assert element.procedure == ''

@@ -66,15 +66,7 @@ def test_a_slightly_weak_peak_is_compensated_by_the_next_attempt(level, weak):
 
 def peaks(element, command):
     """Return the greatest strain of each attempt of a one-step write."""
-    element.apply(command)
-    seen = [0.0]
-    while element.procedure:
-        element.advance()
-        strain = element.actuator.strain
-        if strain == 0.0 and seen[-1]:
-            seen.append(0.0)
-        seen[-1] = max(seen[-1], strain, key=abs)
-    return seen[:-1]
+    return rig.cycles(rig.strains(element, command)[0])
 
 
 def test_the_force_is_bounded_and_reset_for_the_next_write():
