@@ -423,7 +423,7 @@ def test_a_procedure_resumes_on_time_and_ticks_between_are_deferred(start):
         loop = start(
             rig.device(1), lambda *_: woken.add(clock.time), pacer=clock, speed=1.0, batch=batch
         )
-        outcome = result(loop.submit(Write(2)))
+        outcome = result(loop.submit(Write(3)))
         loop.stop()
         assert loop.statistics.overruns == 0
         return (outcome.end_tick - outcome.start_tick, outcome.reading.delay), len(woken)
