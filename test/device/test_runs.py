@@ -3,6 +3,8 @@
 """Runs of ticks: a device computes and reports the same, however time is divided."""
 
 import random
+from dataclasses import replace
+from functools import partial
 
 import pytest
 from sampled import sampled
@@ -45,9 +47,9 @@ STORIES = {
     'a base that begins to shake after the pulse': {0: Read(), 12: Disturb(1e-5), 250: Read()},
     'rests that a pulse, a strain and a shaken base end': {
         20: Read(),
-        800: SetStrain(0.001),
-        1400: Disturb(1e-6),
-        2000: Read(),
+        250: SetStrain(0.001),
+        450: Disturb(1e-6),
+        650: Read(),
     },
     'faults that come and go': {
         0: Write(3),
@@ -99,31 +101,36 @@ def end(element):
 @pytest.mark.parametrize('name', STORIES)
 def test_bits_and_events_are_the_same_as_tick_by_tick(name):
     story = {tick: [command] for tick, command in STORIES[name].items()}
-    alone, chance = rig.device(1), random.Random(name)
+    # so damped that it rests soon after whatever moved it
+    design = replace(rig.DESIGN, eta=0.02) if name.startswith('rests') else rig.DESIGN
+    known = rig.device().calibration
+    alone, chance = rig.device(1, design=design, calibration=known), random.Random(name)
     last = max(500, max(story) + 200)
     expected = live(alone, story, last, lambda: 1), end(alone)
     for length in (lambda: chance.randint(1, chance.choice((9, 90))), lambda: 10**6):
-        element = rig.device(1)
+        element = rig.device(1, design=design, calibration=known)
         assert (live(element, story, last, length), end(element)) == expected
 
 
-@pytest.mark.parametrize('seed', sampled(range(200), lambda seed: 5 < seed < 12))
-def test_any_life_is_the_same_in_runs(seed):
+@pytest.mark.parametrize('seeds', sampled([range(6, 12), range(200)], lambda seeds: seeds[0]))
+def test_any_life_is_the_same_in_runs(seeds):
     """For any legal design, settings and commands, including lost ticks."""
-    chance = random.Random(seed)
-    alone, element = lives.device(random.Random(seed)), lives.device(chance)
-    if alone is None:
-        return
-    ticks = min(60, MOST_WORK // (alone.steps_per_tick * alone.design.N))
-    story = {
-        tick: [lives.command(chance, alone)] for tick in range(ticks) if chance.random() < 0.15
-    }
-    expected = live(alone, story, ticks, lambda: 1)
-    assert live(element, story, ticks, lambda: chance.randint(1, 20)) == expected
-    assert element.chain.state().tobytes() == alone.chain.state().tobytes()
-    for each in (element, alone):
-        each._stop('only an idle device has a snapshot')
-    assert repr(snapshot.take(element)) == repr(snapshot.take(alone))
+    for seed in seeds:
+        chance = random.Random(seed)
+        alone, element = lives.device(random.Random(seed)), lives.device(chance)
+        if alone is None:
+            continue
+        ticks = min(60, MOST_WORK // (alone.steps_per_tick * alone.design.N))
+        story = {
+            tick: [lives.command(chance, alone)] for tick in range(ticks) if chance.random() < 0.15
+        }
+        expected = live(alone, story, ticks, lambda: 1)
+        length = partial(chance.randint, 1, 20)
+        assert live(element, story, ticks, length) == expected
+        assert element.chain.state().tobytes() == alone.chain.state().tobytes()
+        for each in (element, alone):
+            each._stop('only an idle device has a snapshot')
+        assert repr(snapshot.take(element)) == repr(snapshot.take(alone))
 
 
 @pytest.mark.parametrize('rested', [0, 1000], ids=['swinging', 'at rest'])
@@ -216,7 +223,7 @@ def test_every_procedure_of_a_preset_is_the_same_in_runs():
     """Including strokes and throws."""
     devices = new_element(preset('bits_2')), new_element(preset('bits_2'))
     last = devices[0].design.levels - 1
-    for command in (Write(last), Write(0), Calibrate(), Write(last // 2), Erase(), Read()):
+    for command in (Write(last), Write(0), Calibrate(), Erase(), Read()):
         outcomes = devices[0].perform(command), devices[1].perform(command, lambda: None)
         assert repr(outcomes[0]) == repr(outcomes[1])
     assert snapshot.take(devices[0]) == snapshot.take(devices[1])

@@ -15,12 +15,12 @@ import math
 
 import numpy as np
 import pytest
+from uniform_chain import on_site_force
 
 from mlmem_ros.outside import DecodeError, decode
 from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, DesignError, Specimen
 from mlmem_ros.physics.curve import Curve
 from mlmem_ros.physics.equilibrium import relax, stiffness, wall_profile
-from mlmem_ros.physics.formulas import on_site
 from mlmem_ros.physics.held_wall import hold_walls
 
 PHI_4 = Curve.of(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
@@ -67,9 +67,9 @@ def test_forces_are_derivatives(law):
 def test_the_loops_force_is_the_same():
     D = np.linspace(-2.5, 2.5, 501)
     constants = PHI_4.constants(np.full(3, 0.3))
-    force = [math.prod(on_site(constants, 1, float(x) - PHI_4.origin)) for x in D]
+    force = on_site_force(constants, D - PHI_4.origin)
     assert force == pytest.approx(0.3 * PHI_4.slope(D), abs=1e-13)
-    assert math.isnan(math.prod(on_site(constants, 1, math.nan)))
+    assert np.isnan(on_site_force(constants, np.array([math.nan]))).all()
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,10 @@ import mpmath
 import numpy as np
 import oracle
 import pytest
+from uniform_chain import on_site_force
 
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.formulas import on_site, wave
+from mlmem_ros.physics.formulas import wave
 from mlmem_ros.physics.portable import exponential
 
 
@@ -59,7 +60,7 @@ def test_the_on_site_force_is_the_papers():
     p = CASE_II
     exact = oracle.psi_prime(p, D)
     constants = np.full(2, p.d), p.a, p.b
-    force = np.array([math.prod(on_site(constants, 1, float(x) + p.c)) for x in D])
+    force = on_site_force(constants, D + p.c)
     # An angle of 20 is known to 4e-15, and its sine multiplies a slope of at most 6.
     np.testing.assert_allclose(force, exact, rtol=0, atol=1e-13 * np.abs(exact).max())
 

@@ -90,7 +90,7 @@ def solved_or_out_of_reach(a, b, theta, find):
 
 
 @given(**coefficients)
-@settings(once, max_examples=400)
+@settings(once, max_examples=150)
 def test_a_ground_state_has_a_phase_of_whole_turns(a, b, n):
     potential = Potential(a, b, c=0.0, d=1.0)
     solved_or_out_of_reach(a, b, 2.0 * math.pi * n, lambda: potential.ground_state(n))

@@ -126,7 +126,7 @@ def by_dop853(name, end):
     ],
 )
 def test_a_specimen_moves_as_dop853_says(name, method, dt, error):
-    made, end = MADE[name], 30.0
+    made, end = MADE[name], 20.0
     t = substep_times(round(end / dt), dt, method)
     chain = Chain(made.design, dt, method)
     chain.set_specimen(made)

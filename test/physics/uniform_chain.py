@@ -13,8 +13,20 @@ import sys
 import numpy as np
 
 from mlmem_ros.physics import CASE_II, Chain, Specimen, StateError, stable_step
+from mlmem_ros.physics.formulas import on_site
+from mlmem_ros.physics.jit import kernel
 
 UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
+
+
+@kernel
+def on_site_force(constants, y):
+    """Return the on-site force as the loops compute it, shape (m,), of a cell without scatter."""
+    found = np.empty_like(y)
+    for k in range(len(y)):
+        slope, factor = on_site(constants, 1, y[k])
+        found[k] = slope * factor
+    return found
 
 
 def oscillator_error(design, dt, method, time=24.0):
