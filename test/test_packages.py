@@ -15,6 +15,14 @@ import sys
 sys.modules.update(dict.fromkeys('mcap rosbags lz4 zstandard scipy matplotlib rich PIL'.split()))
 """
 
+HIDDEN_FROM_THE_DEVICE = """
+of_a_node = 'rclpy std_msgs yaml'.split()
+sys.modules.update(dict.fromkeys(of_a_node))
+import mlmem_ros.device
+for name in of_a_node:
+    del sys.modules[name]
+"""
+
 
 def python(code, *arguments):
     """Run code without the packages that a node does not need."""
@@ -22,9 +30,11 @@ def python(code, *arguments):
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
 
-def test_an_element_is_hosted_without_the_bag_libraries():
+def test_a_device_needs_numpy_and_numba_and_its_host_no_bag_libraries():
     """It cannot record; the refusal says what to install."""
-    done = python("""
+    done = python(
+        HIDDEN_FROM_THE_DEVICE
+        + """
 from types import SimpleNamespace
 import pytest
 from mlmem_ros.bag.errors import BagError
@@ -35,7 +45,8 @@ with pytest.raises(BagError, match='Cannot record: the Python package (mcap|rosb
                    'python3 -m pip install mcap rosbags ') as refused:
     sessions.begin(SessionPlan('/mlmem', RecordSettings('nowhere')), SimpleNamespace(procedure=''))
 assert '\\n' not in str(refused.value)
-""")
+"""
+    )
     assert done.returncode == 0, done.stderr
 
 
