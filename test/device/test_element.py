@@ -82,15 +82,15 @@ BAD = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize('command', BAD, ids=repr)
-def test_a_bad_command_is_refused_and_changes_nothing(written, command):
+def test_a_bad_command_is_refused_and_changes_nothing(written):
     element = written(2)
     element.apply(SetStrain(0.01))
     rig.ticks(element, 2)
     before = rig.bits(element)
-    with pytest.raises(Refused, match='must be'):
-        element.apply(command)
-    assert rig.bits(element) == before
+    for command in BAD:
+        with pytest.raises(Refused, match='must be'):
+            element.apply(command)
+        assert rig.bits(element) == before, command
 
 
 def test_the_error_for_a_level_out_of_range_gives_the_range():
@@ -99,10 +99,7 @@ def test_the_error_for_a_level_out_of_range_gives_the_range():
 
 
 @pytest.mark.parametrize('running', [Write(3), Erase(), Read(), Calibrate(), Abort()], ids=str)
-@pytest.mark.parametrize(
-    'command', [SetStrain(0.0), Write(1), Read(), Erase(), Calibrate()], ids=str
-)
-def test_a_busy_device_refuses_commands_and_goes_on_unchanged(written, running, command):
+def test_a_busy_device_refuses_commands_and_goes_on_unchanged(written, running):
     disturbed, alone = written(2), written(2)
     for element in (disturbed, alone):
         if running == Abort():  # one that has something to do
@@ -112,9 +109,10 @@ def test_a_busy_device_refuses_commands_and_goes_on_unchanged(written, running, 
         rig.ticks(element, 7)
     name = type(running).__name__.lower()
     before = rig.bits(disturbed)
-    with pytest.raises(Refused, match=f'busy: {name} is running; abort it or wait'):
-        disturbed.apply(command)
-    assert rig.bits(disturbed) == before
+    for command in (SetStrain(0.0), Write(1), Read(), Erase(), Calibrate()):
+        with pytest.raises(Refused, match=f'busy: {name} is running; abort it or wait'):
+            disturbed.apply(command)
+        assert rig.bits(disturbed) == before
     assert rig.ticks(disturbed, 20) == rig.ticks(alone, 20)
     assert rig.bits(disturbed) == rig.bits(alone)
 

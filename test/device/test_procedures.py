@@ -44,6 +44,8 @@ from mlmem_ros.physics.equilibrium import relax, wall_profile
 
 from . import rig
 
+ONCE = WriteSettings(attempts=1)
+
 FEEBLE = rig.with_group('erase', compression=-0.001, tension=0.001)
 """An erase that frees no wall."""
 
@@ -179,13 +181,17 @@ def test_a_wall_that_went_too_far_is_brought_back(written):
 
 
 def test_a_failing_erase_ends_and_so_does_a_write_that_needs_it(written):
-    erase = rig.run(rig.device(2, **FEEBLE), Erase())
+    three_levels = dataclasses.replace(CASE_II, N=100)
+    known = factory_calibration(three_levels, Settings())
+    element = rig.device(2, design=three_levels, calibration=known, **FEEBLE)
+    erase = rig.run(element, Erase())
     assert not erase.success
-    assert erase.error == 'the element is not blank after 10 strain cycles; read last: undecodable'
-    element = written(2, **FEEBLE)
-    write = rig.run(element, Write(1))
+    assert erase.error == 'the element is not blank after 8 strain cycles; read last: undecodable'
+    assert (element.actuator.strain, element.procedure) == (0.0, '')
+    element = rig.device(2, design=three_levels, calibration=known, **FEEBLE)
+    write = rig.run(element, Write(0))
     assert not write.success
-    assert write.error.startswith('the element is not blank after 10 strain cycles')
+    assert write.error.startswith('the element is not blank after 8 strain cycles')
     assert write.attempts == 1
     assert (element.actuator.strain, element.procedure) == (0.0, '')
 
@@ -459,7 +465,7 @@ def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
 @pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
 def test_a_table_that_is_off_by_a_level_is_noticed(written, names):
     """By a read, since the other end does not agree, and by a calibration at its first level."""
-    element = written(1, read=ReadSettings(end=names))
+    element = written(1, read=ReadSettings(end=names), write=ONCE)
     known = element.calibration.left.delays
     off = DelayTable((2.0 * known[0] - known[1], *known[:-1]))
     element.calibration = wrong = dataclasses.replace(element.calibration, left=off)
@@ -488,7 +494,7 @@ def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
 def test_an_end_without_echoes_gives_no_calibration(written, names):
     """The left one's threshold is a cell: no level is confirmed."""
     deaf = rig.with_group('probe', v_th=1.0)
-    element = written(1, read=ReadSettings(end=names), **deaf)
+    element = written(1, read=ReadSettings(end=names), write=ONCE, **deaf)
     factory = element.calibration
     outcome = rig.run(element, Calibrate())
     assert 'level 0 gives no echo at the left end' in outcome.error
@@ -535,7 +541,7 @@ def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, mo
     assert rig.holds(element, level)
 
 
-@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (2, Erase())], ids=str)
+@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (0, Erase())], ids=str)
 def test_an_abort_while_a_wall_is_launched(content, command):
     """The boundary cell moves for 40 time units, so for 2 or 3 ticks; then the wall runs."""
     element = rig.device(content)

@@ -200,15 +200,13 @@ def alive():
     return midlife()
 
 
-@pytest.mark.parametrize(('path', 'value'), DAMAGE, ids=str)
-def test_a_damaged_snapshot_is_refused_and_nothing_is_changed(written, alive, path, value):
-    values = damaged(snapshot.take(written(2)), path, value)
-    element = alive
-    before = rig.bits(element)
-    with pytest.raises(StateError):
-        snapshot.restore(element, values)
-    assert rig.bits(element) == before
-    assert element.actuator.moving
+def test_a_damaged_snapshot_is_refused_and_nothing_is_changed(written, alive):
+    whole, before = snapshot.take(written(2)), rig.bits(alive)
+    for path, value in DAMAGE:
+        with pytest.raises(StateError):
+            snapshot.restore(alive, damaged(whole, path, value))
+        assert rig.bits(alive) == before, (path, value)
+    assert alive.actuator.moving
 
 
 def test_statistics_nested_to_exhaust_the_stack_are_refused():
@@ -254,22 +252,22 @@ OTHERS = {
 
 
 @pytest.mark.parametrize('other', OTHERS)
-def test_the_snapshot_of_another_device_is_refused(written, other):
+def test_the_snapshot_of_another_device_is_refused(alive, other):
     changes = dict(OTHERS[other])
     design = changes.pop('design', rig.DESIGN)
     rigid = dataclasses.replace(design, substrate='rigid')
     calibration = factory_calibration(rigid, Settings())
     foreign = rig.device(design=design, calibration=calibration, **changes)
     rig.ticks(foreign, 3)
-    element = midlife()
+    element = alive
     before = rig.bits(element)
     with pytest.raises(StateError):
         snapshot.restore(element, snapshot.take(foreign))
     assert rig.bits(element) == before
 
 
-def test_a_strain_beyond_this_actuators_limit_is_refused():
-    strong = midlife()  # on its way to 0.03
+def test_a_strain_beyond_this_actuators_limit_is_refused(alive):
+    """It is on its way to 0.03."""
     weak = {'compression': -0.01, 'tension': 0.01}
     element = rig.device(
         actuator=ActuatorSettings(max_strain=0.02),
@@ -277,7 +275,7 @@ def test_a_strain_beyond_this_actuators_limit_is_refused():
         **rig.with_group('erase', start_strain=-0.01, **weak),
     )
     with pytest.raises(StateError, match=r'actuator\.max_strain'):
-        snapshot.restore(element, snapshot.take(strong))
+        snapshot.restore(element, snapshot.take(alive))
 
 
 # --- the digest -------------------------------------------------------------------------------
