@@ -3,6 +3,7 @@
 """Actions over real DDS: by rclpy's own action client, and by `MemoryClient`."""
 
 import asyncio
+import math
 import sys
 from types import SimpleNamespace
 
@@ -134,7 +135,9 @@ def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
     ('name', 'goal', 'why'),
     [('write', {'level': 99}, 'level must be'), ('read', {'end': 'top'}, 'end must be'),
      ('write', {'level': 65541}, 'level must be'),  # 5, if it were cut to 16 bits
-     ('write', {'level': -(2**63)}, 'level must be')],
+     ('write', {'level': -(2**63)}, 'level must be'),
+     ('read', {'deadline': math.nan}, 'deadline must be'),
+     ('erase', {'deadline': -1.0}, 'deadline must be')],
 )  # fmt: skip
 def test_a_goal_that_is_refused_says_why(tool, name, goal, why):
     ended = tool(name).do(**goal)

@@ -181,8 +181,10 @@ class Action:
         """Make the request behind a goal, which is any goal message of this action."""
         known = services.fields(goal)  # of an older build, maybe
         wanted = {name: getattr(goal, name) for name in REQUESTS[self._name] if name in known}
-        wait = max(0.0, getattr(goal, 'deadline', 0.0))
+        wait = getattr(goal, 'deadline', 0.0)
         try:
+            if not wait >= 0.0:
+                raise Refused(f'deadline must be a number of seconds, or 0; got {wait:g}')
             command = made(self._name, wanted)
         except Refused as refusal:
             self._host.refused += 1
