@@ -92,14 +92,17 @@ def word_of(
         BankFailed: An element could not be read or holds no digit, and there is no code.
         WordError: The digits are not a word.
     """
-    errors = {**errors}
+    errors, seal = {**errors}, len(names) - 1
+    torn = code.check and seal in answers and answers[seal].level == code.base
     for place, said in answers.items():
-        if said.level >= code.base:
+        if said.level >= code.base and not (torn and place == seal):
             errors[place] = RequestError(f'level {said.level} is not a digit of base {code.base}')
     failed = BankFailed({names[place]: error for place, error in errors.items()}, len(names))
     if errors and not code.check:
         raise failed
     read = [answers[place].level if place in answers else None for place in range(len(names))]
+    if torn:
+        read[seal] = BLANK
     try:
         digits = code.decode(read)
     except WordError as error:
@@ -129,7 +132,8 @@ class MemoryBank:
     a read raises `TornWord` if a write was interrupted, and `LostWord` if the code cannot correct
     the word. `bank.word_code` describes the code and its probability of error. A write then
     takes three phases: erase the last element, write the others, write the last one. Only one
-    client at a time may write.
+    client at a time may write. An erased element with many walls reads 0, which is a digit: there
+    the last one holds `base` meanwhile, and must have more contents than that.
 
     Attributes:
         elements: The clients, the least significant digit first, check digits last.
@@ -262,11 +266,20 @@ class MemoryBank:
                 _, errors = yield from _together(looks)
                 failed.update({p: e for p, e in errors.items() if type(e) is not RequestFailed})
                 check()
-            for levels in self.code.strokes(digits):
+            strokes = list(self.code.strokes(digits))
+            while strokes:
+                levels = strokes.pop(0)
                 answers, errors = yield from _together(stroke(levels))
+                if seal in errors and levels[seal] == self.base:
+                    why = 'which marks a write that is under way: use a smaller base'
+                    errors = {seal: RequestRefused({'error': f'{errors[seal]}, {why}'})}
                 said |= answers
                 failed.update(errors)
                 check()
+                begun = self.code.check and levels == {seal: BLANK} and strokes
+                if begun and said[seal].level != BLANK:  # it holds many walls
+                    strokes = [{seal: self.base}, *strokes]
+                    strokes += [{seal: BLANK}] if digits[seal] == BLANK else []
             return word_of(self.code, self._names, said, failed)
 
         failed: dict[int, RequestError] = {}

@@ -245,6 +245,31 @@ def test_a_failed_write_leaves_a_torn_word_and_may_bypass_one_element(coded):
     assert coded.read().wait().blank
 
 
+def test_a_bank_of_bytes_notices_a_write_that_was_torn():
+    """An erased byte reads 0, a digit: so the seal holds a content that is none meanwhile."""
+    arguments, elements = bank_arguments(
+        ['memory_bank', '--elements=2',
+         *node_arguments('/bytes/mlmem', {**QUICK, 'design.preset': 'byte'})]
+    )  # fmt: skip
+    with (
+        NodeHere('/bytes/element_0/mlmem', arguments, elements),
+        standalone() as client,
+    ):
+        bank = MemoryBank.on(client.node, 2, '/bytes', base=128, check=1)
+        assert bank.write(77).wait().value == bank.read().wait().value == 77
+        deaf, seal = bank.elements
+        deaf.set_parameters({'faults.sensor_off': True}).wait()
+        with pytest.raises(BankFailed, match='rests in neither phase'):
+            bank.write(5).wait()
+        assert seal.read().wait().level == 128
+        deaf.set_parameters({'faults.sensor_off': False}).wait()
+        with pytest.raises(TornWord):
+            bank.read().wait()
+        assert bank.erase().wait().value == bank.read().wait().value == 0
+        with pytest.raises(BankFailed, match='from 0 to 255; got 256, which marks a write'):
+            MemoryBank(bank.elements, base=256, check=1).write(1).wait()
+
+
 def test_a_spare_out_of_range_is_refused(coded):
     with pytest.raises(ValueError, match='spare must be from 0 to 1; got 2'):
         coded.write(1, spare=2)
