@@ -30,6 +30,8 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
+from mlmem_ros.ros.client.line import SOON as SOON_LOOK
+from mlmem_ros.ros.client.link import Link
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
 
@@ -609,10 +611,14 @@ def test_an_answer_that_cannot_be_understood(context, stand_in, message):
         reading.wait()
 
 
-def test_no_node_of_that_name(client):
+def test_no_node_of_that_name(client, monkeypatch):
+    """While it waits for one, it looks now and then, and leaves the core to others."""
+    ready, looked = Link.ready, []
+    monkeypatch.setattr(Link, 'ready', lambda *asked: looked.append(asked) or ready(*asked))
     nobody = MemoryClient(client.node, '/nobody', patience=0.2)
     with pytest.raises(NoAnswer, match=r'/nobody within 0\.2 s; start one'):
         nobody.read().wait()
+    assert len(looked) <= 4 * 0.2 / SOON_LOOK  # for an action and for a service; not thousands
     with pytest.raises(NoAnswer, match='/nobody'):
         nobody.ready(0.1).wait()
 

@@ -30,7 +30,7 @@ from rclpy.task import Future
 
 from ..events import events_executor
 
-SOON = 0.05
+SOON = 0.02
 """Seconds between two looks at the graph while a request waits for its service to appear."""
 
 LOOK = 0.5
@@ -193,7 +193,7 @@ class Line:
     def _look(self) -> None:
         now = time.monotonic()
         with self._lock:
-            pending = list(self._pending)
+            pending, self._next = list(self._pending), 0.0  # a pause follows anyhow
             for known, hidden in list(self._nodes.items()):
                 if (robot := known()) is None or is_destroyed(robot):
                     hidden.destroy_node()
