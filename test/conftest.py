@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import hashlib
 import importlib.util
@@ -35,9 +34,10 @@ HAVE_ROS = importlib.util.find_spec('rclpy') is not None
 NEED_ROS = {'ros', 'view', 'docs', 'test_reference.py'}
 
 if HAVE_ROS:
+    from nodes import starting
+
     from mlmem_ros.ros import node_process
-    from mlmem_ros.ros.node_process import child
-    from mlmem_ros.testing import isolate, memory_node
+    from mlmem_ros.testing import isolate
 
     isolate()
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
@@ -141,48 +141,6 @@ def compiled_once(tmp_path_factory):
         patch.setattr(Dispatcher, 'compile', compile_alone)
         Chain(CASE_II).rest(1)  # before any other process loads it
         yield
-
-
-@contextlib.contextmanager
-def emulated_rig(*options):
-    """Run an emulated rig in its own process; yield its address."""
-    command = ['rig', *options]
-    with child('mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True) as process:
-        yield process.stdout.readline().strip()
-
-
-LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
-"""A rig up to 5 ms away, which loses frames and has its own clock."""
-
-
-SHARED = set[str]()
-"""The elements of nodes that the tests of a module share."""
-
-
-@contextlib.contextmanager
-def starting(driver='sim', shared=False):
-    """Yield a function that starts a node, with its own rig if need be; all end with the block."""
-    with contextlib.ExitStack() as nodes:
-
-        def start(parameters=None, **options):
-            given = dict(parameters or {})
-            if options.get('apart'):  # a new process remembers no design check
-                given.setdefault('design.check', 'skip')
-            if driver == 'rig':
-                scale = str(given.get('scale.time', 1e-4))
-                address = nodes.enter_context(emulated_rig('--scale-time', scale, *LINE))
-                given |= {
-                    'device.driver': 'rig',
-                    'device.address': f'{address}?lead=0.2&patience=10',
-                }
-            node = nodes.enter_context(memory_node(given, **options))
-            assert shared or node.element not in SHARED, f'two nodes answer as {node.element}'
-            if shared:
-                SHARED.add(node.element)
-                nodes.callback(SHARED.discard, node.element)
-            return node
-
-        yield start
 
 
 @pytest.fixture(scope='module')

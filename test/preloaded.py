@@ -28,14 +28,14 @@ _server = None
 
 
 class Process(subprocess.Popen):
-    """A `python -m MODULE ARGUMENT ...` that ends with its parent, forked from the server."""
+    """A process of Python that ends with its parent, forked from the server."""
 
     def _execute_child(self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, *rest):
         pipes = rest[3:9]
         read, _, _, output, _, errors = pipes
-        assert args[:2] == [sys.executable, '-m'], 'only modules are run'
+        assert args[0] == sys.executable, 'only Python is run'
         streams = [own if n == -1 else n for own, n in enumerate((read, output, errors))]
-        self.pid = _fork((args[2:], cwd, dict(os.environ if env is None else env)), streams)
+        self.pid = _fork((args[1:], cwd, dict(os.environ if env is None else env)), streams)
         self._child_created = True
         self._close_pipe_fds(*pipes)
 
@@ -60,7 +60,7 @@ def _start():
 
 
 def serve(orders):
-    """Fork for every order; return in the new process, with the module to run."""
+    """Fork for every order; return in the new process, with what Python is to run."""
     worker = os.getppid()
     while True:
         order, streams, *_ = socket.recv_fds(orders, 1 << 20, 3)
@@ -82,28 +82,43 @@ def serve(orders):
     for own, given in enumerate(streams):
         os.dup2(given, own)
         os.close(given)
-    (module, *arguments), folder, environment = pickle.loads(order)
+    command, folder, environment = pickle.loads(order)
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder or '.')
+    return command
+
+
+def run(kind, *command):
+    """Run what follows `python` on a command line: -m MODULE, -c PROGRAM or FILE; arguments."""
     sys.path[0] = os.getcwd()
-    sys.argv[1:] = arguments
-    return module
+    if kind == '-m':
+        sys.argv[1:] = command[1:]
+        runpy.run_module(command[0], run_name='__main__', alter_sys=True)
+    elif kind == '-c':
+        sys.argv = ['-c', *command[1:]]
+        exec(command[0], vars(sys.modules['__main__']))
+    else:
+        sys.path[0] = os.path.dirname(kind)
+        sys.argv = [kind, *command]
+        runpy.run_path(kind, run_name='__main__')
 
 
 def load():
-    """Import what processes need, load the loops' machine code, and calibrate the paper's element.
+    """Import what processes need, load the loops' machine code, and calibrate some elements.
 
     The first line that a process logs has `inspect` look at every module; here it has done so.
     """
     import mlmem_ros.rig
+    import mlmem_ros.ros.client.standalone
     import mlmem_ros.ros.fast_dds
     import mlmem_ros.ros.node.run  # noqa: F401
     import mlmem_tools.cli.request
     import mlmem_tools.cli.view  # noqa: F401
     from mlmem_ros.device import new_element, preset
 
-    new_element(*preset('case_2'))
+    for name in ('case_2', 'damped_bits_3'):
+        new_element(*preset(name))
     inspect.getmodule(inspect.currentframe())
     assert threading.active_count() == 1
     gc.freeze()
@@ -112,5 +127,4 @@ def load():
 if __name__ == '__main__':
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     load()
-    module = serve(socket.socket(fileno=int(sys.argv[1])))
-    runpy.run_module(module, run_name='__main__', alter_sys=True)
+    run(*serve(socket.socket(fileno=int(sys.argv[1]))))

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 
 import pytest
 
@@ -12,6 +13,14 @@ import pytest
 @pytest.fixture(scope='module', autouse=True)
 def owned_devices(one_owner):
     """See `one_owner`."""
+
+
+@pytest.fixture(scope='session', autouse=True)
+def common_context():
+    """End what `robot.common` has begun."""
+    yield
+    if (robots := sys.modules.get('robot')) and robots.common.cache_info().currsize:
+        robots.common().try_shutdown()
 
 
 @pytest.fixture
@@ -92,10 +101,15 @@ def frequent_reports():
 
 
 @pytest.fixture(scope='module')
-def memory(start_shared):
-    """An eight-level element ten times faster than by default, for all tests of a module."""
-    calm = {'publish.field_every': 100, 'publish.wall_every': 100}  # robots take every message
-    return start_shared({'scale.time': 1e-5, **calm})
+def given():
+    """What a module's element is given beside `nodes.QUICK`."""
+    return {}
+
+
+@pytest.fixture(scope='module')
+def memory(start_shared, given):
+    """An element for all tests of a module."""
+    return start_shared(given)
 
 
 @pytest.fixture(scope='module')

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from nodes import QUICK
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 from robot import Robot
@@ -32,20 +33,14 @@ from mlmem_ros.ros.qos import LATCHED
 from mlmem_ros.testing.node import NodeHere
 
 ELEMENTS = 3
-QUICK = {
-    'scale.time': 3e-5,
-    'write.attempts': 1,
-    'publish.field_every': 0,
-    'publish.wall_every': 0,
-    'publish.joint_states_every': 0,
-}
+GIVEN = QUICK | {'write.attempts': 1}
 
 
 @pytest.fixture(scope='module')
 def bank():
-    """What bank.launch.py starts, three times faster than a robot would."""
+    """What bank.launch.py starts, of small elements."""
     arguments, elements = bank_arguments(
-        ['memory_bank', f'--elements={ELEMENTS}', *node_arguments('mlmem', QUICK)]
+        ['memory_bank', f'--elements={ELEMENTS}', *node_arguments('mlmem', GIVEN)]
     )
     with (
         NodeHere('/bank/element_0/mlmem', arguments, elements),

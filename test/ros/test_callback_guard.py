@@ -28,7 +28,7 @@ from mlmem_ros.session.replay import replay
 
 @pytest.fixture(scope='module')
 def node(start_shared):
-    return start_shared({'scale.time': 1e-5}, apart=True)
+    return start_shared(apart=True)
 
 
 @pytest.fixture

@@ -32,6 +32,11 @@ def complaint(status, told, said):
     return line
 
 
+@pytest.fixture(scope='module')
+def given():
+    return {'actions': True}
+
+
 @pytest.fixture
 def inside(capsys):
     """Run a command in this process; return status, output and errors."""
@@ -53,7 +58,7 @@ def test_write_read_erase(memory, robot, inside):
     status, read, complaint = inside('read')
     assert (status, complaint) == (0, '')
     delays = [float(re.search(r'delay ([\d.]+)', told)[1]) for told in (written, read)]
-    assert delays[1] == pytest.approx(delays[0], abs=10.0)  # levels are 105 apart
+    assert delays[1] == pytest.approx(delays[0], abs=5.0)  # levels are 24 apart
 
     status, erased, complaint = inside('erase')
     assert (status, complaint) == (0, '')
@@ -69,10 +74,10 @@ def test_a_procedure_of_the_table_is_a_command_and_a_service(memory, robot, insi
     assert content.startswith('level 3 (code 011), echo delay ')
     measured = dict(line.split() for line in found)
     assert measured['walls'] == '1'
-    assert float(measured['position']) == pytest.approx(100.0, abs=1.0)
+    assert float(measured['position']) == pytest.approx(36.0, abs=1.0)
     answer = robot.trigger('locate')
     assert answer.success
-    assert answer['position'] == pytest.approx(100.0, abs=1.0)
+    assert answer['position'] == pytest.approx(36.0, abs=1.0)
 
 
 def test_replay_into_a_node_names_the_differences(memory, robot):
@@ -176,7 +181,7 @@ def test_self_test(memory, inside):
 
 
 def test_another_name_and_namespace(start, inside):
-    node = start({'scale.time': 1e-5}, name='left_memory', namespace='/arm')
+    node = start(name='left_memory', namespace='/arm')
     status, read, said = inside('read', '--node', node.element)
     assert (status, said) == (0, '')
     assert read.startswith('blank')
@@ -247,7 +252,7 @@ def test_ctrl_c_while_it_loads(module):
 
 def test_ctrl_c_while_it_waits(start):
     """The command ends, once, however often it is asked to; the node finishes the write."""
-    node = start({'scale.time': 1e-5}, name='paused')  # nobody else may answer
+    node = start(name='paused')  # nobody else may answer
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
     with Robot(node.element) as robot:
         robot.pause(True)  # no answer can come

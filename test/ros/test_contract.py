@@ -29,6 +29,12 @@ def driver(request):
     return request.param
 
 
+@pytest.fixture(scope='module')
+def given():
+    """That of a robot, but ten times as fast."""
+    return {'design.preset': 'case_2', 'actions': True}
+
+
 @pytest.fixture
 def truth(driver):
     """Skip tests of the true wall where it is unknown."""
@@ -354,8 +360,8 @@ def test_step_is_refused_while_time_runs(robot):
 
 @pytest.fixture(scope='module')
 def robot_in_real_time(start_shared):
-    """Talk to an element at the default scale, where a strain cycle takes half a second."""
-    with Robot(start_shared(name='real_time').element) as robot:
+    """Talk to an element whose writes take more than a second."""
+    with Robot(start_shared({'scale.time': 4e-4}, name='real_time').element) as robot:
         yield robot
 
 
@@ -422,7 +428,7 @@ def test_abort_ends_the_write_and_relaxes_the_strain(writing):
 
 
 def test_two_elements_side_by_side(robot, start):
-    other = start({'scale.time': 1e-5}, namespace='/arm')
+    other = start(namespace='/arm')
     assert robot.write(1)['level'] == 1
     with Robot(other.element, 'arm_robot') as arm:
         assert arm.trigger('read')['level'] == BLANK

@@ -21,14 +21,14 @@ def program(tmp_path_factory):
 
 
 def test_it_writes_and_reads_a_level(program, start):
-    start({'scale.time': 1e-5})
+    start()
     done = subprocess.run([program, '3'], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert 'level 3' in done.stderr
 
 
 def test_a_refusal_says_why(program, start):
-    start({'scale.time': 1e-5}, name='mlmem')
+    start(name='mlmem')
     done = subprocess.run([program, '65541'], capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
     assert 'refused: level must be' in done.stderr

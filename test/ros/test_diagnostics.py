@@ -265,7 +265,7 @@ def test_every_component_reports(robot):
 
 
 def test_an_inactive_node_reports_it(start):
-    start({'scale.time': 1e-5}, name='idle')
+    start(name='idle')
     with Robot('/idle', 'idle_robot') as robot:
         robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= WARN)
         request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))

@@ -4,8 +4,9 @@
 
 import os
 import subprocess
-import sys
 from xml.etree import ElementTree
+
+from nodes import program
 
 from mlmem_ros.ros.client.line import ASLEEP, LOOK
 from mlmem_ros.ros.fast_dds import NAMES, PROFILE, profile_variable, use_profile
@@ -61,21 +62,21 @@ def test_nobody_is_forgotten_sooner_than_it_notices_that_it_stood_still():
         assert float(lease.text) > ASLEEP + LOOK
 
 
+def printed(code, profile):
+    """Return the number that a program prints, with a profile or that of Fast DDS."""
+    given = {name: value for name, value in os.environ.items() if name not in NAMES}
+    if profile is not None:
+        given[profile_variable(given)] = str(profile)
+    with program('-c', code, env=given, stdout=subprocess.PIPE) as process:
+        return int(process.stdout.read())
+
+
 def test_the_ends_of_one_process_are_not_compared_with_each_other():
     """A bank of a hundred spent four fifths of its start on that; plain Fast DDS joins them."""
-    plain = {name: value for name, value in os.environ.items() if name not in NAMES}
-    joined = [
-        int(subprocess.check_output([sys.executable, '-c', BESIDE], env=plain | given))
-        for given in ({profile_variable(plain): str(PROFILE)}, {})
-    ]
-    assert joined == [0, 1]
+    assert [printed(BESIDE, profile) for profile in (PROFILE, None)] == [0, 1]
 
 
 def test_a_service_reserves_no_memory_for_a_hundred_messages():
     """Its two ends take 53 kB less: 100 x 260 bytes each."""
-    plain = {name: value for name, value in os.environ.items() if name not in NAMES}
-    small, usual = (
-        int(subprocess.check_output([sys.executable, '-c', SERVICES], env=plain | given))
-        for given in ({profile_variable(plain): str(PROFILE)}, {})
-    )
+    small, usual = (printed(SERVICES, profile) for profile in (PROFILE, None))
     assert usual - small > 50 * 40e3

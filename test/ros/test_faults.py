@@ -9,17 +9,18 @@ import time
 from pathlib import Path
 
 import pytest
+from nodes import QUICK
 from robot import BLANK, SENSOR, Imu, Robot, values
 
 from mlmem_ros.contract.calls import RequestRefused
-from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults
-from mlmem_ros.physics import CASE_II
+from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults, preset
 from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.cli.main import main
 from mlmem_tools.play import play
 
+DESIGN = preset(QUICK['design.preset']).design
 PAGE = Path(__file__).parents[2] / 'docs' / 'faults.md'
 
 UNIT = 0.01 / 1e-5**2
@@ -44,20 +45,19 @@ def mean(field):
     return sum(field.data) / len(field.data)
 
 
-def test_the_recipe_of_the_page_fails_as_printed(robot):
-    """Whatever the element holds: its commands, sent by hand, and the error that it prints."""
+def test_the_recipe_of_the_page_fails_as_printed(start):
+    """Its commands, sent by hand to the element of the page, and the error that it prints."""
     block = re.search(r'```sh\n(.*?)```', PAGE.read_text(), re.DOTALL)[1]
     said = {}
-    robot.set(target_level=0)
-    assert robot.trigger('write').success
-    for line in block.splitlines():
-        if setting := re.match(r'ros2 param set /mlmem (\S+) (true|false)$', line):
-            assert robot.try_set(setting[1], setting[2] == 'true').successful
-        elif call := re.match(r'ros2 service call /mlmem/(\w+) std_srvs/srv/Trigger', line):
-            said = robot.trigger(call[1])
-        else:
-            assert json.loads('{' + line.removeprefix('# ') + '}').items() <= said.items()
-    assert robot.write(0).success
+    with Robot(start({'design.preset': 'case_2'}, name='page').element) as robot:
+        for line in block.splitlines():
+            if setting := re.match(r'ros2 param set /mlmem (\S+) (true|false)$', line):
+                assert robot.try_set(setting[1], setting[2] == 'true').successful
+            elif call := re.match(r'ros2 service call /mlmem/(\w+) std_srvs/srv/Trigger', line):
+                said = robot.trigger(call[1])
+            else:
+                assert json.loads('{' + line.removeprefix('# ') + '}').items() <= said.items()
+        assert robot.write(0).success
 
 
 def test_a_fault_is_set_and_removed_while_running(robot):
@@ -75,7 +75,7 @@ def test_a_fault_is_set_and_removed_while_running(robot):
 @pytest.mark.parametrize(
     ('name', 'value', 'reason'),
     [
-        ('weak_cell', 226, 'weak_cell must be from 0 to N = 225; got 226'),
+        ('weak_cell', 136, 'weak_cell must be from 0 to N = 135; got 136'),
         ('stuck_cell', 1, 'because the transducers hold the ends; got 1'),
         ('sensor_noise', -1.0, ''),
         ('sensor_noise', math.nan, ''),
@@ -93,7 +93,7 @@ def test_an_impossible_fault_is_refused_and_nothing_is_changed(robot, name, valu
 def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
     """An acceleration of a thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3."""
     assert robot.trigger('erase').success
-    rest = CASE_II.D_s1  # a field sent as the erase ends still rings by 2.6e-5
+    rest = DESIGN.D_s1  # a field sent as the erase ends still rings by 2.6e-5
     robot.next('field', lambda field: abs(mean(field) - rest) < 1e-6)
     fields = robot.received('field')
     seen = len(fields)
@@ -130,8 +130,8 @@ def test_a_best_effort_imu_is_received(robot):
 
 def test_a_client_sets_faults_and_gets_the_reason_of_a_refusal(robot):
     with standalone(robot.element) as memory:
-        memory.set_parameters({'faults.weak_cell': 150, 'faults.weak_factor': 0.9}).wait()
-        assert memory.parameters('faults.weak_cell').wait() == {'faults.weak_cell': 150}
+        memory.set_parameters({'faults.weak_cell': 90, 'faults.weak_factor': 0.9}).wait()
+        assert memory.parameters('faults.weak_cell').wait() == {'faults.weak_cell': 90}
         with pytest.raises(
             RequestRefused, match=r'parameter faults\.weak_cell was refused: .*300'
         ):
@@ -163,7 +163,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
         {
             'scale.time': 1e-5,
             'record.path': str(bag),
-            'faults.disorder_alpha': 2e-5,  # a hundred times as much stops the wall on its way
+            'faults.disorder_alpha': 2e-5,  # so little that the wall arrives
             'faults.sensor_noise': 1e-6,
             'faults.actuator_lag': 30.0,
         },
@@ -176,7 +176,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
             robot.send_message('disturbance', imu(1e-7 * UNIT * math.sin(n)))
             time.sleep(0.005)  # many ticks: a newer message replaces one that waits for a tick
             if n == 10:
-                robot.set(faults__weak_cell=150, faults__weak_factor=0.98)
+                robot.set(faults__weak_cell=90, faults__weak_factor=0.98)
         assert robot.answer(answer).success
         robot.set(faults__sensor_noise=0.0)
         assert robot.trigger('read')['level'] == 1
@@ -201,9 +201,7 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
         '- {unit: sensor, failure: delayed, instance: 1, severity: 60}\n'
         '- {tick: 400, unit: sensor, failure: ok}\n'
     )
-    node = start(
-        {'design.preset': 'bits_1', 'scale.time': 1e-5, 'record.path': str(bag)}, name='failing'
-    )
+    node = start({'design.preset': 'bits_1', 'record.path': str(bag)}, name='failing')
     with Robot(node.element) as robot, standalone(node.element) as memory:
         assert memory.write(1).wait().level == 1
         assert main(['inject', '--node', 'failing', '--script', str(script)]) == 0
@@ -247,7 +245,7 @@ def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):
         robot.set(faults__damping_factor=1.0)
         node.terminate()
         assert node.exit_status() == 0
-    again = start({**kept, 'record.path': str(bag), 'scale.time': 1e-5}, name='again')
+    again = start({**kept, 'record.path': str(bag)}, name='again')
     with Robot('/again') as robot:
         error = robot.trigger('read')['error']
         assert error.endswith('reset replaces the element by a blank one')

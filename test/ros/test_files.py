@@ -52,7 +52,7 @@ def test_without_a_root_any_path_is_accepted(tmp_path):
 
 
 def test_a_node_stays_below_its_root(start, root, tmp_path):
-    node = start({'files.root': str(root), 'state.path': 'element.json', 'scale.time': 1e-5})
+    node = start({'files.root': str(root), 'state.path': 'element.json'})
     with Robot() as robot:
         begun = robot.record(True)  # without a path: named session
         assert begun['path'].startswith(str(root / 'session'))
@@ -80,7 +80,7 @@ def test_a_node_with_a_path_outside_its_root_does_not_start(refused, root, tmp_p
 
 
 def test_an_unknown_parameter_is_reported(start):
-    parameters = {'write.atempts': 5, 'probe.colour': 'red', 'scale.time': 1e-5}
+    parameters = {'write.atempts': 5, 'probe.colour': 'red'}
     node = start(parameters)
     with Robot() as robot:
         robot.next('wall')

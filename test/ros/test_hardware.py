@@ -69,8 +69,8 @@ class Loop:
 
 @pytest.fixture
 def description(memory):
-    """The robot description of the element, whose time runs ten times faster than by default."""
-    return urdf(element=memory.element, time=1e-5)
+    """The robot description of the module's element, whose time runs ten times as fast."""
+    return urdf(element=memory.element, cells=135, time=1e-5)
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ def test_before_a_command_what_is_written_stays(loop, memory, robot):
 
 def test_an_element_follows_its_commands_within_the_limits(loop, description, robot):
     _, most, fastest = limits(description)
-    for asked, reached in ((0.1, 0.1), (10.0, most), (-0.2, -0.2)):
+    for asked, reached in ((0.06, 0.06), (10.0, most), (-0.12, -0.12)):
         loop.tell(asked)
         robot.wait(lambda: loop.now[1] == pytest.approx(reached), f'{reached} m')  # noqa: B023
         command, _, speed, _ = loop.now

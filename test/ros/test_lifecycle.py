@@ -7,13 +7,13 @@ import time
 import pytest
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from nodes import QUICK
 from robot import Robot
 from rosgraph_msgs.msg import Clock
 
 from mlmem_ros.host import state_file
 
-FAST = {'scale.time': 1e-5}
-BY_HAND = {'autostart': False, **FAST}
+BY_HAND = {'autostart': False}
 
 
 def change(robot, transition):
@@ -74,20 +74,20 @@ def test_a_design_is_changed_only_while_unconfigured(start):
     node = start(BY_HAND)
     with Robot() as robot:
         assert change(robot, Transition.TRANSITION_CONFIGURE)
-        refused = robot.try_set('design.N', 150)
+        refused = robot.try_set('design.N', 99)
         assert not refused.successful
         assert 'unconfigured' in refused.reason
-        assert robot.get('design.N') == 225
+        assert robot.get('design.N') == 135
         assert change(robot, Transition.TRANSITION_CLEANUP)
-        robot.set(design__N=150)
+        robot.set(design__N=99)
         assert change(robot, Transition.TRANSITION_CONFIGURE)
         (levels,) = robot.describe(['target_level'])['target_level'].integer_range
-        assert levels.to_value == 4  # defects at 25, 50 ... 125: five levels
+        assert levels.to_value == 3  # defects at 9, 18, 27 and 36: four levels
         assert change(robot, Transition.TRANSITION_CLEANUP)
-        robot.set(design__N=20)  # shorter than one level
+        robot.set(design__N=60)  # shorter than a level and the tail
         assert not change(robot, Transition.TRANSITION_CONFIGURE)
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
-        assert 'J must be at most N - tail - 1 = 19' in node.output
+        assert 'J must be at most N - tail - 1 = 5' in node.output
         robot.set(design__preset='case_2')  # sets all the others, too
         assert robot.get('design.N') == 225
         assert change(robot, Transition.TRANSITION_CONFIGURE)
@@ -108,7 +108,7 @@ def test_deactivating_in_the_middle_of_a_write_ends_without_strain(start):
 
 def test_the_content_survives_the_node(start, refused, tmp_path):
     file = tmp_path / 'states' / 'element.json'
-    keeping = {**FAST, 'state.path': str(file)}
+    keeping = {**QUICK, 'state.path': str(file)}
     first = start(keeping)
     with Robot() as robot:
         assert robot.write(2)['level'] == 2
@@ -131,7 +131,7 @@ def test_the_content_survives_the_node(start, refused, tmp_path):
 def test_the_content_is_saved_at_intervals(start, tmp_path):
     """Also what changes without a write: here the number of ticks."""
     file = tmp_path / 'element.json'
-    start({**FAST, 'state.path': str(file), 'state.interval': 0.2})
+    start({'state.path': str(file), 'state.interval': 0.2})
     with Robot() as robot:
         assert robot.write(0)['level'] == 0
         written = state_file.load(file)
@@ -147,7 +147,7 @@ def ticks(robot):
 
 
 def test_the_speed_is_changed_while_running(start):
-    start({'scale.time': 1e-3})  # ticks of 20 ms
+    start({'scale.time': 2e-3})  # ticks of 20 ms
     with Robot() as robot:
 
         def rates(speed, least):
@@ -170,7 +170,7 @@ def test_the_speed_is_changed_while_running(start):
 
 
 def test_sim_time_paces_pauses_and_jumps(start):
-    start({'use_sim_time': True, 'scale.time': 1e-4})  # ticks of 2 ms
+    start({'use_sim_time': True, 'scale.time': 2e-4})  # ticks of 2 ms
     with Robot() as robot:
         clock = robot.node.create_publisher(Clock, '/clock', 10)
         robot.wait(clock.get_subscription_count, 'a subscriber of /clock')
@@ -201,7 +201,7 @@ def test_sim_time_paces_pauses_and_jumps(start):
 
 def test_a_design_that_fails_its_check_is_refused_or_named(start):
     """The gradient is weak: the lattice may stop the wall, but a calibration works."""
-    node = start(BY_HAND)
+    node = start(BY_HAND | {'design.preset': 'case_2', 'design.check': 'refuse'})
     with Robot() as robot:
         robot.set(design__gamma=-6e-5)
         assert not change(robot, Transition.TRANSITION_CONFIGURE)

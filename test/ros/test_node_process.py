@@ -4,11 +4,11 @@
 
 import contextlib
 import subprocess
-import sys
 import threading
 
 import pytest
 import rclpy
+from nodes import program
 from rclpy.node import Node
 
 from mlmem_ros.ros.node_process import child, node_arguments
@@ -43,8 +43,8 @@ def test_a_process_outlives_the_thread_that_asked_for_it(real_processes):
 
 
 def test_a_process_ends_with_its_killed_parent():
-    command = [sys.executable, '-c', PARENT, repr(SERVES)]
-    parent = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
+    parent = program('-c', PARENT, repr(SERVES), **pipes)
     parent.stdout.readline()  # the child runs
     parent.kill()
     parent.communicate(timeout=10.0)  # the child has closed its end, too

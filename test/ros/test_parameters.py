@@ -110,7 +110,7 @@ def test_a_preset_is_set_only_while_unconfigured(declared):
 
 
 def test_a_node_with_sixteen_levels(start):
-    start({'design.preset': 'bits_4', 'scale.time': 1e-5})
+    start({'design.preset': 'bits_4'})
     with Robot() as robot:
         (levels,) = robot.describe(['target_level'])['target_level'].integer_range
         assert levels.to_value == 15
@@ -263,8 +263,8 @@ def test_a_digest_tells_elements_apart(declared):
     assert set_all(node, dump(node)).successful  # as `ros2 param load` does
 
 
-def test_a_dump_of_a_file_that_has_changed_is_warned_of(start, element, capfd):
-    start({'autostart': False, 'design.file': str(element), 'design.digest': 'of another'})
+def test_a_dump_of_a_file_that_has_changed_is_warned_of(declared, element, capfd):
+    declared({'design.file': str(element), 'design.digest': 'of another'})
     assert 'have the digest ' in capfd.readouterr().err
 
 

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests of different clients wait for their turn, over real DDS."""
 
+import os
+import re
 import subprocess
-import sys
 from contextlib import ExitStack
 
 import pytest
 import rclpy
+from nodes import program
 from robot import PATIENCE, Robot
 from std_srvs.srv import Trigger
 
@@ -15,8 +17,17 @@ from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import action_types
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
+from mlmem_ros.ros.fast_dds import profile_variable
+from mlmem_ros.testing.isolation import FAST_DISCOVERY
 
 SOON = 30.0
+MOST = 3
+"""Requests that may wait."""
+
+
+@pytest.fixture(scope='module')
+def given():
+    return {'actions': True, 'queue.most': MOST}
 
 
 @pytest.fixture(scope='module')
@@ -28,9 +39,9 @@ def client(memory):
 
 @pytest.fixture(scope='module')
 def others(memory):
-    """Ten more clients, each with a node of its own."""
+    """More clients than may wait, each with a node of its own."""
     with ExitStack() as stack:
-        clients = [stack.enter_context(standalone(memory.element)) for _ in range(10)]
+        clients = [stack.enter_context(standalone(memory.element)) for _ in range(MOST + 2)]
         for each in clients:
             each.ready(60).wait()
         yield clients
@@ -123,11 +134,11 @@ def test_a_client_is_a_node(memory, robot):
 
 
 def test_only_so_many_wait(memory, others):
-    replies = under_way(memory, others, *range(7), 0, 1)
-    refused(memory, others[9].request('read', SOON), 'write is running, and 8 requests wait')
-    refused(memory, others[9].request('write', SOON, level=8), 'level must be')  # said at once
+    replies = under_way(memory, others, *range(MOST + 1))
+    refused(memory, others[-1].request('read', SOON), 'write is running, and 3 requests wait')
+    refused(memory, others[-1].request('write', SOON, level=8), 'level must be')  # said at once
     memory.memory.pause(False).wait()
-    assert [reply.wait().details['level'] for reply in replies] == [*range(7), 0, 1]
+    assert [reply.wait().details['level'] for reply in replies] == [*range(MOST + 1)]
 
 
 def test_a_request_waits_no_longer_than_its_deadline(memory, others):
@@ -145,7 +156,7 @@ def test_abort_strain_faults_and_queries_pass(memory, client, others):
     refused(memory, client.follow([1.0], [0.0]), 'busy: write is running')
     client.set_parameters({'faults.seed': 3}).wait()
     client.set_parameters({'faults.seed': 0}).wait()
-    assert client.parameters('design.N').wait() == {'design.N': 225}
+    assert client.parameters('design.N').wait() == {'design.N': 135}
     aborting = client.abort()
     memory.memory.pause(False).wait()
     assert aborting.wait().attempts == 1
@@ -168,10 +179,12 @@ with standalone() as memory:
 
 
 @pytest.mark.parametrize('crash', [True, False])
-def test_a_client_that_has_gone_loses_its_place(memory, others, crash):
-    with subprocess.Popen(
-        [sys.executable, '-c', GONE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as passer_by:
+def test_a_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash):
+    lost = tmp_path / 'fast_dds.xml'  # sooner than others, who may stand still
+    lost.write_text(re.sub('(?<=<leaseDuration><sec>)12', '5', FAST_DISCOVERY.read_text()))
+    pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
+    given = os.environ | {profile_variable(os.environ): str(lost)}
+    with program('-c', GONE, env=given, **pipes) as passer_by:
         assert passer_by.stdout.readline() == 'ready\n'
         (first,) = under_way(memory, others, 2)
         passer_by.stdin.write('\n')
@@ -236,7 +249,7 @@ def test_a_goal_that_waits_can_be_canceled(memory, others):
 
 
 def test_without_a_queue_they_are_refused(start):
-    node = start({'scale.time': 1e-5, 'queue.most': 0}, name='alone')
+    node = start({'queue.most': 0}, name='alone')
     with standalone(node.element) as other, Robot(node.element, 'asks') as robot:
         other.ready(PATIENCE).wait()
         other.pause().wait()

@@ -30,7 +30,7 @@ def test_how_a_procedure_ended_is_in_the_log(memory, robot):
 
 
 def test_transitions_changed_parameters_and_refusals_are_in_the_log(start):
-    node = start({'scale.time': 1e-5}, name='told')
+    node = start(name='told')
     with Robot('/told', 'told_robot') as robot:
         robot.set(time__speed=2.0, faults__seed=3)
         assert not robot.try_set('design.N', 100).successful
@@ -68,7 +68,7 @@ def test_a_missing_clock_is_reported(start):
 
 
 def test_two_nodes_may_not_share_a_state_file(start, refused, tmp_path):
-    shared = {'state.path': str(tmp_path / 'element.json'), 'scale.time': 1e-5}
+    shared = {'state.path': str(tmp_path / 'element.json')}
     start(shared, name='first')
     with Robot('/first', 'first_robot') as robot:
         assert robot.write(1).success
@@ -83,7 +83,7 @@ def test_two_nodes_may_not_share_a_state_file(start, refused, tmp_path):
 
 def test_the_level_is_the_content_and_not_an_echo_during_a_write(start):
     """A kink on its way is listened to: other levels, and none while there are two walls."""
-    slow = {'throw.peak': 0.0, 'down_even.peak': 0.0, 'down_odd.peak': 0.0, 'scale.time': 1e-5}
+    slow = {'throw.peak': 0.0, 'down_even.peak': 0.0, 'down_odd.peak': 0.0}
     start(slow, name='slow')
     with Robot('/slow', 'slow_robot') as robot:
         assert robot.write(2).success

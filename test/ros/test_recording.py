@@ -66,7 +66,7 @@ def recorded(bag):
 def session(start, tmp_path):
     """Write level 1 and read it while a session is recorded; return bag and received messages."""
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag), 'scale.time': 1e-5, 'record.hash_every': 50})
+    node = start({'record.path': str(bag), 'record.hash_every': 50})
     with Robot() as robot:
         heard = {topic: robot.received(topic) for topic in OUT if not topic.startswith('/')}
         # The node sends nothing, not even an echo, before it knows of the subscribers.
@@ -113,7 +113,7 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
 def test_a_session_holds_the_shots_of_a_survey_and_replays_them(start, tmp_path):
     """They are what `mlmem fit` takes."""
     bag = tmp_path / 'session'
-    node = start({'design.preset': 'bits_1', 'scale.time': 1e-5, 'record.path': str(bag)})
+    node = start({'design.preset': 'bits_1', 'record.path': str(bag)})
     with Robot(node.element) as robot:
         shots = robot.trigger('survey')['shots']
     node.terminate()
@@ -126,7 +126,7 @@ def test_a_session_holds_the_shots_of_a_survey_and_replays_them(start, tmp_path)
 
 def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tmp_path, capsys):
     bag = tmp_path / 'session'
-    kept = {'state.path': str(tmp_path / 'element.json'), 'scale.time': 1e-5}
+    kept = {'state.path': str(tmp_path / 'element.json')}
     node = start(
         {**kept, 'record.path': str(bag), 'record.sync_interval': 0.1}, name='killed', apart=True
     )
@@ -158,7 +158,7 @@ def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tm
 
 def test_a_removed_directory_stops_the_recording_and_not_the_device(start, tmp_path):
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5})
+    node = start({'record.path': str(bag), 'record.sync_interval': 0.1})
     with Robot() as robot:
         robot.next('wall')
         while bag.exists():  # it is written to at the same time
@@ -185,7 +185,7 @@ def _same(one, other):
 
 def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
     bag = tmp_path / 'session'
-    start({'scale.time': 1e-5})
+    start()
     with Robot() as robot:
         assert robot.write(1).success
         robot.set(record__path=str(bag))
@@ -209,7 +209,7 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
 
 def test_a_session_begins_before_it_is_asked_for(start, tmp_path):
     bag = tmp_path / 'session'
-    start({'scale.time': 1e-5, 'record.last_seconds': 60.0})
+    start({'record.last_seconds': 60.0})
     with Robot() as robot:
         assert robot.write(4).success
         robot.set(record__path=str(bag))
@@ -228,7 +228,7 @@ def test_a_session_ends_at_its_greatest_size(start, tmp_path):
     """Fields at every tick make 300 kB within a second."""
     bag = tmp_path / 'session'
     limits = {'record.most_megabytes': 0.3, 'record.hash_every': 50, 'record.sync_interval': 0.1}
-    streams = {'publish.field_every': 1, 'scale.time': 1e-5}
+    streams = {'publish.field_every': 1}
     node = start({'record.path': str(bag), **limits, **streams})
     with Robot() as robot:
         robot.next(

@@ -8,20 +8,20 @@ test_contract.py has the whole contract over a rig in another process, as slow t
 import contextlib
 import socket
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from nodes import QUICK
 from robot import Robot, values
 
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.device import DriverError, DriverHangs, Settings
+from mlmem_ros.device import DriverError, DriverHangs, preset
 from mlmem_ros.device.driver import Simulation
-from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load
@@ -31,15 +31,14 @@ from mlmem_tools.rig.emulated import EmulatedRig
 from mlmem_tools.rig.server import Line, Server
 
 UNKNOWN = -2
-FAST = Settings(scale=ScaleSettings(time=1e-5))
+DESIGN, SETTINGS = preset(QUICK['design.preset'])
+FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time']))
 
 
 @pytest.fixture
 def server():
     """Serve a rig in a thread."""
-    server = Server(
-        EmulatedRig(CASE_II, Settings()), Line(latency=0.002, jitter=0.003, loss=0.002)
-    )
+    server = Server(EmulatedRig(DESIGN, SETTINGS), Line(latency=0.002, jitter=0.003, loss=0.002))
     thread = threading.Thread(target=server.run)
     thread.start()
     yield server
@@ -52,6 +51,7 @@ def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
     given = {
         'device.driver': 'rig',
         'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10',
+        'scale.time': SETTINGS.scale.time,
         'record.path': str(tmp_path / 'bag'),
         'state.path': str(state),
     }
@@ -116,12 +116,13 @@ def check_session(bag):
     calibration = session.require_header().calibration
     assert len(session.echoes) >= 3
     for echo in session.echoes:
-        assert redecode(echo, Settings(), calibration).agrees(echo.level)
+        assert redecode(echo, SETTINGS, calibration).agrees(echo.level)
     assert {echo.level for echo in session.echoes} >= {1}
 
 
 def test_a_node_over_a_rig_records_only_on_request(server, start):
-    node = start({'device.driver': 'rig', 'device.address': f'tcp://127.0.0.1:{server.port}'})
+    given = {'device.driver': 'rig', 'scale.time': SETTINGS.scale.time}
+    node = start(given | {'device.address': f'tcp://127.0.0.1:{server.port}'})
     with Robot(node.element) as robot:
         assert robot.write(0)['level'] == 0
     assert 'the device has stopped' not in node.output
@@ -130,7 +131,7 @@ def test_a_node_over_a_rig_records_only_on_request(server, start):
 @contextlib.contextmanager
 def rig_at(port, element):
     """Serve an element at a port, which may have been in use until now."""
-    server = Server(EmulatedRig(CASE_II, FAST, element, at_once=True), Line(), port=port)
+    server = Server(EmulatedRig(DESIGN, FAST, element, at_once=True), Line(), port=port)
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
@@ -146,9 +147,9 @@ def test_a_rig_that_is_off_or_lost_is_taken_back(start, monkeypatch):
     monkeypatch.setattr(node_module, 'TEND', 0.05)
     with socket.create_server(('127.0.0.1', 0)) as free:
         port = free.getsockname()[1]
-    element = Simulation.of(CASE_II, FAST.time)
+    element = Simulation.of(DESIGN, FAST.time)
     node = start({
-        'device.driver': 'rig', 'device.retry': 0.1, 'scale.time': 1e-5,
+        'device.driver': 'rig', 'device.retry': 0.1,
         'device.address': f'tcp://127.0.0.1:{port}?lead=0.002&patience=10',
     })  # fmt: skip
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from nodes import QUICK
 from sensor_msgs.msg import JointState
 
 from mlmem_ros.device import PRESETS, preset
@@ -23,7 +24,7 @@ FOLDER = Path(__file__).parents[2] / 'ros2_control'
 
 
 def urdf(**arguments):
-    """Return the robot description that xacro makes."""
+    """Return the robot description that xacro makes, by default of the preset of a robot."""
     xacro = pytest.importorskip('xacro')
     given = {name: str(value) for name, value in arguments.items()}
     text = xacro.process_file(FOLDER / 'element.urdf.xacro', mappings=given).toxml()
@@ -77,6 +78,12 @@ def test_description_and_controllers_name_the_same_joint():
     assert started == {'joint_state_broadcaster', 'strain_controller'}
 
 
+@pytest.fixture
+def description(memory):
+    """The robot description of the module's element."""
+    return urdf(element=memory.element, cells=preset(QUICK['design.preset']).design.N)
+
+
 class Hardware:
     """What joint_state_topic_hardware_interface does with its two topics."""
 
@@ -105,10 +112,9 @@ def pass_time(robot, seconds):
     robot.wait(lambda: time.monotonic() > until, 'the next period')
 
 
-def test_a_trajectory_of_set_points_is_followed(memory, robot):
+def test_a_trajectory_of_set_points_is_followed(memory, robot, description):
     """There and back within 0.4 s, at 50 Hz; at rest nothing is sent."""
-    hardware = Hardware(robot, urdf(element=memory.element))
-    limit = limits(urdf())[1]
+    hardware, limit = Hardware(robot, description), limits(description)[1]
     for step in range(21):
         target = limit * math.sin(math.pi * step / 20) ** 2
         hardware.write(target)
@@ -126,13 +132,15 @@ def test_a_trajectory_of_set_points_is_followed(memory, robot):
 @pytest.mark.parametrize(
     ('level', 'position'), [(3, math.nan), (5, 0.0)], ids=['no controller', 'at rest']
 )
-def test_a_loop_beside_procedures_leaves_the_content_known(memory, robot, level, position):
+def test_a_loop_beside_procedures_leaves_the_content_known(
+    memory, robot, description, level, position
+):
     """Its hardware interface writes every period, whatever the controllers do.
 
     Until one commands a position that is NaN. During a write the strain is not the one commanded,
     which is sent; and it may come after it, if the joint states of rest come late.
     """
-    hardware = Hardware(robot, urdf(element=memory.element))
+    hardware = Hardware(robot, description)
     before = len(memory.output)
     written = robot.ask('write', level=level)
     while not written.done():
@@ -154,7 +162,7 @@ def test_a_loop_beside_procedures_leaves_the_content_known(memory, robot, level,
         (JointState(name=['elbow'], position=[0.1]), ["'substrate'", 'elbow']),
         (JointState(name=['substrate'], velocity=[0.1]), ["'substrate'", 'got []']),
         (JointState(name=['substrate'], position=[math.inf]), ['strain', 'got inf']),
-        (JointState(name=['substrate'], position=[0.34]), ['0.15', 'a strain of 1 is 2.25 m']),
+        (JointState(name=['substrate'], position=[0.21]), ['0.15', 'a strain of 1 is 1.35 m']),
     ],
     ids=lambda value: None,
 )

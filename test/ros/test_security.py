@@ -8,6 +8,8 @@ import xml.etree.ElementTree as ET
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+import pytest
+
 from mlmem_ros.contract import services
 from mlmem_ros.contract.calls import RequestFailed, RequestRefused
 from mlmem_ros.contract.services import action_types
@@ -34,6 +36,11 @@ TOPICS = {'feedback', 'status'}
 
 LISTENING = {'/mlmem/alive', '/mlmem/content', '/mlmem/level', '/mlmem/outcome', '/diagnostics'}
 """Topics that a client may subscribe to; `MemoryClient` does to the first."""
+
+
+@pytest.fixture(scope='module')
+def given():
+    return {'actions': True}
 
 
 def profiles():

@@ -6,7 +6,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import threading
 import time
 from contextlib import ExitStack
@@ -15,6 +14,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from nodes import QUICK, program
 from robot import Robot
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
@@ -27,7 +27,6 @@ from mlmem_ros.ros.node.services import SILENT
 from mlmem_ros.ros.node_process import node_arguments
 
 ROOT = Path(__file__).parents[2]
-QUICK = {'scale.time': 1e-5}
 SOON = 30.0
 RACE = r'Traceback .*\n(  .*\n)*OSError: Signal 2 ignored due to race condition\n'
 """Python's own word on a signal in the microsecond in which it is set to be ignored."""
@@ -46,15 +45,15 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     blocks = re.findall(
         r'```python\n(.*?)```', (ROOT / 'docs' / 'robot.md').read_text(), re.DOTALL
     )
-    program, state = tmp_path / 'behaviour.py', tmp_path / 'state.json'
+    behaviour, state = tmp_path / 'behaviour.py', tmp_path / 'state.json'
     assert 'timeout=3.0' in blocks[1]
     blocks[1] = blocks[1].replace('timeout=3.0', f'timeout={SOON}')  # for machines that are busy
-    program.write_text('\n'.join([*blocks, 'main()\n']))
-    node = start({**QUICK, 'linger': 600.0, 'state.path': str(state)}, apart=True)
+    behaviour.write_text('\n'.join([*blocks, 'main()\n']))
+    node = start({'linger': 600.0, 'state.path': str(state)}, apart=True)
     with standalone() as memory:
         memory.ready(90.0).wait()  # on a busy machine it starts late
         assert memory.write(5, timeout=SOON).wait().level == 5
-    robot = subprocess.Popen([sys.executable, program], stderr=subprocess.PIPE, text=True)
+    robot = program(behaviour, stderr=subprocess.PIPE, text=True)
     wait_until(lambda: 'read succeeded' in node.output, 'the read of its constructor', SOON)
     time.sleep(0.2)  # until main has gone on to its loop
     stop(node.signal, robot.send_signal)
@@ -67,8 +66,7 @@ def asks_and_waits():
     """Return a process that reads, says so, and waits for a line; when it stands still, others
     forget it only after a minute.
     """
-    program = """
-import sys
+    code = """
 from mlmem_ros import standalone
 with standalone() as memory:
     memory.read(timeout=30.0).wait()
@@ -76,15 +74,13 @@ with standalone() as memory:
     sys.stdin.readline()
 """
     forgotten_late = os.environ | {profile_variable(os.environ): str(PROFILE)}
-    return subprocess.Popen(
-        [sys.executable, '-c', program], env=forgotten_late,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
+    pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
+    return program('-c', code, env=forgotten_late, **pipes)
 
 
 def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
     """One that says no goodbye stays on the graph."""
-    node = start({**QUICK, 'linger': 60.0}, apart=True)
+    node = start({'linger': 60.0}, apart=True)
     with Robot() as observer, asks_and_waits() as silent:
         on_graph = partial(observer.node.count_clients, '/mlmem/request')
         with standalone() as memory:
@@ -105,7 +101,7 @@ def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(longest):
     assert longest > QUIET  # or it would end for want of clients
     stop = [signal.SIGINT]
     with Robot() as robot:
-        parameters = {**QUICK, 'linger': longest, 'design.check': 'skip'}
+        parameters = {**QUICK, 'linger': longest}
         nodes, executor = begin(node_arguments('/mlmem', parameters), rclpy.Context())
         answer = robot.send('read')
         robot.wait(lambda: nodes[0].client_count, 'a client')
@@ -125,11 +121,11 @@ def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(longest):
 
 def test_nothing_cuts_the_end_of_the_example_short(start):
     """Each SIGINT after the first used to end it, in its clean-up or in that of Python."""
-    start(QUICK)
+    start()
     for gap in (0.0, 0.02):
-        example = subprocess.Popen(
-            [sys.executable, '-m', 'gait_store.gait_node'],
-            cwd=ROOT / 'examples' / 'gait_store', stderr=subprocess.PIPE, text=True,
+        example = program(
+            '-m', 'gait_store.gait_node', cwd=ROOT / 'examples' / 'gait_store',
+            stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         assert 'gait 0: rest' in example.stderr.readline()
         while example.poll() is None:
@@ -142,7 +138,7 @@ def test_nothing_cuts_the_end_of_the_example_short(start):
 def test_who_waits_for_a_killed_node_is_told_soon(start):
     """Not after the 20 s that Fast DDS grants by default."""
     assert LEASE + GRACE < 5.0
-    node = start(QUICK, apart=True)
+    node = start(apart=True)
     with standalone() as memory:
         memory.ready(SOON).wait()
         memory.pause().wait()
@@ -157,7 +153,7 @@ def test_who_waits_for_a_killed_node_is_told_soon(start):
 @pytest.mark.parametrize('seconds', [6.0, pytest.param(30.0, marks=pytest.mark.slow)])
 def test_a_node_that_stood_still_answers_its_clients_again(start, context, seconds):
     """Half of them used to be forgotten for good: of those who ask meanwhile, and of others."""
-    node = start(QUICK, apart=True)
+    node = start(apart=True)
     robot = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
     with ExitStack() as stack:
         clients = [stack.enter_context(standalone()) for _ in range(4)]
@@ -181,7 +177,7 @@ def test_a_node_that_stood_still_unnoticed_is_reached_anew(start):
     """If it speaks again before somebody asks, nobody sees its silence any more; but after 20 s it
     has forgotten a client that still hears it, and each request went unanswered, 1 of 16 so.
     """
-    node = start(QUICK, apart=True)
+    node = start(apart=True)
     with standalone() as memory:
         memory.ready(SOON).wait()
         first, until = memory._connection.link(), time.monotonic() + SOON
@@ -198,7 +194,7 @@ def test_a_node_that_stood_still_unnoticed_is_reached_anew(start):
 
 
 def test_a_node_that_is_shut_down_says_so(start):
-    node = start(QUICK)
+    node = start()
     with standalone() as memory:
         assert MemoryClient(memory.node, '/mlmem').read().wait().blank
         node.node.host.close()

@@ -5,7 +5,6 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,13 +14,22 @@ import rclpy
 from closed_bag import check_closed
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from nodes import QUICK, program
 from robot import Robot
 
 from mlmem_ros.ros.node.node import MemoryNode
 from mlmem_ros.ros.node.run import begin, end, turn
 from mlmem_ros.ros.node_process import node_arguments
 
-FAST = {'design.check': 'skip', 'scale.time': 1e-5}
+COMPILES = """
+import sys
+from numba.core import config
+config.reload_config()  # with another folder of machine code
+for name in [each for each in sys.modules if each.startswith('mlmem_ros')]:
+    del sys.modules[name]
+from mlmem_ros.ros.main import main
+sys.exit(main())
+"""
 
 
 def begin_write(robot):
@@ -36,7 +44,7 @@ def begin_write(robot):
 
 def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag)}, apart=True)
+    node = start({'record.path': str(bag), 'scale.time': 1e-4}, apart=True)
     with Robot() as robot:
         written = begin_write(robot)
         while node.running:  # from the terminal, from launch, from an impatient user
@@ -57,7 +65,7 @@ def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
 def test_sigterm_with_many_requests_waiting(start, tmp_path):
     """Each of them is answered, though time is paused, and the session is closed."""
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag)}, apart=True)
+    node = start({'record.path': str(bag), 'scale.time': 1e-4}, apart=True)
     with Robot() as robot:
         waiting = [begin_write(robot)]
         robot.pause(True)  # from here on no tick begins, so no request is accepted or refused
@@ -104,14 +112,11 @@ def test_a_signal_ends_a_compilation(managed, tmp_path):
     """Launch sends a second SIGINT after the terminal's, and kills what goes on after 15 s, which
     a compilation beside other work does. A client that configures the node meets the same.
     """
-    given = {'autostart': not managed, 'scale.time': 1e-5}
-    command = [sys.executable, '-m', 'mlmem_ros.ros.main', *node_arguments('/compiles', given)]
-    process = subprocess.Popen(
-        command,
-        stderr=subprocess.PIPE,
-        text=True,
+    given = QUICK | {'autostart': not managed}
+    process = program(
+        '-c', COMPILES, *node_arguments('/compiles', given), stderr=subprocess.PIPE, text=True,
         env=os.environ | {'NUMBA_CACHE_DIR': str(tmp_path)},
-    )
+    )  # fmt: skip
     try:
         with ExitStack() as stack:
             if managed:
@@ -136,7 +141,7 @@ def test_a_signal_ends_a_compilation(managed, tmp_path):
 def test_a_request_during_the_start_is_answered():
     """SIGTERM comes before the executor has taken it."""
     context = rclpy.Context()
-    slow = dict(FAST, **{'scale.time': 1e-3})  # a read takes a second, and none ends by itself
+    slow = QUICK | {'scale.time': 1e-3}  # a read takes a second, and none ends by itself
     with Robot() as robot:
         sent = []
 
@@ -169,8 +174,8 @@ sys.exit(main.main())
 
 def test_a_middleware_that_hangs_at_the_end_is_cut_off():
     """With the right status, for all is saved by then."""
-    command = [sys.executable, '-c', HANGS, *node_arguments('/mlmem', FAST)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    arguments = node_arguments('/mlmem', QUICK)
+    process = program('-c', HANGS, *arguments, stderr=subprocess.PIPE, text=True)
     try:
         for line in process.stderr:
             if 'ready' in line:
@@ -191,9 +196,7 @@ def test_a_node_ends_with_the_tests_that_started_it():
         '    print(node.pid, flush=True)\n'
         '    time.sleep(60)'
     )
-    killed = subprocess.Popen(
-        [sys.executable, '-c', tests], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    )
+    killed = program('-c', tests, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     node = Path('/proc', killed.stdout.readline().strip(), 'stat')
     assert node.exists()
     killed.kill()

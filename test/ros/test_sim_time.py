@@ -55,7 +55,7 @@ class Simulator:
 @pytest.mark.parametrize('reset', sampled((99.9, 0.5), lambda reset: reset == 0.5))
 def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsys, reset):
     bag, mended = tmp_path / 'session', tmp_path / 'mended'
-    node = start({'use_sim_time': True, 'scale.time': 1e-5, 'record.path': str(bag)})
+    node = start({'use_sim_time': True, 'record.path': str(bag)})
     with Robot() as robot, Simulator(robot, 100.0).running() as clock:
         assert robot.write(3).success
         clock.now = reset
@@ -69,7 +69,7 @@ def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsy
     assert report.levels[-2:] == [5, 5]
     times = [time for time, _ in session.outcomes]
     assert times == sorted(times)  # seconds go on where the clock went back
-    assert len(session.reads('left', ('write', 'read'))) == 3
+    assert len(session.reads('right', ('write', 'read'))) == 3
     assert main(['inspect', str(bag), '--repair', str(mended)]) == 0
     assert main(['replay', str(mended)]) == 0
     assert main(['inspect', str(mended)]) == 0
@@ -79,7 +79,7 @@ def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsy
 @pytest.mark.parametrize('jump', sampled((10.0, 1e5), lambda jump: jump == 1e5))
 def test_a_clock_that_jumps_forward_loses_no_time(start, jump):
     """A simulator that starts at 100 s, and is set forward during a write."""
-    node = start({'use_sim_time': True, 'scale.time': 1e-5})
+    node = start({'use_sim_time': True})
     with Robot() as robot, Simulator(robot, 100.0, step=1e-3).running() as clock:
         robot.next('/diagnostics', lambda array: array.status[0].message == 'running')
         robot.set(target_level=3)
@@ -94,7 +94,7 @@ def test_a_clock_that_jumps_forward_loses_no_time(start, jump):
 
 
 def test_a_clock_in_steps_too_large_to_follow_is_reported(start):
-    start({'use_sim_time': True, 'scale.time': 1e-5})
+    start({'use_sim_time': True})
     with Robot() as robot, Simulator(robot, 100.0, step=1.0).running():
         level, _ = health(robot, 'the clock advances in steps of more than 0.5 s')
         assert level == b'\1'

@@ -10,7 +10,7 @@ if simulator.types() is None:
     pytest.skip('simulation_interfaces is not built: make interfaces', allow_module_level=True)
 
 from action_msgs.msg import GoalStatus
-from conftest import starting
+from nodes import starting
 from rclpy.action import ActionClient
 from robot import EVERY_ONE, Robot
 from simulation_interfaces import action, srv
@@ -63,7 +63,7 @@ def test_a_part_of_the_package_is_none(monkeypatch):
 @pytest.fixture
 def tool(start):
     """A tool of a node that a test has for itself."""
-    start({'scale.time': 1e-5, 'design.preset': 'bits_1', **STREAMED})
+    start({'design.preset': 'bits_1', **STREAMED})
     with Robot('/mlmem') as robot:
         yield Tool(robot)
 
@@ -225,7 +225,7 @@ def test_steps_of_a_node_that_ends_are_answered(stepping, tool):
 def test_a_real_element_is_not_reset():
     """To stop a simulation is to forget; what is real forgets by an erase alone."""
     with starting('rig') as start:
-        start({'scale.time': 1e-5})
+        start()
         with Robot('/mlmem') as robot:
             tool = Tool(robot)
             features = tool.call(srv.GetSimulatorFeatures, 'get_simulator_features').features

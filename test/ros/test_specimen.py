@@ -59,7 +59,7 @@ def test_a_twin_spares_the_learning(start, file, tmp_path):
 
 
 def test_a_twin_tells_which_cell_has_become_weaker(start, file):
-    start(node_of(file, **{'device.twin': str(file), 'time.speed': 1.0, 'scale.time': 1e-5}))
+    start(node_of(file, **{'device.twin': str(file), 'time.speed': 1.0}))
     with Robot() as robot:
         assert robot.write(1).success
 

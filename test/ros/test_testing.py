@@ -76,7 +76,7 @@ def test_nodes_follow_a_frozen_clock(start):
         writing = node.memory.write(5)
         clock.advance(0.02)
         assert not writing.done()
-        assert clock.ticks == 100
+        assert clock.ticks == 200
         assert clock.finish(writing).level == 5
         stamped = []
         node.memory.node.create_subscription(JointState, '/held/joint_states', stamped.append, 10)

@@ -10,20 +10,26 @@ import pty
 import re
 import select
 import struct
-import subprocess
-import sys
 import termios
 import time
 
 import pytest
+from nodes import program
 from rich.console import Console
 
 from mlmem_tools.cli.dashboard import SPARKS, dashboard, sparkline
 from mlmem_tools.cli.main import main
 from mlmem_tools.view.monitor import Status, View
 
-CALM = {'publish.wall_every': 50, 'publish.joint_states_every': 50, 'publish.field_every': 0}
-COMMAND = [sys.executable, '-m', 'mlmem_tools.cli.main', 'watch']
+WATCH = """
+import fcntl, os, sys, termios
+os.setsid()
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+sys.argv[1:] = ['watch']
+from mlmem_tools.cli.main import main
+sys.exit(main())
+"""
+"""`mlmem watch` in a terminal of its own."""
 
 
 def picture(width=100, **heard):
@@ -125,21 +131,14 @@ def test_it_fits(width):
 # The command
 
 
-@pytest.fixture(scope='module')
-def memory(start_shared):
-    """An element ten times faster than by default, with streams at the default rates."""
-    return start_shared({'scale.time': 1e-5, **CALM})
-
-
 class Terminal:
     """A terminal of 100 columns in which a command runs."""
 
-    def __init__(self, command):
+    def __init__(self):
         self._own, other = pty.openpty()
         fcntl.ioctl(other, termios.TIOCSWINSZ, struct.pack('HHHH', 30, 100, 0, 0))
-        self.process = subprocess.Popen(
-            command, stdin=other, stdout=other, stderr=other, start_new_session=True,
-            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+        self.process = program(
+            '-c', WATCH, stdin=other, stdout=other, stderr=other,
             env={**os.environ, 'TERM': 'xterm-256color'},
         )  # fmt: skip
         os.close(other)
@@ -176,11 +175,11 @@ class Terminal:
 
 def test_a_running_element_is_shown_until_ctrl_c(robot):
     robot.write(2)
-    with contextlib.closing(Terminal(COMMAND)) as terminal:
-        terminal.wait_for(r'wall at 7[45]\.\d\d of 225 cells')
+    with contextlib.closing(Terminal()) as terminal:
+        terminal.wait_for(r'wall at 2[67]\.\d\d of 135 cells')
         terminal.wait_for(r'ticks/s')
         robot.write(6)
-        terminal.wait_for(r'wall at 17[45]\.\d\d of 225 cells')
+        terminal.wait_for(r'wall at 6[23]\.\d\d of 135 cells')
         terminal.wait_for(r'█')  # the echo
         terminal.type('\x03')
         assert terminal.exit_status() == 0

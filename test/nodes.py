@@ -1,0 +1,63 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Memory nodes for tests, and emulated rigs for these."""
+
+import contextlib
+import subprocess
+import sys
+
+from mlmem_ros.ros import node_process
+from mlmem_ros.ros.node_process import child
+from mlmem_ros.testing import memory_node
+
+STREAMS = ('field', 'wall', 'joint_states', 'image', 'markers')
+QUICK = {
+    'design.preset': 'damped_bits_3', 'design.check': 'skip', 'scale.time': 1e-5, 'actions': False,
+    **{f'publish.{stream}_every': 100 for stream in STREAMS},
+}  # fmt: skip
+"""What a node is given unless a test says otherwise: eight levels like the preset of a robot in a
+third of the processor time, ten times as fast, with a hundred messages a second of each stream,
+unchecked and without actions."""
+
+LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
+"""A rig up to 5 ms away, which loses frames and has its own clock."""
+
+SHARED = set[str]()
+"""The elements of nodes that the tests of a module share."""
+
+
+def program(*command, **streams):
+    """Start `python COMMAND ...`, forked like nodes from a process that has loaded all."""
+    return node_process.subprocess.Popen([sys.executable, *map(str, command)], **streams)
+
+
+@contextlib.contextmanager
+def emulated_rig(*options):
+    """Run an emulated rig in its own process; yield its address."""
+    command = ['rig', *options]
+    with child('mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True) as process:
+        yield process.stdout.readline().strip()
+
+
+@contextlib.contextmanager
+def starting(driver='sim', shared=False):
+    """Yield a function that starts a node, with its own rig if need be; all end with the block."""
+    with contextlib.ExitStack() as nodes:
+
+        def start(parameters=None, **options):
+            given = {**QUICK, **(parameters or {})}
+            if driver == 'rig':
+                made = '--preset', given['design.preset'], '--scale-time', str(given['scale.time'])
+                address = nodes.enter_context(emulated_rig(*made, *LINE))
+                given |= {
+                    'device.driver': 'rig',
+                    'device.address': f'{address}?lead=0.2&patience=10',
+                }
+            node = nodes.enter_context(memory_node(given, **options))
+            assert shared or node.element not in SHARED, f'two nodes answer as {node.element}'
+            if shared:
+                SHARED.add(node.element)
+                nodes.callback(SHARED.discard, node.element)
+            return node
+
+        yield start
