@@ -7,8 +7,9 @@ What carries words is tested with it; the walls, and what they answer, are those
 
 from functools import partial
 
-from mlmem_ros.device import preset, register
-from mlmem_ros.device.register import Code, Content, Forecasts, Register
+from mlmem_ros.device import preset, register, words
+from mlmem_ros.device.register import Content, Forecasts, Register
+from mlmem_ros.device.words import Code
 from mlmem_tools.view import about
 
 BITS = 70
@@ -54,5 +55,5 @@ def wide(monkeypatch):
         return made
 
     monkeypatch.setattr(register, 'forecasts', partial(forecasts, register.forecasts))
-    monkeypatch.setattr(register, 'words_of', lambda *_: WIDE.words)
+    monkeypatch.setattr(words, 'words_of', lambda *_: WIDE.words)
     monkeypatch.setattr(about, 'Code', lambda *_: WIDE)

@@ -18,7 +18,7 @@ import numpy as np
 
 from mlmem_ros.device import Faults, new_element, preset
 from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.register import Code
+from mlmem_ros.device.words import Code
 from mlmem_ros.physics.specimen import Scatter
 
 from .results import run, with_reads

@@ -30,9 +30,10 @@ from ..physics.waves import Complex, carried, group_velocity, passing, product, 
 from .end import End, Shot
 from .errors import SettingsError
 from .reading import UNDECODABLE, Reading
-from .register import LEFT_OVER, NOISE, Code, code_of
+from .register import LEFT_OVER, NOISE, unheard
 from .settings import Settings
 from .waveforms import AROUND, Cells, Ends, Listener
+from .words import Code, code_of
 
 AHEAD = 8
 """Levels that are filled in all ways at a time."""
@@ -303,16 +304,8 @@ class Peeled:
     ) -> Reading:
         """Return the word of what the ends did after a pulse of each; see `Forecasts.decode`."""
         nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
-        left, right = phases
-        if left is None or right is None:
-            end = End.LEFT if left is None else End.RIGHT
-            return replace(nothing, reason=f'the {end} end rests in neither phase')
-        if right == 1:
-            return replace(nothing, reason='the right end is active: a wall has left the element')
-        if not all(np.isfinite(shot.samples).all() for shot in shots):
-            return replace(nothing, reason='listening was interrupted')
-        if noise > self.quiet:
-            return replace(nothing, reason='the ends move too much to hear every wall')
+        if reason := unheard(shots, noise > self.quiet, phases):
+            return replace(nothing, reason=reason)
         motions = {shot.end: (shot.samples - shot.rest[:, None]) for shot in shots}
         upto, dt = min(self.code.levels, self.code.levels // 2 + BOTH), shots[0].dt
         told = {
@@ -328,7 +321,7 @@ class Peeled:
         walls = [each for each in first if each < middle]
         walls += [each for each in last if each >= middle]
         agree = [each for each in first if each >= high] == [each for each in last if each < low]
-        if not (agree and self.code.allows(walls) and len(walls) % 2 == left):
+        if not (agree and self.code.allows(walls) and len(walls) % 2 == phases[End.LEFT.row]):
             return replace(
                 nothing,
                 reason=f'the ends do not agree about the levels {high} to {low - 1}: something '

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Many walls in one element: which words it holds, and what it answers to a pulse in each.
+"""Many walls in one element: what it answers to a pulse in each word.
 
 Walls and kinks alternate, from the right end on, and rest at levels that are at least
 `register.spacing` apart. A pulse whose carrier lies inside both pass bands passes every wall and
@@ -14,15 +14,13 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..described import clipped
 from ..physics import Design, Specimen, StateError, walls
-from ..physics.equilibrium import relax, wall_profile
+from ..physics.equilibrium import BESIDE, resting_walls
 from ..physics.potential import Array
 from ..physics.waves import Complex, cells, product, rows
 from .end import End, Shot
@@ -30,9 +28,7 @@ from .errors import SettingsError
 from .reading import UNDECODABLE, Reading
 from .settings import Settings
 from .waveforms import Ends, Listener
-
-MOST_WORDS = 2**14
-"""Words up to which all forecasts are made: each takes a twentieth of a millisecond, and 3 kB."""
+from .words import Code, code_of
 
 REACH = 30.0
 """Distance in cells beyond which a wall changes nothing: it ends as exp(-0.5 distance)."""
@@ -55,123 +51,6 @@ NEIGHBOURS = 4
 depends on the order of sums, and so on the BLAS and its threads, by 3e-5."""
 
 
-class Code(NamedTuple):
-    """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19),
-    at odd distances only if they are shifted.
-
-    With a spacing of 1 the levels are the bits of the number. Otherwise words are numbered in the
-    order of their highest levels, as binary numbers are.
-    """
-
-    levels: int
-    spacing: int
-    odd: bool = False
-
-    @property
-    def words(self) -> int:
-        """Number of words; the first, 0, is that of the blank element."""
-        return 1 + sum(_tops(self))
-
-    def below(self, level: int) -> range:
-        """Return the levels of which the next wall below one may have any, the lowest first."""
-        step = 2 if self.odd else 1
-        last = level - self.spacing
-        return range(last % step, last + 1, step)
-
-    def walls(self, word: int) -> tuple[int, ...]:
-        """Return the levels of a word, the lowest first."""
-        tops, found, places = _tops(self), list[int](), range(self.levels)
-        while word > 0:
-            word -= 1
-            for level in places:
-                if word < tops[level]:
-                    break
-                word -= tops[level]
-            found.append(level)
-            places = self.below(level)
-        return tuple(reversed(found))
-
-    def word(self, walls: Sequence[int]) -> int:
-        """Return the word of levels."""
-        tops, word, places = _tops(self), 0, range(self.levels)
-        for level in sorted(walls, reverse=True):
-            word += 1 + sum(tops[other] for other in places if other < level)
-            places = self.below(level)
-        return word
-
-    def allows(self, walls: Sequence[int]) -> bool:
-        """Return whether levels, the lowest first, are those of a word."""
-        inside = not walls or (walls[0] >= 0 and walls[-1] < self.levels)
-        return inside and all(one in self.below(other) for one, other in pairwise(walls))
-
-    def sets(self) -> NDArray[np.bool_]:
-        """Return at which levels walls are, for every word, shape (words, levels), unless their
-        distances are odd.
-        """
-        left = np.arange(self.words)
-        found = np.zeros((self.words, self.levels), dtype=np.bool_)
-        below = 1 + np.cumsum((0, *_tops(self)))
-        for level in reversed(range(self.levels)):
-            found[:, level] = left >= below[level]
-            left -= below[level] * found[:, level]
-        return found
-
-    @property
-    def each(self) -> list[int]:
-        """The words of one wall, at every level."""
-        return [self.word([level]) for level in range(self.levels)]
-
-    def binary(self, word: int) -> str:
-        """Return a word in binary digits."""
-        return f'{word:0{(self.words - 1).bit_length()}b}'
-
-
-@lru_cache(maxsize=64)
-def _tops(code: Code) -> tuple[int, ...]:
-    """Return how many words have each level as their highest."""
-    tops: list[int] = []
-    for level in range(code.levels):
-        tops.append(1 + sum(tops[other] for other in code.below(level)))
-    return tuple(tops)
-
-
-def code_of(design: Design, settings: Settings) -> Code | None:
-    """Return the code of an element with many walls, or None for one wall.
-
-    Raises:
-        SettingsError: The schedule has not one speed for each level, or there are too many words.
-    """
-    if not (spacing := settings.register.spacing):
-        return None
-    code = Code(design.levels, spacing, settings.register.shifted)
-    if code.odd:
-        sent = settings.kick.by_level[:1], settings.kick.of_kinks[:1]
-        if not (settings.actuator.present and all(map(any, sent))):
-            raise SettingsError(
-                'a register that is shifted needs an actuator, and kicks of a wall and of a kink '
-                'to level 0: kick.speeds and kick.kinks'
-            )
-        return code
-    for name, speeds in (('speeds', settings.kick.by_level), ('kinks', settings.kick.of_kinks)):
-        if len(speeds) < design.levels or not all(speeds[: design.levels]):
-            raise SettingsError(
-                f'a register needs a kick to each of its {design.levels} levels, of walls and of '
-                f'kinks; got kick.{name} {clipped(getattr(settings.kick, name))}'
-            )
-    if code.words > MOST_WORDS:
-        raise SettingsError(
-            f'a register may have {MOST_WORDS} words at most, all of which are forecast; this one '
-            f'has {code.words}: increase register.spacing'
-        )
-    return code
-
-
-def words_of(design: Design, settings: Settings) -> int:
-    """Return how many contents an element tells apart; raises as `code_of`."""
-    code = code_of(design, settings)
-    return design.levels if code is None else code.words
-
-
 def resting(made: Specimen, levels: Sequence[int]) -> Array:
     """Return the displacements of an unstrained element with walls and kinks at some levels.
 
@@ -179,14 +58,7 @@ def resting(made: Specimen, levels: Sequence[int]) -> Array:
         StateError: They do not rest there.
     """
     design = made.design
-    share = np.zeros(design.N)  # of the active phase
-    step = design.D_s2 - design.D_s1
-    for number, level in enumerate(sorted(levels, reverse=True)):
-        left = (wall_profile(design, design.defect(level) + 0.3) - design.D_s1) / step
-        share = share * (1.0 - left) + (1.0 - number % 2) * left
-    stuck = np.array(made.stuck, dtype=np.int64) - 1
-    share[stuck] = np.round(share[stuck])  # in the phase of its place
-    v = relax(made, design.D_s1 + step * share + made.offsets, np.zeros(design.N))
+    v = resting_walls(made, [design.defect(level) + BESIDE for level in levels])
     found = sorted(wall.position for wall in walls(design, v))
     wanted = [design.defect(level) for level in sorted(levels)]
     if len(found) != len(wanted) or any(
@@ -296,18 +168,11 @@ class Forecasts:
         words changes none; a greater one is the difference of two words, or is refused.
         """
         nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
-        (shot,), (left, right) = shots, phases
-        if left is None or right is None:
-            end = End.LEFT if left is None else End.RIGHT
-            return replace(nothing, reason=f'the {end} end rests in neither phase')
-        if right == 1:
-            return replace(nothing, reason='the right end is active: a wall has left the element')
-        if not np.isfinite(shot.samples).all():
-            return replace(nothing, reason='listening was interrupted')
-        if noise > self.quiet:
-            return replace(nothing, reason='the ends move too much to hear every wall')
+        if reason := unheard(shots, noise > self.quiet, phases):
+            return replace(nothing, reason=reason)
+        (shot,) = shots
         part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
-        found = self.match(part, left)
+        found = self.match(part, phases[End.LEFT.row] or 0)
         content, allowed = found.content, LEFT_OVER * found.nearest
         if found.left > allowed:
             return replace(
@@ -324,6 +189,22 @@ class Forecasts:
             threshold_margin=round(allowed / max(found.left, 1e-3 * allowed), 6),
             walls=len(content.walls),
         )  # fmt: skip
+
+
+def unheard(shots: Sequence[Shot], loud: bool, phases: Sequence[int | None]) -> str:
+    """Return why what the ends did tells nothing, whatever it was; '' if it may.
+
+    Args:
+        loud: Whether there was too much noise before.
+        phases: Of the left and the right end.
+    """
+    if None in phases:
+        return f'the {list(End)[phases.index(None)]} end rests in neither phase'
+    if phases[End.RIGHT.row] == 1:
+        return 'the right end is active: a wall has left the element'
+    if not all(np.isfinite(shot.samples).all() for shot in shots):
+        return 'listening was interrupted'
+    return 'the ends move too much to hear every wall' if loud else ''
 
 
 class Register(Forecasts):

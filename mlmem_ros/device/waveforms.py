@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics import PEFRL, Specimen
-from ..physics.equilibrium import relax, wall_profile
+from ..physics.equilibrium import BESIDE, resting_walls
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, cells, product, rows
 from .driver import steps_per_tick
@@ -69,14 +69,9 @@ class Cells:
     def _add(self, kind: int, levels: Sequence[int]) -> None:
         """Find what walls at levels add, of which the last is a wall (0) or a kink (1)."""
         design = self.design
-        share = np.full(design.N, float(kind))  # of the active phase, right of all
+        places = [design.defect(level) + BESIDE for level in levels]
+        v = resting_walls(self.made, places, kind) - self.made.offsets
         kinds = [(kind + len(levels) - 1 - n) % 2 for n in range(len(levels))]
-        step = design.D_s2 - design.D_s1
-        for level, each in zip(reversed(levels), reversed(kinds), strict=True):
-            left = (wall_profile(design, design.defect(level) + 0.3) - design.D_s1) / step
-            share = share * (1.0 - left) + (1.0 - each) * left
-        v = design.D_s1 + step * share + self.made.offsets
-        v = relax(self.made, v, np.zeros(design.N)) - self.made.offsets
         for level, each in zip(levels, kinds, strict=True):
             site = design.defect(level)
             near = slice(max(0, site - self.reach), site + self.reach)

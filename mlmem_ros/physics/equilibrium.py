@@ -10,6 +10,7 @@ metamaterial over a fixed substrate; its linear systems are tridiagonal.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,6 +160,10 @@ def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> A
     )
 
 
+BESIDE = 0.3
+"""Distance from a defect, in cells, at which a guess is not balanced on it."""
+
+
 def resting_wall(specimen: Specimen, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
@@ -172,13 +177,35 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
     if not 0 <= level < design.levels:
         raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
     defect = design.defect(level)
-    guess = wall_profile(design, defect + 0.3) + specimen.offsets
+    guess = wall_profile(design, defect + BESIDE) + specimen.offsets
     v = relax(specimen, guess, np.zeros(design.N))
     found = walls(design, v)
     if len(found) != 1 or abs(found[0].position - defect) > _width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
         raise StateError(f'the defect at j = {defect} pins no wall; {left} remains')
     return v
+
+
+def resting_walls(specimen: Specimen, positions: Sequence[float], right: int = 0) -> Array:
+    """Return the displacements of an unstrained element with walls and kinks in turn, where they
+    come to rest from some positions. Stuck cells are in the phase of their place.
+
+    Args:
+        positions: In sites.
+        right: Phase on the right of all: 0 is s1.
+
+    Raises:
+        StateError: As `relax`.
+    """
+    design = specimen.design
+    share = np.full(design.N, float(right))  # of the active phase
+    step = design.D_s2 - design.D_s1
+    for phase, position in enumerate(sorted(positions, reverse=True), right + 1):
+        left = (wall_profile(design, position) - design.D_s1) / step
+        share = share * (1.0 - left) + phase % 2 * left
+    held = _held(specimen)
+    share[held] = np.round(share[held])
+    return relax(specimen, design.D_s1 + step * share + specimen.offsets, np.zeros(design.N))
 
 
 def _width(design: Design) -> float:

@@ -18,8 +18,9 @@ from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.procedures import run
 from mlmem_ros.device.procedures.blocks import wait
 from mlmem_ros.device.procedures.shifting import HALVES, strain
-from mlmem_ros.device.register import NEAR, REACH, Code, resting
+from mlmem_ros.device.register import NEAR, REACH, resting
 from mlmem_ros.device.settings import Settings
+from mlmem_ros.device.words import Code
 from mlmem_ros.physics import Design, Specimen, StateError, walls
 from mlmem_ros.procedures import EXACT, as_text
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import Faults
-from mlmem_ros.device.register import MOST_WORDS, Code
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
+from mlmem_ros.device.words import MOST_WORDS, Code
 from mlmem_ros.law_file import curve_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design

@@ -23,8 +23,9 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.presets import shifted
 from mlmem_ros.device.procedures.filling import passages
-from mlmem_ros.device.register import Code, code_of, resting
+from mlmem_ros.device.register import resting
 from mlmem_ros.device.waveforms import Cells
+from mlmem_ros.device.words import Code, code_of
 from mlmem_ros.physics import Specimen, walls
 from mlmem_ros.physics.waves import cells
 

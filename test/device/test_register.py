@@ -30,7 +30,8 @@ from mlmem_ros.device import (
 from mlmem_ros.device.driver import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.register import Code, forecasts_of, resting
+from mlmem_ros.device.register import forecasts_of, resting
+from mlmem_ros.device.words import Code
 from mlmem_ros.physics import Scatter, Specimen, scattered, walls
 
 BYTE = preset('byte')

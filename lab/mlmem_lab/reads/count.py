@@ -30,7 +30,8 @@ from mlmem_ros.device import (
 from mlmem_ros.device.driver import Simulation, steps_per_tick
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.device.register import resting, words_of
+from mlmem_ros.device.register import resting
+from mlmem_ros.device.words import words_of
 from mlmem_ros.physics import INTEGRATORS, Chain, Design, Specimen, StateError, level_of, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.specimen import Scatter, scattered

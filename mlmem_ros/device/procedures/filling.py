@@ -20,8 +20,8 @@ from ..motion import Cycle
 from ..move_settings import peak
 from ..moves import half_period
 from ..reading import UNDECODABLE
-from ..register import Code
 from ..settings import Settings
+from ..words import Code
 from .blocks import Procedure, bring_ends_back, play, send
 from .listening import wait_for_quiet
 from .shifting import HALVES, strain

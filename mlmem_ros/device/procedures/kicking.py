@@ -15,8 +15,9 @@ from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..peeling import Peeled
 from ..reading import UNDECODABLE
-from ..register import Code, Register
+from ..register import Register
 from ..settings import Settings
+from ..words import Code
 from .blocks import Procedure, Result, bring_ends_back, fire_push, send, wait
 from .filling import annihilate, shift_in
 from .hearing import hear

@@ -17,7 +17,7 @@ from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
 from ..reading import BLANK, UNDECODABLE
-from ..register import Code
+from ..words import Code
 from .blocks import Procedure, Result
 from .hearing import hear, record
 from .listening import pulse_echo, quiet

@@ -80,7 +80,7 @@ class ParameterSet:
         present = self.values()
         words = present.design.levels
         if present.settings.register.spacing:
-            from ...device.register import words_of  # few elements hold many walls
+            from ...device.words import words_of  # few elements hold many walls
 
             words = words_of(present.design, present.settings)
         self._limit_content(words)

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device.presets import preset
-from mlmem_ros.device.register import Code, resting
+from mlmem_ros.device.register import resting
+from mlmem_ros.device.words import Code
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.waves import band, carried, cells, passing, reflected

@@ -30,8 +30,9 @@ from mlmem_ros.device.procedures.hearing import hear
 from mlmem_ros.device.procedures.kicking import put
 from mlmem_ros.device.procedures.listening import look
 from mlmem_ros.device.reading import Reading
-from mlmem_ros.device.register import NEAR, resting, words_of
+from mlmem_ros.device.register import NEAR, resting
 from mlmem_ros.device.settings import Settings
+from mlmem_ros.device.words import words_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import (
     Design,
