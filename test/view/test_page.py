@@ -15,12 +15,15 @@ from mlmem_ros.device import Faults
 
 ROOT = Path(__file__).parent.parent.parent
 STATE = 'mlmem.shown().state'
+GIVEN = {'scale.time': 2e-5} | {
+    f'publish.{stream}_every': 20 for stream in ('field', 'wall', 'joint_states')
+}
 
 
 @pytest.fixture(scope='module')
 def node(start_shared):
-    """An eight-level element five times faster than by default."""
-    return start_shared(parameters={'scale.time': 2e-5})
+    """An eight-level element with streams at the default rates."""
+    return start_shared(GIVEN)
 
 
 @pytest.fixture(scope='module')
@@ -61,13 +64,13 @@ def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_moving(page, 
         return page.text('.level') == '5' and page.text('.code') == '101'
 
     page.until(written, 'level 5')
-    assert len(seen - {150}) > 1, seen  # seen on its way: it jumps two levels at a time
+    assert len(seen - {54}) > 1, seen  # seen on its way: it jumps two levels at a time
     node.memory.pause(False).wait()
-    page.until(f'Math.abs({STATE}.walls[0] - 150) < 1', 'the wall on its defect')
+    page.until(f'Math.abs({STATE}.walls[0] - 54) < 1', 'the wall on its defect')
     assert 0.0 < page.ask(f'{STATE}.confidence') < 1.0
     assert 'level 5' in page.text('#log li')
     assert page.ask('mlmem.shown().echo.level') == 5
-    delays = page.until('mlmem.shown().delays.left', 'the delays of the levels')
+    delays = page.until('mlmem.shown().delays.right', 'the delays of the levels')
     assert abs(page.ask('mlmem.shown().echo.delay') - delays[5]) < 5.0
 
 
@@ -126,7 +129,7 @@ def test_locate_tells_the_place_and_the_number_of_walls(page, node):
     node.memory.write(6).wait()
     page.click('[data-do="locate"]')
     said = page.until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')
-    assert re.search(r'locate succeeded: 1 wall, at cell 17[45]\.\d\d ± \d\.\d\d$', said), said
+    assert re.search(r'locate succeeded: 1 wall, at cell 6[23]\.\d\d ± \d\.\d\d$', said), said
 
 
 def test_a_self_test_shows_its_checks(page):
@@ -294,7 +297,7 @@ def test_the_page_survives_the_restart_of_its_node_as_a_byte(page, node, start_s
     node.terminate()
     page.until("!document.getElementById('notice').hidden", 'a word that it is gone')
     assert 'No memory node' in page.text('#notice')
-    byte = start_shared(parameters={'scale.time': 2e-5, 'design.preset': 'byte'})
+    byte = start_shared(GIVEN | {'design.preset': 'byte'})
     page.until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
     page.until('mlmem.shown().about.words === 256', 'its cells')
     byte.memory.write(0b01000010).wait()
