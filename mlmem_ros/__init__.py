@@ -12,8 +12,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .version import __version__
-
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
     from .contract.calls import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
@@ -21,6 +19,8 @@ if TYPE_CHECKING:
     from .ros.client.reply import Reply
     from .ros.client.standalone import standalone
     from .ros.node.node import MemoryNode
+
+__version__ = '1.0.0'
 
 __all__ = [
     'BankFailed', 'Calibrated', 'Corrected', 'Decoded', 'Done', 'LostWord', 'MemoryBank',

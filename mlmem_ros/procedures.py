@@ -190,18 +190,18 @@ PROCEDURES = {
         'looking',
         changes=False,
     ),
-    'erase': Procedure(Erase, 'make the element blank', 'erasing.erase', 'erasing'),
+    'erase': Procedure(Erase, 'make the element blank', 'driving.erase', 'erasing'),
     'calibrate': Procedure(
         Calibrate,
         'learn the echo delay of every level, then restore the content',
-        'calibrating.calibrate',
+        'maintenance.calibrate',
         'everything',
     ),
     'self_test': Procedure(
         SelfTest,
         'test transducers, actuator, erase and every level from both ends, then restore the '
         'content; one status for each',
-        'self_testing.self_test',
+        'maintenance.self_test',
         'everything',
     ),
     'locate': Procedure(
@@ -215,7 +215,7 @@ PROCEDURES = {
     'reset': Procedure(
         Reset,
         'replace a simulated element by a fresh blank one: for cells driven out of their phases',
-        'self_testing.reset',
+        'maintenance.reset',
         'reading',
         action=False,
     ),

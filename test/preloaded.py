@@ -109,10 +109,6 @@ def load():
 
     The first line that a process logs has `inspect` look at every module; here it has done so.
     """
-    import mlmem_ros.rig
-    import mlmem_ros.ros.client.standalone
-    import mlmem_ros.ros.fast_dds
-    import mlmem_ros.ros.node.run  # noqa: F401
     import mlmem_tools.cli.request
     import mlmem_tools.cli.view  # noqa: F401
     from mlmem_ros.device import new_element, preset

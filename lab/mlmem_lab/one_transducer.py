@@ -22,7 +22,7 @@ import numpy as np
 
 from mlmem_ros.device import BLANK, End, MemoryElement, Read, factory_calibration, preset
 from mlmem_ros.device.decoding import decode
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.move_settings import PushSettings
 from mlmem_ros.device.procedures.blocks import kick, push, run
 from mlmem_ros.device.procedures.listening import pulse_echo

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mlmem_ros.device import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.register import resting
 from mlmem_ros.physics import Specimen

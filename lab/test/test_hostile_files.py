@@ -41,7 +41,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.end import End, Shot
 from mlmem_ros.element_file import Element, ElementFileError
-from mlmem_ros.host import calibration_file, state_file
+from mlmem_ros.host import state_file
 from mlmem_ros.outside import LONGEST, DecodeError
 from mlmem_ros.physics import CASE_II, DesignError, Specimen, StateError
 from mlmem_ros.ros.node.declarations import declarations
@@ -106,7 +106,7 @@ def restored(path):
 
 
 def calibrated(path):
-    if calibration_file.load(path, 'key', CASE_II.levels) is None:
+    if state_file.load_calibration(path, 'key', CASE_II.levels) is None:
         raise StateError('there is none')
 
 
@@ -161,8 +161,9 @@ KINDS = {
     'state': Kind('mlmem_ros.host.state_file', restored,
                   lambda path: state_file.save(path, snapshot.take(element())), '.json', OF_STATE),
     'calibration': Kind('mlmem_ros.host.state_file', calibrated,
-                        lambda path: calibration_file.save(path, 'key', element().calibration),
-                        '.json', OF_STATE),
+                        lambda path: state_file.save_calibration(
+                            path, 'key', element().calibration
+                        ), '.json', OF_STATE),
     'script': Kind('mlmem_tools.cli.request', lambda path: request.script(str(path)),
                    lambda path: path.write_text(SCRIPT), errors=(argparse.ArgumentTypeError,)),
     'curve': Kind('mlmem_tools.law.curves', load_run, copied(CURVE), '.csv'),
@@ -184,8 +185,7 @@ OWN = {
     'mlmem_ros.outside': 'the bounded reader itself',
     'mlmem_ros.physics.jit': 'its own source',
     'mlmem_ros.rig.link': 'a serial line',
-    'mlmem_ros.testing.isolation': 'a lock',
-    'mlmem_ros.testing.running': 'the output of a process that it started',
+    'mlmem_ros.testing.running': 'a lock, and the output of a process that it started',
     'mlmem_tools.cli.demo': 'the log of a process that it started',
     'mlmem_tools.cli.view': 'a browser',
     'mlmem_tools.view.server': 'a page',

@@ -24,7 +24,7 @@ from mlmem_lab.windows.flight import (
 from mlmem_lab.windows.kicks import KICKED, count, kicks
 from mlmem_lab.windows.words import FILE, ahead, arrives
 from mlmem_ros.device import MemoryElement, factory_calibration, preset
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import Pulse
 from mlmem_ros.device.move_settings import PushSettings
 from mlmem_ros.device.moves import NARROW, kick_energy, push_energy

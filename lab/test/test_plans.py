@@ -10,7 +10,7 @@ from mlmem_lab.plans.command import like
 from mlmem_lab.plans.strokes import ENOUGH, PEAKS, quick_moves, strokes
 from mlmem_lab.twins.sensed import made
 from mlmem_lab.windows.window import end
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.moves import How, Move
 from mlmem_ros.device.presets import Preset, preset
 from mlmem_ros.device.reading import BLANK

@@ -26,7 +26,7 @@ from mlmem_lab.windows.window import (
     strain,
 )  # fmt: skip
 from mlmem_ros.device import PRESETS, new_element, preset
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.moves import How, cycle_of, half_period
 from mlmem_ros.device.procedures.blocks import play, run
 from mlmem_ros.device.reading import BLANK

@@ -32,7 +32,7 @@ from .commands import (
     SetMethod,
     SetStrain,
 )
-from .driver import Driver
+from .drivers import Driver
 from .element import MemoryElement, new_element
 from .end import End, Shot
 from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError

@@ -20,7 +20,7 @@ from itertools import accumulate, repeat
 import numpy as np
 
 from ..described import clipped
-from ..physics.portable import exponential
+from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..procedures import JOINT
 from ..rng import Stream, happens

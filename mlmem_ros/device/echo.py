@@ -19,8 +19,8 @@ from functools import cached_property
 import numpy as np
 
 from ..physics import Design
+from ..physics.formulas import cosine, exponential
 from ..physics.jit import kernel
-from ..physics.portable import cosine, exponential
 from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from .end import End, Shot

@@ -16,7 +16,7 @@ from . import commands, factory, procedures
 from .base import NO_SHAKES, Shakes
 from .calibration import Calibration
 from .commands import Command, Event, Feedback, Outcome, Progress
-from .driver import Driver
+from .drivers import Driver
 from .end import End
 from .errors import ProcedureFailed, Refused, SettingsError
 from .faults import Faults

@@ -15,7 +15,7 @@ from enum import Enum
 import numpy as np
 
 from ..physics import Design
-from ..physics.portable import cosine, exponential, sine
+from ..physics.formulas import cosine, exponential, sine
 from ..physics.potential import Array
 from .move_settings import KickSettings, PushSettings
 from .settings import ProbeSettings, Settings

@@ -16,14 +16,14 @@ from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from .calibration import Calibration, DelayTable
 from .decoding import primary
-from .driver import Simulation
+from .drivers import Simulation
 from .echo import Echo
 from .end import End
 from .errors import ProcedureFailed, SettingsError
 from .instrument import Instrument
 from .memory import Memory
 from .procedures.blocks import run, wait
-from .procedures.erasing import erase
+from .procedures.driving import erase
 from .procedures.listening import pulse_echo
 from .procedures.writing import write
 from .reading import BLANK

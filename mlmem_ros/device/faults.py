@@ -18,7 +18,7 @@ import numpy as np
 
 from ..described import Description, described, descriptions, fields_in
 from ..physics import Scatter, Specimen, scattered
-from ..physics.portable import exponential
+from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..rng import Stream, happens, normal
 from .end import End

@@ -20,7 +20,7 @@ from .actuator import Actuator, Transmission, TransmissionState
 from .base import NO_SHAKES, Base, BaseState, Shakes
 from .commands import Progress
 from .decoding import REST_TOLERANCE, phase_of
-from .driver import Driver, Simulation
+from .drivers import Driver, Simulation
 from .echo import listening_time
 from .end import End
 from .errors import Astray, DriverError, Refused, SettingsError

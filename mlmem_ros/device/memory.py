@@ -20,7 +20,7 @@ from ..physics import Design
 from .calibration import Calibration
 from .commands import EchoReceived, Event, Outcome
 from .decoding import decode, primary, undecodable
-from .driver import Driver
+from .drivers import Driver
 from .echo import Echo
 from .end import End, Shot
 from .instrument import Instrument

@@ -14,10 +14,10 @@ import numpy as np
 
 from ..described import described
 from ..physics import Design, HeldCell, substep_times
-from ..physics.portable import exponential
+from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..physics.waves import band
-from .driver import Driver
+from .drivers import Driver
 from .echo import FAINTEST, EchoDetector, loudness, weights
 from .end import BoundaryMotion, End, Kick, Move, Pulse, WaveformRecorder
 from .errors import SettingsError

@@ -22,7 +22,7 @@ from ..physics import PEFRL, Specimen
 from ..physics.equilibrium import BESIDE, resting_walls
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, cells, product, rows
-from .driver import steps_per_tick
+from .drivers import steps_per_tick
 from .echo import pulse_duration
 from .end import Pulse
 from .settings import Settings

@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The content of a non-volatile memory between two runs: a snapshot in a file."""
+"""What a non-volatile memory keeps between two runs, in files: its content, a snapshot; and
+calibrations, one for each design and settings that the element has had.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,8 @@ from typing import Any
 
 from .. import durable
 from ..described import printable
-from ..outside import LONGEST, from_json
+from ..device import Calibration, SettingsError
+from ..outside import LONGEST, DecodeError, decode, from_json
 from ..physics import StateError
 
 FORMAT = 1
@@ -24,7 +27,7 @@ def save(path: Path, snapshot: Mapping[str, Any]) -> None:
     Raises:
         StateError: The file cannot be written; the message says why.
     """
-    write(path, 'snapshot', snapshot, 'the state')
+    _write(path, 'snapshot', snapshot, 'the state')
 
 
 def load(path: Path) -> dict[str, Any] | None:
@@ -33,10 +36,10 @@ def load(path: Path) -> dict[str, Any] | None:
     Raises:
         StateError: The file cannot be read, or holds no snapshot.
     """
-    return read(path, 'snapshot', 'the state', 'start blank')
+    return _read(path, 'snapshot', 'the state', 'start blank')
 
 
-def write(path: Path, key: str, values: Mapping[str, Any], what: str) -> None:
+def _write(path: Path, key: str, values: Mapping[str, Any], what: str) -> None:
     """Replace a file by values under a key; `what` they are is for the message of an error."""
     try:
         durable.make_directory(path.parent, exist_ok=True)
@@ -46,8 +49,8 @@ def write(path: Path, key: str, values: Mapping[str, Any], what: str) -> None:
         raise StateError(f'{what} cannot be saved in {path}: {why}') from error
 
 
-def read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
-    """Return what `write` stored; `remedy` says what moving a damaged file away achieves."""
+def _read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
+    """Return what `_write` stored; `remedy` says what moving a damaged file away achieves."""
     try:
         content = from_json(durable.read_text(path))
     except FileNotFoundError:
@@ -56,13 +59,54 @@ def read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
         why = f'{what} cannot be read from {path}: {durable.reason(error)}'
         raise StateError(printable(why, LONGEST)) from error
     except ValueError as error:
-        raise damaged(path, str(error), remedy) from error
+        raise _damaged(path, str(error), remedy) from error
     found = content.get(key) if isinstance(content, dict) else None
     if not isinstance(found, dict) or content.get('format') != FORMAT:
-        raise damaged(path, f'it must have format {FORMAT} and a {key}', remedy)
+        raise _damaged(path, f'it must have format {FORMAT} and a {key}', remedy)
     return found
 
 
-def damaged(path: Path, why: str, remedy: str) -> StateError:
+def _damaged(path: Path, why: str, remedy: str) -> StateError:
     """Return the error for a file that cannot be used."""
     return StateError(printable(f'{path} is damaged: {why}; move it away to {remedy}', LONGEST))
+
+
+KEPT = 32
+"""Most calibrations in a file; a new one replaces the oldest."""
+
+_WHAT = 'calibrations', 'the calibrations', 'calibrate again'
+
+
+def calibrations_beside(state: Path) -> Path:
+    """Return the calibration file that belongs to a state file."""
+    return state.with_name(f'{state.stem}.calibration.json')
+
+
+def load_calibration(path: Path, key: str, levels: int) -> Calibration | None:
+    """Return the calibration saved under a key (see `calibration_key`), or None if there is none
+    yet.
+
+    Raises:
+        StateError: The file cannot be read, or is damaged.
+    """
+    values = (_read(path, *_WHAT) or {}).get(key)
+    if values is None:
+        return None
+    try:
+        calibration: Calibration = decode(Calibration, values)
+        calibration.check(levels)
+    except (DecodeError, SettingsError) as error:
+        raise _damaged(path, str(error), _WHAT[-1]) from error
+    return calibration
+
+
+def save_calibration(path: Path, key: str, calibration: Calibration) -> None:
+    """Store a calibration under a key, beside those under other keys.
+
+    Raises:
+        StateError: The file cannot be read or written; it is left as it was.
+    """
+    kept = _read(path, *_WHAT) or {}
+    kept.pop(key, None)
+    kept[key] = calibration.as_dict()
+    _write(path, 'calibrations', dict(list(kept.items())[-KEPT:]), 'the calibration')

@@ -27,7 +27,7 @@ from ..device.mailbox import Asked
 from ..outside import decode
 from ..physics import Design, StateError
 from ..procedures import PROCEDURES
-from . import calibration_file, state_file
+from . import state_file
 from .settings import FileSettings, StateSettings
 from .worker import ThrottledLog, Worker
 
@@ -57,7 +57,7 @@ class Store:
         """
         # A lock belongs to a file, not to one of its names.
         self.path = Path(os.path.realpath(files.confined(settings.path)))
-        self._calibrations = calibration_file.beside(self.path)
+        self._calibrations = state_file.calibrations_beside(self.path)
         self._calibrated: tuple[str, Calibration] | None = None
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
@@ -83,12 +83,13 @@ class Store:
         self._worker.done(f'claiming {self.path}', self._take_claim)
         path, key = self._calibrations, calibration_key(design, settings)
         known = self._worker.done(
-            f'reading {path}', lambda: calibration_file.load(path, key, design.levels)
+            f'reading {path}', lambda: state_file.load_calibration(path, key, design.levels)
         )
         element = new_element(design, settings, known, driver)
         if known is None:
             self._worker.done(
-                f'writing {path}', lambda: calibration_file.save(path, key, element.calibration)
+                f'writing {path}',
+                lambda: state_file.save_calibration(path, key, element.calibration),
             )
         self._calibrated = key, element.calibration
         return element
@@ -198,7 +199,7 @@ class Store:
         state_file.save(self.path, taken)
         learnt = taken['calibration_key'], decode(Calibration, taken['calibration'])
         if learnt != self._calibrated:
-            calibration_file.save(self._calibrations, *learnt)
+            state_file.save_calibration(self._calibrations, *learnt)
             self._calibrated = learnt
 
     def _log_error(self, saved: Future[None]) -> None:

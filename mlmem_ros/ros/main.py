@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from .signals import RECEIVED
+from .process import RECEIVED
 
 
 def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
@@ -19,8 +19,8 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     file is closed and pending requests are answered.
     """
     RECEIVED.heed()
-    from .fast_dds import use_profile
     from .node.command_line import bank_arguments, ros_arguments
+    from .process import use_profile
 
     use_profile(os.environ)
     given = sys.argv if arguments is None else arguments

@@ -18,17 +18,16 @@ from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, field
 from typing import Any
 
-from .. import packages
+from .. import __version__, packages
 from ..bag import jazzy
 from ..bag.errors import BagError
 from ..described import Description, clipped, described, printable
 from ..device import Calibration, Command, MemoryElement, Refused, Settings, snapshot
 from ..device.commands import KINDS
-from ..device.driver import steps_per_tick
+from ..device.drivers import steps_per_tick
 from ..outside import ANY, DecodeError, decode, from_json
 from ..physics import ARITHMETIC, Design, Specimen
 from ..physics.potential import Array
-from ..version import __version__
 from .streams import PERIODIC
 
 FORMAT = 2

@@ -22,7 +22,7 @@ from ..device import (
     Refused,
     snapshot,
 )
-from ..device.driver import Simulation
+from ..device.drivers import Simulation
 from ..device.instrument import LONGEST_RUN
 from ..physics import StateError
 from .data import SessionData

@@ -10,9 +10,7 @@
 """
 
 from .frozen_clock import FrozenClock, frozen_clock
-from .isolation import isolate
-from .node import memory_node
-from .running import RunningNode, faults
+from .running import RunningNode, faults, isolate, memory_node
 from .sessions import ReplayedSession, assert_replays, assert_written, replay_session, replayed
 
 __all__ = [

@@ -18,7 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings, TimeSettings
 from mlmem_ros.physics import (

@@ -11,7 +11,7 @@ import numpy as np
 
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.decoding import exchanged, primary
-from mlmem_ros.device.driver import steps_per_tick
+from mlmem_ros.device.drivers import steps_per_tick
 from mlmem_ros.device.echo import Echo
 from mlmem_ros.device.end import End
 from mlmem_ros.device.errors import SettingsError

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator
 
 from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.element import MemoryElement
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.move_settings import EraseSettings, WriteSettings

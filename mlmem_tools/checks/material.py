@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mlmem_ros.device.driver import steps_per_tick
+from mlmem_ros.device.drivers import steps_per_tick
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import CASE_II, INTEGRATORS, stable_step
 

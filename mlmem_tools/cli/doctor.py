@@ -41,8 +41,8 @@ COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
 )
 def doctor(arguments: argparse.Namespace) -> int:
     """Check everything and print a table; return the exit status."""
+    from mlmem_ros import __version__
     from mlmem_ros.host.design_check import Verdict
-    from mlmem_ros.version import __version__
 
     from .checkup import examine
 

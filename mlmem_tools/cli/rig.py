@@ -113,7 +113,7 @@ def rig(arguments: argparse.Namespace) -> int:
 
 
 def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
-    from mlmem_ros.device.driver import Simulation, steps_per_tick
+    from mlmem_ros.device.drivers import Simulation, steps_per_tick
     from mlmem_ros.physics import Scatter, scattered
     from mlmem_ros.rng import Stream, generator
 

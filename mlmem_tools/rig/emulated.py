@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from mlmem_ros.device import Driver, Settings, SettingsError
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.physics import Chain, Design, HeldCell
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.rig.frames import NEEDED, PLAY, SAMPLES, STRAIN, VERSION, Frame, Hello, Kind

@@ -25,7 +25,7 @@ from mlmem_ros.device import (
     Write,
     factory_calibration,
 )
-from mlmem_ros.device.driver import Driver
+from mlmem_ros.device.drivers import Driver
 from mlmem_ros.device.instrument import LONGEST_RUN
 from mlmem_ros.physics import CASE_II
 

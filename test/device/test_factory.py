@@ -15,7 +15,7 @@ from mlmem_ros.device import (
     factory_calibration,
     new_element,
 )
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.procedures import listening

@@ -28,7 +28,7 @@ from mlmem_ros.device import (
     factory_calibration,
     preset,
 )
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import Kick
 from mlmem_ros.device.move_settings import KickSettings
 from mlmem_ros.device.moves import How, route

@@ -29,7 +29,7 @@ from mlmem_ros.device.pulse_corrections import (
     schedule_of,
     trimmed,
 )
-from mlmem_ros.host import calibration_file
+from mlmem_ros.host import state_file
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import StateError, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
@@ -97,8 +97,8 @@ def test_a_step_that_runs_over_skips_no_level(monkeypatch):
 
 
 def test_what_was_learnt_outlives_the_process_to_the_bit(trained, tmp_path):
-    calibration_file.save(tmp_path / 'file', 'key', trained.calibration)
-    kept = calibration_file.load(tmp_path / 'file', 'key', BITS_2.design.levels)
+    state_file.save_calibration(tmp_path / 'file', 'key', trained.calibration)
+    kept = state_file.load_calibration(tmp_path / 'file', 'key', BITS_2.design.levels)
     assert kept == trained.calibration
     again = made_by_chance()
     snapshot.restore(again, json.loads(json.dumps(snapshot.take(trained))))
@@ -159,7 +159,7 @@ def test_a_file_without_valid_trims_is_refused(trained, tmp_path, trims, message
     path = tmp_path / 'file'
     path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
     with pytest.raises(StateError, match=f'{message}|NaN is not JSON'):
-        calibration_file.load(path, 'key', BITS_2.design.levels)
+        state_file.load_calibration(path, 'key', BITS_2.design.levels)
     taken = {**snapshot.take(trained), 'calibration': values}
     with pytest.raises(StateError, match='not a snapshot of a device'):
         snapshot.restore(made_by_chance(), taken)

@@ -23,7 +23,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.calibration import DelayTable
 from mlmem_ros.device.decoding import decode, exchanged
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.echo import Echo, threshold
 from mlmem_ros.device.end import End
 from mlmem_ros.device.presets import PRESETS

@@ -27,7 +27,7 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.register import forecasts_of, resting

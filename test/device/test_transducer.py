@@ -10,7 +10,7 @@ import pytest
 
 from mlmem_ros.device import PRESETS, SettingsError
 from mlmem_ros.device.commands import SetStrain
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End, Pulse
 from mlmem_ros.device.settings import ProbeSettings, Settings
 from mlmem_ros.device.transducer import Transducer, upper_edge

@@ -25,7 +25,7 @@ from typing import Any
 import pytest
 from markdown_it import MarkdownIt
 
-from mlmem_ros.testing.node import NodeHere
+from mlmem_ros.testing.running import NodeHere
 from mlmem_tools.cli.main import main as mlmem
 
 PATIENCE = 60.0

@@ -5,7 +5,7 @@
 import pytest
 
 from mlmem_ros.device import Driver, DriverError, Refused, Settings, SettingsError, Write
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.host.settings import DeviceSettings
 from mlmem_ros.physics import CASE_II
 

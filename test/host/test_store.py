@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapshot
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog, state_file
 from mlmem_ros.host.settings import FileSettings, StateSettings

@@ -10,8 +10,8 @@ from owner import owned
 
 from mlmem_ros import durable
 from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.device.driver import Simulation
-from mlmem_ros.host import calibration_file, state_file, worker
+from mlmem_ros.device.drivers import Simulation
+from mlmem_ros.host import state_file, worker
 
 from .disk import Disk, mounted
 from .element import KINDS
@@ -113,7 +113,9 @@ class Life:
         if self.script.state:
             path = Path(STATE)
             key = calibration_key(self.kind.design, self.kind.settings)
-            calibration_file.save(calibration_file.beside(path), key, self.kind.calibration)
+            state_file.save_calibration(
+                state_file.calibrations_beside(path), key, self.kind.calibration
+            )
             if self.script.level >= 0:
                 state_file.save(path, self.kind.written(self.script.level))
 

@@ -11,8 +11,7 @@ import pytest
 from uniform_chain import on_site_force
 
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.formulas import wave
-from mlmem_ros.physics.portable import exponential
+from mlmem_ros.physics.formulas import exponential, wave
 
 
 def exact(turns):

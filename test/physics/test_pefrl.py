@@ -24,7 +24,7 @@ import pytest
 import uniform_chain
 
 from mlmem_ros.device import Settings
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen

@@ -23,7 +23,7 @@ from mlmem_ros.device import (
     Settings,
     Write,
 )
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig.frames import HEADER, SAMPLES, Hello, Kind, encode
 

@@ -22,8 +22,7 @@ from mlmem_ros.device import (
     Write,
     drivers,
 )
-from mlmem_ros.device.driver import Simulation
-from mlmem_ros.device.drivers import Watchdog
+from mlmem_ros.device.drivers import Simulation, Watchdog
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.physics import CASE_II, HeldCell, substep_times
 

@@ -32,7 +32,7 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.procedures.listening import pulse_echo
 from mlmem_ros.device.settings import ScaleSettings, TimeSettings

@@ -30,7 +30,7 @@ from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.ros.qos import LATCHED
-from mlmem_ros.testing.node import NodeHere
+from mlmem_ros.testing.running import NodeHere
 
 ELEMENTS = 3
 GIVEN = QUICK | {'write.attempts': 1}

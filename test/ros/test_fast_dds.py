@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 from nodes import program
 
 from mlmem_ros.ros.client.line import ASLEEP, LOOK
-from mlmem_ros.ros.fast_dds import NAMES, PROFILE, profile_variable, use_profile
-from mlmem_ros.testing.isolation import FAST_DISCOVERY
+from mlmem_ros.ros.process import NAMES, PROFILE, profile_variable, use_profile
+from mlmem_ros.testing.running import FAST_DISCOVERY
 
 SERVICES = """
 import rclpy

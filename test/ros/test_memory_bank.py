@@ -10,7 +10,7 @@ from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.ros.node_process import node_arguments
-from mlmem_ros.testing.node import NodeHere
+from mlmem_ros.testing.running import NodeHere
 
 ELEMENTS = 3
 

@@ -17,8 +17,8 @@ from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import action_types
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
-from mlmem_ros.ros.fast_dds import profile_variable
-from mlmem_ros.testing.isolation import FAST_DISCOVERY
+from mlmem_ros.ros.process import profile_variable
+from mlmem_ros.testing.running import FAST_DISCOVERY
 
 SOON = 30.0
 MOST = 3

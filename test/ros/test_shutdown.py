@@ -21,10 +21,10 @@ from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.client.link import GRACE, LEASE
 from mlmem_ros.ros.client.standalone import wait_until
-from mlmem_ros.ros.fast_dds import PROFILE, profile_variable
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
 from mlmem_ros.ros.node.services import SILENT
 from mlmem_ros.ros.node_process import node_arguments
+from mlmem_ros.ros.process import PROFILE, profile_variable
 
 ROOT = Path(__file__).parents[2]
 SOON = 30.0

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.device import SettingsError
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
-from mlmem_ros.testing.isolation import in_use
+from mlmem_ros.testing.running import in_use
 
 DATA = Path(__file__).parents[1] / 'data'
 QUICK = {'scale.time': 1e-5}

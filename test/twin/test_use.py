@@ -20,7 +20,7 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.instrument import Instrument

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import EchoReceived, Faults, Read, SetFaults, Write, new_element, preset
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.reading import BLANK, UNDECODABLE, Reading
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import INTEGRATORS, Scatter, scattered

@@ -14,7 +14,7 @@ from typing import Any
 from mlmem_ros import element_file
 from mlmem_ros.bag import digest, jazzy, mcap_file
 from mlmem_ros.device import Read, new_element, preset, pulse_corrections, snapshot
-from mlmem_ros.host import calibration_file, design_check, state_file
+from mlmem_ros.host import design_check, state_file
 from mlmem_ros.physics import Specimen
 from mlmem_ros.session import records
 from mlmem_tools.bank import word_code
@@ -76,16 +76,16 @@ def files_page() -> str:
         '`record.last_seconds` keeps them in memory, in no file. A session that begins with them, '
         'or that a failed device leaves, has the same format.',
         '## State',
-        f'The file of `state.path`. {_about(state_file)}',
+        'The file of `state.path`: the content of a memory between two runs.',
         _keys(keys.STATE, _written(state_file.save, taken)),
         'The snapshot:',
         _keys(keys.SNAPSHOT, taken),
         'Beside the state file `NAME.json`, `.NAME.json.lock` names the node that uses it. It '
         'means nothing once that node has ended.',
         '## Calibration',
-        f'`{calibration_file.beside(Path("NAME.json"))}` beside the state file `NAME.json`. '
-        f'{_about(calibration_file)}',
-        _keys(keys.CALIBRATIONS, _written(calibration_file.save, '', element.calibration)),
+        f'`{state_file.calibrations_beside(Path("NAME.json"))}` beside the state file '
+        '`NAME.json`: one for each design and settings that the element has had.',
+        _keys(keys.CALIBRATIONS, _written(state_file.save_calibration, '', element.calibration)),
         'A calibration:',
         _keys(keys.CALIBRATION, calibrated),
         'A delay table:',

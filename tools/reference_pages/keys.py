@@ -4,7 +4,7 @@
 
 from mlmem_ros import element_file
 from mlmem_ros.bag import contents, metadata
-from mlmem_ros.host import calibration_file, state_file
+from mlmem_ros.host import state_file
 from mlmem_ros.session import records
 
 TOPICS = {
@@ -97,7 +97,7 @@ SNAPSHOT = {
 
 CALIBRATIONS = {
     'format': f'version of the file: {state_file.FORMAT}',
-    'calibrations': f'the latest {calibration_file.KEPT} calibrations, by a hash of the design '
+    'calibrations': f'the latest {state_file.KEPT} calibrations, by a hash of the design '
     'and settings',
 }
 """A calibration file."""

@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from mlmem_ros.device.timetable import LoopStatistics
-from mlmem_ros.ros.fast_dds import use_profile
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node.node import MemoryNode
 from mlmem_ros.ros.node.run import ONE, GuardedExecutor, begin, end
+from mlmem_ros.ros.process import use_profile
 
 
 class Watched(LoopStatistics):

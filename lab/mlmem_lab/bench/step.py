@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.move_settings import WriteSettings

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from mlmem_ros.device import MemoryElement
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
 from mlmem_ros.physics.energy import end_force, energy

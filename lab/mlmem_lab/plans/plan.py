@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.memory import Memory
 from mlmem_ros.device.presets import Preset
 from mlmem_ros.device.procedures.blocks import run
-from mlmem_ros.device.procedures.going_to_level import go_to_level
+from mlmem_ros.device.procedures.driving import go_to_level
 from mlmem_ros.device.pulse_corrections import (
     PulseCorrection,
     PulseCorrections,

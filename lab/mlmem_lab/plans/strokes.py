@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.moves import How, Move, moves_from
 from mlmem_ros.device.presets import Preset
 from mlmem_ros.device.pulse_corrections import QuickMoves, quick_schedule

@@ -27,7 +27,7 @@ from mlmem_ros.device import (
     Write,
     new_element,
 )
-from mlmem_ros.device.driver import Simulation, steps_per_tick
+from mlmem_ros.device.drivers import Simulation, steps_per_tick
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.register import resting

@@ -11,7 +11,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from mlmem_ros.device import Calibration, MemoryElement, Settings, factory_calibration
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.move_settings import WriteSettings
 from mlmem_ros.device.pulse_corrections import learnt

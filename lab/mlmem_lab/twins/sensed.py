@@ -19,7 +19,7 @@ from mlmem_ros.device import (
     SetFaults,
     SettingsError,
 )
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.factory import calibration_of, factory_calibration
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.element_file import Element

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Driver, MemoryElement, Shot, Survey, factory_calibration
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Scatter, scattered

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import BoundaryMotion, Kick, Pulse
 from mlmem_ros.device.move_settings import KickSettings, PushSettings
 from mlmem_ros.device.reading import BLANK, UNDECODABLE

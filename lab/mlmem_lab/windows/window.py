@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device.actuator import Actuator
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.moves import How, Move, cycle_of, half_period, moves_from
 from mlmem_ros.device.pulse_corrections import QUICK, trimmed
 from mlmem_ros.device.reading import UNDECODABLE

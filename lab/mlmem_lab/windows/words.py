@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from mlmem_ros.device import preset
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import Kick
 from mlmem_ros.device.register import NEAR, resting
 from mlmem_ros.physics import Chain, Specimen, walls

@@ -13,7 +13,7 @@ from mlmem_lab.fit.fit import ranked
 from mlmem_lab.fit.misfit import Misfit
 from mlmem_lab.twins.sensed import performed
 from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration, preset
-from mlmem_ros.device.driver import Simulation
+from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.physics import Scatter, scattered
 from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import _emulated, rig

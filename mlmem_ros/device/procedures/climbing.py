@@ -23,8 +23,7 @@ from ..pulse_corrections import (
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..settings import Settings
 from .blocks import Procedure
-from .erasing import erase
-from .going_to_level import go_to_level
+from .driving import erase, go_to_level
 from .listening import look, stand_still
 
 NOWHERE = -math.inf

@@ -21,9 +21,8 @@ from ..pulse_corrections import menu
 from ..reading import BLANK
 from ..settings import ProbeSettings
 from .blocks import Procedure, Result, ramp, return_to_zero, wait
-from .erasing import erase
+from .driving import erase, go_to_level
 from .estimates import RECORD, SILENCE
-from .going_to_level import go_to_level
 from .listening import listen, quiet
 from .writing import restore
 

@@ -9,8 +9,7 @@ from ..memory import Memory
 from ..reading import UNDECODABLE, Reading, describe_level
 from . import estimates
 from .blocks import Procedure, Result, return_to_zero
-from .erasing import erase
-from .going_to_level import go_to_level
+from .driving import erase, go_to_level
 from .listening import listen, look
 
 NUDGE = 1.06

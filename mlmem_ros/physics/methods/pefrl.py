@@ -16,9 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..formulas import coupling, joined, on_site, rub
+from ..formulas import coupling, exponential, joined, on_site, rub
 from ..jit import fma, kernel
-from ..portable import exponential
 from ..potential import Array
 from .integrator import (
     Cells,

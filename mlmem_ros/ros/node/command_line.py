@@ -7,7 +7,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from ...version import __version__
+from ... import __version__
 
 NAMESPACE = '/bank'
 """Namespace of a bank, unless a remapping gives another."""

@@ -28,7 +28,7 @@ from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
 from ..events import events_executor
-from ..signals import RECEIVED, Stopped
+from ..process import RECEIVED, Stopped
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3

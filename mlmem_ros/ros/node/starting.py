@@ -16,7 +16,7 @@ from rclpy.node import Node
 from ...device import DriverError, DriverHangs
 from ...host import REFUSALS, Host, ThrottledLog
 from ...physics import INTEGRATORS, Design, kernel_in_cache
-from ..signals import RECEIVED
+from ..process import RECEIVED
 from .callback_guard import CallbackGuard
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.version import __version__
+from mlmem_ros import __version__
 
 Values = Mapping[str, Any]
 """Numbers and strings by name: what JSON can hold."""

@@ -24,9 +24,9 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from mlmem_ros import __version__
 from mlmem_ros.durable import write_atomically
 from mlmem_ros.outside import DecodeError, require_regular
-from mlmem_ros.version import __version__
 
 from .campaign import Campaign, CampaignError, Row, evaluate_one
 

@@ -25,7 +25,7 @@ from mlmem_ros.device import UNDECODABLE, Faults, MemoryElement, SetFaults
 from mlmem_ros.device.errors import ProcedureFailed
 from mlmem_ros.device.procedures import run
 from mlmem_ros.device.procedures.blocks import Procedure, kick, wait
-from mlmem_ros.device.procedures.going_to_level import go_to_level
+from mlmem_ros.device.procedures.driving import go_to_level
 from mlmem_ros.device.procedures.hearing import hear
 from mlmem_ros.device.procedures.kicking import put
 from mlmem_ros.device.procedures.listening import look
