@@ -187,6 +187,7 @@ OWN = {
     'mlmem_ros.rig.link': 'a serial line',
     'mlmem_ros.testing.running': 'a lock, and the output of a process that it started',
     'mlmem_tools.cli.demo': 'the log of a process that it started',
+    'mlmem_tools.cli.main': 'where output goes that nobody reads',
     'mlmem_tools.cli.view': 'a browser',
     'mlmem_tools.view.server': 'a page',
     'mlmem_lab.bench': 'what it wrote itself, and the system',
