@@ -14,10 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-HEADER = [
-    '# Copyright 2026 The mlmem_ros authors',
-    '# SPDX-License-Identifier: Apache-2.0',
-]
+HEADER = ['# Copyright 2026 The mlmem_ros authors', '# SPDX-License-Identifier: Apache-2.0']
 CODE = ('mlmem_ros', 'mlmem_tools', 'lab', 'test', 'tools', 'launch', 'examples')
 SOURCES = sorted(path for folder in CODE for path in (ROOT / folder).rglob('*.py'))
 

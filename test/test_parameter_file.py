@@ -169,11 +169,7 @@ def test_a_failed_check_ends_with_status_1_and_lists_its_findings(tmp_path, caps
 @pytest.mark.parametrize(
     ('text', 'status', 'words'),
     [
-        (
-            None,
-            2,
-            'No such file or directory; give a parameter file, or one of case_1, case_2',
-        ),
+        (None, 2, 'No such file or directory; give a parameter file, or one of case_1, case_2'),
         ('nothing', 2, 'ros__parameters'),
         (wrapped('design: {N: 20}'), 1, 'J must be at most N - tail - 1'),
     ],

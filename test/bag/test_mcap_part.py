@@ -157,11 +157,7 @@ def test_files_of_other_writers_are_read(tmp_path, compression, chunked):
     # Such as rosbag2's presets: no chunks ("fastwrite"), lz4, zstd, CRC or not.
     path = tmp_path / 'other.mcap'
     writer = Writer(
-        str(path),
-        chunk_size=100,
-        compression=compression,
-        use_chunking=chunked,
-        enable_crcs=False,
+        str(path), chunk_size=100, compression=compression, use_chunking=chunked, enable_crcs=False
     )
     writer.start()
     schema = writer.register_schema('std_msgs/msg/UInt8', 'ros2msg', b'uint8 data')

@@ -107,12 +107,7 @@ rosbag2_bagfile_information:
     two: "x\\ny"
   ros_distro: jazzy"""
 
-CUSTOM = {
-    'seed': '42',
-    'design': '{"a": 1}',
-    'note': 'plain words, and: no',
-    'two': 'x\ny',
-}
+CUSTOM = {'seed': '42', 'design': '{"a": 1}', 'note': 'plain words, and: no', 'two': 'x\ny'}
 BAG = (
     (
         TopicInfo('/level', 'std_msgs/msg/Int16', 'cdr', LATCHED, 'RIHS01_abc', 3),

@@ -9,15 +9,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device.end import End
-from mlmem_ros.physics import (
-    CASE_II,
-    Chain,
-    HeldCell,
-    Scatter,
-    Specimen,
-    scattered,
-    substep_times,
-)
+from mlmem_ros.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, scattered, substep_times
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.methods import NOH_BATHE
 from mlmem_ros.physics.waves import wavenumber

@@ -57,7 +57,7 @@ def test_legal_designs_are_judged():
 def test_legal_designs_are_judged_by_closed_forms(monkeypatch):
     """Without the simulations and landscapes, which take ten times as long."""
     monkeypatch.setattr(checks, 'CONCERNS', QUICK)
-    verdicts = {judge_seed(seed, drawn=False) for seed in (*range(121, 138), 142)}
+    verdicts = {judge_seed(seed, drawn=False) for seed in (121, *range(124, 133), 142)}
     assert verdicts >= {Verdict.FAIL, Verdict.WARN, None}
 
 
@@ -69,8 +69,7 @@ def test_many_legal_designs_are_judged(drawn):
 
 
 @pytest.mark.parametrize(
-    'changes',
-    [{'eta': 0.0}, {'beta': 0.0, 'gamma': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}],
+    'changes', [{'eta': 0.0}, {'beta': 0.0, 'gamma': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}]
 )
 def test_no_damping_and_no_defects_are_judged(changes, monkeypatch):
     """Without read disturb, half of the time: it has tests of its own."""

@@ -141,14 +141,8 @@ def test_slow_cycles_are_tried_faster_and_fast_ones_stronger():
         ({'steps': [[1.0, 'x', 1.0]], 'schedule': ''}, r'trims.steps\[0\].times must be'),
         ({'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''}, 'peak must be'),
         ({'steps': [[1.0, 0.0, 1.0]], 'schedule': ''}, 'times must be'),
-        (
-            {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
-            'trims.schedule must be a text; got 7',
-        ),
-        (
-            {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''},
-            '4, one for every level; got 1',
-        ),
+        ({'steps': [[1.0, 1.0, 1.0]], 'schedule': 7}, 'trims.schedule must be a text; got 7'),
+        ({'steps': [[1.0, 1.0, 1.0]], 'schedule': ''}, '4, one for every level; got 1'),
     ],
     ids=str,
 )

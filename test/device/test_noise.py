@@ -160,8 +160,7 @@ DEVIATIONS = [2e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4]
 
 
 @pytest.mark.parametrize(
-    'deviation',
-    sampled(DEVIATIONS, lambda deviation: deviation in DEVIATIONS[::2]),
+    'deviation', sampled(DEVIATIONS, lambda deviation: deviation in DEVIATIONS[::2])
 )
 @pytest.mark.parametrize('end', ['left', 'right', 'both'])
 def test_noise_never_gives_a_wrong_level(end, deviation):

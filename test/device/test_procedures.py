@@ -128,8 +128,7 @@ def test_an_undecodable_content_is_read_again_and_then_erased(written):
     """The table of another element does not give the place of the wall."""
     element = written(3)
     element.calibration = dataclasses.replace(
-        element.calibration,
-        left=DelayTable(tuple(100.0 + 800.0 * level for level in range(4))),
+        element.calibration, left=DelayTable(tuple(100.0 + 800.0 * level for level in range(4)))
     )
     assert not rig.run(element, Read()).success
     assert element.reading.level == UNDECODABLE

@@ -68,12 +68,7 @@ def test_a_calibrated_delay_is_its_level(level, end):
 
 @pytest.mark.parametrize(
     ('delay', 'level', 'margin', 'distance'),
-    [
-        (220.0, 0, 0.6, 29.0),
-        (280.0, 1, 0.6, 44.0),
-        (339.0, 1, 0.22, 58.75),
-        (170.0, 0, 0.4, 24.0),
-    ],
+    [(220.0, 0, 0.6, 29.0), (280.0, 1, 0.6, 44.0), (339.0, 1, 0.22, 58.75), (170.0, 0, 0.4, 24.0)],
 )
 def test_a_delay_near_a_level_is_that_level_with_a_margin(delay, level, margin, distance):
     """25 cells are 100 time units here, so the distance goes with the delay: 24 + 0.25 x 20."""

@@ -9,16 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
-    Abort,
-    Read,
-    SetStrain,
-    Settings,
-    Write,
-    new_element,
-    preset,
-    snapshot,
-)
+from mlmem_ros.device import Abort, Read, SetStrain, Settings, Write, new_element, preset, snapshot
 from mlmem_ros.device.echo import carried, weights
 from mlmem_ros.device.end import End
 from mlmem_ros.device.procedures.listening import is_quiet

@@ -16,11 +16,7 @@ from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import element_of, replay
 
 NODE = '/robot/mlmem'
-COMMANDS = {
-    3: SetFaults(Faults(actuator_lag=100.0)),
-    10: SetStrain(0.004),
-    40: SetStrain(0.0),
-}
+COMMANDS = {3: SetFaults(Faults(actuator_lag=100.0)), 10: SetStrain(0.004), 40: SetStrain(0.0)}
 
 
 @pytest.fixture
