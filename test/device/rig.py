@@ -23,6 +23,12 @@ LONGEST = 40_000
 """Ticks after which a procedure counts as endless; a calibration takes some 6000."""
 
 
+class Restless(MemoryElement):
+    """The slow twin of a device: it passes every tick as if something moved."""
+
+    at_rest = False
+
+
 def device(level=None, *, design=DESIGN, calibration=None, **settings):
     """Return a device with its wall resting at a level, or blank, with unknown content.
 

@@ -20,7 +20,6 @@ from mlmem_ros.device import (
     Erase,
     Faults,
     Loop,
-    MemoryElement,
     Outcome,
     Read,
     Refused,
@@ -39,12 +38,6 @@ PERIOD = 0.002
 
 LIFE = 1.1
 """Seconds."""
-
-
-class Restless(MemoryElement):
-    """The slow twin: it computes every tick, as if something moved."""
-
-    at_rest = False
 
 
 class Life:
@@ -130,7 +123,7 @@ def command_of(chance):
 def test_any_life_in_a_loop_is_as_if_every_tick_had_been_computed(seeds):
     for seed in seeds:
         slow = rig.device(1)
-        slow.__class__ = Restless
+        slow.__class__ = rig.Restless
         quick, wanted, taken, told, heard, refused, ticks = lived(seed)
         for when, command in wanted:
             if id(command) in refused or (

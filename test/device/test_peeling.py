@@ -31,13 +31,13 @@ from mlmem_ros.physics.waves import cells
 
 from . import rig
 
-MID = shifted(36)
-"""An element of 15 bits, with the cells of `register_8`."""
+MID = shifted(28)
+"""An element of 12 bits, with the cells of `register_8`."""
 
 SHORT = shifted(20)
 """One of 9 bits, which is written in two seconds."""
 
-WORD = 12_345
+WORD = 1234
 """One of many walls in `MID`."""
 
 
@@ -141,8 +141,8 @@ def test_an_abort_leaves_what_is_read_or_refused():
 @pytest.mark.parametrize(
     'faults',
     [
-        Faults(stuck_cell=200),
-        Faults(weak_cell=150, weak_factor=0.5),
+        Faults(stuck_cell=150),
+        Faults(weak_cell=110, weak_factor=0.5),
         Faults(disorder_alpha=3e-3, seed=1),
         Faults(sensor_noise=1e-4, seed=2),
         Faults(damping_factor=2.0),
@@ -157,7 +157,7 @@ def test_no_fault_has_a_word_read_as_another(faults):
 
 def test_a_refusal_says_how_far_it_got():
     element = holding(WORD)
-    element.set_faults(Faults(weak_cell=MID.design.defect(18), weak_factor=0.5))
+    element.set_faults(Faults(weak_cell=MID.design.defect(14), weak_factor=0.5))
     outcome = element.perform(Read())
     assert not outcome.success
     assert 'nothing is from cell' in outcome.error

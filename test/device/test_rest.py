@@ -12,7 +12,6 @@ from mlmem_ros.device import (
     Abort,
     Disturb,
     EchoReceived,
-    MemoryElement,
     Read,
     SetFaults,
     SetStrain,
@@ -100,12 +99,6 @@ DAMPED = dataclasses.replace(rig.DESIGN, eta=0.02)
 """So damped that it rests some two hundred ticks after whatever moved it."""
 
 
-class Restless(MemoryElement):
-    """The slow twin: it passes every tick as if something moved."""
-
-    at_rest = False
-
-
 @pytest.mark.parametrize('seeds', sampled([range(4), range(4, 100)], lambda seeds: 0 in seeds))
 def test_any_rest_is_as_if_it_had_been_computed(seeds):
     """Over seeded lives, by the whole snapshot: pulses, strains and shakes that rests follow."""
@@ -113,7 +106,7 @@ def test_any_rest_is_as_if_it_had_been_computed(seeds):
     for seed in seeds:
         chance = random.Random(seed)
         quick, slow = (rig.device(1, design=DAMPED, calibration=known) for _ in range(2))
-        slow.__class__ = Restless
+        slow.__class__ = rig.Restless
         rested = 0
         for _ in range(4):
             command = chance.choice((

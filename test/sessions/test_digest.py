@@ -129,7 +129,8 @@ def test_any_flipped_bit_of_a_file_is_noticed(session, tmp_path, name, count):
     copy = Path(shutil.copytree(session, tmp_path / 'bag'))
     whole = (copy / name).read_bytes()
     chance = random.Random(1)
-    ends = range(len(whole) - 40, len(whole))  # the end of a file has many lengths and offsets
+    # the end of a file has many lengths and offsets
+    ends = range(len(whole) - 40, len(whole), 1 if count >= 500 else 3)
     for place in [*chance.sample(range(len(whole)), count), *ends]:
         flipped = bytearray(whole)
         flipped[place] ^= 1 << chance.randrange(8)
