@@ -13,11 +13,9 @@ import pytest
 from mlmem_ros.device import (
     Disturb,
     MemoryElement,
-    Outcome,
     Read,
     Refused,
     Settings,
-    Write,
     factory_calibration,
     snapshot,
 )
@@ -131,18 +129,6 @@ def test_at_the_frequency_of_the_wall_a_weaker_shake_loses_the_level():
     """It swings wider and wider, and softens: 0.055 is below the 0.079 of small motions."""
     assert kept(0.055, 2e-4) == len(LEVELS)
     assert kept(0.055, 7e-4) < len(LEVELS)
-
-
-def test_a_write_succeeds_while_the_base_shakes(written):
-    element = written(1)
-    element.apply(Write(2))
-    generator = np.random.default_rng(1)
-    seen = []
-    while element.procedure:
-        element.apply(Disturb(float(generator.normal(0.0, 1e-7))))
-        seen += element.advance()
-    assert isinstance(seen[-1], Outcome)
-    assert seen[-1].success, seen[-1].error
 
 
 def test_the_content_is_unknown_after_a_shake_that_may_move_the_wall(written):

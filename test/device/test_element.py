@@ -6,7 +6,6 @@ import dataclasses
 import math
 import re
 
-import numpy as np
 import pytest
 
 from mlmem_ros.device import (
@@ -31,7 +30,7 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ReadSettings, TimeSettings
+from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.physics import CASE_II, PEFRL, Specimen, StateError, stable_step
 
 from . import rig
@@ -91,11 +90,6 @@ def test_a_bad_command_is_refused_and_changes_nothing(written):
         with pytest.raises(Refused, match='must be'):
             element.apply(command)
         assert rig.bits(element) == before, command
-
-
-def test_the_error_for_a_level_out_of_range_gives_the_range():
-    with pytest.raises(Refused, match='level must be a whole number from 0 to 3; got 4'):
-        rig.device().apply(Write(4))
 
 
 @pytest.mark.parametrize('running', [Write(3), Erase(), Read(), Calibrate(), Abort()], ids=str)
@@ -205,12 +199,6 @@ def test_the_content_is_unknown_while_a_wall_moves_and_known_when_it_was_read(
     assert element.reading.level == level
 
 
-def test_a_failed_write_keeps_the_last_reading(written):
-    element = written(1, **rig.with_group('write', tension=0.001, attempts=1))
-    assert not rig.run(element, Write(2)).success
-    assert element.reading.level == 1
-
-
 def test_the_phases_of_the_ends_are_known_under_strain(written):
     element = written(3)
     assert (element.phase(End.LEFT), element.phase(End.RIGHT)) == (1, 0)
@@ -317,12 +305,3 @@ def test_a_material_that_is_no_longer_finite_is_reported():
     element.chain.v[100] = math.nan
     with pytest.raises(StateError, match='stopped being finite'):
         rig.ticks(element, 3)
-
-
-def test_a_blank_element_is_recognised_by_every_command(written):
-    """A read and a write both recognise it if reads probe from the right."""
-    element = rig.device(read=ReadSettings(end='right'))
-    assert rig.succeed(element, Read()).level == -1
-    assert rig.succeed(element, Write(0)).end == 'right'
-    assert rig.holds(element, 0)
-    np.testing.assert_array_equal(element.chain.V, np.zeros(rig.DESIGN.N))

@@ -17,7 +17,6 @@ from mlmem_ros.device import (
     Faults,
     Read,
     Refused,
-    SelfTest,
     SetFaults,
     SetStrain,
     Settings,
@@ -350,16 +349,6 @@ def test_a_write_repeats_a_missed_cycle(written):
     assert outcome.success, outcome.error
     assert outcome.attempts == 2
     assert rig.holds(element, 2)
-
-
-def test_a_self_test_finds_the_fault_of_the_actuator(written):
-    """An offset is measured at the right end; a stuck drive is seen by its encoder."""
-    for fault in ({'actuator_offset': 2e-3}, {'actuator_stuck': True}):
-        element = suffering(written(2), **fault)
-        rig.ticks(element, 10)
-        outcome = rig.run(element, SelfTest())
-        assert [check.name for check in outcome.checks if not check.passed] == ['actuator']
-        assert rig.holds(element, 2)
 
 
 # --- material ---------------------------------------------------------------------------------

@@ -153,7 +153,8 @@ def test_a_failing_write_has_a_bounded_number_of_attempts():
     # from level 1 tension, then compression; every try a tenth harder than the one before
     forces = [1.1**attempt for attempt in range(attempts) for _ in range(2)]
     assert rig.cycles(trace) == pytest.approx(np.tile([0.005, -0.005], attempts) * forces)
-    assert outcome.reading.level == 1  # what is there is told
+    assert element.reading == outcome.reading  # what is there is told and known
+    assert outcome.reading.level == 1
     assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
@@ -244,7 +245,7 @@ def test_a_blank_element_is_read_from_the_right():
     element = rig.device()
     for end in ('', 'left', 'right', 'both'):
         reading = rig.succeed(element, Read(end))
-        assert (reading.level, reading.end, reading.code) == (BLANK, 'right', '')
+        assert (reading.level, reading.end, reading.code, reading.walls) == (BLANK, 'right', '', 0)
         assert reading.left_delay is None
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import (
-    BLANK,
     UNDECODABLE,
     EchoReceived,
     Read,
@@ -109,11 +108,6 @@ def test_an_element_all_active_has_no_wall():
     outcome = rig.run(with_walls(), Read('both'))
     assert outcome.error == 'the right end is active: the wall has left the element'
     assert outcome.reading.walls == 0
-
-
-def test_a_blank_element_has_no_wall():
-    reading = rig.succeed(rig.device(), Read('both'))
-    assert (reading.level, reading.end, reading.walls) == (BLANK, 'right', 0)
 
 
 @pytest.mark.parametrize('names', ['left', 'right', 'both'])
