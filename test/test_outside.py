@@ -7,6 +7,7 @@ import importlib
 import json
 import math
 import pkgutil
+from functools import cache
 
 import hypothesis
 import hypothesis.strategies as st
@@ -48,6 +49,7 @@ def described_classes():
                     yield kind
 
 
+@cache
 def examples():
     """Return plain values of every declaration, by class."""
     table = DelayTable(
@@ -120,9 +122,6 @@ def fields(kind):
     return [f for f in dataclasses.fields(kind) if f.default_factory is dataclasses.MISSING]
 
 
-EXAMPLES = examples()
-
-
 def places(values, path=()):
     """Yield the path of every value."""
     yield path
@@ -147,10 +146,11 @@ def at(values, path):
     return values
 
 
-PLACES = {
-    kind: [each for each in places(values) if at(values, each) is not None]
-    for kind, values in EXAMPLES.items()
-}
+@cache
+def places_of(kind):
+    values = examples()[kind]
+    return [each for each in places(values) if at(values, each) is not None]
+
 
 LONG = 'x' * 10**6
 ANYTHING = st.sampled_from([LONG, [[[LONG]]], {7: LONG}])
@@ -158,11 +158,11 @@ NUMBERS = st.sampled_from([math.nan, math.inf, -math.inf, 10**400, '7', True, [1
 
 
 @hypothesis.settings(max_examples=800, deadline=None)
-@hypothesis.given(st.sampled_from(list(EXAMPLES)), st.data())
+@hypothesis.given(st.deferred(lambda: st.sampled_from(list(examples()))), st.data())
 def test_a_spoiled_value_is_refused_in_one_short_message(kind, data):
     """Whatever is spoiled, and by whatever: one type of error, one line."""
-    values = EXAMPLES[kind]
-    path = data.draw(st.sampled_from(PLACES[kind]))
+    values = examples()[kind]
+    path = data.draw(st.sampled_from(places_of(kind)))
     number = isinstance(at(values, path), (int, float)) and not isinstance(at(values, path), bool)
     text = isinstance(at(values, path), str)
     worse = data.draw(NUMBERS if number else st.sampled_from([7, [LONG]]) if text else ANYTHING)
@@ -176,17 +176,16 @@ def test_a_spoiled_value_is_refused_in_one_short_message(kind, data):
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize('kind', EXAMPLES, ids=lambda kind: kind.__name__)
-def test_what_is_declared_is_read(kind):
-    made = decode(kind, EXAMPLES[kind])
-    assert isinstance(made, kind)
-    needed = [f.name for f in dataclasses.fields(kind) if f.default is dataclasses.MISSING
-              and f.default_factory is dataclasses.MISSING]  # fmt: skip
-    for name in needed:
-        with pytest.raises(DecodeError, match=f'lacks {name}'):
-            decode(kind, {k: v for k, v in EXAMPLES[kind].items() if k != name})
-    with pytest.raises(DecodeError, match=r"there is no 'colour'; there are|lacks"):
-        decode(kind, {**EXAMPLES[kind], 'colour': 'red'})
+def test_what_is_declared_is_read():
+    for kind, values in examples().items():
+        assert isinstance(decode(kind, values), kind)
+        needed = [f.name for f in dataclasses.fields(kind) if f.default is dataclasses.MISSING
+                  and f.default_factory is dataclasses.MISSING]  # fmt: skip
+        for name in needed:
+            with pytest.raises(DecodeError, match=f'lacks {name}'):
+                decode(kind, {k: v for k, v in values.items() if k != name})
+        with pytest.raises(DecodeError, match=r"there is no 'colour'; there are|lacks"):
+            decode(kind, {**values, 'colour': 'red'})
 
 
 def test_every_described_class_is_among_them():
@@ -200,7 +199,7 @@ def test_every_described_class_is_among_them():
         for inner in getattr(kind, '__args__', ()):
             reach(inner)
 
-    for kind in EXAMPLES:
+    for kind in examples():
         reach(kind)
     assert set(described_classes()) - reached == set()
 
