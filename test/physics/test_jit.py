@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, jit
+from mlmem_ros.physics.stepping import Inputs
 
 INTEGRATOR = pytest.mark.parametrize('integrator', INTEGRATORS.values(), ids=INTEGRATORS)
 
@@ -31,10 +32,13 @@ def test_the_loops_are_vectorised(integrator, substrate):
 
     Seen in the code that runs, be it from the cache: which was made by these settings.
     """
-    Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator).rest(1)
-    for compiled in integrator.advance.overloads.values():
-        code = str(compiled.library._get_module_for_linking())
-        assert len(re.findall(r'call .*@llvm\.fma\.v\d+f64', code)) > 20  # one pass has as many
+    chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
+    chain.rest(1)
+    nothing = chain._arguments(Inputs(np.empty(0)), np.empty((2, 0)))
+    compiled = integrator.advance.overloads[tuple(map(numba.typeof, nothing))]
+    packed = r'call .*@llvm\.fma\.v\d+f64'
+    found = re.findall(packed, str(compiled.library._get_module_for_linking()))
+    assert len(found) > 20  # one pass over the cells has as many
 
 
 def test_without_a_place_for_a_cache_the_loops_still_compile(monkeypatch):
