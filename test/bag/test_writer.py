@@ -86,6 +86,9 @@ def test_synced_messages_are_on_the_disk(writer):
     assert list(BagReader(writer.path)) == []
     writer.sync()
     assert [m.cdr for m in BagReader(writer.path)] == [level(1)]
+    before = {file: file.stat() for file in writer.path.iterdir()}
+    writer.sync()  # of nothing
+    assert {file: file.stat() for file in writer.path.iterdir()} == before
 
 
 def test_publish_time_is_the_log_time_by_default(writer):

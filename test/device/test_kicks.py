@@ -208,7 +208,7 @@ def test_a_level_that_no_kick_reaches_is_learnt_by_a_step():
     """In this element every kick stops before level 1 or beyond it."""
     design, _ = preset('kick_2')
     odd = element('kick_2')
-    odd.chain.set_specimen(scattered(design, Scatter(offset=3e-3), 0))
+    odd.chain.set_specimen(scattered(design, Scatter(offset=3e-3), 7))
     learnt = odd.perform(Calibrate())
     assert learnt.success, learnt.error
     steps = odd.calibration.trims.steps

@@ -3,6 +3,7 @@
 """Long registers: walls are shifted in by strain, and read from both ends inward."""
 
 import itertools
+import re
 import time
 from functools import cache
 
@@ -155,12 +156,19 @@ def test_no_fault_has_a_word_read_as_another(faults):
     assert reading is None or reading.level in (UNDECODABLE, WORD)
 
 
-def test_a_refusal_says_how_far_it_got():
+@pytest.mark.parametrize(
+    ('faults', 'text'),
+    [
+        (Faults(weak_cell=MID.design.defect(14), weak_factor=0.5), 'nothing is from cell'),
+        (Faults(damping_factor=1.2), 'leaves .* times what it may: something else answers'),
+    ],
+)
+def test_a_refusal_says_how_far_it_got(faults, text):
     element = holding(WORD)
-    element.set_faults(Faults(weak_cell=MID.design.defect(14), weak_factor=0.5))
+    element.set_faults(faults)
     outcome = element.perform(Read())
     assert not outcome.success
-    assert 'nothing is from cell' in outcome.error
+    assert re.search(text, outcome.error)
 
 
 def test_an_answer_counts_at_its_tick_however_long_decoding_takes(monkeypatch):

@@ -12,8 +12,8 @@ from .script import Step, script
 from .shrink import shrunk
 from .world import Life
 
-SHORT = range(10, 20)
-"""Ten lives that are short: number 8 alone takes as long as these."""
+SHORT = (17, 20, 24, 30, 32, 34, 40, 44, 45, 52, 63, 64, 68, 75, 77, 81, 84, 92)
+"""Of the first hundred lives those that together reach the most code in a second."""
 
 
 @pytest.mark.parametrize('seeds', sampled([SHORT, range(1000)], lambda seeds: seeds is SHORT))

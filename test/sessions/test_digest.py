@@ -154,6 +154,8 @@ def test_a_message_more_is_not_of_the_recording(session, tmp_path):
     assert report.equal_hashes == report.hashes == 3  # nothing that is computed has changed
     assert not report.passed
     assert report.verdict.startswith('ALTERED since it was recorded: the 23 messages')
+    after = changed(session, tmp_path / 'after', lambda found: found.append(found[3]))
+    assert after.altered == ['messages follow the digest that ended the recording']
 
 
 @pytest.mark.parametrize(
