@@ -9,10 +9,11 @@ first used, and missed in one clear line.
 
 from __future__ import annotations
 
+import functools
 import re
 import sys
 from importlib import import_module, metadata
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import Any, NamedTuple
 
 TOOLS = 'mlmem_ros.tools'
@@ -44,9 +45,15 @@ ROS = (
 """ROS 2 packages that the node or its clients use."""
 
 
+@functools.cache
+def entries() -> EntryPoints:
+    """Return all entry points; to find them, every installed package is looked into."""
+    return entry_points()
+
+
 def added(group: str) -> dict[str, EntryPoint]:
     """Return what is installed of a group of entry points, by name."""
-    return {each.name: each for each in entry_points(group=group)}
+    return {each.name: each for each in entries().select(group=group)}
 
 
 def tool(name: str) -> EntryPoint:

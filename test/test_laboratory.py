@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 from importlib import import_module
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 
 import pytest
@@ -67,7 +67,7 @@ main(['inspect', 'test/data/life'])
 
 
 def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
-    monkeypatch.setattr(packages, 'entry_points', lambda group: [])
+    monkeypatch.setattr(packages, 'entries', EntryPoints)
     for name in laboratory.NAMES:
         assert cli.main([name, '--json']) == 1
         told = capsys.readouterr().err
@@ -77,7 +77,7 @@ def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
 
 def test_with_it_the_command_is_found_and_listed(monkeypatch, capsys):
     points = [EntryPoint(name, place, laboratory.COMMANDS) for name, place in declared().items()]
-    monkeypatch.setattr(packages, 'entry_points', lambda group: points)
+    monkeypatch.setattr(packages, 'entries', lambda: EntryPoints(points))
     assert set(laboratory.NAMES) <= set(commands.parser().format_help().split())
     with pytest.raises(SystemExit):
         cli.main(['measured', '--help'])
@@ -94,14 +94,14 @@ def test_with_it_the_command_is_found_and_listed(monkeypatch, capsys):
     ids=' '.join,
 )
 def test_without_it_a_command_that_needs_a_part_says_so(words, monkeypatch, capsys):
-    monkeypatch.setattr(packages, 'entry_points', lambda group: [])
+    monkeypatch.setattr(packages, 'entries', EntryPoints)
     assert cli.main(words) == 1
     assert 'the laboratory is missing' in capsys.readouterr().err
 
 
 def test_without_it_a_design_is_checked(monkeypatch, capsys):
     """A node that refuses a design names this command."""
-    monkeypatch.setattr(packages, 'entry_points', lambda group: [])
+    monkeypatch.setattr(packages, 'entries', EntryPoints)
     monkeypatch.setattr(checks, 'CONCERNS', checks.CONCERNS[:2])  # the others take longer
     assert cli.main(['design', 'check', 'bits_1', '--brief']) == 0
 

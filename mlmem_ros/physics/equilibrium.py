@@ -144,10 +144,11 @@ def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> A
         StateError: No equilibrium was reached, or only an unstable one.
     """
     v = np.array(v, dtype=np.float64)
+    held = _held(specimen)
     for _ in range(iterations):
         force = metamaterial_force(specimen, v, V)
         diagonal = stiffness(specimen, v, V)
-        force[_held(specimen)] = 0.0
+        force[held] = 0.0
         if np.abs(force).max() < TOLERANCE * diagonal.max():
             if _solve(specimen, diagonal, force) is None:
                 raise StateError('the guess leads to an unstable equilibrium; move it a little')
@@ -234,6 +235,7 @@ def _held(specimen: Specimen) -> NDArray[np.int64]:
 def _solve(specimen: Specimen, diagonal: Array, right: Array) -> Array | None:
     """Solve the tridiagonal system; None if it is not positive definite."""
     solution, diagonal, beside = right[None].copy(), diagonal.copy(), -specimen.k_r
-    held = _held(specimen)
-    diagonal[held], beside[held], beside[held - 1] = 1.0, 0.0, 0.0
+    if specimen.stuck:
+        held = _held(specimen)
+        diagonal[held], beside[held], beside[held - 1] = 1.0, 0.0, 0.0
     return solution[0] if solve(diagonal, beside, solution) else None
