@@ -7,7 +7,7 @@ from computed import once
 
 from mlmem_lab.fit.fit import fit
 
-from .truth import SHOTS, SMALL, hidden, measured
+from .truth import SMALL, hidden, measured
 
 
 @pytest.fixture(scope='session')
@@ -16,7 +16,7 @@ def fitted(tmp_path_factory):
 
     def compute():
         element = hidden(1)
-        shots = measured(element, SHOTS[:7], duration=300.0)  # two walls do
+        shots = measured(element)
         return element, shots, fit(SMALL, shots)
 
     return once(tmp_path_factory, 'fitted', compute)

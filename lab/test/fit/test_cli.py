@@ -58,7 +58,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
 
     status, told, _ = run(capsys, 'plan', file, '--design', design, '--json')
     assert status == 0
-    assert [step['level'] for step in told['steps']] == [0, 1, 2]
+    assert [step['level'] for step in told['steps']] == [0, 1]
     assert min(step['margin'] for step in told['steps']) >= 0.03
     assert len(element_file.load(file).plan.steps) == SMALL.levels
 

@@ -10,19 +10,17 @@ from scipy.linalg import solveh_banded
 from mlmem_ros.device.end import End, Shot
 from mlmem_ros.physics import Design
 
-SMALL = Design(N=45, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, tail=9)
-"""Three levels of nine cells."""
+SMALL = Design(N=36, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, tail=9)
+"""Two levels of nine cells."""
 
 SHOTS = (
     (End.LEFT, 1.2, 3.0, -1, 0.0),
     (End.RIGHT, 0.95, 4.0, -1, 0.0),
-    (End.RIGHT, 0.65, 5.0, -1, 0.009),
+    (End.RIGHT, 1.1, 3.0, -1, 0.009),
     (End.RIGHT, 1.1, 3.0, -1, -0.009),
-    (End.LEFT, 1.5, 3.0, 2, 0.0),
-    (End.RIGHT, 1.0, 3.0, 2, 0.0),
-    (End.LEFT, 1.5, 4.0, 1, 0.0),
-    (End.LEFT, 1.2, 4.0, 0, 0.0),
-    (End.RIGHT, 0.65, 6.0, 0, 0.0),
+    (End.LEFT, 1.5, 3.0, 1, 0.0),
+    (End.RIGHT, 1.0, 3.0, 1, 0.0),
+    (End.LEFT, 1.5, 4.0, 0, 0.0),
 )
 """End, carrier, sigma, level and strain."""
 
@@ -113,7 +111,7 @@ def at_rest(element, level, V):
 
 
 def measured(
-    element, shots=SHOTS, *, dt=0.3, duration=400.0, parts=4, A=0.01, held_off=0.0, seed=0
+    element, shots=SHOTS, *, dt=0.3, duration=120.0, parts=4, A=0.01, held_off=0.0, seed=0
 ):
     """Return the shots of a hidden element, all of them run at once; `held_off`, of one or each
     of them, is by how much the driven end is held from where it rests.
