@@ -89,7 +89,7 @@ def test_films_of_another_chain(film):
         fit(KNOWN, Film(film.t, 0.1 * film.u, film.sites))
 
 
-def test_the_command(tmp_path, capsys):
+def test_the_command(tmp_path, capsys, sketched):
     """Measured shells at 7 cm: the arrival of an element that was left out, and a report."""
     law = tmp_path / 'law.yaml'
     found = measured([load_run(EXAMPLES / f'law/shell_run{k}.csv') for k in (1, 2)], 64)

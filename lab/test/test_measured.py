@@ -145,7 +145,7 @@ def options(**changes):
     return SimpleNamespace(**plain | changes)
 
 
-def test_the_command_prints_nine_cases(capsys, tmp_path, fit, monkeypatch):
+def test_the_command_prints_nine_cases(capsys, tmp_path, fit, monkeypatch, sketched):
     monkeypatch.setattr('mlmem_lab.measured.study.steady', lambda: fit)
     assert measured.run(options(chains=1, output=tmp_path)) == 0
     cases = json.loads(capsys.readouterr().out)['cases']

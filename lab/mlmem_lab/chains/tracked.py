@@ -209,7 +209,7 @@ class Chain:
             hand: Time of the push, s.
             until: Element, from 1, that ends the run when it is there; or all are at rest.
         """
-        n, start, way = self.elements + 1, self.law.ground_state(0), self.way
+        n, start, way, slowest = self.elements + 1, self.law.ground_state(0), self.way, self.slowest
         unit = self.coupling if isinstance(self.coupling, float) else 1.0
         if isinstance(self.coupling, Magnets):
             b, p = self.coupling.b, self.coupling.p
@@ -225,10 +225,10 @@ class Chain:
         chain = Lattice(
             Measured(self.law, unit), pair, np.full(n, self.mass / unit), dt,
             damping=self.mass / unit * damping,
-            friction=Friction(friction / unit, 1e-3 * way / self.slowest), held=(n,),
+            friction=Friction(friction / unit, 1e-3 * way / slowest), held=(n,),
         )  # fmt: skip
         chain.place(np.full(n, start))
-        u, late = [chain.displacement.copy()], hand + LONGEST * self.slowest
+        u, late = [chain.displacement.copy()], hand + LONGEST * slowest
         while chain.time < late:
             t = substep_times(LOOKS, dt, NOH_BATHE, chain.steps_done)
             x = np.minimum(t / hand, 1.0)
@@ -237,7 +237,7 @@ class Chain:
             ))  # fmt: skip
             chain.advance(LOOKS, HeldCell(1, held))
             u.append(chain.displacement.copy())
-            moving = np.abs(chain.velocity).max() > 1e-5 * way / self.slowest
+            moving = np.abs(chain.velocity).max() > 1e-5 * way / slowest
             if u[-1][until - 1] - start > way or (chain.time > hand and not moving):
                 break
         return Wave(

@@ -148,7 +148,7 @@ def _print(console: Console, study: Study) -> None:
         'Speeds in m/s; bands: nine of ten random chains', '>rail', '>spacing', '>measured',
         '>predicted', '>band', '>stops', 'this lattice was', '>viscous', '>authors',
     )  # fmt: skip
-    for row in study.rows():
+    for row in study.rows:
         seen, low = row['measured'], row['low']
         table.add_row(
             f'{row["rail"]:g}', f'{row["spacing"]}',

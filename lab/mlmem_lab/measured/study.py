@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -78,8 +79,9 @@ class Study:
     chains: int
     seed: int
 
+    @cached_property
     def rows(self) -> list[dict[str, Any]]:
-        """Return a row per case: prediction, band, measurement, and the other models."""
+        """A row per case: prediction, band, measurement, and the other models."""
         return [self._row(case) for case in CASES]
 
     def _row(self, case: Case) -> dict[str, Any]:
@@ -103,7 +105,7 @@ class Study:
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain values."""
         return {
-            'cases': self.rows(),
+            'cases': self.rows,
             'fits': {
                 each.name: _told(each) for each in (self.steady, self.viscous, self.front) if each
             },

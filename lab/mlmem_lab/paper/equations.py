@@ -78,6 +78,13 @@ def total_energy(p: Design, v: Array, V: Array) -> float:
     return float(np.sum(alpha(p) * psi(p, v - V)) + 0.5 * np.sum(np.diff(v) ** 2))
 
 
+def energy_and_gradient(p: Design, v: Array, V: Array) -> tuple[float, Array]:
+    """Return `total_energy` and `gradient`, of one complex step."""
+    stepped, stretch = psi(p, v - V + 1e-30j), np.diff(v, prepend=v[0], append=v[-1])
+    energy = np.sum(alpha(p) * stepped.real) + 0.5 * np.sum(stretch**2)
+    return float(energy), alpha(p) * stepped.imag / 1e-30 - np.diff(stretch)
+
+
 def equation_1a(p: Design, V_N: Function, v_1: Function | None = None) -> RightHandSide:
     """Return d(v, v')/dt of Eq. (1a) over the quasi-static substrate V_j = V_N(t) shape_j.
 

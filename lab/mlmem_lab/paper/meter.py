@@ -12,6 +12,7 @@ from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
 from mlmem_ros.physics.energy import end_force, energy
 from mlmem_ros.physics.equilibrium import metamaterial_force
+from mlmem_ros.physics.errors import StateError
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.stepping import Inputs
 
@@ -47,7 +48,11 @@ class MeteredChain(Chain):
         shake: Array | None = None,
         looks: int = 0,
     ) -> Array:
-        """Advance by whole steps as `Chain.advance` does; it looks at its cells after each."""
+        """Advance by whole steps as `Chain.advance` does; it looks at its cells after each.
+
+        Raises:
+            StateError: As there, but the chain is as it was before the step.
+        """
         substeps = self.integrator.substeps
         Inputs(V_N, held_cell, shake).check(self.design.N, substeps)
         base = np.zeros_like(V_N) if shake is None else shake
@@ -55,10 +60,10 @@ class MeteredChain(Chain):
         states, end, ends = [self._moving()], [self.V_N], np.empty((2, steps))
         for k in range(steps):
             now = slice(substeps * k, substeps * (k + 1))
-            part = None
-            if held_cell is not None and held_cell.motion[:, now].size:
-                part = HeldCell(held_cell.site, held_cell.motion[:, now])
-            ends[:, k : k + 1] = super().advance(V_N[now], part, base[now])
+            held = held_cell and HeldCell(held_cell.site, held_cell.motion[:, now])
+            ends[:, k : k + 1], strayed = self._stretch(Inputs(V_N[now], held, base[now]), 0)
+            if strayed or not np.isfinite(self.velocity).all():
+                raise StateError(f'a step of {self.dt:.4g} is too long for what drives the chain')
             states.append(self._moving())
             end.append(self.V_N)
         base = np.concatenate((base[:1], base[substeps - 1 :: substeps]))

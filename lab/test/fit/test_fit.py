@@ -228,7 +228,8 @@ def test_jitter_is_named_where_the_element_is_not_known():
 @pytest.mark.slow
 def test_masses_that_differ_are_found_too():
     element = hidden(4, mass=0.003)
-    found = fit(SMALL, measured(element, duration=900.0))
+    more = (End.LEFT, 1.2, 4.0, 1, 0.0), (End.RIGHT, 0.65, 6.0, 0, 0.0)
+    found = fit(SMALL, measured(element, (*SHOTS, *more), duration=900.0))
     assert found.unknowns.masses
     error = found.x[found.unknowns.mass] - element.mass
     assert np.std(error) < 1e-3

@@ -20,7 +20,7 @@ from mlmem_tools.cli.main import main
 ENDINGS = ('npz', 'png', 'svg')
 
 
-def test_one_figure_alone(tmp_path, monkeypatch, capsys):
+def test_one_figure_alone(tmp_path, monkeypatch, capsys, sketched):
     monkeypatch.chdir(tmp_path)
     assert main(['figures', '2c', '--draft']) == 0
     (output,) = tmp_path.iterdir()
@@ -40,7 +40,9 @@ class Pickling(Executor):
         return done
 
 
-def test_two_figures_side_by_side_and_their_claims_are_told(tmp_path, capsys, monkeypatch):
+def test_two_figures_side_by_side_and_their_claims_are_told(
+    tmp_path, capsys, monkeypatch, sketched
+):
     monkeypatch.setattr(
         terminal, 'workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
     )

@@ -109,10 +109,8 @@ def continuum() -> Iterator[TwoWays]:
         'Peierls-Nabarro barrier, Case II', float(np.ptp(held.energy)), ends[1] - ends[0],
         'SciPy root: saddle less minimum',
     )  # fmt: skip
-    bare = [
-        other.total_energy(flat, other.kink_profile(flat, flat.sites - place), np.zeros(flat.N))
-        for place in X
-    ]
+    walls = other.kink_profile(flat, (flat.sites - X[:, None]).ravel()).reshape(len(X), flat.N)
+    bare = [other.total_energy(flat, wall, np.zeros(flat.N)) for wall in walls]
     yield TwoWays(
         'Peierls-Nabarro barrier, unrelaxed', float(np.ptp(held.energy)),
         float(np.ptp(bare)), 'continuum wall put on the lattice, not relaxed',
@@ -175,13 +173,9 @@ def _minimised(design: Design, v: np.ndarray, strain: float) -> np.ndarray:
     start = wall_position(design, v - V)
     options = {'maxiter': 20000, 'maxfun': 40000, 'ftol': 1e-16, 'gtol': 1e-10, 'maxls': 50}
     found = minimize(
-        lambda v: other.total_energy(design, v, V),
-        v,
-        jac=lambda v: other.gradient(design, v, V),
-        callback=gone,
-        method='L-BFGS-B',
-        options=options,
-    )
+        lambda v: other.energy_and_gradient(design, v, V), v, jac=True, callback=gone,
+        method='L-BFGS-B', options=options,
+    )  # fmt: skip
     return np.asarray(found.x)
 
 

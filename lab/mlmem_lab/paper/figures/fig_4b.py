@@ -38,7 +38,7 @@ READERS: dict[str, tuple[End, ProbeSettings]] = {
 def compute(quality: Quality) -> Data:
     """Return the echo delays of all levels by three readers, and of the same with no wall."""
     design = CASE_II
-    levels = range(0, design.levels, quality.pick(2, 1))
+    levels = range(0, design.levels, quality.pick(3, 1))
     data: Data = {'levels': np.array(levels)}
     data['codes'] = np.array([design.code(level) for level in levels])
     for name, (end, probe) in READERS.items():
