@@ -122,16 +122,19 @@ def _named(statement: ast.stmt) -> Sequence[str]:
     return [node.id for node in inside if isinstance(node, ast.Name)] or ['']
 
 
-def _used(module: str, name: str) -> Iterator[Definition]:
-    """Yield the definitions of ours that a definition uses."""
+@cache
+def _used(module: str, name: str) -> list[Definition]:
+    """Return the definitions of ours that a definition uses."""
+    found: dict[Definition, None] = {}
     for statement in _of(module).definitions[name]:
         bases = set()
         for node in ast.walk(statement):
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
                 bases.add(node.value)
-                yield from _meant(module, node.value.id, node.attr)
+                found |= dict.fromkeys(_meant(module, node.value.id, node.attr))
             elif isinstance(node, ast.Name) and node not in bases:
-                yield from _meant(module, node.id)
+                found |= dict.fromkeys(_meant(module, node.id))
+    return [*found]
 
 
 def _meant(module: str, name: str, attribute: str = '') -> Iterator[Definition]:

@@ -37,7 +37,7 @@ from mlmem_ros.durable import write_atomically
 from mlmem_tools.cli.output import plain
 
 from . import reach
-from .bench.measure import describe_host
+from .bench.measure import processor
 from .decisions import decisions
 
 ROOT = reach.ROOT
@@ -129,7 +129,7 @@ def _origin(
     origin = {
         'command': command,
         'version': __version__,
-        'processor': describe_host()['processor'],
+        'processor': processor(),
         'seed': seed,
         'date': date.today().isoformat(),
         'seconds': max(kept.get('seconds', 0), round(time.monotonic() - BEGAN)),

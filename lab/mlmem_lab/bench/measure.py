@@ -15,12 +15,12 @@ import platform
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mlmem_ros.packages import installed
 from mlmem_ros.physics.potential import Array
 
 if TYPE_CHECKING:
@@ -36,17 +36,17 @@ PACKAGES = (
 def describe_host() -> dict[str, Any]:
     """Return processor, vector units, cores, load and versions."""
     return {
-        'processor': _processor(),
+        'processor': processor(),
         'vector_units': [unit for unit in ('avx2', 'fma', 'avx512f') if unit in _cpu('flags')],
         'cores': os.cpu_count(),
         'load': os.getloadavg()[0],
         'system': platform.platform(),
         'python': platform.python_version(),
-        'versions': {name: version for name in PACKAGES if (version := _version(name))},
+        'versions': {name: version for name in PACKAGES if (version := installed(name))},
     }
 
 
-def _processor() -> str:
+def processor() -> str:
     """Return name, family and model: virtual machines hide the number in the name."""
     return f'{_cpu("model name")} (family {_cpu("cpu family")}, model {_cpu("model")})'
 
@@ -56,13 +56,6 @@ def _cpu(key: str) -> str:
     lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
     pairs = (line.partition(':') for line in lines)
     return next((value.strip() for name, _, value in pairs if name.strip() == key), '')
-
-
-def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return ''
 
 
 QUIET = 10.0
