@@ -125,7 +125,7 @@ class Curve:
     def _at(self, D: ArrayLike) -> tuple[Any, Array]:
         """Return the number of the piece of every configuration, and the place in it."""
         t = (np.asarray(D, dtype=np.float64) - self.origin) * (1.0 / self.step)
-        k = np.clip(np.nan_to_num(t), 0.0, self.pieces.shape[1] - 1.0).astype(np.int64)
+        k = np.fmin(np.fmax(t, 0.0), self.pieces.shape[1] - 1.0).astype(np.int64)  # 0 for NaN
         return k, t - k
 
     def slope(self, D: ArrayLike) -> Array:

@@ -3,6 +3,7 @@
 """Proofs by simulation: shipped and found designs do what their table says."""
 
 import dataclasses
+import functools
 
 import pytest
 from bare_writes import writes
@@ -17,9 +18,17 @@ from mlmem_tools.checks.bare import scaled
 from mlmem_tools.cli.main import main
 
 
+proposed = functools.cache(propose)
+
+
+@pytest.fixture(autouse=True)
+def proposed_once(monkeypatch):
+    monkeypatch.setattr('mlmem_lab.designer.command.propose', proposed)
+
+
 def test_four_levels_are_found_and_proven():
     """Every level up, every downward write, every erase, each at the first attempt."""
-    found = propose(4)
+    found = proposed(4)
     study = Proof(found.design, found.settings).campaign()
     tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
     assert tally.errors == ()
@@ -30,10 +39,10 @@ def test_four_levels_are_found_and_proven():
     assert tally.level_margin > 0.5
 
 
-@pytest.mark.parametrize('levels', sampled((2, 3, 7, 24), lambda levels: levels < 7))
+@pytest.mark.parametrize('levels', sampled((2, 4, 7, 24), lambda levels: levels < 7))
 def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels):
     """The plain schedule of the paper's element fails there."""
-    found = propose(levels)
+    found = proposed(levels)
     for factors in ((0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)):
         assert all(writes(found.design, scaled(found.settings.write, *factors)))
 
