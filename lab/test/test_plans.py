@@ -20,8 +20,8 @@ STROKES = ('up_even', 'up_odd', 'down_even', 'down_odd')
 DESIGN, SET = preset('case_2')
 BARRED = {
     name: replace(getattr(SET, name), not_from='0 1 2 3 5 6') for name in STROKES
-}  # strokes from two levels do
-CHOSEN = Preset(DESIGN, replace(SET, **BARRED))
+}  # strokes from two levels do, and throws from three
+CHOSEN = Preset(DESIGN, replace(SET, **BARRED, throw=replace(SET.throw, not_from='1 2 3 6 7')))
 ELEMENT = made('case_2', 0.01, 0)
 
 

@@ -16,6 +16,6 @@ def test_next_to_nothing_of_any_way_is_harmless(way):
 
 def test_friction_above_the_limit_is_noticed():
     """The wall stops short, and no write is called a success that is none."""
-    trial = tried('bits_2', 'friction', 3e-5)
+    trial = tried('bits_1', 'friction', 3e-5)
     assert not trial.passed
     assert trial.read <= trial.reached

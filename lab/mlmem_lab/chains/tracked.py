@@ -209,7 +209,12 @@ class Chain:
             hand: Time of the push, s.
             until: Element, from 1, that ends the run when it is there; or all are at rest.
         """
-        n, start, way, slowest = self.elements + 1, self.law.ground_state(0), self.way, self.slowest
+        n, start, way, slowest = (
+            self.elements + 1,
+            self.law.ground_state(0),
+            self.way,
+            self.slowest,
+        )
         unit = self.coupling if isinstance(self.coupling, float) else 1.0
         if isinstance(self.coupling, Magnets):
             b, p = self.coupling.b, self.coupling.p

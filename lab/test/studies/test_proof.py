@@ -17,7 +17,6 @@ from mlmem_tools.checks import Verdict, check
 from mlmem_tools.checks.bare import scaled
 from mlmem_tools.cli.main import main
 
-
 proposed = functools.cache(propose)
 
 
