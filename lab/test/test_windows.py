@@ -169,8 +169,8 @@ def test_the_file_is_of_the_shipped_settings_and_no_narrow_move_is_used(name):
 
 
 def test_kicks_and_pushes_have_rows_of_their_own(tmp_path, capsys, monkeypatch):
-    """A parameter file, whose last kick is a fifth too slow: it fails as shipped. Of what is off in
-    a push a twentieth is tried.
+    """A parameter file, whose last kick is a fifth too slow: it fails as shipped. Pushes are tried
+    that are off by up to a twentieth.
     """
     monkeypatch.setattr(sent, 'push_rooms', partial(push_rooms, farthest=0.05))
     speeds = '0.0031 0.0103 0.0222 0.0294'
