@@ -38,9 +38,9 @@ export class Echo {
     this.plot = null;
     if (!this.about || !this.root.clientWidth) return;
     const echo = this.echo;
-    this.words.textContent = !echo ? 'none yet'
-      : echo.delay != null ? `from the ${echo.end}, delay ${echo.delay.toFixed(2)}` : `from the ${echo.end}`;
     const { threshold, gain } = this.about.probes[echo?.end ?? 'left'];
+    this.words.textContent = !echo ? 'none yet' : !threshold ? 'at the left'
+      : echo.delay != null ? `from the ${echo.end}, delay ${echo.delay.toFixed(2)}` : `from the ${echo.end}`;
     const delays = (threshold && echo?.delays) || [];
     const faint = threshold ?? (echo ? Math.max(...echo.y) / 40 : 1e-4);
     const x = echo ? Array.from(echo.x) : [0, 1000];
