@@ -107,7 +107,7 @@ def texts(values: Mapping[str, Any]) -> dict[str, str]:
     """Return values as the texts that diagnostics carry.
 
     Lists are separated by spaces, and a mapping is one text for each of its keys, such as
-    `delays_left`.
+    `delays_left`. None has none.
     """
     found: dict[str, str] = {}
     for key, value in values.items():
@@ -115,7 +115,7 @@ def texts(values: Mapping[str, Any]) -> dict[str, str]:
             found |= texts({f'{key}_{name}': item for name, item in value.items()})
         elif isinstance(value, list | tuple):
             found[key] = ' '.join(map(_text, value))
-        else:
+        elif value is not None:
             found[key] = _text(value)
     return found
 

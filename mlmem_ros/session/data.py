@@ -146,7 +146,7 @@ def _is_decoded(values: Mapping[str, str]) -> bool:
 def _has_delay(values: Mapping[str, str]) -> bool:
     try:
         return math.isfinite(float(values['delay']))
-    except (KeyError, ValueError):  # that of words is None
+    except (KeyError, ValueError):  # words have none
         return False
 
 

@@ -221,7 +221,7 @@ def _rounded(text: str) -> str:
     try:
         return f'{float(text):.2f}'
     except ValueError:
-        return '' if text == 'None' else text
+        return text
 
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:

@@ -112,6 +112,9 @@ def test_two_walls_at_rest_are_a_warning(element):
     health = diagnostics.material(element)
     assert health.level == WARN
     assert health.text.startswith('2 walls')
+    element.register = 'their levels'  # and are the content
+    assert diagnostics.material(element).level == OK
+    element.register = None
     element.apply(SetStrain(0.02))
     element.advance()
     assert diagnostics.material(element).level == OK  # not while it is driven

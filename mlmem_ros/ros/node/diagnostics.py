@@ -93,7 +93,7 @@ def material(element: MemoryElement) -> Health:
         'kinetic_energy': parts.kinetic,
         'stored_energy': parts.total - parts.kinetic,
     }
-    if element.released and found > 1:
+    if element.released and found > 1 and element.register is None:
         return Health(WARN, f'{found} walls: erase before writing', values)
     return Health(OK, 'stable', values)
 
