@@ -6,9 +6,16 @@ import contextlib
 import subprocess
 import sys
 
+import pytest
+
+from mlmem_ros import RequestRefused
 from mlmem_ros.ros import node_process
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node_process import child
 from mlmem_ros.testing import memory_node
+
+SOON = 30.0
+"""Seconds to wait for what comes at once: a machine may be busy."""
 
 STREAMS = ('field', 'wall', 'joint_states', 'image', 'markers')
 QUICK = {
@@ -61,3 +68,21 @@ def starting(driver='sim', shared=False):
             return node
 
         yield start
+
+
+def arrived(memory, waiting=0):
+    """Step until a procedure runs and so many wait: a step alone may overtake a request."""
+    asked = memory.node.host.loop._asked
+    stepped(memory, lambda: asked._open and len(asked.waiting) == waiting, f'{waiting} that wait')
+
+
+def refused(memory, reply, why):
+    """A request is refused in the tick in which it arrives."""
+    stepped(memory, reply.done, 'the refusal')
+    with pytest.raises(RequestRefused, match=why):
+        reply.wait()
+
+
+def stepped(memory, condition, what):
+    """Step, while time is paused, until a condition holds."""
+    wait_until(lambda: memory.memory.step().wait() and condition(), what, SOON)

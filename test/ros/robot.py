@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import time
 from collections import defaultdict
+from contextlib import suppress
 from functools import cache, cached_property
 
 import rclpy
@@ -20,6 +21,7 @@ from rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import NodeNameNonExistentError
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import (
     DurabilityPolicy,
@@ -223,16 +225,34 @@ class Robot:
 
     # Services
 
+    def introduce(self, memory, *services):
+        """Have a node of this process know whose requests these will be: the graph may tell it
+        after the first, which is then taken for that of another client.
+        """
+        names = {self.name(service) for service in services}
+        for service in SERVICES.keys() & services:
+            self._client(service)
+
+        def known():
+            asked = memory.node.get_client_names_and_types_by_node
+            with suppress(NodeNameNonExistentError):
+                return names <= {name for name, _ in asked(self.node.get_name(), '/')}
+
+        self.wait(known, 'known clients')
+
     def send(self, service, request=None, kind=None):
         """Send a request; return the future of its answer."""
         kind = kind or SERVICES[service]
+        return self._client(service, kind).call_async(request or kind.Request())
+
+    def _client(self, service, kind=None):
         if service not in self._clients:
             self._clients[service] = self.node.create_client(
-                kind, self.name(service), qos_profile=EVERY_ONE
+                kind or SERVICES[service], self.name(service), qos_profile=EVERY_ONE
             )
         client = self._clients[service]
         self.wait(client.service_is_ready, f'service {service}')
-        return client.call_async(request or kind.Request())
+        return client
 
     def response(self, future):
         self.wait(future.done, 'an answer')

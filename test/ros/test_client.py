@@ -15,6 +15,7 @@ from functools import partial
 import numpy as np
 import pytest
 import rclpy
+from nodes import SOON, arrived, refused, stepped
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -30,12 +31,10 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.ros.client.line import SOON as SOON_LOOK
+from mlmem_ros.ros.client import line
 from mlmem_ros.ros.client.link import Link
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
-
-SOON = 30.0
 
 
 @pytest.fixture(scope='module')
@@ -544,21 +543,26 @@ def test_what_cannot_be_sent_stops_no_executor(node):
         wait_until(turned.done, 'a timer of the robot', SOON)
 
 
-def under_way(client, robot, level):
-    """Begin to write a level; return the reply once the element is strained."""
-    states = robot.received('joint_states')
-    client.erase().wait()
-    seen = len(states)  # on a busy machine the write may be over before we look
-    writing = client.write(level)
-    strained = lambda: any(abs(state.position[0]) > 1e-3 for state in states[seen:])  # noqa: E731
-    robot.wait(strained, 'a strain')
-    return writing
+@pytest.fixture
+def under_way(client, memory):
+    """Begin to write a level: under_way(level) returns the reply while time is paused."""
+
+    def under_way(level):
+        client.erase().wait()
+        client.pause().wait()
+        writing = client.write(level)
+        arrived(memory)
+        memory.step(50)  # until it is strained
+        return writing
+
+    yield under_way
+    client.pause(False).wait()
 
 
-def test_a_busy_element_refuses(client, robot):
-    writing = under_way(client, robot, 6)
-    with pytest.raises(RequestRefused, match='busy'):
-        client.read().wait()
+def test_a_busy_element_refuses(client, memory, under_way):
+    writing = under_way(6)
+    refused(memory, client.read(), 'busy')
+    client.pause(False).wait()
     assert writing.wait().level == 6
 
 
@@ -596,9 +600,9 @@ def test_a_read_waits_for_one_that_was_given_up(client, memory, late, actions):
         assert [read.wait().attempts for read in reads] == [1, 1]
 
 
-def test_an_aborted_write_fails(client, robot):
-    writing = under_way(client, robot, 7)
-    client.abort().wait()
+def test_an_aborted_write_fails(client, memory, under_way):
+    writing, aborting = under_way(7), client.abort()
+    stepped(memory, aborting.done, 'the abort')
     with pytest.raises(RequestFailed, match='aborted') as failure:
         writing.wait()
     assert not isinstance(failure.value, RequestRefused)
@@ -623,7 +627,7 @@ def test_no_node_of_that_name(client, monkeypatch):
     nobody = MemoryClient(client.node, '/nobody', patience=0.2)
     with pytest.raises(NoAnswer, match=r'/nobody within 0\.2 s; start one'):
         nobody.read().wait()
-    assert len(looked) <= 4 * 0.2 / SOON_LOOK  # for an action and for a service; not thousands
+    assert len(looked) <= 4 * 0.2 / line.SOON  # for an action and for a service; not thousands
     with pytest.raises(NoAnswer, match='/nobody'):
         nobody.ready(0.1).wait()
 
@@ -732,10 +736,10 @@ def test_a_profile_that_cannot_be_followed_is_refused(client, times, strains, ra
         client.follow(times, strains, rates).wait()
 
 
-def test_a_profile_is_refused_during_a_write(client, robot):
-    writing = under_way(client, robot, 5)
-    with pytest.raises(RequestRefused, match='busy: write is running'):
-        client.follow([1.0], [0.0]).wait()
+def test_a_profile_is_refused_during_a_write(client, memory, under_way):
+    writing = under_way(5)
+    refused(memory, client.follow([1.0], [0.0]), 'busy: write is running')
+    client.pause(False).wait()
     assert writing.wait().level == 5
 
 

@@ -361,7 +361,9 @@ def test_step_is_refused_while_time_runs(robot):
 @pytest.fixture(scope='module')
 def robot_in_real_time(start_shared):
     """Talk to an element whose writes take more than a second."""
-    with Robot(start_shared({'scale.time': 4e-4}, name='real_time').element) as robot:
+    node = start_shared({'scale.time': 4e-4}, name='real_time')
+    with Robot(node.element) as robot:
+        robot.introduce(node, 'read', 'write', 'erase', 'calibrate', 'self_test')
         yield robot
 
 

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 
 import pytest
 import rclpy
-from nodes import program
+from nodes import SOON, arrived, program, refused
 from robot import PATIENCE, Robot
 from std_srvs.srv import Trigger
 
@@ -20,7 +20,6 @@ from mlmem_ros.ros.events import events_executor
 from mlmem_ros.ros.process import profile_variable
 from mlmem_ros.testing.running import FAST_DISCOVERY
 
-SOON = 30.0
 MOST = 3
 """Requests that may wait."""
 
@@ -53,13 +52,6 @@ def time_goes_on(memory):
     memory.memory.pause(False).wait()
 
 
-def refused(memory, reply, why):
-    """A request is refused in the tick in which it arrives."""
-    wait_until(lambda: memory.memory.step().wait() and reply.done(), 'the refusal', SOON)
-    with pytest.raises(RequestRefused, match=why):
-        reply.wait()
-
-
 def under_way(memory, others, *levels):
     """Pause time and have clients write levels, the first of which begins; return the replies."""
     memory.memory.pause().wait()
@@ -68,15 +60,6 @@ def under_way(memory, others, *levels):
         replies.append(client.request('write', SOON, level=level))
         arrived(memory, waiting)
     return replies
-
-
-def arrived(memory, waiting):
-    """Step until a request runs and so many wait: a step alone may overtake one on its way."""
-    asked = memory.node.host.loop._asked
-    wait_until(
-        lambda: memory.memory.step().wait() and asked._open and len(asked.waiting) == waiting,
-        f'{waiting} requests that wait', SOON,
-    )  # fmt: skip
 
 
 def test_three_nodes_that_read_at_start_get_their_answers(memory, context):
@@ -120,9 +103,7 @@ def test_a_client_is_a_node(memory, robot):
     """Its second request is refused over another service, too."""
     robot.trigger('read')
     robot.answer(robot.ask('read'))
-    asks = {f'/mlmem/{name}' for name in ('read', 'request')}
-    clients = memory.node.get_client_names_and_types_by_node
-    robot.wait(lambda: asks <= {name for name, _ in clients('robot', '/')}, 'known clients')
+    robot.introduce(memory, 'read', 'request')
     memory.memory.pause().wait()
     write = robot.ask('write', level=1)
     memory.memory.step().wait()
