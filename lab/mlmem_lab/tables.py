@@ -18,6 +18,9 @@ from .windows.window import DIRECTIONS, kind, moves
 
 Rows = list[Sequence[str]]
 
+BANK, LOST = 16, 1e-6
+"""Bytes of a bank, and which share of its words may be lost."""
+
 MOVES = {
     'write': 'step up',
     'throw': 'throw',
@@ -357,6 +360,32 @@ def tolerance_words(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def tolerance_blind(result: Mapping[str, Any]) -> Rows:
+    """Return how words fail that are kicked in and not verified, how reads of them fail, what
+    capacity is kept, and how many check bytes repair them.
+    """
+    from .studies.tolerance.estimate import check_digits
+
+    ways = 'far', 'short', 'annihilated', 'lost'
+    found = result['designs']['byte']['alpha']
+    rows: Rows = [[
+        'scatter of alpha', 'words written', *ways, 'written and read', 'undecodable',
+        'another word', 'by pairs', 'bits kept', f'check bytes of {BANK}',
+    ]]  # fmt: skip
+    written = {one['amount']: one for one in found['word']['how']}
+    for read in found['blind']['how']:
+        if (wrote := written.get(read['amount'])) is None or read['bits'] == 0.0:
+            continue
+        erased, wrong = (read[name] / read['tried'] for name in ('undecodable', 'silent'))
+        checks = check_digits(BANK, erased, wrong, LOST) if erased else BANK
+        rows.append([
+            f'{read["amount"]:.2g}', str(wrote['tried']), *(str(wrote[way]) for way in ways),
+            *(str(read[name]) for name in ('tried', 'undecodable', 'silent', 'paired')),
+            f'{read["bits"]:.2f}', str(checks) if checks < BANK else '-',
+        ])  # fmt: skip
+    return rows
+
+
 def words_reads(result: Mapping[str, Any]) -> Rows:
     """Return how many reads tell the word, of how many."""
     return _of_words(result, 'reads', 'none', ('0.001', '0.003', '0.01'))
@@ -387,7 +416,7 @@ def _of_words(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequenc
 
 def _many(design: Mapping[str, Mapping[str, Any]]) -> bool:
     """Return whether words were tried."""
-    return any({'word', 'hear'} & each.keys() for each in design.values())
+    return any({'word', 'hear', 'blind'} & each.keys() for each in design.values())
 
 
 def costs(result: Mapping[str, Any]) -> Rows:

@@ -51,20 +51,40 @@ def test_words_are_kicked_and_heard_and_say_how_they_fail(monkeypatch):
     """
     design, settings = preset('byte')
     words = (0xA7, 0x10)
-    for what in ('word', 'hear'):
+    for what in ('word', 'hear', 'blind'):
         assert outcomes(design, settings, Chance(), 0, what, words) == words
     assert outcomes(design, settings, chance('gain', 0.2), 0, 'hear', words) == (UNDECODABLE,) * 2
     monkeypatch.setattr(element, 'BATCH', 16)  # words, for speed
     study = Tolerance(design, settings, ('k_r',), ('word',))
     values = {'kind': 'k_r', 'tried': 'word', 'scatter': 0.01}
     row = values | element.evaluate(study.shared, values, 1)
-    (how,) = study.how([row], 'k_r')
+    (how,) = study.how([row], 'k_r', 'word')
     assert how['tried'] == row['tried_0'] == 16
     assert how['short'] > 0
     assert how['annihilated'] > 0
     assert sum(how[name] for name in element.ASTRAY.values()) == row['failed_0'] > 8
-    with pytest.raises(ValueError, match='tried can be word or hear only in a register'):
+    with pytest.raises(ValueError, match='tried can be word, hear, blind only in a register'):
         Tolerance(*preset('kick_3'), ('alpha',), ('word',))
+
+
+def test_a_word_that_is_read_as_another_has_lost_a_pair_of_walls_or_not(monkeypatch):
+    """Half of the words are undecodable; of the others two walls are gone, if there are two."""
+    lost = []
+
+    def false_outcomes(design, settings, by, seed, what, words):
+        some = [[level for level in range(8) if word >> level & 1] for word in words[::2]]
+        lost.extend(len(levels) > 1 for levels in some)
+        left = [sum(1 << level for level in levels[2:]) for levels in some]
+        return tuple(read for one in left for read in (one, UNDECODABLE))
+
+    monkeypatch.setattr(element, 'outcomes', false_outcomes)
+    study = Tolerance(*preset('byte'), ('alpha',), ('blind',))
+    values = {'kind': 'alpha', 'tried': 'blind', 'scatter': 0.001}
+    row = values | element.evaluate(study.shared, values, 1)
+    (how,) = study.how([row], 'alpha', 'blind')
+    assert how['undecodable'] == how['silent'] == 32
+    assert how['paired'] == sum(lost) > 20
+    assert 0.0 < how['bits'] < 0.01, 'all that is known is which word it was not'
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,8 @@ from mlmem_lab.studies.tolerance.estimate import (
     RARE,
     Fragility,
     Rate,
+    bits_kept,
+    check_digits,
     fit,
     foot,
     pooled,
@@ -53,6 +55,28 @@ def test_what_fails_beyond_the_foot_does_not_bend_it():
 def test_counts_that_tell_no_curve_give_none():
     assert fit([0.1, 0.2], [Rate(0, 100), Rate(3, 100)]) is None
     assert rare_scatter([0.1, 0.2], [Rate(0, 100), Rate(100, 100)]) is None
+
+
+def test_a_channel_that_erases_and_mistakes_words_keeps_its_mutual_information():
+    """Of a channel that takes every word for every other equally often, the bound is exact."""
+    words, undecodable, wrong = 256, 0.06, 0.02
+    channel = np.full((words, words + 1), wrong / (words - 1))
+    np.fill_diagonal(channel, 1.0 - undecodable - wrong)
+    channel[:, -1] = undecodable
+    information = np.sum(channel * np.log2(channel / channel.mean(axis=0))) / words
+    assert bits_kept(words, undecodable, wrong) == pytest.approx(information, abs=1e-9)
+    assert bits_kept(words, 0.0, 0.0) == 8.0
+    assert bits_kept(words, 1.0, 0.0) == 0.0
+
+
+def test_check_digits_repair_one_undecodable_digit_each_and_half_a_wrong_one():
+    """Random words of 12 digits, counted: as many are lost as may be, and more with one less."""
+    random, share = np.random.default_rng(1), 0.01
+    drawn = random.choice(3, (100_000, 12), p=(0.9, 0.07, 0.03)).sum(axis=1)
+    checks = check_digits(12, 0.07, 0.03, share)
+    assert (drawn > checks).mean() < share + 0.001  # three standard errors of the count
+    assert (drawn > checks - 1).mean() > share - 0.001
+    assert check_digits(12, 0.0, 0.0, share) == 0
 
 
 def test_trials_that_fail_together_count_as_one():

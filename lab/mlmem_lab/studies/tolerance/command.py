@@ -45,7 +45,8 @@ OPTIONS = (
     option(
         '--tried', nargs='+', default=(), metavar='WHAT',
         help='what is tried: step, left, right (a read from that end), all by default; or kick, '
-        'from blank to a level; or, of many walls, word (random ones, by kicks) or hear (read)',
+        'from blank to a level; or, of many walls, word (random ones, by kicks), hear (read) or '
+        'blind (both)',
     ),
     option('--amounts', type=int, default=AMOUNTS, help='amounts per decade'),
     option('--most', type=int, default=3000, help='most trials of an amount'),
@@ -104,7 +105,7 @@ def _report(
     from ..campaign import save_table
     from ..style import save_figure, styled
     from .draw import WORDS, draw
-    from .element import WORD
+    from .element import OF_WORDS
 
     headings = ('scatter of', *(WORDS[tried] for tried in study.tried))
     table = plain_table('scatter at which one in a thousand fails', *headings)
@@ -135,9 +136,9 @@ def _report(
         kind: {tried: {'amount': amount, 'text': text} for tried, (amount, text) in found.items()}
         for kind, found in rare.items()
     }
-    for kind in study.kinds:
-        if how := study.how(rows, kind):
-            rates[kind][WORD]['how'] = how
+    for kind, tried in study.curves:
+        if tried in OF_WORDS:
+            rates[kind][tried]['how'] = study.how(rows, kind, tried)
     if arguments.result is not None:
         _keep(rates, arguments)
     if arguments.json:

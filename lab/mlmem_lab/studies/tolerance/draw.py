@@ -18,6 +18,7 @@ from .study import Tolerance
 
 WORDS = {
     'step': 'step up', 'kick': 'kick', 'word': 'word written', 'hear': 'word read',
+    'blind': 'word written and read',
     'left': 'read from the left', 'right': 'read from the right',
 }  # fmt: skip
 

@@ -32,7 +32,7 @@ from mlmem_ros.device.procedures.listening import look
 from mlmem_ros.device.reading import Reading
 from mlmem_ros.device.register import NEAR, resting
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.words import words_of
+from mlmem_ros.device.words import code_of, words_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import (
     Design,
@@ -93,12 +93,22 @@ WORD = 'word'
 HEAR = 'hear'
 """Of many walls: a random word that rests is read in one pulse."""
 
+BLIND = 'blind'
+"""Of many walls: as `WORD`, then read: what a word is that nobody verified."""
+
+OF_WORDS = WORD, HEAR, BLIND
+
 FAR, SHORT, ANNIHILATED, LOST = -3, -4, -5, -6
 """How a word fails, by the first wall, from the right, that is not at its level: it ran on, or
 stopped before; or an even number of walls is missing, or anything else happened."""
 
 ASTRAY = {FAR: 'far', SHORT: 'short', ANNIHILATED: 'annihilated', LOST: 'lost'}
 """Their names."""
+
+MISREAD = 'undecodable', 'silent', 'paired'
+"""How a read of a word fails: it tells nothing, or another word, which may have two walls more or
+fewer, or six: where a wall and a kink meet, both are gone.
+"""
 
 WORDS = 8
 """Words that are tried in each element."""
@@ -123,7 +133,7 @@ def wanted(design: Design, tried: str) -> tuple[int, ...]:
     """Return what `outcomes` gives for an ideal element; of words, for which each is its own
     answer, so many numbers.
     """
-    if tried in (WORD, HEAR):
+    if tried in OF_WORDS:
         return tuple(range(WORDS))
     return tuple(range(1, design.levels) if tried == STEP else range(design.levels))
 
@@ -142,7 +152,7 @@ def outcomes(
 
     Args:
         seed: Of the element: the same gives the same outcome.
-        tried: `STEP`, `KICK`, `WORD`, `HEAR`, or the end that is read from.
+        tried: `STEP`, `KICK`, one of `OF_WORDS`, or the end that is read from.
         levels: The levels to step from or to read, or the words; by default all levels.
 
     Returns:
@@ -184,7 +194,7 @@ class _Made:
 
     def outcome(self, level: int, tried: str) -> int:
         """Put the wall at rest at a level, and return what `outcomes` says of it."""
-        if tried in (WORD, HEAR):
+        if tried in OF_WORDS:
             return self._word(level, tried)
         try:
             wall = blank(self._specimen) if tried == KICK else resting_wall(self._specimen, level)
@@ -219,7 +229,7 @@ class _Made:
         assert register is not None
         levels = register.code.walls(word)
         try:
-            v = blank(self._specimen) if tried == WORD else resting(self._specimen, levels)
+            v = resting(self._specimen, levels) if tried == HEAR else blank(self._specimen)
         except StateError:  # nothing pins its walls there
             return UNDECODABLE
         element.chain.place(v)
@@ -228,6 +238,8 @@ class _Made:
             return self._heard(hear(element))
         run(element, put(element, register, 0, word), self._shake)
         run(element, wait(element, SETTLED / element.design.eta), self._shake)
+        if tried == BLIND:
+            return self._heard(hear(element))
         found = sorted(
             wall.position for wall in walls(element.design, element.chain.configuration)
         )
@@ -307,7 +319,7 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement
     count, each = size(shared, kind, tried)
     for one in np.random.SeedSequence(seed).generate_state(count, np.uint64).tolist():
         drawing = generator(one, Stream.LEVELS)
-        if tried in (WORD, HEAR):
+        if tried in OF_WORDS:
             right = levels = drawing.integers(1, words_of(design, settings), each)
         else:
             right = all_right[
@@ -340,12 +352,13 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
         tried_L: Steps from level L, or reads of it; of words all under 0.
         failed_L: How many of them failed, weighted if screened.
         far, short, annihilated, lost: Of words that were written, how; see `ASTRAY`.
+        undecodable, paired: Of words that were read, how; see `MISREAD`.
     """
-    many = values['tried'] in (WORD, HEAR)
+    many = values['tried'] in OF_WORDS
     levels = range(1 if many else len(wanted(Design(**shared['design']), values['tried'])))
     tried, failed = np.zeros(len(levels), int), np.zeros(len(levels))
     how = np.zeros(len(ASTRAY), int)
-    made = simulated = silent = 0
+    made = simulated = silent = undecodable = paired = 0
     squares = 0.0
     for one in elements(shared, values, seed):
         made += 1
@@ -356,13 +369,25 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
         how += [int((one.found == each).sum()) for each in ASTRAY]
         squares += float(one.wrong @ one.counts) ** 2
         if values['tried'] != STEP:
-            silent += int(np.sum(one.wrong & (one.found >= 0)))
+            silent += int(np.sum(misread := one.wrong & (one.found >= 0)))
+        if many:
+            undecodable += int(np.sum(one.found == UNDECODABLE))
+            paired += _paired(shared, one.levels[misread], one.found[misread])
     return {
         'elements': made, 'simulated': simulated, 'squares': squares, 'silent': silent,
         **{f'tried_{level}': int(tried[level]) for level in levels},
         **{f'failed_{level}': float(failed[level]) for level in levels},
         **(dict(zip(ASTRAY.values(), how.tolist(), strict=True)) if many else {}),
+        **({'undecodable': undecodable, 'paired': paired} if many else {}),
     }  # fmt: skip
+
+
+def _paired(shared: Values, words: NDArray[np.int_], read: NDArray[np.int_]) -> int:
+    """Return how many words were read as ones with two walls more or fewer, or six."""
+    code = code_of(decode(Design, shared['design']), decode(Settings, shared['settings']))
+    assert code is not None
+    pairs = zip(words.tolist(), read.tolist(), strict=True)
+    return sum((len(code.walls(one)) - len(code.walls(other))) % 4 == 2 for one, other in pairs)
 
 
 @lru_cache(maxsize=1)

@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Error rates from counts: intervals, when to stop counting, and where one in a thousand fails.
+"""Error rates from counts: intervals, when to stop counting, where one in a thousand fails, and
+what errors leave of the capacity.
 
 Failure against scatter is a fragility curve as in structural reliability: a normal distribution of
 the logarithm of the scatter. It is fitted to the lowest counts only, its foot, because the levels
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
+from scipy.special import betaincinv, entr, log_ndtr, ndtr, ndtri
 
 CONFIDENCE = 0.95
 """Confidence level of every interval."""
@@ -166,3 +167,32 @@ def rare_scatter(
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(found, [tail, 100.0 - tail])
     return curve.sigma(RARE), float(low), float(high)
+
+
+def bits_kept(words: int, undecodable: float, wrong: float) -> float:
+    """Return the least mutual information, in bits, of a word drawn at random and what is read.
+
+    What is undecodable tells nothing; what wrong words cost is bounded by Fano's inequality.
+
+    Args:
+        undecodable: Share of the words that are read as none.
+        wrong: Share that is read as another word.
+    """
+    if (told := 1.0 - undecodable) <= 0.0:
+        return 0.0
+    p = wrong / told
+    doubt = float(np.sum(entr([p, 1.0 - p]))) / np.log(2.0)
+    return max(0.0, told * float(np.log2(words) - doubt - p * np.log2(words - 1)))
+
+
+def check_digits(digits: int, undecodable: float, wrong: float, lost: float) -> int:
+    """Return how many of the digits of a Reed-Solomon code must be check digits, for at most a
+    share of the words to be lost.
+
+    Every undecodable digit needs one, every wrong one two; digits fail independently.
+    """
+    needed = np.ones(1)
+    for _ in range(digits):
+        needed = np.convolve(needed, (1.0 - undecodable - wrong, undecodable, wrong))
+    beyond = np.cumsum(needed[::-1])[::-1][1:]
+    return int(np.count_nonzero(beyond > lost))

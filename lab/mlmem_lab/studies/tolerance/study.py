@@ -19,11 +19,23 @@ import numpy as np
 
 from mlmem_ros.device import Settings
 from mlmem_ros.device.end import End
+from mlmem_ros.device.words import words_of
 from mlmem_ros.physics import Design
 
 from ..campaign import Campaign, Ledger, Row, run
-from .element import ASTRAY, HEAR, KICK, KINDS, STEP, WORD, evaluate, screened, size
-from .estimate import ENOUGH, RARE, Rate, pooled, rare_scatter
+from .element import (
+    ASTRAY,
+    KICK,
+    KINDS,
+    MISREAD,
+    OF_WORDS,
+    STEP,
+    WORD,
+    evaluate,
+    screened,
+    size,
+)
+from .estimate import ENOUGH, RARE, Rate, bits_kept, pooled, rare_scatter
 from .particle import DRAWN, HEAVIEST
 
 BEGIN = 0.1
@@ -111,14 +123,16 @@ class Tolerance:
         if unknown := sorted(set(self.kinds) - set(KINDS)):
             raise ValueError(f'kinds must be of {", ".join(KINDS)}; got {", ".join(unknown)}')
         usual = (STEP, *(end.value for end in End))
-        possible = (STEP, KICK, WORD, HEAR, *usual[1:])
+        possible = (STEP, KICK, *OF_WORDS, *usual[1:])
         if unknown := sorted(set(self.tried) - set(possible)):
             raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
         kicked = self.settings.kick.by_level
         if KICK in self.tried and not (len(kicked) == self.design.levels and all(kicked)):
             raise ValueError('tried can be kick only where every level has one (kick.speeds)')
-        if {WORD, HEAR} & set(self.tried) and not self.settings.register.spacing:
-            raise ValueError('tried can be word or hear only in a register (register.spacing)')
+        if set(OF_WORDS) & set(self.tried) and not self.settings.register.spacing:
+            raise ValueError(
+                f'tried can be {", ".join(OF_WORDS)} only in a register (register.spacing)'
+            )
         if self.amounts < 1 or self.most < 1:
             raise ValueError(
                 f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
@@ -220,20 +234,25 @@ class Tolerance:
         amounts = sorted(found)
         return amounts, [self.rate(found[amount]) for amount in amounts]
 
-    def how(self, rows: Sequence[Row], kind: str) -> list[dict[str, float]]:
-        """Return for every amount of a kind how many words were written, and how many failed how.
+    def how(self, rows: Sequence[Row], kind: str, tried: str) -> list[dict[str, float]]:
+        """Return for every amount of a kind how many words were tried, and how many failed how;
+        of reads also the `bits` that are kept.
 
-        See `ASTRAY`.
+        See `ASTRAY` and `MISREAD`.
         """
+        names = tuple(ASTRAY.values()) if tried == WORD else MISREAD
         found: dict[float, dict[str, float]] = {}
         for row in rows:
-            if (row['kind'], row['tried']) == (kind, WORD):
-                counts = found.setdefault(
-                    row['scatter'], dict.fromkeys(('tried', *ASTRAY.values()), 0)
-                )
+            if (row['kind'], row['tried']) == (kind, tried):
+                counts = found.setdefault(row['scatter'], dict.fromkeys(('tried', *names), 0))
                 counts['tried'] += row['tried_0']
-                for name in ASTRAY.values():
+                for name in names:
                     counts[name] += row[name]
+        if tried != WORD:
+            words = words_of(self.design, self.settings)
+            for counts in found.values():
+                failed = (counts[name] / counts['tried'] for name in MISREAD[:2])
+                counts['bits'] = round(bits_kept(words, *failed), 3)
         return [{'amount': amount, **found[amount]} for amount in sorted(found)]
 
     def rare(
