@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
@@ -96,7 +97,7 @@ class Shot:
     samples: Array
     unrest: float = 0.0
 
-    @property
+    @cached_property
     def pulse(self) -> Pulse:
         """The motion of the driven end, about 0."""
         return Pulse(0.0, ProbeSettings(omega_c=self.omega_c, A=self.A, sigma=self.sigma))

@@ -56,8 +56,9 @@ def whitened(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:
     columns = waveforms.reshape(*waveforms.shape[:2], -1)
     found = np.asarray(weights[..., None] * columns)
     for part in (slice(1, 1 + held), slice(1 + held, None)):
-        for weight, of_end in zip(weights[:, part], found[:, part], strict=True):
-            times = np.linspace(-1.0, 1.0, len(weight))
-            line = np.linalg.qr(weight[:, None] * np.stack((np.ones_like(times), times), 1))[0]
-            of_end -= line @ (line.T @ of_end)
+        of_ends = found[:, part]
+        times = np.linspace(-1.0, 1.0, of_ends.shape[1])
+        level = np.stack((np.ones_like(times), times), axis=1)
+        line = np.linalg.qr(weights[:, part, None] * level)[0]
+        of_ends -= line @ (line.swapaxes(1, 2) @ of_ends)
     return found.reshape(waveforms.shape)

@@ -11,16 +11,16 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from mlmem_ros.physics.potential import Array
 
-from .misfit import Misfit, Slopes, basis
+from .misfit import LARGEST, WHOLE, Misfit, Slopes, basis
 
 FEW = 1e-2
 """Damping up to which a small decrease means that the minimum is near."""
 
+ROUGH = 1e-3
+"""Decrease of a misfit beyond what is allowed that is little: such a model lacks something."""
+
 FORESEEN = 0.2
 """Error of the decrease that is foreseen up to which derivatives are kept, relative."""
-
-WHOLE = 1e9
-"""A window as long as the record."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,8 @@ def minimise(
     """Return the values of least misfit and prior, by Levenberg and Marquardt's method.
 
     Derivatives take most of the time. They are kept, from stage to stage, as long as they foresee
-    by how much the misfit decreases; only new ones tell that the minimum is near.
+    by how much the misfit decreases; only those of the same stage tell that its minimum is near,
+    unless it is blurred.
 
     Args:
         slopes: Derivatives taken near x.
@@ -69,10 +70,11 @@ def minimise(
         return cost + float((x - mean) @ precision @ (x - mean))
 
     shared, damping, left = stage.free == 'shared', 0.0, stage.iterations
+    sure = stage.blur > 0.0
     while left > 0:
         new = slopes is None or slopes.window < stage.window or slopes.shared is not shared
         if new:
-            slopes = misfit.slopes(x, stage.window, shared)
+            slopes, sure = misfit.slopes(x, stage.window, shared), True
         normal = misfit.normal(x, stage.window, stage.blur, slopes)
         now = total(x, normal.cost)
         H, g = (normal.H, normal.g) if shared else (free.T @ normal.H @ free, free.T @ normal.g)
@@ -98,8 +100,10 @@ def minimise(
             continue
         foreseen = float(step @ (2.0 * scale * g - H @ step))
         x, damping, left = moved, damping / 10.0 if damping > 1e-4 else 0.0, left - 1
-        little = damping < FEW and now - then < max(stage.least, stage.enough * now)
-        if little and new:
+        beyond = now - LARGEST * normal.data
+        enough = max(stage.least, stage.enough * now, ROUGH * beyond)
+        little = damping < FEW and now - then < enough
+        if little and sure:
             break
         if little or abs(now - then - foreseen) > FORESEEN * foreseen:
             slopes = None
@@ -109,14 +113,20 @@ def minimise(
 AGAIN = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))
 """How what all cells share is fitted once more."""
 
-LAST = (
+SHARPER = (
     Stage(WHOLE, 3e-4, iterations=2),
     Stage(WHOLE, 1e-4, iterations=1),
     Stage(WHOLE, 3e-5, iterations=1),
-    Stage(WHOLE, 0.0, iterations=60, enough=1e-5, least=0.5),
 )
+"""How the whole record is taken into account."""
+
+BLANK = (*SHARPER, Stage(WHOLE, 0.0, iterations=20, enough=1e-3))
+"""How a blank element alone is fitted at last: it leaves cells open, so that its minimum lies at
+the end of a long valley, and only begins what follows."""
+
+LAST = (*SHARPER, Stage(WHOLE, 0.0, iterations=60, enough=1e-6, least=0.05))
 """How the minimum is reached at last. Few iterations do for most elements; where the wall was at
-one place only, the minimum lies at the end of a long valley."""
+one place only, that lies at the end of a long valley, too."""
 
 CELLS = (*(Stage(window, 3e-4, iterations=3) for window in (150.0, 300.0)), *LAST)
 """How every cell is fitted once the wall is found."""
@@ -125,7 +135,8 @@ SCHEDULE = (
     Stage(-WHOLE, 0.0, 'rest'),
     *(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 120.0, 200.0)),
     Stage(60.0, 3e-4, iterations=3),
-    *CELLS,
+    *CELLS[:2],
+    *BLANK,
 )
 """What all cells share first, on growing windows, so that a clock that is some per cent off skips
 no cycle; then every cell; then all that the noise allows."""
@@ -137,6 +148,6 @@ SLOWER = (
         for window in (10.0, 20.0, 40.0, 80.0, 140.0, 200.0)
     ),
     *(Stage(window, 5e-4, 'cells', 6, 0.01) for window in (20.0, 40.0, 80.0, 160.0, 320.0)),
-    *LAST,
+    *BLANK,
 )
 """For an element on which the first one ends in a local minimum."""

@@ -17,25 +17,22 @@ import numpy as np
 from mlmem_ros.device.end import Shot
 from mlmem_ros.physics import Design, Integrator, StateError
 from mlmem_ros.physics.potential import Array
-from mlmem_tools.twin.forward import NEAR, Forward, equilibria
+from mlmem_tools.twin.forward import NEAR, equilibria
 from mlmem_tools.twin.unknowns import Unknowns
 
-from .descent import AGAIN, CELLS, LAST, SCHEDULE, SLOWER, WHOLE, Stage, minimise
+from .descent import AGAIN, BLANK, CELLS, LAST, SCHEDULE, SLOWER, Stage, minimise
 from .fitted import (
     ADDED,
-    LARGEST,
     OF_LINE,
     Fit,
     asks,
     doubts,
-    has,
     inverse,
-    missing_term,
     posterior,
     widened,
     with_term,
 )
-from .misfit import Misfit, Prior
+from .misfit import LARGEST, WHOLE, Misfit, Prior
 
 WINDOW = 300.0
 """Time after a pulse in which its waveforms are compared."""
@@ -50,40 +47,49 @@ TRIED = 3
 APART = 2.0
 """Least distance between two of them in cells: a fit moves between nearer ones."""
 
+BEHIND = 4.0
+"""Misfit of a wrong place over that of the best."""
 
-def located(misfit: Misfit, x: Array, shots: Sequence[Shot]) -> tuple[list[Shot], Array]:
-    """Return shots with their walls where they most probably were, and better values.
+
+def located(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
+    """Return a misfit with the walls where they most probably were, and better values.
 
     Shots that were fired at the same supposed site saw the same wall. The first wall shows how
     waves travel in the active phase, which a blank element does not tell: so some places, and the
     one nearest to the supposed site, are tried in turn: what all cells share is fitted to each.
 
-    Shots without a wall stay as they are; x are values as fitted to the blank element.
+    x are values as fitted to the blank element.
     """
-    blank = [shot for shot in shots if not shot.wall]
     found = {0.0: 0.0}
-    for supposed in sorted({shot.wall for shot in shots if shot.wall}):
-        same = [shot for shot in shots if shot.wall == supposed]
+    for supposed in _walls(misfit):
+        same = _with(misfit, supposed)
         places = ranked(misfit, x, same)
         found[supposed] = places[0] if places else supposed
-        if len(found) == 2:
-            tried = []
-            nearest = sorted(places, key=lambda place: abs(place - supposed))[:1]
-            for place in dict.fromkeys((*nearest, *_apart(places)[:TRIED])):
-                guess = misfit.only(blank + _moved(same, place))
-                tried.append((*_refined(guess, x), place))
-            x, _, found[supposed] = min(tried, key=lambda each: each[1])
-    return [replace(shot, wall=found[shot.wall]) for shot in shots], x
+        if places and len(found) == 2:
+            nearest = min(places, key=lambda place: abs(place - supposed))
+            tried = dict.fromkeys((nearest, *_apart(places)[:TRIED]))
+            guesses = [misfit.only(_with(misfit, 0.0) + _moved(same, place)) for place in tried]
+            best, x = _best(guesses, x)
+            found[supposed] = _walls(best)[0]
+    return misfit.only([replace(shot, wall=found[shot.wall]) for shot in misfit.shots]), x
 
 
-def relocated(misfit: Misfit, x: Array, shots: Sequence[Shot]) -> list[Shot]:
-    """Return shots with their walls where they were, at most `NEAR` from where they were found."""
+def relocated(misfit: Misfit, x: Array) -> Misfit:
+    """Return a misfit with the walls where they were, at most `NEAR` from where they are."""
     found = {0.0: 0.0}
-    for known in {shot.wall for shot in shots if shot.wall}:
-        same = [shot for shot in shots if shot.wall == known]
-        places = ranked(misfit, x, same, known)
+    for known in _walls(misfit):
+        places = ranked(misfit, x, _with(misfit, known), known)
         found[known] = places[0] if places else known
-    return [replace(shot, wall=found[shot.wall]) for shot in shots]
+    return misfit.only([replace(shot, wall=found[shot.wall]) for shot in misfit.shots])
+
+
+def _walls(misfit: Misfit) -> list[float]:
+    return sorted({shot.wall for shot in misfit.shots if shot.wall})
+
+
+def _with(misfit: Misfit, wall: float) -> list[Shot]:
+    """Return the shots with a wall, or those of the blank element."""
+    return [shot for shot in misfit.shots if shot.wall == wall]
 
 
 def ranked(
@@ -93,14 +99,14 @@ def ranked(
 
     The shots have the same wall; `near` takes only places at most `NEAR` from there.
     """
-    forward, N = misfit.forward(x), misfit.unknowns.design.N
-    sites = np.arange(2.0, N)
+    sites = np.arange(2.0, misfit.unknowns.design.N)
     if near is not None:
         sites = sites[np.abs(sites - near) <= NEAR]
     scores = {}
-    for place in equilibria(forward, shots[0], sites):
+    for place in equilibria(misfit.forward(x), shots[0], sites):
         try:
-            scores[place] = sum(_score(misfit, forward, shot) for shot in _moved(shots, place))
+            each = (misfit.residuals(x, shot, WINDOW, BLUR)[0] for shot in _moved(shots, place))
+            scores[place] = sum(float(np.sum(values**2)) for values in each)
         except StateError:  # held so weakly there that it is not found again
             continue
     return sorted(scores, key=lambda place: scores[place])
@@ -119,17 +125,18 @@ def _apart(places: Sequence[float]) -> list[float]:
     return kept
 
 
-def _refined(misfit: Misfit, x: Array) -> tuple[Array, float]:
-    """Return values with what all cells share fitted, and the misfit."""
-    cost = np.inf
+def _best(guesses: Sequence[Misfit], x: Array) -> tuple[Misfit, Array]:
+    """Return the best of some guesses, and values with what all cells share fitted to it.
+
+    Those that are far behind on a window are not tried on a longer one.
+    """
+    tried = [(guess, x, 0.0) for guess in guesses]
     for stage in AGAIN:
-        x, cost, _ = minimise(misfit, x, stage)
-    return x, cost
-
-
-def _score(misfit: Misfit, forward: Forward, shot: Shot) -> float:
-    predicted = forward.predict(shot, shot.pulse.duration + WINDOW)
-    return float(np.sum(misfit.residuals(forward, shot, predicted, BLUR)[0] ** 2))
+        tried = [(guess, *minimise(guess, at, stage)[:2]) for guess, at, _ in tried]
+        least = min(cost for *_, cost in tried)
+        tried = [each for each in tried if each[2] <= BEHIND * least]
+    best, x, _ = min(tried, key=lambda each: each[2])
+    return best, x
 
 
 PREDICTED = 2.0
@@ -168,12 +175,11 @@ def fit(
     misfit = Misfit(Unknowns(design), shots, prior or Prior(), integrator)
     first = _blank(misfit, told)
     told('where the wall was', 0.0)
-    shots, x = located(first.misfit, first.x, shots)
-    shared = _descend(first.misfit.only(shots), x, AGAIN, told)
-    shots = relocated(first.misfit, shared.x, shots)
-    found = _descend(first.misfit.only(shots), shared.x, CELLS, told)
-    if found.chi2 > LARGEST and not missing_term(found)[0]:
-        found = _without_worst(found, shared.x, told)
+    misfit, x = located(first.misfit.only(shots), first.x)
+    _, x = _best([misfit], x)
+    found = _descend(relocated(misfit, x), x, CELLS, told)
+    if found.chi2 > LARGEST and not found.missing[0]:
+        found = _without_worst(found, x, told)
     found = _explained(found, told)
     told('pulses held out', 0.5)
     return _predicted(replace(found, held_out=_held_out(found), slopes=None))
@@ -216,10 +222,10 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
     The others are fitted without it, and tell where it was.
     """
     misfit = found.misfit
-    places = {shot.wall for shot in misfit.shots if shot.wall}
-    if len(places) < 2:
+    parts = {wall: misfit.only(_with(misfit, wall)) for wall in _walls(misfit)}
+    costs = {wall: part.cost(found.x, WHOLE) for wall, part in parts.items()}
+    if len(costs) < 2:
         return found
-    costs = {wall: misfit.only(_with(misfit, wall)).cost(found.x, WHOLE) for wall in places}
     worst = max(costs, key=lambda wall: costs[wall])
     others = [shot for shot in misfit.shots if shot.wall != worst]
     again = _descend(misfit.only(others), x, CELLS, told)
@@ -234,26 +240,20 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
     return replace(again, untold=(*again.untold, left_out))
 
 
-def _with(misfit: Misfit, wall: float) -> list[Shot]:
-    """Return the shots with a wall."""
-    return [shot for shot in misfit.shots if shot.wall == wall]
-
-
 def _blank(misfit: Misfit, told: Report) -> Fit:
     """Return the fit to the blank element alone, whose state is known.
 
     It need not describe the element yet, but what is wrong with the line must be known.
     """
-    blank = misfit.only([shot for shot in misfit.shots if not shot.wall])
+    blank = misfit.only(_with(misfit, 0.0))
     found = _descend(blank, misfit.unknowns.mean, SCHEDULE, told)
     while found.chi2 > LARGEST:
-        term, why = missing_term(found)
-        if term in OF_LINE and not has(found.misfit, term):
-            blank = with_term(found.misfit, term)
-            found = _descend(blank, widened(found, blank.unknowns), SCHEDULE, told)
+        term, why = found.missing
+        if term in OF_LINE:
+            found = _with_more(found, term, BLANK, told)
             continue
         if not term:  # a local minimum?
-            again = _descend(blank, misfit.unknowns.mean, SLOWER, told)
+            again = _descend(found.misfit, misfit.unknowns.mean, SLOWER, told)
             found = min(found, again, key=lambda each: each.chi2)
         elif term not in ADDED:
             raise Misfitting(
@@ -263,13 +263,12 @@ def _blank(misfit: Misfit, told: Report) -> Fit:
     return found
 
 
-def _explained(found: Fit, told: Report, terms: Sequence[str] = ADDED) -> Fit:
+def _explained(found: Fit, told: Report) -> Fit:
     """Return a fit that describes the element, with more unknowns if the data ask for them."""
     while asks(found):
-        term, why = missing_term(found)
-        if term in terms and not has(found.misfit, term):
-            misfit = with_term(found.misfit, term)
-            found = _descend(misfit, widened(found, misfit.unknowns), LAST, told)
+        term, why = found.missing
+        if term in ADDED:
+            found = _with_more(found, term, LAST, told)
         elif doubt := doubts(found):
             raise Misfitting(
                 f'the model does not describe this element: {doubt[0]}{_where(found)}; {why}'
@@ -279,12 +278,17 @@ def _explained(found: Fit, told: Report, terms: Sequence[str] = ADDED) -> Fit:
     return found
 
 
+def _with_more(found: Fit, term: str, stages: Sequence[Stage], told: Report) -> Fit:
+    """Return the fit with one more term, from where it was without."""
+    misfit = with_term(found.misfit, term)
+    return _descend(misfit, widened(found, misfit.unknowns), stages, told)
+
+
 def _where(found: Fit) -> str:
     """Return in words where most of a misfit is, if it is with one wall."""
     misfit, x, total = found.misfit, found.x, found.chi2 * found.data
-    for wall in {shot.wall for shot in misfit.shots}:
-        part = misfit.only([shot for shot in misfit.shots if shot.wall == wall])
-        if wall and part.cost(x, WHOLE) > 0.8 * total:
+    for wall in _walls(misfit):
+        if misfit.only(_with(misfit, wall)).cost(x, WHOLE) > 0.8 * total:
             return f', nearly all of it in the shots with the wall near {wall:.0f}'
     return ''
 
@@ -318,7 +322,7 @@ def _descend(misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report) ->
     for number, stage in enumerate(stages):
         what = _what(misfit.unknowns) if stage.free == 'cells' else 'shared values'
         told(f'{what}, {_window(stage)}', number / len(stages))
-        if stage is LAST[-1]:
+        if not stage.blur and stage.window == WHOLE:
             misfit = misfit.drifting(x)
         x, _, slopes = minimise(misfit, x, stage, slopes)
     told('fitted', 1.0)

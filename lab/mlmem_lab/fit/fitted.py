@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,7 @@ from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import Clock
 from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
-from .descent import WHOLE
-from .misfit import DRIFT, Misfit, Normal, Slopes, patterns
-
-LARGEST = 1.1
-"""Largest misfit per datum of a model that describes the element."""
+from .misfit import DRIFT, LARGEST, WHOLE, Misfit, Normal, Slopes, patterns
 
 IN_BAND = 2.0
 """Largest one at the frequencies of the echoes; up to there, intervals are widened."""
@@ -88,6 +85,11 @@ class Fit:
         """Root mean square noise of a sample in cells."""
         noise = [self.misfit.noise(shot) for shot in self.misfit.shots]
         return float(np.sqrt(np.mean(np.square(noise))))
+
+    @cached_property
+    def missing(self) -> tuple[str, str]:
+        """Which term its model lacks most; see `missing_term`."""
+        return missing_term(self)
 
     @property
     def deviations(self) -> Array:
@@ -168,11 +170,10 @@ def _in_band(misfit: Misfit, x: Array) -> float:
 
     Intervals must be as wide as the noise at these frequencies says.
     """
-    forward, both, power = misfit.forward(x), 0.0, 0.0
+    both = power = 0.0
     for shot in misfit.shots:
-        predicted = forward.predict(shot, WHOLE)
-        residual, weights = misfit.residuals(forward, shot, predicted)
-        heard = misfit.whitened(shot, predicted, weights)
+        residual, weights = misfit.residuals(x, shot, WHOLE)
+        heard = misfit.whitened(shot, misfit.predicted(x, shot, WHOLE), weights)
         left, echo = (np.abs(np.fft.rfft(each[:, 1:])) ** 2 for each in (residual, heard))
         both += float(np.sum(left * echo)) / residual.shape[1]
         power += float(np.sum(echo))
@@ -328,12 +329,12 @@ def jitter(found: Fit) -> float:
 
     It is 0 if the residuals are correlated, as those of a wrong model are.
     """
-    forward, misfit = found.misfit.forward(found.x), found.misfit
+    x, misfit = found.x, found.misfit
     along = beyond = slopes = 0.0
     for shot in misfit.shots:
-        predicted = forward.predict(shot, WHOLE)
-        residual, weights = misfit.residuals(forward, shot, predicted)
-        r, slope = residual[:, 1:], (weights * np.gradient(predicted, axis=1))[:, 1:]
+        residual, weights = misfit.residuals(x, shot, WHOLE)
+        speeds = np.gradient(misfit.predicted(x, shot, WHOLE), axis=1)
+        r, slope = residual[:, 1:], (weights * speeds)[:, 1:]
         along += float(np.sum(r[:, 1:] * r[:, :-1]))
         beyond += float(np.sum(r**2 - (weights[:, 1:] > 0.0)))
         slopes += float(np.sum(slope**2))

@@ -86,25 +86,20 @@ class Prior:
         relative = np.array((self.stiffness, self.gamma, self.beta))
         shared = relative[:, None] * patterns(design)
         spread = np.diag((self.scatter * alpha) ** 2) + shared.T @ shared
-        full = np.zeros((unknowns.size, unknowns.size))
-        full[unknowns.alpha, unknowns.alpha] = np.linalg.inv(spread)
-        deviations = np.array((
+        deviations = np.zeros(unknowns.size)
+        deviations[design.N : unknowns.shared_end] = (
             self.ground_state, self.ground_state, self.skew if design.law else self.c,
             self.eta * max(design.eta, 1e-4), self.time_unit,
             self.substrate_ratio * design.s_max / design.s_min, self.j_0,
             *(self.zero,) * 2, *(self.gain,) * 4,
             *(self.late if unknowns.latency else IN_TIME,) * 4,
-        ))  # fmt: skip
-        places = np.arange(design.N, design.N + len(SHARED))
-        full[places, places] = deviations**-2
-        for cells, deviation in (
-            (unknowns.mass, self.mass), (unknowns.offset, self.offset),
-            (unknowns.k_r, self.k_r), (unknowns.damped, self.damping),
-        ):  # fmt: skip
-            places = np.arange(cells.start, cells.stop)
-            full[places, places] = deviation**-2
+        )  # fmt: skip
+        deviations[unknowns.mass], deviations[unknowns.offset] = self.mass, self.offset
+        deviations[unknowns.k_r], deviations[unknowns.damped] = self.k_r, self.damping
         if unknowns.friction:
-            full[-1, -1] = self.friction**-2
+            deviations[-1] = self.friction
+        full = np.diag(np.append(np.zeros(design.N), deviations[design.N :] ** -2))
+        full[unknowns.alpha, unknowns.alpha] = np.linalg.inv(spread)
         return full
 
 
@@ -128,10 +123,15 @@ def basis(unknowns: Unknowns, free: str) -> Array:
         return np.eye(unknowns.size)[:, [unknowns.shared(name) for name in AT_REST]]
     shared = np.zeros((unknowns.size, 3 + len(SHARED)))
     shared[unknowns.alpha, :3] = patterns(unknowns.design).T
-    for k in range(len(SHARED)):
-        shared[unknowns.design.N + k, 3 + k] = 1.0
+    shared[unknowns.design.N : unknowns.shared_end, 3:] = np.eye(len(SHARED))
     return shared
 
+
+LARGEST = 1.1
+"""Largest misfit per datum of a model that describes the element."""
+
+WHOLE = 1e9
+"""A window as long as the record."""
 
 DRIFT = 1e-4
 """Standard deviation of a transducer's zero from shot to shot in cells, as long as it is not
@@ -139,6 +139,10 @@ known."""
 
 LEAST_DRIFT = 1e-5
 """Least one that is believed."""
+
+WITHIN = 0.1
+"""How far a gain drifts during half a pulse, over how far it drifts from shot to shot: the element
+rests for some ten times as long in between."""
 
 HELD_OFF = 1e-4
 """Standard deviation of where an end is held from where it rests in cells, if gains drift."""
@@ -198,6 +202,10 @@ class Misfit:
         return {}
 
     @cached_property
+    def _latest(self) -> list[Forward]:
+        return []
+
+    @cached_property
     def precision(self) -> Array:
         """The inverse of the prior's covariance, shape (size, size)."""
         return self.prior.precision(self.unknowns)
@@ -209,58 +217,71 @@ class Misfit:
         return self._noise[key][1]
 
     def forward(self, x: Array) -> Forward:
-        """Return the forward model with these values; raises as `Forward` does."""
-        return Forward(self.unknowns, x, self.integrator)
+        """Return the forward model with these values, the same one as long as they are asked for;
+        raises as `Forward` does.
+        """
+        if not (self._latest and self._latest[0].x is x):
+            self._latest[:] = [Forward(self.unknowns, x, self.integrator)]
+        return self._latest[0]
+
+    def predicted(self, x: Array, shot: Shot, window: float) -> Array:
+        """Return what both ends read at rest, then until a window after the pulse has passed,
+        shape (2, m); raises as `Forward` and `Forward.predict` do.
+        """
+        return self.forward(x).predict(shot, shot.pulse.duration + window)
 
     def residuals(
-        self, forward: Forward, shot: Shot, predicted: Array, blur: float = 0.0
+        self, x: Array, shot: Shot, window: float, blur: float = 0.0
     ) -> tuple[Array, Array]:
-        """Return residuals in standard deviations, and their weights, shape (2, m) each.
+        """Return residuals of `predicted` in standard deviations, and their weights, shape (2, m).
 
         Args:
-            forward: The model that predicts.
-            predicted: What it predicted, shape (2, m): at rest, then sample by sample.
             blur: Standard deviation of a sample if it is larger than the noise: residuals of a
                 model that is still far off are smoothed so.
         """
-        values, weights, drifts = self._compared(forward, shot, predicted, blur)
+        values, weights, drifts = self._compared(x, shot, window, blur)
         return self._loosened(values, drifts)[0], weights
 
     def _compared(
-        self, forward: Forward, shot: Shot, predicted: Array, blur: float
+        self, x: Array, shot: Shot, window: float, blur: float
     ) -> tuple[Array, Array, Array]:
         """Return whitened residuals before gains may drift, their weights, and `_drifts`."""
-        stride = Clock.of(shot.dt, self.integrator).stride
+        predicted, stride = self.predicted(x, shot, window), self._stride(shot)
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
         spread = np.maximum(self.noise(shot), blur)[:, None] * np.ones_like(measured)
         spread[:, 0] = max(self.drift, blur)
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
-        values = self.whitened(shot, misfit, weights)
-        return values, weights, self._drifts(forward, shot, predicted, weights)
+        drifts = self._drifts(x, shot, window, weights)
+        return self.whitened(shot, misfit, weights), weights, drifts
+
+    def _stride(self, shot: Shot) -> int:
+        return Clock.of(shot.dt, self.integrator).stride
 
     def whitened(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
-        sample = shot.dt * Clock.of(shot.dt, self.integrator).stride
-        return whitened(waveforms, weights, math.ceil(shot.pulse.duration / sample))
+        held = shot.pulse.duration / (shot.dt * self._stride(shot))
+        return whitened(waveforms, weights, math.ceil(held))
 
-    def _drifts(self, forward: Forward, shot: Shot, predicted: Array, weights: Array) -> Array:
+    def _drifts(self, x: Array, shot: Shot, window: float, weights: Array) -> Array:
         """Return what gains that drift change by a standard deviation each, shape (k, 2, m).
 
-        They are the gain of either sensor, its rest included, and that of the pulse, which changes
-        the waves at both ends; and where the driven end is held: its gain has drifted since its
-        rest was measured.
+        They are the gain of either sensor, its rest included; its slope; the gain of the pulse,
+        which changes the waves at both ends; and where the driven end is held: its gain has
+        drifted since its rest was measured. Shots are independent: those of a slow drift are not,
+        but a model of that is wrong of a quick one, and this is right of both.
         """
+        predicted = self.predicted(x, shot, window)
         if not self.gain_drift:
             return np.zeros((0, *predicted.shape))
         heard = self.whitened(shot, predicted, weights)
-        duration = (predicted.shape[1] - 1) * shot.dt * Clock.of(shot.dt, self.integrator).stride
-        moved = forward.predict(shot, duration, HELD_OFF)[:, : predicted.shape[1]] - predicted
-        changes = np.zeros((4, *heard.shape))
+        moved = self.forward(x).predict(shot, shot.pulse.duration + window, HELD_OFF) - predicted
+        changes = np.zeros((6, *heard.shape))
         changes[0, 0], changes[1, 1], changes[2, :, 1:] = heard[0], heard[1], heard[:, 1:]
-        changes[:3] *= self.gain_drift
-        changes[3] = self.whitened(shot, moved, weights)
+        changes[3:5] = WITHIN * np.linspace(-1.0, 1.0, heard.shape[1]) * changes[:2]
+        changes[:5] *= self.gain_drift
+        changes[5] = self.whitened(shot, moved, weights)
         return changes
 
     def _loosened(self, values: Array, drifts: Array) -> tuple[Array, float]:
@@ -285,8 +306,7 @@ class Misfit:
         """
         if self.gain_drift:
             return replace(self, drift=DRIFT)
-        forward = self.forward(x)
-        each = [forward.predict(shot, 0.0)[:, 0] - shot.rest for shot in self.shots]
+        each = [self.predicted(x, shot, -WHOLE)[:, 0] - shot.rest for shot in self.shots]
         free = max(1, 2 * len(each) - len(AT_REST))
         found = float(np.sqrt(np.sum(np.square(each)) / free))
         return replace(self, drift=max(found, LEAST_DRIFT))
@@ -298,11 +318,8 @@ class Misfit:
     def cost(self, x: Array, window: float, blur: float = 0.0) -> float:
         """Return r^T r over a window after the pulses; infinite where there is no such element."""
         try:
-            forward = self.forward(x)
-            each = (
-                (shot, forward.predict(shot, shot.pulse.duration + window)) for shot in self.shots
-            )
-            return float(sum(np.sum(self.residuals(forward, *one, blur)[0] ** 2) for one in each))
+            each = (self.residuals(x, shot, window, blur)[0] for shot in self.shots)
+            return float(sum(np.sum(values**2) for values in each))
         except (DesignError, StateError):
             return np.inf
 
@@ -323,12 +340,10 @@ class Misfit:
             window: How long after its pulse each shot is compared.
             blur: Least standard deviation of a sample.
         """
-        forward = self.forward(x)
         for shot, J in zip(self.shots, (slopes or self.slopes(x, window)).each, strict=True):
-            predicted = forward.predict(shot, shot.pulse.duration + window)
-            values, weights, drifts = self._compared(forward, shot, predicted, blur)
+            values, weights, drifts = self._compared(x, shot, window, blur)
             residual, loose = self._loosened(values, drifts)
-            of_unknowns = self.whitened(shot, J[:, : predicted.shape[1]], weights)
+            of_unknowns = self.whitened(shot, J[:, : values.shape[1]], weights)
             own, _ = self._loosened(of_unknowns, drifts)
             flat = own.reshape(-1, J.shape[-1])
             yield Normal(

@@ -94,7 +94,7 @@ class HiddenElement(Driver):
                 quarter of it later.
         """
         self.element, self._sensors, self._late = element, sensors, late
-        self._gains, self._drift, self._period = sensors.gain, drift, period
+        self._drift, self._period = drift, period
         self.dt = self.PARTS * element.dt
         self.nodes = tuple((k + 1) / self.PARTS for k in range(self.PARTS))
         n = element.specimen.design.N
@@ -109,26 +109,32 @@ class HiddenElement(Driver):
         looks: int = 1,
     ) -> Array:
         """Return the samples of both ends as the line gives them; see `Driver.advance`."""
-        turn = 2.0 * np.pi * (self._time / self._period + np.array((0.0, 0.25)))
-        left, right = np.array(self._gains) * (1.0 + self._drift * np.sin(turn))
-        self._sensors.gain = float(left), float(right)
+        width, n = self._past.shape[1], len(V_N)
+        gains = self._gains(self._time + self.element.dt * np.arange(1.0, n + 1.0))
         if held_cell is not None:
             motion = self._sensors.held(held_cell.site, held_cell.motion)
+            motion = motion / gains[int(held_cell.site > 1), : motion.shape[1]]
             held_cell = replace(held_cell, motion=motion)
         known = np.concatenate((self._past, self.element.advance(V_N, held_cell)), axis=1)
-        width, n = self._past.shape[1], len(V_N)
         heard = np.stack([
-            of_end[width - late : width - late + n][self.PARTS - 1 :: self.PARTS]
-            for of_end, late in zip(known, self._late, strict=True)
+            gain * of_end[width - late : width - late + n]
+            for gain, of_end, late in zip(gains, known, self._late, strict=True)
         ])  # fmt: skip
         self._past = known[:, -width:].copy()
         self._time += n * self.element.dt
         self.V_N = self.element.V_N
-        return self._sensors.readings(heard)
+        return self._sensors.readings(heard[:, self.PARTS - 1 :: self.PARTS])
 
     def end(self, site: int) -> float:
         """Return the displacement of an end as its sensor gives it."""
-        return self._sensors.gain[int(site > 1)] * self.element.end(site)
+        row = int(site > 1)
+        gain = self._sensors.gain[row] * float(self._gains(np.array([self._time]))[row, 0])
+        return gain * self.element.end(site)
+
+    def _gains(self, times: Array) -> Array:
+        """Return the gains of both ends over those of the sensors, shape (2, n)."""
+        turns = times / self._period + np.array([[0.0], [0.25]])
+        return np.asarray(1.0 + self._drift * np.sin(2.0 * np.pi * turns))
 
 
 class AtOnce(Tcp):

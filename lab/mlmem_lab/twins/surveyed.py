@@ -101,10 +101,11 @@ def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[
     """
     chosen = PRESETS[preset]
     truth = hidden(chosen.design, scatter, seed, kind)
-    shots, spent = shots_of(preset, truth, seed, kind)
-    found: dict[str, Any] = {'seed': seed, 'shots': len(shots), 'time': spent}
-    begun = time.process_time()
+    found: dict[str, Any] = {'seed': seed}
     try:
+        shots, spent = shots_of(preset, truth, seed, kind)
+        found |= {'shots': len(shots), 'time': spent}
+        begun = time.process_time()
         fitted = fit(chosen.design, shots)
     except Misfitting as error:
         return found | {'refused': str(error)}
@@ -136,7 +137,11 @@ def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[
 def shots_of(
     preset: str, truth: Element, seed: int, kind: str = ALPHA
 ) -> tuple[list[Shot], float]:
-    """Return the shots of a survey of a hidden element, and how long it took in time units."""
+    """Return the shots of a survey of a hidden element, and how long it took in time units.
+
+    Raises:
+        Misfitting: The survey failed.
+    """
     design, settings = PRESETS[preset]
     random, amount = np.random.default_rng([seed, 1]), KINDS[kind]
     gains = 1.0 + GAIN * random.standard_normal(2)
@@ -157,7 +162,9 @@ def shots_of(
     rig = EmulatedRig(design, settings, driver, at_once=True)
     there = Rig(design, settings, 'tcp://here:1', AtOnce(rig))
     device = MemoryElement(design, settings, factory_calibration(design, settings), there)
-    _, events = performed(device, Survey())
+    outcome, events = performed(device, Survey())
+    if not outcome.success:
+        raise Misfitting(f'the survey failed: {outcome.error}')
     shots = [event for event in events if isinstance(event, Shot)]
     return shots, device.ticks * device.tick
 

@@ -14,14 +14,17 @@ from mlmem_tools.cli.main import main
 
 from .truth import SMALL
 
+FEW = slice(0, 5, 2)
+"""Two shots of the blank element, and one with a wall: the fit of all is known."""
+
 
 @pytest.fixture(scope='module')
 def bench(tmp_path_factory, fitted):
-    """A folder with a design and the shots of a hidden element, which is returned too."""
+    """A folder with a design and some shots of a hidden element, which is returned too."""
     folder, (element, shots, _) = tmp_path_factory.mktemp('bench'), fitted
     design = folder / 'design.yaml'
     design.write_text(parameter_file.text_of(SMALL, preset('bits_1').settings), encoding='utf-8')
-    for number, shot in enumerate(shots):
+    for number, shot in enumerate(shots[FEW]):
         csv_shots.save(folder / f'{number}.csv', shot)
     return folder, element
 
@@ -39,7 +42,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
 
     def known(design, read, **_):
         assert design == SMALL
-        for one, other in zip(read, measured, strict=True):
+        for one, other in zip(read, measured[FEW], strict=True):
             assert (one.samples == other.samples).all()
         return found
 
@@ -48,11 +51,11 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     files = sorted(folder.glob('*.csv'))
     status, told, why = run(capsys, 'fit', *files, '--design', design, '--output', file, '--json')
     assert status == 0, why
-    assert told['chi2'] == pytest.approx(1.0, abs=0.05)
+    assert told['chi2'] == pytest.approx(found.chi2)
     pulls = (np.array(told['alpha']) - element.strength) / told['alpha_std']
     assert np.abs(pulls).max() < 5.0
     assert told['untold']
-    assert len(told['held_out']) == len(files)
+    assert told['held_out'] == pytest.approx(found.held_out)
     known = element_file.load(file)
     assert known.specimen.alpha.tolist() == pytest.approx(told['alpha'])
 
@@ -84,7 +87,7 @@ def test_a_csv_that_is_no_shot_is_named(capsys, tmp_path):
 def test_a_word_among_the_samples_is_no_missing_sample(bench, capsys, tmp_path):
     """Only an empty cell and nan are; NumPy's reader takes any word for one."""
     folder, _ = bench
-    good = next(folder.glob('*.csv')).read_text(encoding='utf-8').splitlines()
+    good = next(folder.glob('*.csv')).read_text(encoding='utf-8').splitlines()[:20]
     for worse in ('x', '[1]', 'inf', '1e400'):
         path = tmp_path / 'shot.csv'
         path.write_text('\n'.join([*good, f'{worse},0.0']), encoding='utf-8')

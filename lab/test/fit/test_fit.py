@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem_lab.fit.descent import WHOLE
 from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit, ranked
 from mlmem_lab.fit.fitted import doubts, jitter, missing_term, posterior
-from mlmem_lab.fit.misfit import LEAST_DRIFT
+from mlmem_lab.fit.misfit import LEAST_DRIFT, WHOLE
 from mlmem_ros.device.end import End
 from mlmem_ros.physics.curve import Curve
 
