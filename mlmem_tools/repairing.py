@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from mlmem_ros.bag.contents import Loss
+from mlmem_ros.bag.contents import LOST, Loss, renewed
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import LOST, renewed
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 

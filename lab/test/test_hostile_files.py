@@ -175,7 +175,7 @@ KINDS = {
     'session': Kind('mlmem_ros.bag.mcap_part', whole, copied(PART), '.mcap', OF_BAG),
     'session on the page': Kind('mlmem_ros.bag.mcap_part', session_frame.load, copied(PART),
                                 '.mcap', OF_BAG),
-    'metadata': Kind('mlmem_ros.bag.metadata', described, beside_its_bag, errors=OF_BAG),
+    'metadata': Kind('mlmem_ros.bag.contents', described, beside_its_bag, errors=OF_BAG),
 }  # fmt: skip
 
 OWN = {

@@ -1,12 +1,24 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a bag holds: topics, definitions of their types, messages; and what of it was lost."""
+"""What a bag holds: topics, definitions of their types, messages, and what of it was lost; and
+rosbag2's metadata, which say so: written as Jazzy writes them (version 9), read from any.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import NamedTuple
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path, PurePath
+from typing import Any, NamedTuple
+
+import yaml  # type: ignore[import-untyped]
+
+from .. import durable
+from ..described import clipped
+from ..outside import from_yaml, require_regular
+from .errors import BagError, storage_errors
 
 
 @dataclass(frozen=True)
@@ -88,8 +100,259 @@ class Loss:
         return f'{self.file}, byte {self.offset}: {size}{self.reason}'
 
 
+LIBRARY = 'mlmem_ros'
+"""Begins the name of the program in our files."""
+
+METADATA_NAME = 'rosbag2'
+"""Name of the MCAP metadata record in which rosbag2 keeps its metadata."""
+
 OFFERED_QOS, TYPE_HASH = 'offered_qos_profiles', 'topic_type_hash'
 """Keys in the metadata of every MCAP channel."""
 
 NOT_CLOSED = 'the file was not closed'
 """Begins the reason of a loss: nothing is damaged, but the end of the recording is missing."""
+
+
+try:  # ten times as fast
+    from yaml import CSafeDumper as SafeDumper
+except ImportError:  # PyYAML was built without libyaml
+    from yaml import SafeDumper
+
+FILE_NAME = 'metadata.yaml'
+
+DROPPED = 'dropped_messages'
+LOST = 'mlmem_ros.lost'
+"""Our keys in the custom data of a bag."""
+
+_ROOT = 'rosbag2_bagfile_information'
+_NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message
+_NO_WIDTH = 2**31 - 1
+_LONGEST_TEXT = 2**18  # characters: metadata of 400 topics
+
+_PROFILE = """\
+- history: unknown
+  depth: 0
+  reliability: {}
+  durability: {}
+  deadline:
+    sec: 9223372036
+    nsec: 854775807
+  lifespan:
+    sec: 9223372036
+    nsec: 854775807
+  liveliness: automatic
+  liveliness_lease_duration:
+    sec: 9223372036
+    nsec: 854775807
+  avoid_ros_namespace_conventions: false"""
+
+
+def offered(reliability: str = 'reliable', durability: str = 'volatile') -> str:
+    """Return the QoS of one publisher with unlimited durations.
+
+    History and depth are ``unknown`` and 0, as ``ros2 bag record`` writes them: discovery does
+    not carry them.
+    """
+    return _PROFILE.format(reliability, durability)
+
+
+RELIABLE = offered()
+"""Reliable and volatile, the default of ROS publishers."""
+
+LATCHED = offered(durability='transient_local')
+"""Reliable and transient local: late subscribers still get the last message."""
+
+
+def renewed(text: str) -> str:
+    """Return the QoS that any version of rosbag2 wrote as Jazzy writes it; empty if damaged."""
+    from rosbags.rosbag2.metadata import parse_qos
+
+    try:
+        return qos_text(parse_qos(text))
+    except Exception:  # rosbags raises whatever a wrong type raises; messages do not need it
+        return ''
+
+
+def qos_text(profiles: Sequence[Any]) -> str:
+    """Return profiles of `rosbags` as Jazzy writes them."""
+    from rosbags.rosbag2.metadata import dump_qos_v9
+
+    text: str = yaml.safe_dump(dump_qos_v9(list(profiles)), sort_keys=False)
+    return text.rstrip('\n')
+
+
+@dataclass
+class FileInfo:
+    """One storage file of a bag. Times are in nanoseconds since the epoch, or of the ROS clock."""
+
+    path: str
+    starting_time: int = _NEVER
+    duration: int = 0
+    message_count: int = 0
+
+    def add(self, log_time: int) -> None:
+        """Count a message; its log time is in nanoseconds."""
+        end = max(self.starting_time + self.duration, log_time) if self.message_count else log_time
+        self.starting_time = min(self.starting_time, log_time)
+        self.duration = end - self.starting_time
+        self.message_count += 1
+
+
+@dataclass(frozen=True)
+class BagMetadata:
+    """What a reader needs of the metadata.
+
+    Attributes:
+        files: Names of the storage files, in the order they were written.
+        custom_data: What the recording application stored.
+        compressed: Whether the files or messages are compressed as a whole.
+    """
+
+    files: tuple[str, ...] = ()
+    message_counts: Mapping[str, int] = field(default_factory=dict)
+    custom_data: Mapping[str, str] = field(default_factory=dict)
+    compressed: bool = False
+
+    @property
+    def message_count(self) -> int:
+        """Number of messages in the bag."""
+        return sum(self.message_counts.values())
+
+
+class _Dumper(SafeDumper):  # type: ignore[misc]
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def metadata_text(
+    topics: Iterable[TopicInfo],
+    files: Sequence[FileInfo],
+    custom_data: Mapping[str, str],
+    *,
+    root: bool = True,
+) -> str:
+    """Return the metadata of a bag as YAML.
+
+    Args:
+        root: Whether to put all below the root key, as in ``metadata.yaml``; the MCAP record
+            ``rosbag2`` has none.
+    """
+    node = _node(topics, files, custom_data)
+    text: str = yaml.dump(
+        {_ROOT: node} if root else node,
+        Dumper=_Dumper,
+        sort_keys=False,
+        allow_unicode=True,
+        width=_NO_WIDTH,
+    )
+    return text.rstrip('\n')
+
+
+def parse_metadata(text: str) -> BagMetadata:
+    """Read the metadata of any rosbag2 version: YAML text with or without the root key.
+
+    Raises:
+        BagError: The text is not rosbag2 metadata.
+    """
+    try:
+        if len(text) > _LONGEST_TEXT:
+            raise ValueError(f'{len(text)} characters')
+        # Every scalar stays a string: rosbag2 leaves the custom data ``seed: 42`` unquoted.
+        document: Any = from_yaml(text, texts=True)
+        node = document.get(_ROOT, document)
+        custom_data = node.get('custom_data')
+        return BagMetadata(
+            # rosbag2 before version 4 wrote the directory's name too.
+            files=tuple(PurePath(_text(path)).name for path in node['relative_file_paths'] or ()),
+            message_counts={
+                _text(topic['topic_metadata']['name']): int(topic['message_count'])
+                for topic in node['topics_with_message_count'] or ()
+            },
+            custom_data={_text(key): _text(value) for key, value in custom_data.items()}
+            if isinstance(custom_data, dict)
+            else {},
+            compressed=_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
+        )
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise BagError(f'The text must be rosbag2 metadata; got {clipped(text)}.') from error
+
+
+def read_metadata(directory: Path) -> BagMetadata | None:
+    """Read ``metadata.yaml`` of a bag; None when it has none (``ros2 bag record`` writes it last).
+
+    Raises:
+        BagError: The file cannot be read or is not rosbag2 metadata.
+    """
+    text = read_text(directory)
+    return None if text is None else parse_metadata(text)
+
+
+def read_text(directory: Path) -> str | None:
+    """Return the text of ``metadata.yaml``; see `read_metadata`."""
+    path = directory / FILE_NAME
+    with storage_errors(f'read {path}'):
+        if not durable.exists(path):
+            return None
+        require_regular(path)
+        with path.open('rb') as file:
+            return file.read(4 * _LONGEST_TEXT + 1).decode('utf-8', errors='replace')
+
+
+def rooted(text: str) -> str:
+    """Return the text of a metadata record as it stands in ``metadata.yaml``."""
+    return f'{_ROOT}:\n{textwrap.indent(text, "  ")}'
+
+
+def _node(
+    topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
+) -> dict[str, Any]:
+    filled = [file for file in files if file.message_count]
+    start = min((file.starting_time for file in filled), default=_NEVER)
+    end = max((file.starting_time + file.duration for file in filled), default=start)
+    return {
+        'version': 9,
+        'storage_identifier': 'mcap',
+        'duration': {'nanoseconds': end - start},
+        'starting_time': {'nanoseconds_since_epoch': start},
+        'message_count': sum(file.message_count for file in files),
+        'topics_with_message_count': [
+            {
+                'topic_metadata': {
+                    'name': topic.name,
+                    'type': topic.type,
+                    'serialization_format': topic.serialization_format,
+                    'offered_qos_profiles': _profiles(topic.offered_qos),
+                    'type_description_hash': topic.type_hash,
+                },
+                'message_count': topic.message_count,
+            }
+            for topic in topics
+        ],
+        'compression_format': '',
+        'compression_mode': '',
+        'relative_file_paths': [file.path for file in files],
+        'files': [
+            {
+                'path': file.path,
+                'starting_time': {'nanoseconds_since_epoch': file.starting_time},
+                'duration': {'nanoseconds': file.duration},
+                'message_count': file.message_count,
+            }
+            for file in files
+        ],
+        # rosbag2 leaves an empty map undefined, which yaml-cpp writes as null.
+        'custom_data': dict(custom_data) or None,
+        'ros_distro': 'jazzy',
+    }
+
+
+@lru_cache  # most topics offer the same
+def _profiles(text: str) -> Any:
+    return yaml.safe_load(text) or []
+
+
+def _text(value: object) -> str:
+    # Nested lists of aliases expand without bound when written out.
+    if not isinstance(value, str):
+        raise ValueError(f'got {clipped(value)} for a text')
+    return value

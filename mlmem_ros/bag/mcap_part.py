@@ -28,9 +28,17 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from ..described import printable
-from .contents import NOT_CLOSED, OFFERED_QOS, TYPE_HASH, Definition, Loss, Message, TopicInfo
+from .contents import (
+    METADATA_NAME,
+    NOT_CLOSED,
+    OFFERED_QOS,
+    TYPE_HASH,
+    Definition,
+    Loss,
+    Message,
+    TopicInfo,
+)
 from .errors import BagError, storage_errors
-from .mcap_file import METADATA_NAME
 
 _HEAD = struct.Struct('<BQ')  # opcode and length of a record
 _READ = {

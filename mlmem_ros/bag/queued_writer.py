@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from .. import threads
 from . import jazzy
+from .contents import DROPPED
 from .errors import BagError
-from .metadata import DROPPED
 from .writer import BagWriter
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'

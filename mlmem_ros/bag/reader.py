@@ -17,11 +17,20 @@ from typing import TYPE_CHECKING, Any
 from ..described import clipped
 from ..outside import require_regular
 from . import jazzy
-from .contents import Definition, Loss, Message, TopicInfo
+from .contents import (
+    FILE_NAME,
+    LIBRARY,
+    BagMetadata,
+    Definition,
+    Loss,
+    Message,
+    TopicInfo,
+    parse_metadata,
+    read_text,
+    rooted,
+)
 from .errors import BagError, storage_errors
-from .mcap_file import LIBRARY
 from .mcap_part import McapPart
-from .metadata import FILE_NAME, BagMetadata, parse_metadata, read_text, rooted
 
 if TYPE_CHECKING:
     from .rosbags_part import RosbagsPart

@@ -14,9 +14,8 @@ from typing import cast
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat
 from rosbags.rosbag2 import Reader
 
-from .contents import Definition, Loss, Message, TopicInfo
+from .contents import Definition, Loss, Message, TopicInfo, qos_text
 from .errors import BagError
-from .metadata import qos_text
 
 _ENCODINGS = {
     MessageDefinitionFormat.NONE: '',

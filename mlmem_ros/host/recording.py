@@ -19,8 +19,8 @@ from pathlib import Path
 
 from .. import durable, threads
 from ..bag import jazzy
+from ..bag.contents import LATCHED, offered
 from ..bag.errors import BagError
-from ..bag.metadata import LATCHED, offered
 from ..bag.queued_writer import QueuedWriter
 from ..bag.writer import BagWriter
 from ..device import MemoryElement, Refused

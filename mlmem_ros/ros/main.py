@@ -1,14 +1,150 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executables `memory_node` and `memory_bank`; they handle signals before loading the rest."""
+"""The executables `memory_node` and `memory_bank` with their plain options, besides those of ROS;
+they handle signals before loading the rest.
+"""
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Sequence
 
-from .process import RECEIVED
+from .. import __version__
+from .process import RECEIVED, use_profile
+
+NAMESPACE = '/bank'
+"""Namespace of a bank, unless a remapping gives another."""
+
+MOST = 128
+"""Most elements; more are probably a mistake."""
+
+
+def ros_arguments(arguments: Sequence[str]) -> list[str]:
+    """Return a command line, the program first, with its plain options turned into ROS parameters.
+
+    Raises:
+        SystemExit: An option is unknown or has a bad value, or help was requested.
+    """
+    return _read(node_parser(), arguments)[1]
+
+
+def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
+    """Return the ROS arguments of a bank, and those of each of its nodes; see `ros_arguments`."""
+    given, of_ros = _read(bank_parser(), arguments)
+    if not given.actions:
+        of_ros += ['--ros-args', '-p', 'actions:=false']
+    namespace, rest = NAMESPACE, of_ros[:1]
+    for word in of_ros[1:]:
+        if word.startswith('__ns:='):
+            namespace = word.removeprefix('__ns:=').rstrip('/')
+            rest.pop()  # its -r
+        else:
+            rest.append(word)
+    elements = []
+    for place in range(given.elements):
+        element = {'namespace': f'{namespace}/element_{place}'}
+        if given.record:
+            element['record.path'] = f'{given.record}/element_{place}'
+        if given.state:
+            element['state.path'] = f'{given.state}/element_{place}.json'
+        elements.append(element)
+    return rest, elements
+
+
+def node_parser() -> argparse.ArgumentParser:
+    """Return the parser of the plain options of `memory_node`."""
+    return _parser('memory_node', 'One mechanical memory element as a ROS 2 node.')
+
+
+def bank_parser() -> argparse.ArgumentParser:
+    """Return the parser of the plain options of `memory_bank`."""
+    parser = _parser('memory_bank', 'Several mechanical memory elements in one process.')
+    parser.add_argument(
+        '--elements',
+        type=_number,
+        default=4,
+        metavar='NUMBER',
+        help='how many (default: %(default)s); element i is NAMESPACE/element_i/mlmem, in '
+        f'{NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
+    )
+    parser.add_argument('--record', default='', metavar='FOLDER', help='folder of the sessions')
+    parser.add_argument('--state', default='', metavar='FOLDER', help='folder of the state files')
+    parser.add_argument(
+        '--actions',
+        action='store_true',
+        help='serve actions, too: 30 endpoints more an element, which the memory of a large bank '
+        'feels',
+    )
+    return parser
+
+
+def _parser(program: str, description: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        program,
+        description=description,
+        epilog='All parameters can be set behind --ros-args, each by -p NAME:=VALUE.',
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        '--speed',
+        type=_speed,
+        metavar='FACTOR',
+        help='multiple of real time, or "max" for as fast as possible: the parameter time.speed',
+    )
+    parser.add_argument(
+        '--view',
+        action='store_true',
+        help='serve its page and print the address, as "mlmem view" does: the parameter view',
+    )
+    parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
+    return parser
+
+
+def _read(
+    parser: argparse.ArgumentParser, arguments: Sequence[str]
+) -> tuple[argparse.Namespace, list[str]]:
+    """Return the plain options, and the equivalent ROS command line."""
+    plain, of_ros = _parted(arguments[1:])
+    given = parser.parse_args(plain)
+    if given.speed is not None:
+        of_ros += ['--ros-args', '-p', f'time.speed:={given.speed!r}']
+    if given.view:
+        of_ros += ['--ros-args', '-p', 'view:=true']
+    return given, [*arguments[:1], *of_ros]
+
+
+def _parted(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the plain arguments, and ROS's: from each `--ros-args` to `--` or the end."""
+    plain: list[str] = []
+    of_ros: list[str] = []
+    mine = plain
+    for argument in arguments:
+        if argument == '--ros-args':
+            mine = of_ros
+        mine.append(argument)
+        if argument == '--':
+            mine = plain
+    return plain, of_ros
+
+
+def _number(text: str) -> int:
+    if not (text.isdecimal() and 1 <= int(text) <= MOST):
+        raise argparse.ArgumentTypeError(f'must be a number from 1 to {MOST}; got {text!r}')
+    return int(text)
+
+
+def _speed(text: str) -> float:
+    try:
+        factor = 0.0 if text == 'max' else float(text)
+    except ValueError:
+        factor = -1.0
+    if not (text == 'max' or 0.0 < factor <= 1e6):  # false for NaN, too
+        raise argparse.ArgumentTypeError(
+            f'must be a number above 0 and at most 1e6, or "max"; got {text!r}'
+        )
+    return factor
 
 
 def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
@@ -19,9 +155,6 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     file is closed and pending requests are answered.
     """
     RECEIVED.heed()
-    from .node.command_line import bank_arguments, ros_arguments
-    from .process import use_profile
-
     use_profile(os.environ)
     given = sys.argv if arguments is None else arguments
     given, elements = bank_arguments(given) if several else (ros_arguments(given), ({},))

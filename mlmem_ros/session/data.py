@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag import digest
-from ..bag.contents import Message
+from ..bag.contents import LOST, Message
 from ..bag.errors import BagError
-from ..bag.metadata import LOST
 from ..bag.reader import BagReader
 from ..contract import calls, topics
 from ..contract.commands import OF_TOPIC, Make, NoCommand

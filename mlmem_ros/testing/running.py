@@ -29,7 +29,7 @@ from rclpy.utilities import try_shutdown
 from ..contract.calls import RequestRefused
 from ..device.mailbox import Steps
 from ..host import REFUSALS
-from ..ros.node.command_line import ros_arguments
+from ..ros.main import ros_arguments
 from ..ros.node.node import MemoryNode
 from ..ros.node.run import ONE, Element, begin, end, turn
 from ..ros.node_process import Parameters, node_arguments, node_process

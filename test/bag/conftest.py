@@ -5,8 +5,7 @@
 import pytest
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.contents import Message
-from mlmem_ros.bag.metadata import LATCHED, offered
+from mlmem_ros.bag.contents import LATCHED, Message, offered
 from mlmem_ros.bag.writer import BagWriter
 
 LEVEL = '/mlmem/level', 'std_msgs/msg/Int16'

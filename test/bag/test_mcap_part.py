@@ -15,8 +15,8 @@ from sampled import sampled
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.mcap_file import McapFile
 from mlmem_ros.bag.mcap_part import McapPart
+from mlmem_ros.bag.writer import McapFile
 
 
 @pytest.fixture

@@ -10,18 +10,18 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mlmem_ros.bag.contents import TopicInfo
-from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import (
+from mlmem_ros.bag.contents import (
     LATCHED,
     RELIABLE,
     FileInfo,
+    TopicInfo,
     metadata_text,
     offered,
     parse_metadata,
     read_metadata,
     renewed,
 )
+from mlmem_ros.bag.errors import BagError
 
 # Printed by yaml-cpp 0.8 from nodes put together as rosbag2_storage/yaml.hpp (Jazzy) does.
 EMPTY_TEXT = """\

@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.metadata import LATCHED, RELIABLE, offered
+from mlmem_ros.bag.contents import LATCHED, RELIABLE, offered
 from mlmem_ros.bag.writer import BagWriter
 
 message = jazzy.message

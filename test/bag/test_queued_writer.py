@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.contents import DROPPED
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import DROPPED
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter

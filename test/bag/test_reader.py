@@ -12,9 +12,8 @@ from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag import jazzy, mcap_part
-from mlmem_ros.bag.contents import Definition, Message
+from mlmem_ros.bag.contents import Definition, Message, offered, renewed
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import offered, renewed
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 

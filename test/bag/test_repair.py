@@ -8,9 +8,9 @@ import sys
 import pytest
 from rosbags.highlevel import AnyReader
 
+from mlmem_ros.bag.contents import LOST, read_metadata
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.mcap_part import McapPart
-from mlmem_ros.bag.metadata import LOST, read_metadata
 from mlmem_ros.bag.reader import BagReader
 from mlmem_tools.repairing import repair
 

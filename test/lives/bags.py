@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from mlmem_ros.bag.contents import read_metadata
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.metadata import read_metadata
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from unittest.mock import patch
 
 from mlmem_ros import durable, threads
-from mlmem_ros.bag import mcap_file
+from mlmem_ros.bag import writer
 from mlmem_ros.device import actuator, element, loop, mailbox, timetable
 from mlmem_ros.device.errors import Refused
 from mlmem_ros.device.mailbox import Request
@@ -160,7 +160,7 @@ def session_begun_within_a_tick(_):
     return lambda loop, function: function()
 
 
-@_bite((mcap_file.McapFile, 'sync'))
+@_bite((writer.McapFile, 'sync'))
 def recording_not_synced(_):
     return lambda self: self._writer.flush()
 

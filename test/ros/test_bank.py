@@ -27,7 +27,7 @@ from mlmem_ros import (
 )
 from mlmem_ros.contract.services import action_types
 from mlmem_ros.ros.client.standalone import wait_until
-from mlmem_ros.ros.node.command_line import bank_arguments
+from mlmem_ros.ros.main import bank_arguments
 from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.ros.qos import LATCHED
 from mlmem_ros.testing.running import NodeHere

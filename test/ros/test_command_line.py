@@ -6,7 +6,7 @@ import pytest
 from robot import Robot, values
 
 from mlmem_ros import __version__
-from mlmem_ros.ros.node.command_line import ros_arguments
+from mlmem_ros.ros.main import ros_arguments
 from mlmem_tools.cli.main import main as mlmem
 
 

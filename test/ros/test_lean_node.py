@@ -13,8 +13,7 @@ ROOT = Path(__file__).parents[2]
 
 NODE = """
 import json, sys
-import mlmem_ros.ros.main
-from mlmem_ros.ros.node.command_line import ros_arguments
+from mlmem_ros.ros.main import ros_arguments
 from mlmem_ros.ros.node.run import begin, end
 nodes, executor = begin(ros_arguments(['memory_node', *sys.argv[1:]]))
 assert nodes[0].host.loop is not None

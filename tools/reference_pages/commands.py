@@ -6,7 +6,7 @@ import argparse
 import re
 from collections.abc import Iterator
 
-from mlmem_ros.ros.node import command_line
+from mlmem_ros.ros import main
 from mlmem_tools.cli import laboratory
 from mlmem_tools.cli.commands import SUBCOMMANDS, parser
 
@@ -17,9 +17,7 @@ def commands_page() -> str:
     """Return every option of every command."""
     own = ''.join(_command(each, summary) for each, summary in _sub(parser(SUBCOMMANDS)))
     others = ''.join(_command(each, text, 3) for each, text in _sub(parser(laboratory.NAMES)))
-    nodes = ''.join(
-        _command(each) for each in (command_line.node_parser(), command_line.bank_parser())
-    )
+    nodes = ''.join(_command(each) for each in (main.node_parser(), main.bank_parser()))
     return (
         '# Commands\n\n'
         'Where ROS is installed by apt, put `ros2 run mlmem_ros` before each of them. '

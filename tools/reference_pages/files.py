@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from mlmem_ros import element_file
-from mlmem_ros.bag import digest, jazzy, mcap_file
+from mlmem_ros.bag import digest, jazzy, writer
 from mlmem_ros.device import Read, new_element, preset, pulse_corrections, snapshot
 from mlmem_ros.host import design_check, state_file
 from mlmem_ros.physics import Specimen
@@ -53,7 +53,7 @@ def files_page() -> str:
         '## Session',
         'The directory of `record.path` or `mlmem record`: a rosbag2 bag of `metadata.yaml` '
         '(version 9) and `NAME_0.mcap`, `NAME_1.mcap` ... of the profile `ros2`, with schemas in '
-        f'`ros2msg`, CDR messages and zstd chunks of {mcap_file.CHUNK_SIZE // 1024} KiB with a '
+        f'`ros2msg`, CDR messages and zstd chunks of {writer.CHUNK_SIZE // 1024} KiB with a '
         'CRC. It holds every [topic](topics.md) of the node (images and markers with '
         "`record.views`). The storage plugin of Jazzy's rosbag2, built from source, reads "
         'metadata, topics, definitions and every message of the golden sessions. Besides the '

@@ -3,7 +3,7 @@
 """The keys of all files, and what they mean; `files` compares them with those that are written."""
 
 from mlmem_ros import element_file
-from mlmem_ros.bag import contents, metadata
+from mlmem_ros.bag import contents
 from mlmem_ros.host import state_file
 from mlmem_ros.session import records
 
@@ -59,8 +59,8 @@ CHANNEL = {
 """The metadata of every MCAP channel."""
 
 CUSTOM_DATA = {
-    metadata.DROPPED: 'number of messages dropped from the recording; absent if there are none',
-    metadata.LOST: 'in a repaired bag: what of the damaged one could not be read, one line each',
+    contents.DROPPED: 'number of messages dropped from the recording; absent if there are none',
+    contents.LOST: 'in a repaired bag: what of the damaged one could not be read, one line each',
 }
 """Our custom data of a bag."""
 
