@@ -90,7 +90,7 @@ def rig(arguments: argparse.Namespace) -> int:
     from mlmem_ros.device import preset
     from mlmem_ros.physics import DesignError, StateError
 
-    from ..rig.server import Line, Server
+    from ..rig.emulated import Line, Server
 
     try:
         emulated, truth = _emulated(preset(arguments.preset), arguments)

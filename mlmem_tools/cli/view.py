@@ -75,8 +75,7 @@ async def _serve(arguments: argparse.Namespace) -> int:
     from mlmem_ros.parameter_file import node_parameters
     from mlmem_ros.ros.node_process import node_arguments, node_process
 
-    from ..view.guard import LOOPBACK, Guard
-    from ..view.server import Server, serve
+    from ..view.server import LOOPBACK, Guard, Server, serve
 
     over = asyncio.Event()
     loop = asyncio.get_running_loop()

@@ -1,12 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A running element for pages: its node's messages as frames, and the pages' requests."""
+"""A running element for pages: its node's messages as frames, and the pages' requests; and the
+queue of each open page: a slow one misses pictures and delays nobody.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import AsyncIterator, Callable
 from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -19,13 +22,69 @@ from mlmem_ros.ros.qos import RELIABLE
 from mlmem_tools.view.monitor import Status, components, listen
 
 from .about import WANTED, About, grouped
-from .activity import Activity
 from .frames import Pictures, known, packed, thinned
-from .pages import Page, Pages
-from .requests import Requests
+from .requests import Activity, Requests
 
 if TYPE_CHECKING:
     from mlmem_ros.ros.client import MemoryClient
+
+
+KEPT = 64
+"""Most news items queued for a page; of pictures only the newest is queued."""
+
+MOST = 16
+"""Most pages served at a time."""
+
+
+class Page:
+    """The queue of one page."""
+
+    def __init__(self) -> None:
+        self._news: deque[bytes] = deque(maxlen=KEPT)
+        self._picture: bytes | None = None
+        self._ready = asyncio.Event()
+
+    def tell(self, frame: bytes) -> None:
+        """Add news; the oldest are dropped if there are too many."""
+        self._news.append(frame)
+        self._ready.set()
+
+    def show(self, frame: bytes) -> None:
+        """Replace the picture that waits."""
+        self._picture = frame
+        self._ready.set()
+
+    async def frames(self) -> AsyncIterator[bytes]:
+        """Yield what there is to send, one item at a time."""
+        while True:
+            await self._ready.wait()
+            if self._news:
+                yield self._news.popleft()
+            elif self._picture is not None:
+                frame, self._picture = self._picture, None
+                yield frame
+            else:
+                self._ready.clear()
+
+
+class Pages(set[Page]):
+    """All open pages."""
+
+    @property
+    def full(self) -> bool:
+        """Whether no other page is served."""
+        return len(self) >= MOST
+
+    def tell(self, frame: bytes) -> None:
+        """Send news to all of them."""
+        for page in self:
+            page.tell(frame)
+
+    def show(self, frame: bytes) -> None:
+        """Send a picture to all of them."""
+        for page in self:
+            page.show(frame)
+
 
 PARAMETERS = topics.Topic(
     '/parameter_events',

@@ -13,7 +13,7 @@ from mlmem_ros.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, scatt
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.methods import NOH_BATHE
 from mlmem_ros.physics.waves import wavenumber
-from mlmem_tools.checks.echo_forecast import echo_response, propagation
+from mlmem_tools.checks.echoes import echo_response, propagation
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
 

@@ -23,7 +23,7 @@ from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
 from mlmem_ros.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_tools.checks.echo_forecast import forecast_echo
+from mlmem_tools.checks.echoes import forecast_echo
 
 from . import rig
 

@@ -30,7 +30,7 @@ from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
 from mlmem_ros.physics.energy import energy
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_tools.checks.echo_forecast import forecast_echo
+from mlmem_tools.checks.echoes import forecast_echo
 
 
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])

@@ -15,8 +15,7 @@ from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.rig.frames import Kind, Parser, encode
-from mlmem_tools.rig.emulated import EmulatedRig
-from mlmem_tools.rig.server import Line, Server
+from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
 
 from .lines import calibration, emulated
 

@@ -27,8 +27,7 @@ from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.redecode import redecode
-from mlmem_tools.rig.emulated import EmulatedRig
-from mlmem_tools.rig.server import Line, Server
+from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
 
 UNKNOWN = -2
 DESIGN, SETTINGS = preset(QUICK['design.preset'])

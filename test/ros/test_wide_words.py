@@ -18,8 +18,7 @@ from mlmem_ros.session.replay import replay
 from mlmem_ros.testing import memory_node
 from mlmem_tools.cli.main import main
 from mlmem_tools.view import session_frame
-from mlmem_tools.view.activity import Activity
-from mlmem_tools.view.requests import Requests
+from mlmem_tools.view.requests import Activity, Requests
 
 WORD = of([0, 2, 5])
 GIVEN = {'design.preset': 'byte', 'scale.time': 1e-5, 'time.speed': 0.0}

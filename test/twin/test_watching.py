@@ -14,8 +14,7 @@ from mlmem_ros.device.reading import BLANK, UNDECODABLE, Reading
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
 from mlmem_tools.rig.emulated import Sensors
-from mlmem_tools.twin.changes import SHARED_KINDS
-from mlmem_tools.twin.watching import Residuals, place
+from mlmem_tools.twin.watching import SHARED_KINDS, Residuals, place
 
 CHOSEN = preset('bits_1')
 DESIGN, SETTINGS = CHOSEN

@@ -18,9 +18,8 @@ from aiohttp import web  # noqa: E402
 
 from mlmem_tools.view import server as served  # noqa: E402
 from mlmem_tools.view.frames import packed  # noqa: E402
-from mlmem_tools.view.guard import Guard  # noqa: E402
-from mlmem_tools.view.pages import KEPT, Page, Pages  # noqa: E402
-from mlmem_tools.view.server import Server  # noqa: E402
+from mlmem_tools.view.live import KEPT, Page, Pages  # noqa: E402
+from mlmem_tools.view.server import Guard, Server  # noqa: E402
 
 SOON = 30.0
 LIFE = Path(__file__).parent.parent / 'data' / 'life'

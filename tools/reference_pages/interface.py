@@ -23,9 +23,8 @@ from mlmem_ros.host import ThrottledLog
 from mlmem_ros.procedures import PROCEDURES
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
-from mlmem_tools.twin.changes import Change
 from mlmem_tools.twin.watcher import Watcher
-from mlmem_tools.twin.watching import Comparison
+from mlmem_tools.twin.watching import Change, Comparison
 
 from .table import table
 
