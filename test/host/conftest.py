@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from mlmem_ros.device import Faults, Settings, factory, new_element
+from mlmem_ros.device import Faults, factory, new_element, preset
 from mlmem_ros.device.timetable import SteadyPacer
 from mlmem_ros.host import Host, SessionPlan, ThrottledLog
 from mlmem_ros.host.settings import (
@@ -18,7 +18,9 @@ from mlmem_ros.host.settings import (
     RecordSettings,
     StateSettings,
 )
-from mlmem_ros.physics import CASE_II
+
+ELEMENT = preset('damped_bits_3')
+"""Eight levels as the paper's, in a third of the processor time."""
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -54,11 +56,11 @@ def throttled(log):
 
 @pytest.fixture(scope='session')
 def parameters():
-    """The parameters of a host with the paper's element; a test replaces some."""
+    """The parameters of a host; a test replaces some."""
     return Parameters(
-        design=CASE_II,
+        design=ELEMENT.design,
         check='skip',
-        settings=Settings(),
+        settings=ELEMENT.settings,
         publish=PublishSettings(),
         record=RecordSettings(),
         state=StateSettings(interval=0.0),
@@ -69,7 +71,7 @@ def parameters():
 
 @pytest.fixture(scope='session')
 def calibration():
-    return new_element(CASE_II).calibration
+    return new_element(ELEMENT).calibration
 
 
 class Service:

@@ -35,7 +35,7 @@ from mlmem_ros.host.settings import (
     RecordSettings,
     StateSettings,
 )
-from mlmem_ros.physics import CASE_II, StateError
+from mlmem_ros.physics import StateError
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
@@ -238,7 +238,7 @@ def test_a_loop_that_fails_keeps_the_content_of_a_healthy_device(failed):
 
 
 def test_another_design_does_not_get_the_content_of_a_failed_one(failed, log):
-    shorter = dataclasses.replace(CASE_II, N=224)
+    shorter = dataclasses.replace(failed.given.design, N=134)
     failed.host.configure(dataclasses.replace(failed.given, design=shorter))
     assert log.of('warning') == ['the failed device had another design: the element is blank']
 

@@ -16,8 +16,8 @@ from mlmem_ros.session.replay import replay
 
 SOON = 30.0
 LONG = RecordSettings(last_seconds=3600.0)
-SHORT = RecordSettings(last_seconds=1.0, hash_every=50)
-"""A write takes longer: 1 s are 1000 ticks."""
+SHORT = RecordSettings(last_seconds=0.2, hash_every=10)
+"""A write takes longer: 0.2 s are 200 ticks."""
 
 
 def recorded(service, path):
@@ -104,14 +104,14 @@ def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path)
     session = recorded(service, tmp_path / 'written')
     (outcome,) = replay(session).outcomes
     assert outcome.reading.level == 6
-    assert 0 <= outcome.start_tick - begun(session) <= 1250 + 250
-    idle = max(each.tick for each in session.hashes) + 3000
+    assert 0 <= outcome.start_tick - begun(session) <= 250 + 50
+    idle = max(each.tick for each in session.hashes) + 600
     while host.element.ticks < idle:
         host.loop.call(lambda: None).result(SOON)
-    assert 1.0 <= host.sessions.buffer.kept['last_seconds'] <= 1.6
+    assert 0.2 <= host.sessions.buffer.kept['last_seconds'] <= 0.32
     session = recorded(service, tmp_path / 'idle')
     assert session.stamped == []
-    assert begun(session) >= idle - 1600
+    assert begun(session) >= idle - 320
     assert replay(session).exact
 
 
@@ -141,13 +141,13 @@ def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
 
 def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     """A write fills more than the limit: what is kept begins after it."""
-    monkeypatch.setattr(recording, 'MOST_BYTES', 50_000)
+    monkeypatch.setattr(recording, 'MOST_BYTES', 20_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()
     ended = host.submit(Write(1)).answer.result(SOON).end_tick
     assert host.submit(Read()).answer.result(SOON).success
     host.pause(True).result(SOON)
-    assert host.sessions.buffer.kept['last_bytes'] <= 50_000
+    assert host.sessions.buffer.kept['last_bytes'] <= 20_000
     session = recorded(service, tmp_path / 'session')
     assert begun(session) >= ended
     assert replay(session).exact
