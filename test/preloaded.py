@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import importlib
 import inspect
 import os
 import pickle
@@ -21,6 +22,25 @@ import socket
 import subprocess
 import sys
 import threading
+from dataclasses import replace
+
+MODULES = (
+    'mlmem_ros.rig',
+    'mlmem_ros.ros.client.standalone',
+    'mlmem_ros.ros.node.run',
+    'mlmem_tools.cli.request',
+    'mlmem_tools.cli.view',
+    'trajectory_msgs.msg',
+    'type_description_interfaces.msg',
+)
+"""What nodes and commands import."""
+
+MESSAGES = (
+    'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'lifecycle_msgs', 'rcl_interfaces',
+    'sensor_msgs', 'service_msgs', 'std_msgs', 'std_srvs', 'trajectory_msgs',
+    'type_description_interfaces', 'visualization_msgs',
+)  # fmt: skip
+"""Packages whose messages they load the C code of."""
 
 PR_SET_CHILD_SUBREAPER = 36
 _LOCK = threading.Lock()
@@ -109,12 +129,17 @@ def load():
 
     The first line that a process logs has `inspect` look at every module; here it has done so.
     """
-    import mlmem_tools.cli.request
-    import mlmem_tools.cli.view  # noqa: F401
+    for module in MODULES:
+        importlib.import_module(module)
+    from rosidl_generator_py import import_type_support
+
     from mlmem_ros.device import new_element, preset
 
-    for name in ('case_2', 'damped_bits_3'):
-        new_element(*preset(name))
+    for package in MESSAGES:
+        import_type_support(package)
+    for name, time in (('case_2', 1e-4), ('damped_bits_3', 1e-5)):  # that of `nodes.QUICK`
+        design, settings = preset(name)
+        new_element(design, replace(settings, scale=replace(settings.scale, time=time)))
     inspect.getmodule(inspect.currentframe())
     assert threading.active_count() == 1
     gc.freeze()
