@@ -94,7 +94,7 @@ def test_a_design_is_changed_only_while_unconfigured(start):
 
 
 def test_deactivating_in_the_middle_of_a_write_ends_without_strain(start):
-    start({'scale.time': 1e-4})
+    start({'scale.time': 4e-4})
     with Robot() as robot:
         robot.set(target_level=3)
         written = robot.send('write')

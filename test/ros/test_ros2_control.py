@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from nodes import QUICK
+from nodes import QUICK, arrived
 from sensor_msgs.msg import JointState
 
 from mlmem_ros.device import PRESETS, preset
@@ -78,6 +78,15 @@ def test_description_and_controllers_name_the_same_joint():
     assert started == {'joint_state_broadcaster', 'strain_controller'}
 
 
+EVERY = 25
+"""Ticks from one joint state to the next."""
+
+
+@pytest.fixture(scope='module')
+def given():
+    return {'publish.joint_states_every': EVERY}
+
+
 @pytest.fixture
 def description(memory):
     """The robot description of the module's element."""
@@ -91,14 +100,15 @@ class Hardware:
         given = {each.get('name'): each.text for each in description.iter('param')}
         self._joint = description.find('ros2_control/joint').get('name')
         self._threshold = float(given['trigger_joint_command_threshold'])
+        self.position = 0.0
+        self.heard = self.sent = 0
         self._publisher = robot.node.create_publisher(JointState, given['joint_commands_topic'], 1)
         robot.node.create_subscription(JointState, given['joint_states_topic'], self._read, 5)
         robot.wait(lambda: self._publisher.get_subscription_count(), 'the node')
-        self.position = 0.0
-        self.sent = 0
 
     def _read(self, message):
         self.position = message.position[message.name.index(self._joint)]
+        self.heard += 1
 
     def write(self, position):
         if not abs(self.position - position) <= self._threshold:  # NaN is sent
@@ -142,10 +152,16 @@ def test_a_loop_beside_procedures_leaves_the_content_known(
     """
     hardware = Hardware(robot, description)
     before = len(memory.output)
+    robot.pause(True)
     written = robot.ask('write', level=level)
-    while not written.done():
+    arrived(memory)
+    for _ in range(6):
+        heard = hardware.heard
+        memory.step(EVERY)
+        robot.wait(lambda: hardware.heard > heard, 'its state')  # noqa: B023
         hardware.write(position)
-        pass_time(robot, 0.01)
+        robot.get('target_level')  # the node has seen what was sent before
+    robot.pause(False)
     robot.send_message('joint_commands', JointState(name=['substrate'], position=[position]))
     assert robot.answer(written).success
     assert hardware.sent

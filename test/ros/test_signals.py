@@ -44,7 +44,7 @@ def begin_write(robot):
 
 def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag), 'scale.time': 1e-4}, apart=True)
+    node = start({'record.path': str(bag), 'scale.time': 4e-4}, apart=True)
     with Robot() as robot:
         written = begin_write(robot)
         while node.running:  # from the terminal, from launch, from an impatient user
@@ -65,7 +65,7 @@ def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
 def test_sigterm_with_many_requests_waiting(start, tmp_path):
     """Each of them is answered, though time is paused, and the session is closed."""
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag), 'scale.time': 1e-4}, apart=True)
+    node = start({'record.path': str(bag), 'scale.time': 4e-4}, apart=True)
     with Robot() as robot:
         waiting = [begin_write(robot)]
         robot.pause(True)  # from here on no tick begins, so no request is accepted or refused
