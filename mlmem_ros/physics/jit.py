@@ -46,11 +46,6 @@ for _option in ('--runtime-memory-check-threshold=128', '--force-vector-interlea
 ARITHMETIC = 'fused 2'
 """Version of the loops' exact results: it changes whenever a bit does."""
 
-EDITION = hashlib.sha256(
-    b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))
-).hexdigest()
-"""Digest of what may name a type of the loops: an index of another edition is not read."""
-
 SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 """How a loop is compiled."""
 
@@ -157,8 +152,8 @@ class _Cache(FunctionCache):
     """numba's disk cache, whose keys also cover the functions inlined into a loop and NUMBA_OPT.
 
     numba itself checks only the loop's own file, and would keep using an outdated formula, or code
-    that was not optimised. It also reads an index of types that another edition of this package
-    named otherwise, and fails.
+    that was not optimised. It also reads an index of types that another edition of this package or
+    of a law named otherwise, and fails.
     """
 
     def __init__(self, function: FunctionType) -> None:
@@ -166,12 +161,19 @@ class _Cache(FunctionCache):
         texts = (path.read_bytes() for path in sorted({Path(__file__), *_sources(function)}))
         self._digest = hashlib.sha256(b''.join(texts)).hexdigest()
         index: Any = self._cache_file
-        index._version = f'{index._version} {EDITION}'  # is read before the types are
+        self._read, index._load_index = index._load_index, self._index
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
         laws = sorted({hashlib.sha256(text).hexdigest() for text in map(_text, _laws(sig))})
         return (*key, self._digest, *laws, int(cast(Any, numba.config).OPT))
+
+    def _index(self) -> dict[Any, Any]:
+        """Return the index; empty if it names a type that has moved or gone."""
+        try:
+            return dict(self._read())
+        except (ImportError, AttributeError):
+            return {}
 
     def holds(self, types: tuple[Any, ...], codegen: Any) -> bool:
         """Return whether machine code for these types is cached."""

@@ -114,15 +114,12 @@ def test_a_loop_that_was_not_optimised_is_recompiled(module, monkeypatch):
     assert not jit.in_cache(load(), 1.0)
 
 
-def test_an_index_of_another_edition_is_not_read(load, monkeypatch):
+@pytest.mark.parametrize('gone', [b'cmlmem_ros\nGone\n.', b'cmlmem_ros.gone\nGone\n.'])
+def test_an_index_of_another_edition_is_not_read(load, gone):
     """Its types may have had other names; numba reads them before it looks whether it is stale."""
     first = load(2.0)
     assert first(1.0) == 2.0
     index = Path(first._cache._cache_file._index_path)
-    header, gone = pickle.dumps(first._cache._cache_file._version), b'cmlmem_ros\nGone\n.'
-    index.write_bytes(header + gone)
-    with pytest.raises(AttributeError):
-        load(2.0)(1.0)
-    monkeypatch.setattr(jit, 'EDITION', 'the next')
+    index.write_bytes(pickle.dumps(first._cache._cache_file._version) + gone)
     assert load(2.0)(1.0) == 2.0
     assert jit.in_cache(load(2.0), 1.0)

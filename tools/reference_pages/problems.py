@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Standard problems, stated in the docstrings of their modules."""
+"""Standard problems, stated in the docstrings of what solves them."""
 
 import inspect
-from types import ModuleType
+from typing import Any
 
 from mlmem_lab import standard_problems
 from mlmem_lab.standard_problems import verdict
@@ -16,7 +16,7 @@ def standard_problems_page() -> str:
     title, rules = _paragraphs(standard_problems)
     told = []
     for number, problem in enumerate(standard_problems.PROBLEMS, 1):
-        name, statement = _paragraphs(inspect.getmodule(problem.solve))
+        name, statement = _paragraphs(problem.solve)
         head = f'## {number}. `{problem.name}`: {name[0].lower()}{name[1:-1]}'
         told.append(f'{head}\n\n{statement} Step {problem.step:g}.')
     answers = [
@@ -37,7 +37,7 @@ def standard_problems_page() -> str:
     return '\n\n'.join(parts) + '\n'
 
 
-def _paragraphs(module: ModuleType | None) -> tuple[str, str]:
+def _paragraphs(described: Any) -> tuple[str, str]:
     """Return the first line of a docstring, and what follows it."""
-    first, _, rest = (inspect.getdoc(module) or '').partition('\n\n')
+    first, _, rest = (inspect.getdoc(described) or '').partition('\n\n')
     return first, rest

@@ -11,13 +11,11 @@ Our answers are those of PEFRL, fourth order, at the step given. The error is th
 differences from twice that step and from Noh and Bathe's method.
 """
 
-from . import byte, echo, kick, kink, pinning, real_lattice, speed_law, throw
+from .fronts import kink, real_lattice, speed_law
 from .problem import Answers, Problem
+from .walls import byte, echo, kick, pinning, throw
 
-PROBLEMS = (
-    kink.PROBLEM, speed_law.PROBLEM, real_lattice.PROBLEM, pinning.PROBLEM, echo.PROBLEM,
-    throw.PROBLEM, kick.PROBLEM, byte.PROBLEM,
-)  # fmt: skip
+PROBLEMS = (kink, speed_law, real_lattice, pinning, echo, throw, kick, byte)
 """In the order of the page."""
 
 __all__ = ['PROBLEMS', 'Answers', 'Problem']

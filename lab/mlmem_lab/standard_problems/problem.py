@@ -20,7 +20,7 @@ Answers = dict[str, float]
 
 @dataclass(frozen=True)
 class Problem:
-    """One problem, stated in the docstring of its module.
+    """One problem, stated in the docstring of what solves it.
 
     Attributes:
         step: That of our answer; the problem's own unit of time.
@@ -30,6 +30,11 @@ class Problem:
     name: str
     step: float
     solve: Callable[[Integrator, float], Answers]
+
+
+def problem(name: str, step: float) -> Callable[[Callable[[Integrator, float], Answers]], Problem]:
+    """Return a decorator that makes a function a problem; arguments as for `Problem`."""
+    return lambda solve: Problem(name, step, solve)
 
 
 def crossing(field: Array, level: float) -> float:
