@@ -113,7 +113,6 @@ class OpenRequests:
         self.waiting.clear()
 
     def _waits(self, request: Asked) -> bool:
-        """Return whether a request has to wait for its turn."""
         running, client = self._element.procedure, request.client
         if not running or client is None or not isinstance(request.asked, QUEUED):
             return False

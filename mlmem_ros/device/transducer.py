@@ -300,7 +300,6 @@ class Transducer:
         return recorder
 
     def _record(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
-        """Begin a recorder."""
         recorder = WaveformRecorder(end, probe, self.recent, self._driver.lag)
         self.recorders.append(recorder)
         return recorder

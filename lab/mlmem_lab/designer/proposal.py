@@ -296,7 +296,6 @@ def _element(cell: Design, levels: int, J: int, eta: float, tail: int = 0) -> De
 
 
 def _settings(design: Design, frees: Freeing, probe: ProbeSettings) -> Settings:
-    """Return the settings of the instrument of a design."""
     return Settings(
         actuator=ActuatorSettings(max_strain=0.05, max_rate=2e-4, hand_rate=hand_rate(design.N)),
         write=write_schedule(design, frees),

@@ -142,7 +142,6 @@ def measure(name: str) -> dict[str, Any]:
 
 
 def _sum(counts: Iterable[Mapping[str, float]]) -> dict[str, int]:
-    """Return the sums of counts by name."""
     total = Counter[str]()
     for each in counts:
         total.update({name: n for name, n in each.items() if isinstance(n, int)})

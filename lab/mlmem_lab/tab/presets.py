@@ -210,7 +210,6 @@ def _watched(element: MemoryElement) -> list[Event]:
 
 
 def _drive(motion: BoundaryMotion) -> dict[str, Any]:
-    """Return the motion of an end."""
     if isinstance(motion, Pulse):
         kept = {key: getattr(motion.probe, key) for key in ('A', 'omega_c', 'sigma')}
         return {'kind': 'pulse', 'duration': motion.duration, **kept}

@@ -257,7 +257,6 @@ def go_to_level(
 def _strain(
     element: Memory, settings: Settings, move: Move, trim: PulseCorrection, force: float
 ) -> Procedure[None]:
-    """Make a move by strain."""
     design = element.design
     element.begin_cycle()
     if move.how is How.LAUNCH:

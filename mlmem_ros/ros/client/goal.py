@@ -150,5 +150,4 @@ class Goal(Reply[T]):
 
 
 def _asked(call: Call) -> Steps[Any]:
-    """Return the response to a call."""
     return (yield call)

@@ -62,7 +62,6 @@ class Clients:
         return sum(len(ends - self._met) for ends in asking)
 
     def _participants(self, topic: str, **options: bool) -> set[bytes]:
-        """Return the participants that publish a topic."""
         ends = self._node.get_publishers_info_by_topic(topic, **options)
         return {bytes(end.endpoint_gid)[:12] for end in ends}
 
