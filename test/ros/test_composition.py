@@ -8,6 +8,7 @@ import time
 
 import pytest
 import rclpy
+from nodes import QUICK
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.task import Future
 
@@ -45,7 +46,7 @@ def spun(executor, work):
 @pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor, events_executor])
 def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path):
     state, executor = tmp_path / 'element.json', kind(context=context)
-    given = {'scale.time': 1e-5, 'state.path': str(state)}
+    given = {**QUICK, 'state.path': str(state)}
     executor.add_node(robot)
     client = MemoryClient(robot, '/arm/mlmem')
     with MemoryNode(parameters=given, namespace='arm', context=context) as memory:
@@ -66,7 +67,7 @@ def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path
 
 
 def test_a_device_that_fails_before_there_is_an_executor_is_looked_after(context):
-    with MemoryNode(parameters={'scale.time': 1e-5}, context=context) as memory:
+    with MemoryNode(parameters=QUICK, context=context) as memory:
         memory.host.open_loop().call(lambda: setattr(memory.host.element, 'advance', None))
         deadline = time.monotonic() + SOON
         while memory.host.failure is None:
@@ -94,7 +95,7 @@ def test_one_that_cannot_start_leaves_nothing_behind(context, robot):
 @pytest.mark.skipif(sys.gettrace() is not None, reason='coverage keeps a tracer of every thread')
 def test_a_life_leaves_nothing_behind(context, tmp_path):
     """What stays of a life in memory would add up over months of them."""
-    parameters = {'scale.time': 1e-6, 'time.speed': 0.0, 'state.path': str(tmp_path / 'e.json')}
+    parameters = {**QUICK, 'state.path': str(tmp_path / 'e.json')}
     with MemoryNode(parameters=parameters, context=context) as memory:
 
         def lives(number):

@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node whose element has an on-site law of its own, from a file as `mlmem law` writes it.
 
-The law is the paper's, measured as it were: an element of Case II in steel, 5 mm a cell and
-2000 N/m a spring. So it writes and reads as the preset does.
+The law is the paper's, measured as it were: that of a preset in steel, 5 mm a cell and 2000 N/m
+a spring. So it writes and reads as the preset does.
 """
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from nodes import QUICK
 from rclpy.parameter import Parameter
 from robot import Robot
 
@@ -23,7 +24,8 @@ from mlmem_ros.session.replay import replay
 from mlmem_tools.view.about import WANTED, About, grouped
 from mlmem_tools.view.session_frame import load as load_page
 
-PAPER = preset('case_2').design
+PRESET = preset(QUICK['design.preset'])
+PAPER = PRESET.design
 LENGTH, STIFFNESS = 5e-3, 2e3
 
 
@@ -42,7 +44,7 @@ def file(tmp_path_factory):
 def node_of(file, **others):
     return {
         'design.law': str(file), 'design.d': 1.0, 'scale.length': LENGTH,
-        'scale.stiffness': STIFFNESS, 'time.speed': 0.0, **others,
+        'scale.stiffness': STIFFNESS, **others,
     }  # fmt: skip
 
 
@@ -76,7 +78,7 @@ def set_all(node, values):
 
 
 def paper():
-    return {'design': PAPER.as_dict(), **preset('case_2').settings.as_dict()}
+    return {'design': PAPER.as_dict(), **PRESET.settings.as_dict()}
 
 
 def test_a_page_asks_for_parameters_that_there_are():

@@ -6,6 +6,7 @@ import json
 from functools import partial
 
 import pytest
+from nodes import QUICK
 from robot import Robot, values
 from wide import BYTE, TOP, of, wide
 
@@ -21,7 +22,7 @@ from mlmem_tools.view import session_frame
 from mlmem_tools.view.requests import Activity, Requests
 
 WORD = of([0, 2, 5])
-GIVEN = {'design.preset': 'byte', 'scale.time': 1e-5, 'time.speed': 0.0}
+GIVEN = QUICK | {'design.preset': 'byte'}
 
 
 @pytest.fixture(scope='module')
