@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from mlmem_lab.plans.command import like
-from mlmem_lab.plans.strokes import ENOUGH, PEAKS, quick_moves, strokes
+from mlmem_lab.plans.plan import ENOUGH, STROKE_PEAKS, quick_moves, strokes
 from mlmem_lab.twins.sensed import made
 from mlmem_lab.windows.window import end
 from mlmem_ros.device.drivers import Simulation
@@ -52,7 +52,7 @@ def test_a_stroke_that_fails_as_set_gets_another_peak(found):
     }
     assert ended.pop(1.0) != stroke.target
     assert set(ended.values()) == {stroke.target}
-    assert stroke.peak in PEAKS[1:]
+    assert stroke.peak in STROKE_PEAKS[1:]
     assert stroke.margin >= ENOUGH
 
 

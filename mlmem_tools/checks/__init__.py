@@ -31,8 +31,7 @@ from . import (
     waves,
     words,
 )
-from .finding import Finding, Report
-from .subject import Subject
+from .concern import Finding, Report, Subject
 
 __all__ = ['Finding', 'Report', 'Verdict', 'check']
 

@@ -34,8 +34,7 @@ from mlmem_ros.physics.equilibrium import blank, resting_wall
 from mlmem_ros.procedures import BLANK, UNDECODABLE
 
 from .bare import REST
-from .finding import Finding, graded, judged
-from .subject import Subject
+from .concern import Finding, Subject, graded, judged
 
 NAME = 'read_disturb'
 

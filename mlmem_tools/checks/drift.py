@@ -12,9 +12,8 @@ import numpy as np
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import StateError
 
-from .finding import Finding, graded, judged
+from .concern import LAUNCH, Finding, Subject, graded, judged
 from .quasistatic import lattice_ripple, self_energy
-from .subject import LAUNCH, Subject
 
 STOPPED = -0.1
 """Pull, relative to the gradient's mean, at which a wall stops. Case II with a weaker gamma: at

@@ -17,8 +17,7 @@ from mlmem_ros.physics import Design
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.waves import band, group_velocity
 
-from .finding import Finding, judged
-from .subject import Subject
+from .concern import Finding, Subject, judged
 
 FAINT = 1e-7
 """Threshold in cells below which a real sensor would have to be very good."""

@@ -29,8 +29,7 @@ from mlmem_ros.physics.equilibrium import blank, resting_wall
 from mlmem_ros.physics.methods.integrator import Complex
 from mlmem_ros.physics.potential import Array
 
-from .finding import Finding, graded, judged
-from .subject import Subject
+from .concern import Finding, Subject, graded, judged
 
 BANDWIDTH = 5.0
 """Frequencies within this many 1 / sigma of the carrier are followed: the pulse has no others."""

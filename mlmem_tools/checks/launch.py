@@ -25,8 +25,7 @@ from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import StateError, walls
 from mlmem_ros.physics.held_wall import excerpt
 
-from .finding import Finding
-from .subject import LEAST_CELLS, MOST_WORK, TICK_WORK, Subject
+from .concern import LEAST_CELLS, MOST_WORK, TICK_WORK, Finding, Subject
 
 RUN = 4
 """Levels simulated at the left end."""

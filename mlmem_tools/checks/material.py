@@ -12,8 +12,7 @@ from mlmem_ros.device.drivers import steps_per_tick
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import CASE_II, INTEGRATORS, stable_step
 
-from .finding import Finding, graded, judged
-from .subject import Subject
+from .concern import Finding, Subject, graded, judged
 
 DISTINCT = 1.05
 """Least ratio of the phases' stiffnesses: below 1.01 a wave sees no difference."""

@@ -12,9 +12,8 @@ import numpy as np
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import StateError
 
-from .finding import Finding, graded, judged
+from .concern import LARGEST_STRAIN, Finding, Subject, graded, judged
 from .quasistatic import held_landscape
-from .subject import LARGEST_STRAIN, Subject
 
 CAPTURE = (1.0, 4.0)
 """Depth of a pin over the kinetic energy of an incoming wall: needed, and comfortable."""

@@ -16,8 +16,7 @@ from mlmem_ros.device.moves import route, within_reach
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.host.design_check import Verdict
 
-from .finding import Finding, graded, judged
-from .subject import Subject
+from .concern import Finding, Subject, graded, judged
 
 ENOUGH = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""

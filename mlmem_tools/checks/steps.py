@@ -18,8 +18,7 @@ from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Specimen, StateError, stable_step
 
 from .bare import COARSE, departures, scaled
-from .finding import Finding
-from .subject import LEAST_CELLS, MOST_WORK, Subject
+from .concern import LEAST_CELLS, MOST_WORK, Finding, Subject
 
 ROW = 2
 """Steps in a row."""

@@ -19,9 +19,8 @@ from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Chain, HeldCell, StateError, substep_times
 from mlmem_ros.physics.equilibrium import blank, metamaterial_force, resting_wall
 
+from .concern import Finding, Subject
 from .disturb import bare
-from .finding import Finding
-from .subject import Subject
 
 SOURCE = 'a wall may be injected by an actuator coupled to the boundary site (p. 5)'
 

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 
 from mlmem_ros.host.design_check import Verdict, worst
 
-from .finding import Finding, graded, judged
-from .subject import Subject
+from .concern import Finding, Subject, graded, judged
 
 NARROW = 2.0
 """Width in cells below which the lattice itself pins a wall."""

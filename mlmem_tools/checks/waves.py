@@ -12,8 +12,7 @@ from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics.waves import band
 
-from .finding import Finding
-from .subject import Subject
+from .concern import Finding, Subject
 
 DEAF = 0.02
 """Fraction of a pulse's energy in the band below which nothing of it propagates."""

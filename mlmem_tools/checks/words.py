@@ -20,8 +20,7 @@ from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import Design, StateError
 from mlmem_ros.physics.waves import group_velocity
 
-from .finding import Finding, graded, judged
-from .subject import Subject
+from .concern import Finding, Subject, graded, judged
 
 LEAST, COMFORT = 0.01, 0.03
 """Least difference between two forecasts, over the pulse, and that from which noise of a

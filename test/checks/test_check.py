@@ -38,10 +38,10 @@ from mlmem_tools.checks import (
     wall,
     words,
 )  # fmt: skip
+from mlmem_tools.checks.concern import Subject, sample
 from mlmem_tools.checks.echo_range import echo_strength
 from mlmem_tools.checks.echoes import forecast_echo
 from mlmem_tools.checks.launch import launched
-from mlmem_tools.checks.subject import Subject, sample
 
 
 @pytest.fixture(scope='module')

@@ -24,7 +24,7 @@ from mlmem_ros.device.end import End
 from mlmem_ros.physics import Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_tools.checks import Verdict, disturb
-from mlmem_tools.checks.subject import Subject
+from mlmem_tools.checks.concern import Subject
 
 GROUPS = {End.LEFT: 'probe', End.RIGHT: 'probe_right'}
 

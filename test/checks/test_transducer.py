@@ -12,7 +12,7 @@ from mlmem_ros.device.instrument import Units
 from mlmem_ros.physics import PEFRL, Chain
 from mlmem_ros.physics.energy import energy
 from mlmem_tools.checks import Verdict, transducer
-from mlmem_tools.checks.subject import Subject
+from mlmem_tools.checks.concern import Subject
 
 
 def test_the_force_of_a_kick_does_the_work_that_is_stored():

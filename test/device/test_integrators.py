@@ -13,8 +13,8 @@ from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Specimen, StateError
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_tools.checks import Report, material
+from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
-from mlmem_tools.checks.subject import Subject
 
 from . import rig
 from .rig import DESIGN, run

@@ -18,8 +18,8 @@ from mlmem_ros.law_file import load as load_law
 from mlmem_ros.parameter_file import load, text_of
 from mlmem_ros.physics import CASE_II
 from mlmem_tools.checks.capacity import capacities
+from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import cycle_time
-from mlmem_tools.checks.subject import Subject
 from mlmem_tools.cli.command import element_of
 from mlmem_tools.cli.design import print_capacity, print_report
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json

@@ -38,8 +38,8 @@ from mlmem_ros.physics import CASE_II, Design, Specimen
 from mlmem_ros.physics.held_wall import hold_walls, uniform
 from mlmem_ros.physics.waves import band
 from mlmem_tools.checks import Report, Verdict, check
+from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import CALM
-from mlmem_tools.checks.subject import Subject
 
 from .pulses import HALF_WIDTH, LENGTHS, confirm, damping_for, listen
 from .stroke_search import going_back

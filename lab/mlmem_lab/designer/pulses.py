@@ -23,8 +23,8 @@ from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.physics import PEFRL, Design, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.waves import band, fastest_speed, group_velocity
+from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
-from mlmem_tools.checks.subject import Subject
 
 LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
 """Standard deviations of the envelope to try, shortest first."""

@@ -14,8 +14,8 @@ from mlmem_ros.device.motion import Cycle
 from mlmem_ros.parameter_file import load
 from mlmem_tools.checks import Verdict, check
 from mlmem_tools.checks.bare import scaled
+from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import cycle_time
-from mlmem_tools.checks.subject import Subject
 
 PER_LEVEL = {
     'fast': 1800.0,
