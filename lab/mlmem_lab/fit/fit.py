@@ -64,13 +64,13 @@ def located(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
     for supposed in _walls(misfit):
         same = _with(misfit, supposed)
         places = ranked(misfit, x, same)
-        found[supposed] = places[0] if places else supposed
-        if places and len(found) == 2:
+        if places and places[0] and not any(found.values()):
             nearest = min(places, key=lambda place: abs(place - supposed))
             tried = dict.fromkeys((nearest, *_apart(places)[:TRIED]))
             guesses = [misfit.only(_with(misfit, 0.0) + _moved(same, place)) for place in tried]
             best, x = _best(guesses, x)
-            found[supposed] = _walls(best)[0]
+            places = [best.shots[-1].wall]
+        found[supposed] = places[0] if places else supposed
     return misfit.only([replace(shot, wall=found[shot.wall]) for shot in misfit.shots]), x
 
 
@@ -97,13 +97,14 @@ def ranked(
 ) -> list[float]:
     """Return where the wall of some shots can have rested, the most probable place first.
 
-    The shots have the same wall; `near` takes only places at most `NEAR` from there.
+    The shots have the same wall; 0 if a survey lost it. `near` takes only places at most `NEAR`
+    from there.
     """
-    sites = np.arange(2.0, misfit.unknowns.design.N)
+    sites, lost = np.arange(2.0, misfit.unknowns.design.N), [0.0]
     if near is not None:
-        sites = sites[np.abs(sites - near) <= NEAR]
+        sites, lost = sites[np.abs(sites - near) <= NEAR], []
     scores = {}
-    for place in equilibria(misfit.forward(x), shots[0], sites):
+    for place in (*lost, *equilibria(misfit.forward(x), shots[0], sites)):
         try:
             each = (misfit.residuals(x, shot, WINDOW, BLUR)[0] for shot in _moved(shots, place))
             scores[place] = sum(float(np.sum(values**2)) for values in each)
@@ -176,6 +177,8 @@ def fit(
     first = _blank(misfit, told)
     told('where the wall was', 0.0)
     misfit, x = located(first.misfit.only(shots), first.x)
+    if not _walls(misfit):
+        raise Misfitting('the wall was lost before every shot that was to see one: survey again')
     _, x = _best([misfit], x)
     found = _descend(relocated(misfit, x), x, CELLS, told)
     if found.chi2 > LARGEST and not found.missing[0]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit, ranked
+from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit, located, ranked
 from mlmem_lab.fit.fitted import doubts, jitter, missing_term, posterior
 from mlmem_lab.fit.misfit import LEAST_DRIFT, WHOLE
 from mlmem_ros.device.end import End
@@ -148,6 +148,19 @@ def test_a_wall_is_found_before_its_phase_is_known(fitted):
             if shot.wall == wall
         }  # fmt: skip
         assert ranked(misfit, known, same)[0] == pytest.approx(true, abs=0.5)
+
+
+def test_a_wall_that_a_survey_lost_is_found_missing(fitted):
+    """Its shots are blank ones; the next wall shows how waves travel in the active phase."""
+    _, shots, found = fitted
+    lost = [replace(shot, wall=5.0) for shot in shots[:2]]
+    misfit, x = located(found.misfit.only(lost), found.x)
+    assert {shot.wall for shot in misfit.shots} == {0.0}
+    seen = [shot for shot in shots if shot.wall]
+    misfit, x = located(found.misfit.only([*shots[:4], *lost, *seen]), x)
+    assert [shot.wall for shot in misfit.shots[:6]] == [0.0] * 6
+    true = [shot.wall for shot in found.misfit.shots if shot.wall]
+    assert [shot.wall for shot in misfit.shots[6:]] == pytest.approx(true, abs=0.5)
 
 
 def test_what_drifts_slowly_within_a_pulse_tells_nothing(fitted):
