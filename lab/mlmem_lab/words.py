@@ -21,15 +21,18 @@ import numpy as np
 from mlmem_ros.device import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.register import resting
-from mlmem_ros.physics import Specimen
+from mlmem_ros.physics import Specimen, StateError, walls
+from mlmem_ros.physics.equilibrium import BESIDE, resting_walls
 from mlmem_ros.physics.specimen import Scatter, scattered
+from mlmem_tools.checks.words import PINNED
 
 from .reads.count import IN_A_ROW, made, true_level
 from .results import run, with_reads
 
-SEED, READS, WRITES, COUNT = 1, 2000, 2600, 200
-"""Reads of every kind; writes as designed; writes of each scatter."""
+SEED, READS, BETWEEN, WRITES, COUNT = 1, 2000, 500, 2600, 200
+"""Reads of every kind; of a wall between levels; writes as designed; writes of each scatter."""
 
 Rng = np.random.Generator
 
@@ -154,6 +157,29 @@ def _read(element: MemoryElement, trouble: Trouble, random: Rng) -> int | None:
     return outcome.reading.level if outcome.success and outcome.reading else None
 
 
+def between(element: MemoryElement, random: Rng, count: int) -> dict[str, int]:
+    """Read words of which one wall, the nearest to a random place or one more, is pinned by the
+    lattice at no level: any word is wrong. Return how many ended how.
+    """
+    found = Counter[str]()
+    design, code = element.design, element.register.code if element.register else None
+    assert code is not None
+    while found.total() < count:
+        at = [design.defect(level) + BESIDE for level in code.walls(drawn(random, code.words))]
+        place = float(random.uniform(design.defect(0), design.defect(design.levels - 1)))
+        if at and random.integers(2):
+            at.remove(min(at, key=lambda each: abs(each - place)))
+        try:
+            v = resting_walls(Specimen(design), [*at, place])
+        except StateError:  # nothing pins it there
+            continue
+        element.chain.place(v)
+        if true_level(element, PINNED) == UNDECODABLE and len(walls(design, v)) == len(at) + 1:
+            read = _read(element, Trouble(), random)
+            found['undecodable' if read is None else 'wrong'] += 1
+    return {name: found[name] for name in ('right', 'undecodable', 'wrong')}
+
+
 def writes(
     name: str, scatter: Scatter, random: Rng, count: int = COUNT, specimens: int = 10
 ) -> dict[str, Any]:
@@ -193,6 +219,8 @@ def counted(name: str) -> dict[str, Any]:
     for size, kind in itertools.product(SCATTERED, ('alpha', 'k_r')):
         what = f'{kind} scattered by {size:g}'
         of_writes[what] = writes(name, Scatter(**{kind: size}), random)
+    apart = np.random.Generator(np.random.PCG64([SEED, 1]))
+    of_reads['a wall between two levels'] = between(element, apart, BETWEEN)
     return {'reads': of_reads, 'writes': of_writes}
 
 

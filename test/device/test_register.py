@@ -33,6 +33,7 @@ from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.register import forecasts_of, resting
 from mlmem_ros.device.words import Code
 from mlmem_ros.physics import Scatter, Specimen, scattered, walls
+from mlmem_ros.physics.equilibrium import resting_walls
 
 BYTE = preset('byte')
 
@@ -270,6 +271,16 @@ def test_a_late_end_changes_no_word(heard, end, late):
         samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
         reading = byte.register.decode([replace(shot, samples=samples)], *rest)
         assert reading.level == UNDECODABLE
+
+
+@pytest.mark.parametrize('cell', [33, 58, 109, 180])
+def test_a_wall_that_the_lattice_pins_between_two_levels_is_no_word(byte, cell):
+    """Weak cells pull it for 10 to 15 cells; beyond, the lattice alone holds it."""
+    byte.chain.place(resting_walls(Specimen(byte.design), [cell, 150.3]))
+    read = byte.perform(Read())
+    assert (read.success, read.reading.level) == (False, UNDECODABLE)
+    found = walls(byte.design, byte.chain.configuration)
+    assert sorted(wall.position for wall in found)[cell > 150] == pytest.approx(cell, abs=1.0)
 
 
 def test_a_shaken_element_is_not_read(byte):

@@ -168,11 +168,14 @@ class Counts:
         }
 
 
-def true_level(element: MemoryElement) -> int:
+def true_level(element: MemoryElement, near: float = math.inf) -> int:
     """Return the level that the wall is nearest to, `BLANK`, or `UNDECODABLE` if it is at none; of
     many walls, the word.
+
+    Args:
+        near: Distance within which a wall is at a level, in cells: half of their distance at most.
     """
-    design, near = element.design, 0.5 * element.design.J
+    design, near = element.design, min(near, 0.5 * element.design.J)
     if element.register is None:
         return level_of(design, element.chain.configuration, near)
     found = [round(wall.position) for wall in walls(design, element.chain.configuration)]
