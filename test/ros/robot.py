@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections import defaultdict
@@ -266,6 +267,15 @@ class Robot:
 
     def pause(self, hold):
         return self.answer(self.send('pause', SetBool.Request(data=hold)))
+
+    @contextlib.contextmanager
+    def paused(self):
+        """Time stands still in the block; it goes on, whatever happens there."""
+        self.pause(True)
+        try:
+            yield
+        finally:
+            self.pause(False)
 
     def record(self, on):
         return self.answer(self.send('record', SetBool.Request(data=on)))

@@ -126,14 +126,13 @@ def test_its_feedback_reports_the_progress(tool, robot, memory, monkeypatch):
     """Here after every tick, and then no more: it comes no more often than it should."""
     write = tool('write')
     assert robot.write(0).success
-    robot.pause(True)
-    monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 0.0)
-    running = write.send(level=7)
-    for told in range(8, 168, 8):  # the last ten messages are kept for who is late
-        memory.step(8)
-        robot.wait(lambda: len(write.feedback) >= told, 'feedback')  # noqa: B023
-    monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 1e9)
-    robot.pause(False)
+    with robot.paused():
+        monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 0.0)
+        running = write.send(level=7)
+        for told in range(8, 168, 8):  # the last ten messages are kept for who is late
+            memory.step(8)
+            robot.wait(lambda: len(write.feedback) >= told, 'feedback')  # noqa: B023
+        monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 1e9)
     assert write.result(running).result.level == 7
     assert len(write.feedback) < told + 20  # of 236 more ticks; some turns have none
     shares = [each.share for each in write.feedback]
@@ -175,27 +174,28 @@ def test_a_level_of_more_than_16_bits_changes_nothing(tool, robot):
 
 def test_a_second_goal_is_refused_as_busy(tool, robot):
     write, erase = tool('write'), tool('erase')
-    robot.pause(True)
-    first, second = write.send(level=5), erase.send()
-    robot.pause(False)
+    with robot.paused():
+        first, second = write.send(level=5), erase.send()
     refused = erase.result(second)
     assert 'busy: write is running' in refused.result.error
     assert erase.feedback == []
     assert write.result(first).result.level == 5
 
 
-def test_a_cancel_ends_its_own_goal_with_no_strain(tool, robot, memory):
+def test_a_cancel_ends_its_own_goal_with_no_strain(tool, robot, memory, monkeypatch):
     tool('write').do(level=0)
     write = tool('write')
-    robot.pause(True)
-    running = write.send(level=7)
-    memory.step(100)
-    robot.wait(lambda: any(each.phase == 'straining' for each in write.feedback), 'a strain')
-    canceled = write.done(running.cancel_goal_async())
-    assert [bytes(each.goal_id.uuid) for each in canceled.goals_canceling] == [
-        bytes(running.goal_id.uuid)
-    ]
-    robot.pause(False)
+    monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 0.0)
+    with robot.paused():
+        running = write.send(level=7)
+        robot.wait(
+            lambda: memory.step(1) and 'straining' in {each.phase for each in write.feedback},
+            'a strain',
+        )
+        canceled = write.done(running.cancel_goal_async())
+        assert [bytes(each.goal_id.uuid) for each in canceled.goals_canceling] == [
+            bytes(running.goal_id.uuid)
+        ]
     ended = write.result(running)
     assert (ended.status, ended.result.error_code) == (CANCELED, ended.result.CANCELED)
     assert write.do(level=1).result.level == 1  # at once: the strain is zero
@@ -207,12 +207,11 @@ def test_a_cancel_stops_nobody_else(tool, robot):
     write, read = tool('write'), tool('read')
     other = read.send()
     read.result(other)
-    robot.pause(True)
-    running = write.send(level=6)
-    late = read.done(other.cancel_goal_async())
-    assert late.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
-    refused = read.send()
-    robot.pause(False)
+    with robot.paused():
+        running = write.send(level=6)
+        late = read.done(other.cancel_goal_async())
+        assert late.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+        refused = read.send()
     assert read.result(refused).result.error_code == Read.Result.REFUSED
     assert write.result(running).status == SUCCEEDED
 
