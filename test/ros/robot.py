@@ -4,11 +4,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import time
 from collections import defaultdict
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property
 
 import rclpy
@@ -268,7 +267,7 @@ class Robot:
     def pause(self, hold):
         return self.answer(self.send('pause', SetBool.Request(data=hold)))
 
-    @contextlib.contextmanager
+    @contextmanager
     def paused(self):
         """Time stands still in the block; it goes on, whatever happens there."""
         self.pause(True)
