@@ -79,7 +79,8 @@ def check(subject: Subject) -> Iterator[Finding]:
 
 def _between(made: Specimen, settings: Settings, found: Register) -> float:
     """Return the least that the nearest word leaves, over what it may, of what is heard with a
-    wall between two levels, at up to `PLACES` cells that pin one, beside those of random words.
+    wall between two levels, at up to `PLACES` cells that pin one, beside those of random words;
+    infinity if none does.
     """
     design, code = made.design, found.code
     defects = np.array([design.defect(level) for level in range(code.levels)])
@@ -90,6 +91,8 @@ def _between(made: Specimen, settings: Settings, found: Register) -> float:
             v = resting_walls(made, [*at[abs(at - cell) > 0.5 * design.J], cell])
             if any(abs(defects - wall.position).min() > PINNED for wall in walls(design, v)):
                 odd.append(v)
+    if not odd:
+        return math.inf
     heard = Ends(made, settings, found.listener).heard(made, odd)
     phases, least = np.array([len(walls(design, v)) % 2 for v in odd]), math.inf
     for phase in set(phases):

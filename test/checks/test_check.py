@@ -429,6 +429,16 @@ def test_a_wall_between_two_levels_is_told_from_one_at_a_level(levels, least, ve
     assert found.verdict is verdict
 
 
+def test_where_the_lattice_pins_no_wall_none_is_between_two_levels():
+    """With nine cells a level, a weak cell is everywhere near."""
+    design, settings = preset('kick_4')
+    register = dataclasses.replace(preset('byte').settings.register, spacing=3)
+    kick = dataclasses.replace(settings.kick, kinks=settings.kick.speeds)
+    chosen = dataclasses.replace(settings, kick=kick, register=register)
+    _, found = words.check(Subject(design, chosen))
+    assert (found.values, found.verdict) == ({'left over': math.inf}, Verdict.PASS)
+
+
 def test_a_register_is_not_judged_by_what_one_wall_needs():
     """Walls of a long one are sent by kicks, and are read by waveforms."""
     found = {finding.name for finding in check(*preset('byte')).findings}
