@@ -138,6 +138,7 @@ LIBRARIES = {
             f'{_CORE}.EventsExecutor',  # an executor without a fault handler
             f'{_CORE}.RCLError',  # errors of its own services are answered
             f'{_CORE}.Service.service_take_request',  # requests after a broken one
+            f'{_CORE}.rmw_service_info_t',  # who has sent a request
             'rclpy.service:Service.handle',
             'rclpy.service:Service.send_response',  # responses are sent by coroutines
             'rclpy.node:Node._parameter_overrides',  # which parameters were given
@@ -200,7 +201,9 @@ def is_there(door: str) -> bool:
         found = getattr(found, part, None)
     if hasattr(found, last) or last in getattr(found, '__annotations__', ()):
         return True
-    codes = (getattr(each, '__code__', None) for each in vars(found or object).values())
+    family = found.__mro__ if isinstance(found, type) else (found or object,)
+    members = (each for one in family for each in vars(one).values())
+    codes = (getattr(each, '__code__', None) for each in members)
     return any(last in code.co_names for code in codes if code is not None)
 
 

@@ -4,7 +4,9 @@
 
 import ast
 import re
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -23,11 +25,16 @@ OF_THE_LANGUAGE = {
 
 
 def private_names(source):
-    """Yield private attributes in a file, and whether they are of `self` or defined there."""
-    if not re.search(r'\b_[^\W_]', source):
+    """Yield private attributes in a file, and whether they are of `self` or defined there.
+
+    rclpy's compiled module is private as a whole.
+    """
+    if not re.search(r'\b_[^\W_]|rclpy_implementation', source):
         return
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Attribute) and re.match(r'_[^_]', node.attr):
+        if isinstance(node, ast.Attribute) and (
+            re.match(r'_[^_]', node.attr) or ast.unparse(node.value) == 'rclpy_implementation'
+        ):
             own = isinstance(node.value, ast.Name) and node.value.id in ('self', 'cls')
             yield node.attr, own
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.AnnAssign):
@@ -60,6 +67,21 @@ def test_the_doors_are_there_in_this_version_which_is_tested(library):
 def test_a_version_is_tested_or_not(monkeypatch, found, tested):
     monkeypatch.setattr(packages, 'version', lambda library: found)
     assert packages.tested('numba') is tested
+
+
+def test_a_door_that_has_moved_to_a_base_class_is_there(monkeypatch):
+    """In rclpy 10.0.10 the constructor that sets `_parameter_overrides` is of `BaseNode`."""
+
+    class BaseNode:
+        def __init__(self):
+            self._parameter_overrides = {}
+
+    class Node(BaseNode):
+        """Says nothing of it."""
+
+    monkeypatch.setitem(sys.modules, 'rclpy_10', SimpleNamespace(Node=Node))
+    assert packages.is_there('rclpy_10:Node._parameter_overrides')
+    assert not packages.is_there('rclpy_10:Node._initial_parameters')
 
 
 def test_a_door_that_has_moved_is_missed_in_one_line(monkeypatch):

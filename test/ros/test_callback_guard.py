@@ -20,6 +20,7 @@ from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem_ros.host import ThrottledLog
+from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard
 from mlmem_ros.ros.node.run import ENDED
 from mlmem_ros.session.data import load
@@ -63,6 +64,30 @@ def test_a_defect_is_answered_like_a_refusal(own):
         {'error': 'broken'} if own else 'broken'
     )
     assert log.caught == 1
+
+
+def test_nothing_is_read_behind_a_request_of_another_binding(monkeypatch):
+    """nanobind, to which rclpy may move, puts no pointer there: to follow it ends the node."""
+
+    class Header:
+        """Of C's size, but not of pybind11's making."""
+
+        __slots__ = ('first',)
+
+    header = Header()
+    header.first = 'no pointer to a structure'
+    monkeypatch.setattr(
+        callback_guard, 'rclpy_implementation', SimpleNamespace(rmw_service_info_t=Header)
+    )
+    monkeypatch.setattr(callback_guard, 'ctypes', None)
+    node = SimpleNamespace(
+        resolve_service_name=lambda name: f'/mlmem/{name}',
+        get_subscriptions_info_by_topic=lambda name, no_mangle: [],
+        get_publishers_info_by_topic=lambda name, no_mangle: [],
+    )
+    first, second = (callback_guard.Requester(node, 'read', header) for _ in range(2))
+    assert first.key != second.key
+    assert not first.gone
 
 
 def state(robot):

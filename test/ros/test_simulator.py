@@ -20,6 +20,7 @@ STOPPED, PLAYING = SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING
 PAUSED, NO_WORLD = SimulationState.STATE_PAUSED, SimulationState.STATE_NO_WORLD
 OK, FAILED = Result.RESULT_OK, Result.RESULT_OPERATION_FAILED
 ALREADY = srv.SetSimulationState.Response.ALREADY_IN_TARGET_STATE
+NOT_REACHED = srv.SetSimulationState.Response.STATE_TRANSITION_ERROR
 
 STREAMED = {'publish.field_every': 1, 'publish.wall_every': 1}
 
@@ -230,7 +231,7 @@ def test_a_real_element_is_not_reset():
             tool = Tool(robot)
             features = tool.call(srv.GetSimulatorFeatures, 'get_simulator_features').features
             assert SimulatorFeatures.SIMULATION_RESET not in features.features
-            for refused in (tool.reset(), tool.set(STOPPED)):
-                assert refused.result == FAILED
+            for refused, code in ((tool.reset(), FAILED), (tool.set(STOPPED), NOT_REACHED)):
+                assert refused.result == code
                 assert refused.error_message == 'a real element cannot be reset; erase it'
             assert tool.state == PLAYING

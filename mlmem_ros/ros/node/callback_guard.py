@@ -41,6 +41,10 @@ EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 parameter of unknown type."""
 
 
+BINDING = 'pybind11_type'
+"""Type of the classes whose objects begin with a pointer to the C structure."""
+
+
 async def outcome_of(future: Future[T]) -> T:
     """Wait for a future of any thread; for the coroutines of services."""
     result: T = await _Outcome(future)
@@ -60,8 +64,9 @@ class Requester:
     """Who sends a request: the node of the service's client, as far as the graph tells.
 
     rclpy does not show the id in a request's header, so it is read from the structure behind the
-    Python object: `rmw_service_info_t`, or its request id alone. What else is in there is compared
-    with what rclpy shows of it; where that differs, the requester is not known.
+    Python object of pybind11: `rmw_service_info_t`. What else is in there is compared with what
+    rclpy shows of it; where that differs, or another binding lays its objects out, the requester
+    is not known.
     """
 
     def __init__(self, node: Node, service: str, header: Any) -> None:
@@ -108,10 +113,11 @@ class _ServiceInfo(ctypes.Structure):
 
 def _writer_id(header: Any) -> bytes:
     """Return the id of a request's sender; empty if it is not known."""
-    if not isinstance(header, rclpy_implementation.rmw_service_info_t):
+    kind = type(header)
+    if kind is not rclpy_implementation.rmw_service_info_t or type(kind).__name__ != BINDING:
         return b''
     behind = ctypes.c_void_p.from_address(id(header) + object.__basicsize__).value
-    if type(header).__basicsize__ <= object.__basicsize__ or not behind:
+    if not behind:
         return b''
     found = _ServiceInfo.from_address(behind)
     seen = found.sent, found.received, found.id.number

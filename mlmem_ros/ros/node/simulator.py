@@ -32,7 +32,7 @@ STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
 """States of a simulation, as in `SimulationState`: no world is loaded in an unconfigured node."""
 
 UNSUPPORTED, DONE, _, INCORRECT_STATE, FAILED = range(5)
-ALREADY = 101
+ALREADY, NOT_REACHED = 101, 102
 """Results of a request, as in `Result` and `SetSimulationState`."""
 
 TIME, STATE = 1, 2
@@ -118,13 +118,13 @@ class Simulator:
         if now == NO_WORLD:
             return _said(response, INCORRECT_STATE, 'the node is not configured')
         if wanted == STOPPED:
-            return self._done(response, self._begin_anew)
+            return self._done(response, self._begin_anew, NOT_REACHED)
         if now == STOPPED:
-            return self._done(response, lambda: self._activate(wanted == PAUSED))
+            return self._done(response, lambda: self._activate(wanted == PAUSED), NOT_REACHED)
         try:
             await outcome_of(self._host.pause(wanted == PAUSED))
         except REFUSALS as refusal:
-            return _said(response, FAILED, f'{refusal}')
+            return _said(response, NOT_REACHED, f'{refusal}')
         return _said(response, DONE, '')
 
     async def _step_simulation(self, request: Any, response: Any) -> Any:
@@ -151,11 +151,11 @@ class Simulator:
         return self._done(response, reset)
 
     @staticmethod
-    def _done(response: Any, work: Callable[[], None]) -> Any:
+    def _done(response: Any, work: Callable[[], None], failed: int = FAILED) -> Any:
         try:
             work()
         except REFUSALS as refusal:
-            return _said(response, FAILED, f'{refusal}')
+            return _said(response, failed, f'{refusal}')
         return _said(response, DONE, '')
 
 
