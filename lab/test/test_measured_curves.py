@@ -11,11 +11,12 @@ import pytest
 
 from mlmem_lab.chains.tracked import Measured
 from mlmem_lab.lattices import Friction, Lattice, PowerLaw
-from mlmem_lab.measured.curves import draw, predicted
+from mlmem_lab.measured.curves import compared, draw, predicted
 from mlmem_lab.measured.posterior import Model
 from mlmem_lab.measured.runs import CASES, SILENT, Case, first, speed
 from mlmem_lab.measured.shells import FAR, KNOTS, Chains, magnets, repulsion, table, waves
 from mlmem_lab.measured.wave import MASS, TOUCH, _held
+from mlmem_lab.results import FOLDER, load
 from mlmem_ros.physics import NOH_BATHE, HeldCell, substep_times
 from mlmem_ros.physics.curve import Curve
 from mlmem_tools.cli.main import main
@@ -95,6 +96,26 @@ def test_particles_of_the_prior_know_no_speed_and_moves_keep_what_is_legal():
     assert again.laws(0).shape == (1, 3)
     assert before.shape == (6, len(CASES))
     assert at.chains(0).laws.shape == (6, KNOTS)
+
+
+def test_unseen_speeds_are_compared():
+    """One lies in its interval, 20 % off; one does not; one has no wave, one none in any draw."""
+    band = {'median': 1.2, 'low': 0.9, 'high': 1.5}
+    none = predicted(np.full(2, np.nan), np.full(2, 0.5))
+    told = compared(
+        [
+            {'measured': [0.9, 1.1], 'unseen': band},
+            {'measured': [2.0], 'unseen': band},
+            {'measured': None, 'unseen': band},
+            {'measured': [1.0], 'unseen': none},
+        ]
+    )
+    assert told == {
+        'measured': 3, 'inside': 1,
+        'least': pytest.approx(20.0), 'largest': pytest.approx(20.0),
+    }  # fmt: skip
+    unseen = load(FOLDER / 'unseen.json')
+    assert compared(unseen['cases']) == unseen['speeds']
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +89,24 @@ def unseen(particles: int, seed: int, tell: Progress = lambda *_: None) -> dict[
             'measured': None if case in SILENT else [run.speed for run in runs(case)],
             'unseen': predicted(speeds, np.full(len(speeds), 1.0 / len(speeds))),
         })  # fmt: skip
-    return {'cases': rows, 'particles': particles}
+    return {'cases': rows, 'speeds': compared(rows), 'particles': particles}
+
+
+def compared(cases: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
+    """Return how many measured speeds there are, and how many lie in the interval of `unseen`.
+
+    Also the least and the largest error of the medians of these, in per cent.
+    """
+    speeds = [(float(np.mean(row['measured'])), row['unseen']) for row in cases if row['measured']]
+    off = [
+        100.0 * abs(found['median'] / seen - 1.0)
+        for seen, found in speeds
+        if found['median'] is not None and found['low'] <= seen <= found['high']
+    ]
+    return {
+        'measured': len(speeds), 'inside': len(off),
+        'least': min(off, default=None), 'largest': max(off, default=None),
+    }  # fmt: skip
 
 
 def told(values: Array) -> dict[str, float]:
