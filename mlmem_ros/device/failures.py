@@ -21,14 +21,17 @@ from ..outside import DecodeError, decode, from_json
 from .errors import Refused, SettingsError
 from .faults import HEALTHY, Faults, OfMaterial
 
-UNITS = ('sensor', 'actuator', 'material')
+UNITS = ('sensor', 'transducer', 'actuator', 'material')
 """What can fail."""
 
 KINDS = ('ok', 'off', 'stuck', 'garbage', 'wrong', 'slow', 'delayed', 'intermittent')
 """How it can fail; `ok` heals the unit."""
 
 ENDS = ('both', 'left', 'right')
-"""The sensors by instance."""
+"""The sensors and the transducers by instance."""
+
+OF_ENDS = ('sensor', 'transducer')
+"""Units that are there once at each end: what measures it, and what moves it."""
 
 MOST = 1000
 """Most failures of a script."""
@@ -62,6 +65,9 @@ MEANINGS = {
     ('sensor', 'intermittent'): Meaning(
         'sensor_dropout', 'severity: share of the ticks in which it freezes', 0.02
     ),
+    ('transducer', 'off'): Meaning('transducer_off', 'it leaves its end free', True, False),
+    ('transducer', 'stuck'): Meaning('transducer_gain', 'it holds its end still', 0.0, False),
+    ('transducer', 'wrong'): Meaning('transducer_gain', 'severity: gain of its way', 0.8),
     ('actuator', 'off'): Meaning('actuator_stuck', 'without power it stays', True, False),
     ('actuator', 'stuck'): Meaning('actuator_stuck', 'it does not move', True, False),
     ('actuator', 'wrong'): Meaning('actuator_offset', 'severity: offset of the strain', 0.01),
@@ -90,8 +96,8 @@ class Failure:
     Attributes:
         tick: When it begins, in ticks after the script.
         unit: What fails.
-        instance: Which sensor: 1 left, 2 right, 0 both; which cell, from 1. Of the actuator there
-            is one, 0 or 1.
+        instance: Which sensor or transducer: 1 left, 2 right, 0 both; which cell, from 1. Of the
+            actuator there is one, 0 or 1.
         severity: How badly, in the unit of the fault; None for the usual.
     """
 
@@ -99,7 +105,7 @@ class Failure:
     failure: str = described(MISSING, 'how it fails', choices=KINDS)
     tick: int = described(0, 'when, in ticks after the script begins', low=0, high=2**53)
     instance: int = described(
-        0, 'sensor: 0 both, 1 left, 2 right; material: the cell', low=0, high=100_000
+        0, 'sensor, transducer: 0 both, 1 left, 2 right; material: the cell', low=0, high=100_000
     )
     severity: float | None = None
 
@@ -123,11 +129,11 @@ class Failure:
 
     def _heals(self, faults: Faults) -> None:
         """Raise `Refused` if only a part of the unit is to be healed, or by a measure."""
-        whole = self.unit == 'sensor' and ENDS.index(faults.sensor_end)
+        whole = self.unit in OF_ENDS and ENDS.index(getattr(faults, f'{self.unit}_end'))
         if self.instance not in (0, whole) or self.severity is not None:
             raise Refused(
                 f'{self.unit} ok heals all of it: it takes no severity, and no instance but '
-                f'that of the sensor that fails; got instance {self.instance}'
+                f'that which fails; got instance {self.instance}'
             )
 
     def _given(self, meaning: Meaning) -> dict[str, Any]:
@@ -143,17 +149,16 @@ class Failure:
             if not self.instance:
                 raise Refused(f'{self.unit} {self.failure} needs the site of a cell as instance')
             return {meaning.cell: self.instance}
-        instances = len(ENDS) if self.unit == 'sensor' else 2
+        instances = len(ENDS) if self.unit in OF_ENDS else 2
         if self.instance >= instances or (self.unit == 'material' and self.instance):
             raise Refused(f'{self.unit} {self.failure} has no instance {self.instance}')
-        if self.unit != 'sensor':
+        if self.unit not in OF_ENDS:
             return {}
-        end, failing = ENDS[self.instance], faults.active()
-        if any(name.startswith('sensor_') for name in failing) and end != faults.sensor_end:
-            raise Refused(
-                f'the signal of {faults.sensor_end} is faulty: heal it before that of {end} fails'
-            )
-        return {'sensor_end': end}
+        which = f'{self.unit}_end'
+        end, faulty = ENDS[self.instance], getattr(faults, which)
+        if end != faulty and any(name.startswith(self.unit) for name in faults.active()):
+            raise Refused(f'the {self.unit} of {faulty} fails: heal it before that of {end} does')
+        return {which: end}
 
 
 def of(unit: str) -> list[str]:
@@ -165,7 +170,7 @@ def of(unit: str) -> list[str]:
         and unit
         == (
             'material' if isinstance(description, OfMaterial)
-            else 'sensor' if field.name.startswith('sensor_') else 'actuator'
+            else part if (part := field.name.partition('_')[0]) in OF_ENDS else 'actuator'
         )
     ]  # fmt: skip
 

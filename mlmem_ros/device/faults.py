@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults of a device. The defaults describe a healthy one.
 
-Each fault acts in one place: on the transducers' signals (`Sensors`), between actuator and
-substrate (`actuator`), or in the material (`with_faults`). The device does not know its
-own faults; it has to detect them.
+Each fault acts in one place: on the transducers' signals (`Sensors`), on how they move an end
+(`moved`), between actuator and substrate (`actuator`), or in the material (`with_faults`). The
+device does not know its own faults; it has to detect them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..described import Description, described, descriptions, fields_in
-from ..physics import Scatter, Specimen, scattered
+from ..physics import HeldCell, Scatter, Specimen, scattered
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..rng import Stream, happens, normal
@@ -40,8 +40,8 @@ class OfMaterial(Description):
 
 
 @dataclass(frozen=True)
-class OfSensor(Description):
-    """The description of a rarer fault of a transducer's signal; listed once it was given."""
+class OfTransducer(Description):
+    """The description of a rarer fault of a transducer; listed once it was given."""
 
     listed: bool | None = False
 
@@ -67,14 +67,22 @@ class Faults(Checked):
     )
     sensor_end: str = described(
         'both', 'the transducer whose signal is faulty', choices=('both', 'left', 'right'),
-        kind=OfSensor,
+        kind=OfTransducer,
     )  # fmt: skip
-    sensor_off: bool = described(False, 'the signal is 0', kind=OfSensor)
+    sensor_off: bool = described(False, 'the signal is 0', kind=OfTransducer)
     sensor_gain: float = described(
-        1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0, kind=OfSensor
+        1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0, kind=OfTransducer
     )
-    sensor_lag: float = _time(0.0, "time constant of the signal's lag", kind=OfSensor)
-    sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4, kind=OfSensor)
+    sensor_lag: float = _time(0.0, "time constant of the signal's lag", kind=OfTransducer)
+    sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4, kind=OfTransducer)
+    transducer_end: str = described(
+        'both', 'the transducer that drives badly', choices=('both', 'left', 'right'),
+        kind=OfTransducer,
+    )  # fmt: skip
+    transducer_off: bool = described(False, 'it leaves its end free', kind=OfTransducer)
+    transducer_gain: float = described(
+        1.0, 'its way, relative to what was asked for', low=-2.0, high=2.0, kind=OfTransducer
+    )
     actuator_offset: float = described(
         0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
     )
@@ -113,8 +121,9 @@ class Faults(Checked):
         }
         if not self.weak_cell:
             found.pop('weak_factor', None)
-        if found.keys() & {'sensor_end'} == {name for name in found if name.startswith('sensor_')}:
-            found.pop('sensor_end', None)
+        for part in ('sensor', 'transducer'):
+            if {name for name in found if name.startswith(part)} == {f'{part}_end'}:
+                found.pop(f'{part}_end')
         return found
 
     def of_the_material(self) -> dict[str, Any]:
@@ -129,7 +138,7 @@ class Faults(Checked):
 
     @cached_property
     def only_of_the_material(self) -> bool:
-        """Whether the strain and the signals are free of faults."""
+        """Whether strain, signals and driven ends are free of faults."""
         return self.active() == self.of_the_material()
 
     def same_material(self, other: Faults) -> bool:
@@ -173,6 +182,20 @@ def with_faults(made: Specimen, faults: Faults) -> Specimen:
         s_factor=made.s_factor * disorder.s_factor, stuck=stuck,
         eta_factor=made.eta_factor * faults.damping_factor,
     )  # fmt: skip
+
+
+def moved(asked: HeldCell, start: Array, faults: Faults) -> HeldCell | None:
+    """Return how a transducer moves its end for a motion; None if it leaves the end free.
+
+    `start` is displacement and velocity at which the motion began, shape (2, 1).
+    """
+    end = 'left' if asked.site == 1 else 'right'
+    if faults.only_of_the_material or faults.transducer_end not in ('both', end):
+        return asked
+    if faults.transducer_off:
+        return None
+    began = start * ((1.0,), (0.0,))
+    return HeldCell(asked.site, began + faults.transducer_gain * (asked.motion - began))
 
 
 class Sensors:

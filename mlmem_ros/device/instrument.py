@@ -242,7 +242,7 @@ class Instrument:
         shake = self.base.advance(self._progress, ticks, shakes)
         commanded = actuator.advance(self._times, ticks)
         strain = transmission.advance(commanded, self._substeps, self.faults, self.ticks)
-        held_cell = transducer.held_cell(ticks * self.steps_per_tick)
+        held_cell = transducer.held_cell(ticks * self.steps_per_tick, self.faults)
         V_N = strain * self.design.end_displacement(1.0)
         start = self.driver.V_N
         try:

@@ -21,6 +21,7 @@ from .drivers import Driver
 from .echo import FAINTEST, EchoDetector, loudness, weights
 from .end import BoundaryMotion, End, Kick, Move, Pulse, WaveformRecorder
 from .errors import SettingsError
+from .faults import HEALTHY, Faults, moved
 from .move_settings import PushSettings
 from .settings import ProbeSettings, Settings
 
@@ -331,8 +332,8 @@ class Transducer:
 
     # --- the tick ------------------------------------------------------------------------
 
-    def held_cell(self, steps: int) -> HeldCell | None:
-        """Return the prescribed motion during the next steps, or None."""
+    def held_cell(self, steps: int, faults: Faults = HEALTHY) -> HeldCell | None:
+        """Return how a cell is moved during the next steps, or None."""
         if self.held is None:
             return None
         motion, site, begun = self.held
@@ -340,7 +341,9 @@ class Transducer:
         driven = times[times <= motion.duration]
         goes_on = len(driven) == len(times)
         self.held = Held(motion, site, begun + steps) if goes_on else None
-        return HeldCell(site, motion.at(driven)) if len(driven) else None
+        if not len(driven):
+            return None
+        return moved(HeldCell(site, motion.at(driven)), motion.at(np.zeros(1)), faults)
 
     def pass_by(self, n: int, ticks: int) -> None:
         """Take ticks of n samples that are all the same, and stay so."""

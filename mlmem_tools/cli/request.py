@@ -243,7 +243,7 @@ COMMANDS['inject'] = _request(
     'let parts of a running node fail, at once or by a script',
     lambda client, given: client.inject(*_script(given)),
     lambda _: 'injected',
-    option('unit', nargs='?', help='sensor, actuator or material'),
+    option('unit', nargs='?', help='sensor, transducer, actuator or material'),
     option('failure', nargs='?', help='off, stuck, garbage, wrong, slow, delayed ... or ok'),
     option('--instance', type=int, default=0, help='sensor: 1 left, 2 right; material: the cell'),
     option('--severity', type=float, help='in the unit of the fault; docs/faults.md has them'),

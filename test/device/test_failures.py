@@ -20,7 +20,8 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.failures import KINDS, MEANINGS, UNITS, Failure, course, of
-from mlmem_ros.device.faults import Sensors
+from mlmem_ros.device.faults import Sensors, moved
+from mlmem_ros.physics import HeldCell
 from mlmem_ros.rng import Stream, normal
 
 CELL = {'instance': 40}
@@ -111,6 +112,39 @@ def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
     assert not outcome.success
     element.apply(script({'unit': 'sensor', 'failure': 'ok'}))
     assert element.perform(Read()).reading.level == 1
+
+
+TRANSDUCER = {
+    # failure, instance: level of the read of level 1, levels that a write of 0 may leave
+    ('off', 0): (-2, -2), ('off', 1): (-2, -1), ('off', 2): (-2, -2), ('stuck', 1): (-2, -1),
+    ('wrong', 1): (1, -1), ('wrong', 0): (1, -1),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(('failure', 'instance'), TRANSDUCER)
+def test_a_transducer_that_drives_badly_kicks_no_wall_and_misleads_no_read(failure, instance):
+    """At 0.8 of its way a kick launches nothing; a pulse of 0.8 is heard."""
+    element = new_element(preset('kick_2'))
+    assert element.perform(Write(1)).success
+    element.apply(script({'unit': 'transducer', 'failure': failure, 'instance': instance}))
+    read, left = TRANSDUCER[failure, instance]
+    assert element.perform(Read()).reading.level == read
+    written = element.perform(Write(0))
+    assert not written.success
+    assert (written.reading.level if written.reading else -2) == left
+    element.apply(script({'unit': 'transducer', 'failure': 'ok'}))
+    assert element.perform(Write(0)).reading.level == 0
+
+
+def test_a_motion_is_made_in_part_from_where_it_begins():
+    """A kick by half from -1 to 1 ends at 0; its speed is halved, too."""
+    asked = HeldCell(1, np.array(((-1.0, 0.0, 1.0), (0.0, 0.3, 0.0))))
+    start = asked.motion[:, :1]
+    half = moved(asked, start, Faults(transducer_gain=0.5))
+    assert half.motion == pytest.approx(np.array(((-1.0, -0.5, 0.0), (0.0, 0.15, 0.0))))
+    assert moved(asked, start, Faults(transducer_gain=0.5, transducer_end='right')) is asked
+    assert moved(asked, start, Faults(transducer_off=True)) is None
+    assert moved(asked, start, Faults(weak_cell=40)) is asked
 
 
 def test_slow_and_noisy_signals_go_on_from_a_snapshot(element):
