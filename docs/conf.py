@@ -3,6 +3,7 @@
 """Settings of Sphinx for this site; `make docs` builds it."""
 
 import dataclasses
+import os
 import sys
 from pathlib import Path
 
@@ -31,6 +32,11 @@ root_doc = 'index'
 exclude_patterns = ['_build']
 
 html_theme = 'furo'
+html_theme_options = {  # pages can be edited there with REPOSITORY=https://github.com/OWNER/NAME
+    'source_repository': os.environ.get('REPOSITORY', ''),
+    'source_branch': 'main',
+    'source_directory': 'docs/',
+}
 html_title = f'mlmem_ros {__version__}'
 html_favicon = '../mlmem_tools/view/static/icon.svg'
 html_static_path = ['_static']

@@ -226,7 +226,7 @@ def test_a_script_is_answered_while_time_is_paused(robot):
         with pytest.raises(RequestRefused, match='failure must be one of ok, off'):
             memory.inject({'unit': 'sensor', 'failure': 'explode'}).wait()
         memory.set_parameters({'faults.sensor_end': 'right', 'faults.sensor_noise': 1e-6}).wait()
-        with pytest.raises(RequestRefused, match='the signal of right is faulty'):
+        with pytest.raises(RequestRefused, match='the sensor of right fails'):
             memory.inject(failing).wait()
         memory.set_parameters({'faults.sensor_end': 'both', 'faults.sensor_noise': 0.0}).wait()
         memory.inject(failing).wait()
