@@ -270,8 +270,8 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             self._after_tick,
             self._pacer(),
             self.get_parameter('time.speed').value,
-            lambda: self._published is not None and self._published.has_subscribers,
-            lambda: 0 if self._published is None else self._published.stream_period,
+            lambda: self._published is not None and self._published.taken.on_time,
+            lambda: 0 if self._published is None else self._published.taken.period,
             self._held,
         )
         self._awaits_clock = True

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
@@ -101,8 +101,26 @@ class Subscriptions:
         return listen
 
 
-COUNTED = 0.02
-"""Seconds for which a count of subscribers holds: the middleware takes microseconds for each."""
+MOMENT = 0.02
+"""Seconds for which it holds who takes what: the middleware takes microseconds for each topic."""
+
+
+class Taken(NamedTuple):
+    """What was worth publishing a moment ago.
+
+    Attributes:
+        topics: Those that are latched or recorded, or that somebody subscribes to.
+        on_time: Whether a stream that must be on time is among them.
+        period: Ticks of which those of all streams among them are multiples; 0 without one.
+        recording: The recording of then.
+        until: When to look again, on the steady clock.
+    """
+
+    topics: frozenset[Topic] = frozenset()
+    on_time: bool = False
+    period: int = 0
+    recording: Recording | None = None
+    until: float = -math.inf
 
 
 class Publishers:
@@ -127,11 +145,7 @@ class Publishers:
         self._messages = self._of_events(node.get_fully_qualified_name())
         self._periodic = self._streams()
         self._made: dict[Topic, tuple[int, Any]] = {}  # at rest, and since which tick
-        self._punctual = [  # views may be late
-            topic for topic, _, _ in self._periodic if topic not in topics.VIEWS
-        ]
-        self._counts: dict[str, int] = {}
-        self._counted = -math.inf
+        self._last_look = Taken()
         # of a fresh simulated one there is nothing to say, a real one's is not known yet
         if element.reading or element.unknown or not element.simulated:
             self._publish_event(topics.LEVEL, element.reading)
@@ -185,12 +199,13 @@ class Publishers:
         """Publish the streams due after a tick, and its events."""
         if self._contour is not None:
             self._contour.take()
+        taken = self.taken.topics
         for topic, every, message in self._periodic:
-            if self._element.ticks % every == 0 and self._is_taken(topic):
+            if self._element.ticks % every == 0 and topic in taken:
                 self.publish(topic, self._present(topic, message))
         for event in events:
             for topic, content in published(event, self._element).items():
-                if topic.qos == topics.LATCHED or self._is_taken(topic):
+                if topic in taken:
                     self._publish_event(topic, content)
 
     def _publish_event(self, topic: Topic, content: Any) -> None:
@@ -213,30 +228,26 @@ class Publishers:
         return made
 
     @property
-    def has_subscribers(self) -> bool:
-        """Whether anybody subscribes to a stream that must be on time."""
-        return any(map(self._subscribers, self._punctual))
-
-    @property
-    def stream_period(self) -> int:
-        """Ticks of which those of all that anybody takes are multiples; 0 if nobody takes any."""
-        taken = {topic: every for topic, every, _ in self._periodic if self._is_taken(topic)}
-        columns = self._settings.column_every if topics.IMAGE in taken else 0
-        return math.gcd(*taken.values(), columns)
+    def taken(self) -> Taken:
+        """Who takes what, or did a moment ago; in the loop's thread."""
+        now, recording = threads.monotonic(), self._host.recording
+        if now >= self._last_look.until or recording is not self._last_look.recording:
+            taken = frozenset(filter(self._is_taken, self._publishers))
+            streams = {topic: every for topic, every, _ in self._periodic if topic in taken}
+            columns = self._settings.column_every if topics.IMAGE in taken else 0
+            self._last_look = Taken(
+                taken,
+                any(topic not in topics.VIEWS for topic in streams),  # views may be late
+                math.gcd(*streams.values(), columns),
+                recording,
+                now + MOMENT,
+            )
+        return self._last_look
 
     def _is_taken(self, topic: Topic) -> bool:
-        """Return whether anybody takes a message that is not latched."""
-        recorded = self._recording(topic) is not None
-        return recorded or self._subscribers(topic) > 0
-
-    def _subscribers(self, topic: Topic) -> int:
-        """Return how many subscribe to a topic, or did a moment ago."""
-        if (now := threads.monotonic()) >= self._counted + COUNTED:
-            self._counts.clear()
-            self._counted = now
-        if (count := self._counts.get(topic.name)) is None:
-            count = self._counts[topic.name] = self._publishers[topic].get_subscription_count()
-        return count
+        if topic.qos == topics.LATCHED or self._recording(topic) is not None:
+            return True
+        return bool(self._publishers[topic].get_subscription_count())
 
     def _recording(self, topic: Topic) -> Recording | None:
         """Return what takes the messages of a topic, or None."""
