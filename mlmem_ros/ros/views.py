@@ -79,9 +79,7 @@ class Contour:
         rows = len(range(0, element.design.N, self._stride))
         defects = [element.design.defect(level) - 1 for level in range(element.design.levels)]
         self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
-        # Column by column, and twice as wide as the image: each column is stored twice, one width
-        # apart, so that the latest ones always lie side by side.
-        self._indices = np.zeros((2 * self._columns, rows), dtype=np.uint8)
+        self._indices = np.zeros((self._columns, rows), dtype=np.uint8)  # a ring of columns
         self._taken = 0
         self._seen = (element.ticks - 1) // self._every
 
@@ -94,14 +92,13 @@ class Contour:
         shown = self._element.chain.configuration[:: self._stride]
         column = self._palette.indices(shown[::-1])
         for _ in range(min(due, self._columns)):
-            place = self._taken % self._columns
-            self._indices[place] = self._indices[place + self._columns] = column
+            self._indices[self._taken % self._columns] = column
             self._taken += 1
 
     def message(self, stamp: Time) -> Image:
         """Return the image of the latest columns."""
-        begin = self._taken % self._columns
-        pixels = COLOURS.take(self._indices[begin : begin + self._columns].T, axis=0)
+        oldest_first = np.roll(self._indices, -(self._taken % self._columns), axis=0)
+        pixels = COLOURS.take(oldest_first.T, axis=0)
         pixels[self._lines] = pixels[self._lines] * DEFECT_SHADE
         pixels[:, : max(0, self._columns - self._taken)] = EMPTY
         height, width, channels = pixels.shape

@@ -8,7 +8,7 @@ import math
 import struct
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from functools import partial
+from functools import cache, partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -158,12 +158,12 @@ class Publishers:
             topics.JOINT_STATES: lambda: messages.joint_states(element, stamp(), settings.frame_id)
         }
         if (contour := self._contour) is not None:
-            markers = ChainMarkers(element, settings)
+            markers = cache(partial(ChainMarkers, element, settings))  # few are asked for them
             made |= {
                 topics.FIELD: lambda: messages.field(element),
                 topics.WALL: lambda: messages.wall_positions(element),
                 topics.IMAGE: lambda: contour.message(stamp()),
-                topics.MARKERS: lambda: markers.message(stamp()),
+                topics.MARKERS: lambda: markers().message(stamp()),
             }
         every = {topic: getattr(settings, topic.interval.partition('.')[2]) for topic in made}
         return [(topic, every[topic], make) for topic, make in made.items() if every[topic]]
