@@ -15,6 +15,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ..described import Description
@@ -305,9 +306,13 @@ def failed(kind: Any, error_code: int, error: str) -> Any:
     return result
 
 
-def everything() -> dict[str, dataclasses.Field[Any]]:
+def everything() -> Mapping[str, dataclasses.Field[Any]]:
     """Return all that any answer holds."""
-    kinds: list[type[Answer]] = [Decoded, *ANSWERS.values()]
+    return _fields((Decoded, *ANSWERS.values()))
+
+
+@cache
+def _fields(kinds: tuple[type[Answer], ...]) -> Mapping[str, dataclasses.Field[Any]]:
     return {each.name: each for kind in kinds for each in _told(kind)}
 
 
