@@ -192,20 +192,25 @@ class Echo:
         return self.delay is not None and hidden(self.probe, self.delay)
 
     @cached_property
+    def _heard(self) -> tuple[Array, Array, Array]:
+        """Times from when listening begins on, v_c then, and the threshold."""
+        begin = int(np.searchsorted(self.t, blanking(self.probe), side='right'))
+        t = self.t[begin:]
+        return t, self.v_c[begin:], threshold(self.probe, t, self.floor)
+
+    @cached_property
     def shape(self) -> Shape:
         """When it crosses `SHARES` of the threshold, and how loud it is."""
-        heard = self.t > blanking(self.probe)
-        t, v_c = self.t[heard], self.v_c[heard]
-        whole = threshold(self.probe, t, self.floor)
+        t, v_c, whole = self._heard
         over = [v_c > share * whole for share in SHARES]
         low, high = (float(t[np.argmax(each)]) if each.any() else None for each in over)
         return low, high, self.threshold_margin
 
     def loudness(self, until: float) -> float:
         """Return the greatest v_c over the threshold up to a time; 0 if nothing was received."""
-        heard = (self.t > blanking(self.probe)) & (self.t <= until)
-        ratio = self.v_c[heard] / threshold(self.probe, self.t[heard], self.floor)
-        return float(ratio.max(initial=0.0))
+        t, v_c, whole = self._heard
+        n = int(np.searchsorted(t, until, side='right'))
+        return float((v_c[:n] / whole[:n]).max(initial=0.0))
 
     @property
     def raised(self) -> float:

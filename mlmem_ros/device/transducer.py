@@ -111,9 +111,11 @@ class Reverberation:
         kept = self._share(n)
         bound, since, seen = self.returns.bound, self.returns.since, self.returns.seen
         for loud in loudness(v, self._weights, ticks):
-            bound = max(kept * bound, loud if since >= seen else 0.0)
-            since = min(since + n, LONG_AGO)
-        self.returns = Returns(bound, since, seen)
+            bound *= kept
+            if loud > bound and since >= seen:
+                bound = loud
+            since += n
+        self.returns = Returns(bound, min(since, LONG_AGO), seen)
 
     def _share(self, n: int) -> float:
         """Return what is left of a wave after n samples."""
