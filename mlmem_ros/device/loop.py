@@ -244,7 +244,6 @@ class Loop:
         period, self._times.slept = self._times.period, False
         latest = due + ticks * period
         while ticks:
-            resting = self.element.at_rest
             begun, first = self._pacer.now(), self.element.ticks
             most = self._times.together(ticks)
             within = 1 if self.element.procedure else most
@@ -255,7 +254,7 @@ class Loop:
             self._advance(most, [], shakes)
             run = self.element.ticks - first
             busy = (self._pacer.now() - begun) / run
-            if resting:
+            if self.element.computed <= first:  # it rested
                 self.statistics.count(max(0.0, begun - latest), busy, run)
             else:
                 for number in range(run):

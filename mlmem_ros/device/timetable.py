@@ -143,6 +143,7 @@ class Timetable:
         speed: Multiple of the scale's real time; 0 runs as fast as possible.
         period: Of a tick at this speed; 0 without a pace.
         slept: Whether the loop has slept longer than ticks are deferred otherwise.
+        resting: Whether the element rested when `deferred` was asked for the last time.
     """
 
     def __init__(
@@ -162,7 +163,7 @@ class Timetable:
         self._batch = batch
         self._has_subscribers = has_subscribers
         self._stream_period = stream_period
-        self.slept = False
+        self.slept = self.resting = False
         self.set_speed(speed)
 
     def set_speed(self, speed: float) -> None:
@@ -188,6 +189,7 @@ class Timetable:
         """
         element = self._element
         resting, every = element.at_rest, self._stream_period()
+        self.resting = resting
         if every and (resting or self._has_subscribers()):
             in_time = self._at_once - element.ticks % self._at_once
             ticks = in_time if resting and self._at_once > 1 else in_time - 1
@@ -208,7 +210,7 @@ class Timetable:
         return int(max(0.0, late) / self.period)
 
     def wake(self, due: float, deferred: int) -> float:
-        """Return when to begin with the deferred ticks, the first due at a given time.
+        """Return when to begin with the `deferred` ticks, the first due at a given time.
 
         As long before the next one as they take, so that one wake-up serves both; at most a
         period. Of an element at rest the last one may be a tick that somebody waits for.
@@ -216,7 +218,7 @@ class Timetable:
         if not deferred:
             return due
         busy = deferred * self._statistics.busy
-        known = 0.0 < busy < self.period and not self._element.at_rest
+        known = 0.0 < busy < self.period and not self.resting
         return due + deferred * self.period - (busy if known else self.period)
 
     def sleeps(self, deferred: int) -> bool:
