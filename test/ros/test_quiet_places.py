@@ -23,6 +23,11 @@ def test_a_default_subscriber_receives_every_stream(robot):
         robot.wait(lambda heard=heard: heard, topic)
 
 
+def test_the_messages_of_an_element_at_rest_have_stamps_of_their_own(robot):
+    heard = [robot.next('joint_states', lambda state: state.velocity[1] == 0.0) for _ in range(3)]
+    assert len({str(state.header.stamp) for state in heard}) == len(heard)
+
+
 def test_how_a_procedure_ended_is_in_the_log(memory, robot):
     assert robot.write(0).success
     robot.wait(lambda: 'write succeeded after' in memory.output, 'a line in the log')

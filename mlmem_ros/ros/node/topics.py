@@ -144,7 +144,7 @@ class Publishers:
         self._contour = Contour(element, settings) if element.simulated else None
         self._messages = self._of_events(node.get_fully_qualified_name())
         self._periodic = self._streams()
-        self._made: dict[Topic, tuple[int, Any]] = {}  # at rest, and since which tick
+        self._made: dict[Topic, tuple[int, Any, Sequence[Any]]] = {}  # at rest, since which tick
         self._last_look = Taken()
         # of a fresh simulated one there is nothing to say, a real one's is not known yet
         if element.reading or element.unknown or not element.simulated:
@@ -216,15 +216,16 @@ class Publishers:
         element = self._element
         if element.ticks == element.computed or topic is topics.IMAGE:
             return message()
-        since, made = self._made.get(topic, (-1, None))
-        if since == element.computed:
+        since, made, headers = self._made.get(topic, (-1, None, ()))
+        if since != element.computed:
+            made = message()
+            parts = getattr(made, 'markers', (made,))
+            headers = [each.header for each in parts if hasattr(each, 'header')]
+            self._made[topic] = element.computed, made, headers
+        elif headers:
             stamp = self._stamp()
-            for each in getattr(made, 'markers', (made,)):
-                if hasattr(each, 'header'):
-                    each.header.stamp = stamp
-            return made
-        made = message()
-        self._made[topic] = element.computed, made
+            for header in headers:
+                header.stamp = stamp
         return made
 
     @property
