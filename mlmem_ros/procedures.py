@@ -221,7 +221,7 @@ PROCEDURES = {
     ),
     'shift': Procedure(
         Shift,
-        'push every wall whose turn it is by one level, by half a cycle of strain, and read',
+        'move every wall whose turn it is by one level, by half a cycle of strain, and read',
         'shifting.shift',
         'shifting',
         action=False,

@@ -87,7 +87,7 @@ SIMULATOR = tuple(
             'set_simulation_state',
             'SetSimulationState',
             'play, pause or stop; a stopped element is blank when it plays again, whatever is in '
-            'its state file. To quit, end the process',
+            'its state file. 102: it could not be reached. To quit, end the process',
         ),
         (
             'step_simulation',

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shifting: push every wall whose turn it is by one level, by half a cycle of strain.
+"""Shifting: move every wall whose turn it is by one level, by half a cycle of strain.
 
 Compression frees walls at every second level and kinks at the others, tension the rest. So walls
 and kinks that take turns keep step, as in a shift register.
