@@ -19,16 +19,13 @@ from typing import Any, NamedTuple
 from ..described import described, descriptions
 from ..outside import DecodeError, decode, from_json
 from .errors import Refused, SettingsError
-from .faults import HEALTHY, Faults, OfMaterial
+from .faults import ENDS, HEALTHY, Faults, OfMaterial
 
 UNITS = ('sensor', 'transducer', 'actuator', 'material')
 """What can fail."""
 
 KINDS = ('ok', 'off', 'stuck', 'garbage', 'wrong', 'slow', 'delayed', 'intermittent')
 """How it can fail; `ok` heals the unit."""
-
-ENDS = ('both', 'left', 'right')
-"""The sensors and the transducers by instance."""
 
 OF_ENDS = ('sensor', 'transducer')
 """Units that are there once at each end: what measures it, and what moves it."""

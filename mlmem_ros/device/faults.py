@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -46,8 +46,12 @@ class OfTransducer(Description):
     listed: bool | None = False
 
 
+ENDS = ('both', 'left', 'right')
+"""The transducers by instance."""
+
 _time = fields_in('time', 0.0, 1e6)
 _probability = fields_in('', 0.0, 1.0)
+_of_transducer = partial(described, kind=OfTransducer)
 _of_material = fields_in('', 0.0, 0.5, kind=OfMaterial)
 _cell = fields_in('', 0, 100_000, kind=OfMaterial, cell=True)
 
@@ -65,23 +69,17 @@ class Faults(Checked):
     sensor_dropout: float = _probability(
         0.0, 'probability that the signal freezes at its last sample for a tick'
     )
-    sensor_end: str = described(
-        'both', 'the transducer whose signal is faulty', choices=('both', 'left', 'right'),
-        kind=OfTransducer,
-    )  # fmt: skip
-    sensor_off: bool = described(False, 'the signal is 0', kind=OfTransducer)
-    sensor_gain: float = described(
-        1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0, kind=OfTransducer
+    sensor_end: str = _of_transducer('both', 'the transducer whose signal is faulty', choices=ENDS)
+    sensor_off: bool = _of_transducer(False, 'the signal is 0')
+    sensor_gain: float = _of_transducer(
+        1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0
     )
     sensor_lag: float = _time(0.0, "time constant of the signal's lag", kind=OfTransducer)
     sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4, kind=OfTransducer)
-    transducer_end: str = described(
-        'both', 'the transducer that drives badly', choices=('both', 'left', 'right'),
-        kind=OfTransducer,
-    )  # fmt: skip
-    transducer_off: bool = described(False, 'it leaves its end free', kind=OfTransducer)
-    transducer_gain: float = described(
-        1.0, 'its way, relative to what was asked for', low=-2.0, high=2.0, kind=OfTransducer
+    transducer_end: str = _of_transducer('both', 'the transducer that drives badly', choices=ENDS)
+    transducer_off: bool = _of_transducer(False, 'it leaves its end free')
+    transducer_gain: float = _of_transducer(
+        1.0, 'its way, relative to what was asked for', low=-2.0, high=2.0
     )
     actuator_offset: float = described(
         0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
