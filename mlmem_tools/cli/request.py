@@ -229,7 +229,8 @@ def _procedure(name: str, row: Procedure) -> Command:
 COMMANDS = {name: _procedure(name, row) for name, row in PROCEDURES.items()}
 COMMANDS['record'] = _request(
     'make a running node start or end recording a session',
-    lambda client, given: client.record(not given.stop, given.path or ''),
+    # a node that only begins, and compiles, answers late
+    lambda client, given: client.record(not given.stop, given.path or '', math.inf),
     _recorded,
     one_of(
         option('path', nargs='?', help="path of the bag, on the node's machine"),

@@ -129,6 +129,14 @@ def test_long_work_is_awaited_whatever_the_client_would_wait(memory, inside, mon
     assert inside('self_test')[0] == 0  # once the node has ended what it went on with
 
 
+def test_a_recording_is_awaited_from_a_node_that_is_only_beginning(
+    memory, inside, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(MemoryClient.record, '__defaults__', (True, '', 1e-9))
+    assert inside('record', str(tmp_path / 'session'))[0] == 0
+    assert inside('record', '--stop')[0] == 0
+
+
 def test_abort_stops_a_write(memory, robot, inside):
     writing = robot.send('write')
     status, told, complaint = inside('abort')
