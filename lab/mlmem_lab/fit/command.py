@@ -31,7 +31,7 @@ from ..studies.campaign.terminal import Bar
 from . import csv_shots
 from .fit import Misfitting
 from .fit import fit as fitted
-from .fitted import Fit
+from .fitted import ADDED, TERMS, Fit, has
 from .misfit import Prior
 
 
@@ -132,6 +132,8 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'in_band': found.in_band,
         'data': found.data,
         'held_out': list(found.held_out),
+        'added': _added(found),
+        'scatter': dict(found.misfit.scatter),
         'untold': list(found.untold),
     }
     if unknowns.masses:
@@ -143,6 +145,11 @@ def _as_dict(found: Fit) -> dict[str, Any]:
     if unknowns.offsets:
         told |= {'offset': found.x[unknowns.offset], 'offset_std': deviations[unknowns.offset]}
     return told
+
+
+def _added(found: Fit) -> list[str]:
+    """Return which terms the data asked for, keys of `TERMS`."""
+    return [term for term in ADDED if has(found.misfit, term)]
 
 
 def _describe(found: Fit, output: str | None) -> None:
@@ -163,6 +170,8 @@ def _describe(found: Fit, output: str | None) -> None:
         f'each pulse, predicted from the others: misfit per datum {min(found.held_out):.3f} to '
         f'{max(found.held_out):.3f}'
     )
+    for term in _added(found):
+        print(f'fitted, too, as the data ask for it: {TERMS[term]}')
     for words in found.untold:
         print(f'not told: {words}')
     if output:

@@ -21,18 +21,9 @@ from mlmem_tools.twin.forward import NEAR, equilibria
 from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import AGAIN, BLANK, CELLS, LAST, SCHEDULE, SLOWER, Stage, minimise
-from .fitted import (
-    ADDED,
-    OF_LINE,
-    Fit,
-    asks,
-    doubts,
-    inverse,
-    posterior,
-    widened,
-    with_term,
-)
+from .fitted import ADDED, OF_LINE, Fit, posterior, rescaled, widened, with_term
 from .misfit import LARGEST, WHOLE, Misfit, Prior
+from .trusted import asks, doubts, held_out
 
 WINDOW = 300.0
 """Time after a pulse in which its waveforms are compared."""
@@ -185,7 +176,7 @@ def fit(
         found = _without_worst(found, x, told)
     found = _explained(found, told)
     told('pulses held out', 0.5)
-    return _predicted(replace(found, held_out=_held_out(found), slopes=None))
+    return _predicted(replace(found, held_out=held_out(found), slopes=None))
 
 
 def _predicted(found: Fit) -> Fit:
@@ -202,21 +193,6 @@ def _predicted(found: Fit) -> Fit:
             'is far from its minimum: survey again'
         )
     return found
-
-
-def _held_out(found: Fit) -> tuple[float, ...]:
-    """Return the misfit per datum of every shot, predicted from the others.
-
-    Leaving a shot out moves the minimum by a step of Newton's method.
-    """
-    misfit, x, precision = found.misfit, found.x, found.misfit.precision
-    alone = [misfit.only([shot]) for shot in misfit.shots]
-    parts = list(misfit.normals(x, WHOLE, slopes=found.slopes))
-    H = np.sum([part.H for part in parts], axis=0) + precision
-    return tuple(
-        each.cost(x + inverse(H - part.H) @ part.g, WHOLE) / part.data
-        for each, part in zip(alone, parts, strict=True)
-    )
 
 
 def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
@@ -329,6 +305,11 @@ def _descend(misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report) ->
             misfit = misfit.drifting(x)
         x, _, slopes = minimise(misfit, x, stage, slopes)
     told('fitted', 1.0)
+    found = posterior(misfit, x, slopes)
+    misfit = rescaled(found)
+    if misfit is found.misfit:
+        return found
+    x, _, slopes = minimise(misfit, x, stages[-1], found.slopes)
     return posterior(misfit, x, slopes)
 
 

@@ -7,6 +7,7 @@ and what a model lacks that does not describe it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -19,22 +20,16 @@ from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import Clock
 from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
-from .misfit import DRIFT, LARGEST, WHOLE, Misfit, Normal, Slopes, patterns
+from .misfit import DRIFT, LARGEST, WHOLE, Misfit, Normal, Slopes
 
-IN_BAND = 2.0
-"""Largest one at the frequencies of the echoes; up to there, intervals are widened."""
+SCATTERS = {'mass': 'mass', 'offset': 'offset', 'k_r': 'k_r', 'damping': 'damped'}
+"""Standard deviations of a `Prior` that the data tell better, and the unknowns that have them."""
 
-PRIOR = 2.5
-"""Largest misfit of the prior per cell: 0.3 in sound fits, 1 where cells scatter as expected."""
+ROUNDS = 10
+"""In which such a deviation settles: each leaves an eighth of its error."""
 
-CORRELATED = 5.0
-"""Largest correlation of neighbouring cells, in standard deviations."""
-
-FAR = 4.5
-"""Farthest that a shared value may be from what is expected, in standard deviations."""
-
-CELLS = ('alpha', 'mass', 'offset', 'k_r', 'damped')
-"""Unknowns of every cell, as `Unknowns` names them."""
+LEAST_SCATTER = 0.01
+"""Least one that is believed, over what was expected."""
 
 KNOWN = 1e-12
 """Variance below which a value is known beforehand."""
@@ -56,6 +51,7 @@ class Fit:
         chi2: Misfit per datum.
         in_band: Misfit per datum at the frequencies of the echoes: 1 if noise alone is left. There
             an error of the model is, whatever the rest of what is sampled looks like.
+        sound: What that is at most if the model lacks nothing.
         held_out: Misfit per datum of every shot as the others predict it, in their order.
         slopes: Derivatives of the shots near these values, as long as more is asked of them.
     """
@@ -66,6 +62,7 @@ class Fit:
     chi2: float
     data: int
     in_band: float = 1.0
+    sound: float = 1.2
     untold: tuple[str, ...] = ()
     held_out: tuple[float, ...] = ()
     slopes: Slopes | None = None
@@ -102,82 +99,67 @@ def posterior(misfit: Misfit, x: Array, slopes: Slopes | None = None) -> Fit:
     if slopes is None or slopes.window < WHOLE or slopes.shared:
         slopes = misfit.slopes(x, WHOLE)
     normal, precision = misfit.normal(x, WHOLE, slopes=slopes), misfit.precision
-    in_band = _in_band(misfit, x)
+    in_band, sound = _in_band(misfit, x, slopes, normal.H + precision)
     covariance = inverse(normal.H + precision) * max(1.0, in_band)
     chi2 = normal.cost / normal.data
-    found = Fit(misfit, x, covariance, chi2, normal.data, in_band, slopes=slopes)
+    found = Fit(misfit, x, covariance, chi2, normal.data, in_band, sound, slopes=slopes)
     return replace(found, untold=tuple(_untold(found, normal, inverse(precision))))
 
 
-def doubts(found: Fit) -> list[str]:
-    """Return why a fit cannot be trusted, in words; nothing if it can."""
-    unknowns, precision = found.unknowns, found.misfit.precision
-    why = []
-    if not found.chi2 <= LARGEST:
-        why.append(f'the misfit is {found.chi2:.3g} per datum, where {LARGEST:g} is allowed')
-    if not found.in_band <= IN_BAND:
-        why.append(
-            f'at the frequencies of the echoes the misfit is {found.in_band:.3g} per datum, '
-            f'where {IN_BAND:g} is allowed'
-        )
-    off = found.x - unknowns.mean
-    for name in CELLS:
-        where = getattr(unknowns, name, slice(0, 0))
-        if where.stop == where.start:
-            continue
-        prior = precision[where, where]
-        each = float(off[where] @ prior @ off[where]) / len(prior)
-        if each > PRIOR:
-            why.append(
-                f'{name} would have to scatter {math.sqrt(each):.2g} times as much as expected'
-            )
-        sure = neighbours(found, where)
-        if abs(sure) > CORRELATED:
-            way = 'alternates from cell to cell' if sure < 0.0 else 'is alike in neighbours'
-            why.append(f'{name} {way}, which chance does to one element in millions')
-    deviations = 1.0 / np.sqrt(np.diag(precision))
-    why += [
-        f'{name} would have to be {found.x[place]:.4g}, {abs(off[place] / deviations[place]):.2g} '
-        'standard deviations off what is expected'
-        for name, place in ((name, unknowns.shared(name)) for name in SHARED)
-        if abs(off[place]) > FAR * deviations[place]
-    ]
-    return why
+def rescaled(found: Fit) -> Misfit:
+    """Return the misfit of a fit with the scatter of its cells that the data show.
 
-
-def neighbours(found: Fit, where: slice) -> float:
-    """Return the correlation of neighbouring cells over what chance makes of it, in s.d.
-
-    It is that of the cells' deviations from the patterns that they may share. What the data leave
-    open draws cells to the prior, and errors of neighbours are correlated: both are allowed for.
+    Nobody knows by how much springs or masses differ before they are fitted, and a prior that is
+    too wide leaves noise in them. The mean variance is the values' squares over the number of them
+    that the data tell (MacKay, Neural Computation 4, 415, 1992), less two, since it is uncertain
+    itself; at most what is expected, as if they tell few.
     """
-    prior = inverse(found.misfit.precision[where, where])
-    design, n = found.unknowns.design, where.stop - where.start
-    scale = design.alpha if where == found.unknowns.alpha else np.ones(n)
-    shared = (patterns(design) / design.alpha).T[:n]
-    rest = np.eye(n) - shared @ np.linalg.pinv(shared)
-    z = rest @ ((found.x - found.unknowns.mean)[where] / scale)
-    spread = (prior - found.covariance[where, where]) / np.multiply.outer(scale, scale)
-    spread = rest @ spread @ rest
-    beside = 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1)) @ spread
-    expected, deviation = np.trace(beside), math.sqrt(2.0 * max(0.0, np.trace(beside @ beside)))
-    correlation = float(z[1:] @ z[:-1]) / max(float(z @ z), LEAST)
-    return float((correlation * np.trace(spread) - expected) / max(deviation, LEAST))
+    misfit, unknowns, prior = found.misfit, found.unknowns, found.misfit.prior
+    own = {name: where for name, cells in SCATTERS.items()
+           if (where := getattr(unknowns, cells)).stop > where.start}  # fmt: skip
+    if not own:
+        return misfit
+    normal, off = misfit.normal(found.x, WHOLE, slopes=found.slopes), found.x - unknowns.mean
+    scatter = {name: getattr(prior, name) for name in own}
+    for _ in range(ROUNDS):
+        precision = replace(prior, **scatter).precision(unknowns)
+        covariance = inverse(normal.H + precision)
+        best = off - covariance @ (normal.g + precision @ off)
+        for name, where in own.items():
+            most, left = getattr(prior, name), np.trace(covariance[where, where])
+            told = where.stop - where.start - left / scatter[name] ** 2 - 2.0
+            shown = float(best[where] @ best[where]) / told if told > 0.0 else most**2
+            scatter[name] = min(max(math.sqrt(shown), LEAST_SCATTER * most), most)
+    return replace(misfit, scatter=scatter)
 
 
-def _in_band(misfit: Misfit, x: Array) -> float:
-    """Return the misfit per datum, weighted with the power of the echoes at each frequency.
+def _in_band(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[float, float]:
+    """Return the misfit per datum, weighted with the power of the echoes at each frequency, and
+    what it is at most if noise alone is left.
 
-    Intervals must be as wide as the noise at these frequencies says.
+    Intervals must be as wide as the noise at these frequencies says. A fit of precision H takes
+    some of that.
     """
-    both = power = 0.0
-    for shot in misfit.shots:
-        residual, weights = misfit.residuals(x, shot, WHOLE)
+    both = power = expected = variance = 0.0
+    scale = 1.0 / np.sqrt(np.diag(H))
+    root = np.linalg.inv(np.linalg.cholesky(scale[:, None] * H * scale))
+    spread = (scale[:, None] * root.T).astype(np.float32)
+    every = misfit.linearised(x, WHOLE, slopes=slopes)
+    for shot, (residual, own, *_) in zip(misfit.shots, every, strict=True):
+        _, weights = misfit.residuals(x, shot, WHOLE)
         heard = misfit.whitened(shot, misfit.predicted(x, shot, WHOLE), weights)
-        left, echo = (np.abs(np.fft.rfft(each[:, 1:])) ** 2 for each in (residual, heard))
-        both += float(np.sum(left * echo)) / residual.shape[1]
+        left, echo, taken = (
+            np.abs(np.fft.rfft(each[:, 1:], axis=1)) ** 2 / each.shape[1]
+            for each in (residual, heard, own @ spread)
+        )
+        free = echo * (1.0 - taken.sum(axis=-1))
+        both += float(np.sum(left * echo))
         power += float(np.sum(echo))
-    return both / power if power else 1.0
+        expected += float(np.sum(free))
+        variance += float(np.sum(free**2))
+    if not power:
+        return 1.0, ASKS
+    return both / power, (expected + SEEN * math.sqrt(variance)) / power
 
 
 def inverse(matrix: Array) -> Array:
@@ -225,10 +207,17 @@ GAIN_DRIFT = 0.005
 """Standard deviation of a gain from shot to shot, where it is taken to drift."""
 
 ASKS = 1.2
-"""Misfit per datum at the frequencies of the echoes from which a missing term is sought."""
+"""Misfit per datum at the frequencies of the echoes from which a missing term is sought, however
+uncertain it is."""
+
+SEEN = 3.0
+"""The same in standard deviations above what noise leaves of it."""
 
 HELPS = 0.2
 """Least part of the misfit beyond noise that a missing term explains."""
+
+ALL = 0.9
+"""Part of the misfit beyond noise from which a term explains it, so that no other is tried."""
 
 SURE = 10.0
 """Least gain of twice the logarithm of the evidence for which a term is added."""
@@ -236,11 +225,6 @@ SURE = 10.0
 WHITE = 0.3
 """Correlation from sample to sample of what residuals have beyond noise, below which no motion
 leaves them: waves last some samples."""
-
-
-def asks(found: Fit) -> bool:
-    """Return whether something may be missing."""
-    return found.in_band > ASKS or bool(doubts(found))
 
 
 def has(misfit: Misfit, term: str) -> bool:
@@ -261,36 +245,14 @@ def missing_term(own: Fit) -> tuple[str, str]:
 
     Each term is added to the linearised model, with its prior, and the evidence compared: what it
     lowers the misfit, less what it costs to have more unknowns. The key is empty if none helps.
+    Drift is tried first, which takes no more derivatives.
     """
-    misfit, lacking = own.misfit, [term for term in TERMS if not has(own.misfit, term)]
-    fuller = misfit
-    for term in lacking:
-        fuller = with_term(fuller, term) if term != 'drift' else fuller
-    full = fuller.unknowns
-    places = {
-        'masses': full.mass, 'offsets': full.offset, 'springs': full.k_r,
-        'damping': full.damped, 'friction': slice(full.size - 1, None),
-        'latency': slice(full.shared('late_left'), full.shared('lag_right') + 1),
-    }  # fmt: skip
-    known = np.ones(full.size, bool)
-    for term in lacking:
-        if term != 'drift':
-            known[places[term]] = False
-    at = widened(own, full)
-    normal = fuller.normal(at, WHOLE)
-    before, gain = _evidence(fuller, normal, at, known), {}
-    for term in lacking:
-        if term == 'drift':
-            loose = with_term(misfit, term)
-            all_of_them = np.ones(loose.unknowns.size, bool)
-            whole = loose.normal(own.x, WHOLE, slopes=own.slopes)
-            gain[term] = _evidence(loose, whole, own.x, all_of_them) - before
-            continue
-        free = known.copy()
-        free[places[term]] = True
-        gain[term] = _evidence(fuller, normal, at, free) - before
+    lacking = [term for term in TERMS if not has(own.misfit, term)]
+    beyond, gain = max(0.0, (own.chi2 - 1.0) * own.data), dict[str, float]()
+    for terms in ([term for term in lacking if term == 'drift'], lacking):
+        if own.chi2 <= LARGEST or max(gain.values(), default=0.0) <= ALL * beyond:
+            gain |= _gains(own, [term for term in terms if term not in gain])
     term = max(gain, key=lambda each: gain[each], default='')
-    beyond = max(0.0, normal.cost - normal.data)
     helps = term and gain[term] > max(SURE, HELPS * beyond)
     if not helps and own.chi2 > LARGEST and (late := jitter(own)):
         return '', (
@@ -304,6 +266,41 @@ def missing_term(own: Fit) -> tuple[str, str]:
         )
     share = min(1.0, gain[term] / beyond) if beyond else 1.0
     return term, f'{TERMS[term]} would explain {share:.0%} of it'
+
+
+def _gains(own: Fit, terms: Sequence[str]) -> dict[str, float]:
+    """Return by how much each of some terms raises twice the logarithm of the evidence."""
+    misfit, gain = own.misfit, dict[str, float]()
+    if 'drift' in terms:
+        every = np.ones(own.unknowns.size, bool)
+        loose, before = (
+            _evidence(each, each.normal(own.x, WHOLE, slopes=own.slopes), own.x, every)
+            for each in (with_term(misfit, 'drift'), misfit)
+        )
+        gain['drift'] = loose - before
+    others = [term for term in terms if term != 'drift']
+    if not others:
+        return gain
+    fuller = misfit
+    for term in others:
+        fuller = with_term(fuller, term)
+    full = fuller.unknowns
+    places = {
+        'masses': full.mass, 'offsets': full.offset, 'springs': full.k_r,
+        'damping': full.damped, 'friction': slice(full.size - 1, None),
+        'latency': slice(full.shared('late_left'), full.shared('lag_right') + 1),
+    }  # fmt: skip
+    known = np.ones(full.size, bool)
+    for term in others:
+        known[places[term]] = False
+    at = widened(own, full)
+    normal = fuller.normal(at, WHOLE)
+    before = _evidence(fuller, normal, at, known)
+    for term in others:
+        free = known.copy()
+        free[places[term]] = True
+        gain[term] = _evidence(fuller, normal, at, free) - before
+    return gain
 
 
 def _evidence(misfit: Misfit, normal: Normal, x: Array, free: NDArray[np.bool_]) -> float:

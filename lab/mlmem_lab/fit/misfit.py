@@ -9,7 +9,7 @@ Gamma, beta and the overall stiffness are patterns of alpha_j that the prior kno
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -188,6 +188,7 @@ class Misfit:
         integrator: That of a simulated element, whose errors are repeated; None for a real one.
         drift: Standard deviation of a transducer's zero from shot to shot.
         gain_drift: Standard deviation of its gain from shot to shot, relative.
+        scatter: Standard deviations that the data show, in place of those of the prior.
     """
 
     unknowns: Unknowns
@@ -196,6 +197,7 @@ class Misfit:
     integrator: Integrator | None = None
     drift: float = DRIFT
     gain_drift: float = 0.0
+    scatter: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def _noise(self) -> dict[int, tuple[Array, Array]]:
@@ -208,7 +210,7 @@ class Misfit:
     @cached_property
     def precision(self) -> Array:
         """The inverse of the prior's covariance, shape (size, size)."""
-        return self.prior.precision(self.unknowns)
+        return replace(self.prior, **self.scatter).precision(self.unknowns)
 
     def noise(self, shot: Shot) -> Array:
         """Return the standard deviation of a sample of either end, shape (2,), measured once."""
@@ -331,10 +333,12 @@ class Misfit:
         )
         return Slopes(window, shared, tuple(J for _, J in each))
 
-    def normals(
+    def linearised(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
-    ) -> Iterator[Normal]:
-        """Yield the normal equations of every shot; raises as `Forward.linearised` does.
+    ) -> Iterator[tuple[Array, Array, int, float]]:
+        """Yield of every shot its residuals and their derivatives in standard deviations, shapes
+        (2, m) and (2, m, size), how many data they are, and `Normal.loosened`; raises as
+        `Forward.linearised` does.
 
         Args:
             window: How long after its pulse each shot is compared.
@@ -345,11 +349,16 @@ class Misfit:
             residual, loose = self._loosened(values, drifts)
             of_unknowns = self.whitened(shot, J[:, : values.shape[1]], weights)
             own, _ = self._loosened(of_unknowns, drifts)
-            flat = own.reshape(-1, J.shape[-1])
-            yield Normal(
-                flat.T @ flat, flat.T @ residual.ravel(), float(np.sum(residual**2)),
-                int(np.count_nonzero(weights)), loose,
-            )  # fmt: skip
+            yield residual, own, int(np.count_nonzero(weights)), loose
+
+    def normals(
+        self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
+    ) -> Iterator[Normal]:
+        """Yield the normal equations of every shot; see `linearised`."""
+        for residual, own, data, loose in self.linearised(x, window, blur, slopes):
+            flat = own.reshape(-1, own.shape[-1])
+            cost = float(np.sum(residual**2))
+            yield Normal(flat.T @ flat, flat.T @ residual.ravel(), cost, data, loose)
 
     def normal(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None

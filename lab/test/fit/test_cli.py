@@ -3,11 +3,13 @@
 """The commands `mlmem fit` and `mlmem plan`, from CSV files of shots."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mlmem_lab.fit import command, csv_shots
+from mlmem_lab.fit.fitted import with_term
 from mlmem_ros import element_file, parameter_file
 from mlmem_ros.device import preset
 from mlmem_tools.cli.main import main
@@ -56,6 +58,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     assert np.abs(pulls).max() < 5.0
     assert told['untold']
     assert told['held_out'] == pytest.approx(found.held_out)
+    assert told['added'] == []
     known = element_file.load(file)
     assert known.specimen.alpha.tolist() == pytest.approx(told['alpha'])
 
@@ -64,6 +67,15 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     assert [step['level'] for step in told['steps']] == [0, 1]
     assert min(step['margin'] for step in told['steps']) >= 0.03
     assert len(element_file.load(file).plan.steps) == SMALL.levels
+
+
+def test_what_the_data_asked_for_is_told(bench, capsys, fitted, monkeypatch):
+    folder, (*_, found) = bench[0], fitted
+    misfit = with_term(found.misfit, 'drift')
+    monkeypatch.setattr(command, 'fitted', lambda *_, **__: replace(found, misfit=misfit))
+    files = sorted(folder.glob('*.csv'))
+    _, told, _ = run(capsys, 'fit', *files, '--design', folder / 'design.yaml')
+    assert 'fitted, too, as the data ask for it: gains that drift from shot to shot' in told
 
 
 def test_what_cannot_be_fitted_writes_nothing(bench, capsys, tmp_path):

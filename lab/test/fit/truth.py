@@ -32,6 +32,7 @@ class Element:
     design: Design  # with its own potential, damping and substrate
     alpha: np.ndarray
     mass: np.ndarray
+    k_r: np.ndarray
     time_unit: float = 1.0
     zero: tuple[float, float] = (0.003, -0.002)
     gain: tuple[float, float] = (1.01, 0.99)
@@ -44,7 +45,7 @@ class Element:
         return self.alpha * self.design.d / SMALL.d
 
 
-def hidden(seed, design=SMALL, scatter=0.01, off=0.02, mass=0.0, **others):
+def hidden(seed, design=SMALL, scatter=0.01, off=0.02, mass=0.0, k_r=0.0, **others):
     """Return an element whose cells scatter and whose shared values are off by up to `off`."""
     random = np.random.default_rng(seed)
 
@@ -57,7 +58,8 @@ def hidden(seed, design=SMALL, scatter=0.01, off=0.02, mass=0.0, **others):
     )  # fmt: skip
     alpha = design.alpha * (1.0 + scatter * random.standard_normal(design.N))
     masses = 1.0 + mass * random.standard_normal(design.N)
-    return Element(made, alpha, masses, about(1.0), **others)
+    springs = 1.0 + k_r * np.random.default_rng([seed, 1]).standard_normal(design.N - 1)
+    return Element(made, alpha, masses, springs, about(1.0), **others)
 
 
 def substrate(design, strain):
@@ -75,7 +77,7 @@ def force(element, v, V):
     y = v - V + p.c
     theta = p.a * y + p.b * y**3
     f = -element.alpha * p.d * np.sin(theta) * (p.a + 3.0 * p.b * y**2)
-    stretch = np.diff(v, axis=-1)
+    stretch = element.k_r * np.diff(v, axis=-1)
     f[..., :-1] += stretch
     f[..., 1:] -= stretch
     return f
@@ -88,15 +90,15 @@ def at_rest(element, level, V):
     j = np.arange(1, p.N + 1)
     mean, half = (p.D_s1 + p.D_s2) / 2, (p.D_s2 - p.D_s1) / 2
     v = V + mean - half * np.tanh((j - wall) / 2.8)
+    k = np.concatenate(([0.0], element.k_r, [0.0]))
     for _ in range(60):
         f = force(element, v, V)
-        bands = np.full((2, p.N), -1.0)
+        bands = np.stack((-k[:-1], k[:-1] + k[1:]))
         y = v - V + p.c
         theta, slope = p.a * y + p.b * y**3, p.a + 3.0 * p.b * y**2
-        bands[1] = 2.0 + element.alpha * p.d * (
-            np.cos(theta) * slope**2 + np.sin(theta) * 6.0 * p.b * y
+        bands[1] += (
+            element.alpha * p.d * (np.cos(theta) * slope**2 + np.sin(theta) * 6.0 * p.b * y)
         )
-        bands[1, [0, -1]] -= 1.0
         shift = 0.0
         while True:
             try:
