@@ -122,9 +122,10 @@ class Forward:
             StateError: There is no such equilibrium, or the motion becomes unstable.
             DesignError: The step is beyond the stability limit.
         """
-        if (key := (id(shot), duration, held_off)) not in self._predicted:  # shots keep their id
-            self._predicted[key] = shot, self.exchanged([shot], duration, held_off)
-        return self._predicted[key][1]
+        known = self._predicted.get(key := (id(shot), duration, held_off))
+        if known is None or known[0] is not shot:  # an address of before it was pickled
+            known = self._predicted[key] = shot, self.exchanged([shot], duration, held_off)
+        return known[1]
 
     def exchanged(self, shots: Sequence[Shot], duration: float, held_off: float = 0.0) -> Array:
         """Return what `predict` does for pulses one after the other into the same element; their

@@ -214,9 +214,10 @@ class Misfit:
 
     def noise(self, shot: Shot) -> Array:
         """Return the standard deviation of a sample of either end, shape (2,), measured once."""
-        if (key := id(shot.samples)) not in self._noise:
-            self._noise[key] = shot.samples, noise(shot)  # kept, so that the address stays theirs
-        return self._noise[key][1]
+        known = self._noise.get(key := id(shot.samples))
+        if known is None or known[0] is not shot.samples:  # an address of before it was pickled
+            known = self._noise[key] = shot.samples, noise(shot)
+        return known[1]
 
     def forward(self, x: Array) -> Forward:
         """Return the forward model with these values, the same one as long as they are asked for;

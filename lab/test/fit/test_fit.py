@@ -58,6 +58,19 @@ def test_a_fit_in_which_a_shot_is_not_predicted_is_refused(fitted, worst):
         _predicted(replace(found, held_out=(1.0, worst, 1.1)))
 
 
+def test_a_fit_from_another_process_knows_its_shots_apart(fitted):
+    """Noise and predictions are kept by the address of a shot, where another may be by now."""
+    _, shots, found = fitted
+    quiet, loud = replace(found.misfit), replace(shots[0], samples=3.0 * shots[0].samples)
+    known = quiet.noise(shots[0])
+    quiet._noise[id(loud.samples)] = shots[0].samples, known
+    assert quiet.noise(loud) == pytest.approx(3.0 * known)
+    forward = quiet.forward(found.x)
+    key = id(shots[4]), 20.0, 0.0
+    forward._predicted[key] = shots[0], forward.predict(shots[0], 20.0)
+    assert (forward.predict(shots[4], 20.0) != forward.predict(shots[0], 20.0)).any()
+
+
 def test_what_only_alpha_d_tells_is_named(fitted):
     assert 'only alpha_j d acts' in fitted[2].untold[0]
 
