@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mlmem_lab.chains import tracked
 from mlmem_lab.chains.tracked import Chain, Film, fit, load_coupling, load_film
 from mlmem_ros import law_file
 from mlmem_ros.physics.curve import Curve
@@ -89,8 +90,9 @@ def test_films_of_another_chain(film):
         fit(KNOWN, Film(film.t, 0.1 * film.u, film.sites))
 
 
-def test_the_command(tmp_path, capsys, sketched):
+def test_the_command(tmp_path, capsys, sketched, monkeypatch):
     """Measured shells at 7 cm: the arrival of an element that was left out, and a report."""
+    monkeypatch.setattr(tracked, 'LOOKS', 20)  # half as many, for speed
     law = tmp_path / 'law.yaml'
     found = measured([load_run(EXAMPLES / f'law/shell_run{k}.csv') for k in (1, 2)], 64)
     law_file.save(law, found.curve)

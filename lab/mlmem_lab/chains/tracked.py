@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,8 +42,9 @@ UNLIKE = 0.05
 CORRELATED = 20.0
 """Rows of a front that count as one datum."""
 
-STEP, LOOKS = 0.02, 10
-"""Step over the period of the stiffest waves, and steps between two looks."""
+STEP, LOOKS, AHEAD = 0.02, 10, 64
+"""Step over the period of the stiffest waves, steps between two looks, and looks whose push is
+computed at once."""
 
 LONGEST = 60.0
 """When a wave is given up, in the hand's time and the slowest period."""
@@ -234,20 +235,26 @@ class Chain:
         )  # fmt: skip
         chain.place(np.full(n, start))
         u, late = [chain.displacement.copy()], hand + LONGEST * slowest
+        held = _pushed(start, way, hand, dt)
         while chain.time < late:
-            t = substep_times(LOOKS, dt, NOH_BATHE, chain.steps_done)
-            x = np.minimum(t / hand, 1.0)
-            held = np.array((
-                start + way * x * x * (3.0 - 2.0 * x), way * 6.0 * x * (1.0 - x) / hand
-            ))  # fmt: skip
-            chain.advance(LOOKS, HeldCell(1, held))
+            chain.advance(LOOKS, next(held))
             u.append(chain.displacement.copy())
-            moving = np.abs(chain.velocity).max() > 1e-5 * way / slowest
-            if u[-1][until - 1] - start > way or (chain.time > hand and not moving):
+            if u[-1][until - 1] - start > way or (
+                chain.time > hand and np.abs(chain.velocity).max() <= 1e-5 * way / slowest
+            ):
                 break
         return Wave(
             dt * LOOKS * np.arange(len(u), dtype=np.float64), np.array(u)[:, :-1] - start, way
         )
+
+
+def _pushed(start: float, way: float, hand: float, dt: float) -> Iterator[HeldCell]:
+    """Yield the motion of the first element between each two looks, of many computed at once."""
+    for begun in itertools.count(0, LOOKS * AHEAD):
+        x = np.minimum(substep_times(LOOKS * AHEAD, dt, NOH_BATHE, begun) / hand, 1.0)
+        place, speed = start + way * x * x * (3.0 - 2.0 * x), way * 6.0 * x * (1.0 - x) / hand
+        for motion in np.split(np.array((place, speed)), AHEAD, axis=1):
+            yield HeldCell(1, motion)
 
 
 @dataclass(frozen=True, eq=False)

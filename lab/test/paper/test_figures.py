@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
+from matplotlib.ticker import FixedLocator
 from PIL import Image
 from sampled import sampled
 
@@ -37,15 +39,32 @@ def test_a_figure_has_ink_on_it_and_paper(name, small):
     assert 0.005 < np.mean(picture < 200) < 0.7
 
 
+def written(artist):
+    """Yield the texts of a figure but for numbers at ticks, which are made when they are drawn."""
+    if isinstance(artist, Text):
+        yield artist.get_text()
+    elif isinstance(artist, Axis):
+        yield artist.label.get_text()
+        if isinstance(artist.get_major_locator(), FixedLocator):
+            yield from map(
+                str, artist.get_major_formatter().format_ticks(artist.get_majorticklocs())
+            )
+    else:
+        for child in artist.get_children():
+            yield from written(child)
+
+
 def test_every_figure_is_drawn_as_wide_as_a_page_and_leaves_no_axes_empty(small):
+    formulas = set()
     for name in STILL:
         with style.styled():
             figure = BY_NAME[name].draw(small[name])
         assert figure.get_figwidth() == style.WIDTH, name
         assert all(axes.has_data() or axes.texts for axes in figure.axes), name
-        words = ' '.join(text.get_text() for text in figure.findobj(Text))
-        for formula in {*re.findall(r'\$[^$]+\$', words)}:
-            MathTextParser('path').parse(formula)
+        formulas.update(re.findall(r'\$[^$]+\$', ' '.join(written(figure))))
+    assert len(formulas) > 20
+    for formula in formulas:
+        MathTextParser('path').parse(formula)
 
 
 def test_a_figure_is_written_as_png_svg_and_data(small, tmp_path):
