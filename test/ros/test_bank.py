@@ -244,7 +244,7 @@ def test_a_bank_of_bytes_notices_a_write_that_was_torn():
     """An erased byte reads 0, a digit: so the seal holds a content that is none meanwhile."""
     arguments, elements = bank_arguments(
         ['memory_bank', '--elements=2',
-         *node_arguments('/bytes/mlmem', {**QUICK, 'design.preset': 'byte'})]
+         *node_arguments('/bytes/mlmem', {**GIVEN, 'design.preset': 'byte'})]
     )  # fmt: skip
     with (
         NodeHere('/bytes/element_0/mlmem', arguments, elements),

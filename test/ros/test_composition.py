@@ -100,7 +100,7 @@ def test_a_life_leaves_nothing_behind(context, tmp_path):
 
         def lives(number):
             for _ in range(number):
-                memory.host.submit(Write(3)).answer.result(60.0)
+                memory.host.submit(Write(0)).answer.result(60.0)
                 memory.trigger_deactivate()
                 memory.trigger_cleanup()
                 memory.start()

@@ -5,16 +5,15 @@
 import json
 import math
 import re
-import time
 from pathlib import Path
 
 import pytest
-from nodes import QUICK
+from nodes import QUICK, SOON, arrived
 from robot import BLANK, SENSOR, Imu, Robot, values
 
 from mlmem_ros.contract.calls import RequestRefused
 from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults, preset
-from mlmem_ros.ros.client.standalone import standalone
+from mlmem_ros.ros.client.standalone import standalone, wait_until
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.cli.main import main
@@ -171,12 +170,16 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
     )
     with Robot(node.element) as robot:
         robot.set(target_level=1)
-        answer = robot.send('write')
-        for n in range(20):
-            robot.send_message('disturbance', imu(1e-7 * UNIT * math.sin(n)))
-            time.sleep(0.005)  # many ticks: a newer message replaces one that waits for a tick
-            if n == 10:
-                robot.set(faults__weak_cell=90, faults__weak_factor=0.98)
+        with robot.paused():  # or what comes during the write would depend on the machine
+            answer = robot.send('write')
+            arrived(node)
+            for n in range(1, 21):
+                robot.send_message('disturbance', imu(1e-7 * UNIT * math.sin(n)))
+                wait_until(lambda: node.node.host.loop._box.shakes, 'the acceleration', SOON)
+                node.step(5)
+                if n == 10:
+                    robot.set(faults__weak_cell=90, faults__weak_factor=0.98)
+            assert not answer.done()
         assert robot.answer(answer).success
         robot.set(faults__sensor_noise=0.0)
         assert robot.trigger('read')['level'] == 1
@@ -185,7 +188,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
     session = load(bag)
     kinds = [type(command) for _, command in session.stamped]
     assert kinds[0] is SetFaults
-    assert kinds.count(Disturb) > 1
+    assert kinds.count(Disturb) == 20
     assert any(isinstance(command, Disturb) for _, command in session.commands)
     report = replay(session)
     assert report.exact, report

@@ -23,7 +23,8 @@ def bank(tmp_path, capfd):
     (states / 'element_1.json').write_text('what a disk had left of it')
     file.write_text("""
 /**:
-  ros__parameters: {design.preset: damped_bits_3, scale.time: 1.0e-5, write.attempts: 5}
+  ros__parameters:
+    {design.preset: damped_bits_3, design.check: skip, scale.time: 1.0e-5, write.attempts: 5}
 /robot/bank/element_2/mlmem:
   ros__parameters: {write.attempts: 7}
 """)

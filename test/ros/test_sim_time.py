@@ -57,16 +57,16 @@ def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsy
     bag, mended = tmp_path / 'session', tmp_path / 'mended'
     node = start({'use_sim_time': True, 'record.path': str(bag)})
     with Robot() as robot, Simulator(robot, 100.0).running() as clock:
-        assert robot.write(3).success
+        assert robot.write(1).success
         clock.now = reset
-        assert robot.write(5).success
-        assert robot.trigger('read')['level'] == 5
+        assert robot.write(2).success
+        assert robot.trigger('read')['level'] == 2
         node.terminate()
         assert node.exit_status() == 0
     session = load(bag)
     report = replay(session)
     assert report.exact, report.verdict
-    assert report.levels[-2:] == [5, 5]
+    assert report.levels[-2:] == [2, 2]
     times = [time for time, _ in session.outcomes]
     assert times == sorted(times)  # seconds go on where the clock went back
     assert len(session.reads('right', ('write', 'read'))) == 3

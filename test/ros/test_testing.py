@@ -6,16 +6,18 @@ import socket
 from pathlib import Path
 
 import pytest
+from nodes import QUICK
 from robot import Robot
 from sensor_msgs.msg import JointState
 
 from mlmem_ros import RequestError, RequestRefused
-from mlmem_ros.device import SettingsError
+from mlmem_ros.device import SettingsError, preset
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 from mlmem_ros.testing.running import in_use
 
 DATA = Path(__file__).parents[1] / 'data'
-QUICK = {'scale.time': 1e-5}
+TICK = preset(QUICK['design.preset']).settings.time.tick * QUICK['scale.time']
+"""Seconds."""
 
 
 @pytest.mark.parametrize('apart', [False, True])
@@ -34,7 +36,7 @@ def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
             before = node.memory.pause().wait().tick
             assert clock.finish(node.memory.write(0)).level == 0
             assert node.memory.pause().wait().tick - before == clock.ticks
-            assert clock.ticks * 2e-4 == pytest.approx(clock.now - 1.0)
+            assert clock.ticks * TICK == pytest.approx(clock.now - 1.0)
         assert node.memory.read().wait().level == 0  # time runs again
         assert 'ready: 8 levels' in node.output
         assert node.running
@@ -71,12 +73,12 @@ def test_a_domain_is_in_use_while_a_participant_listens():
 
 
 def test_nodes_follow_a_frozen_clock(start):
-    node = start({**QUICK, 'use_sim_time': True}, name='held')
+    node = start({'use_sim_time': True}, name='held')
     with frozen_clock(node) as clock:
         writing = node.memory.write(5)
         clock.advance(0.02)
         assert not writing.done()
-        assert clock.ticks == 200
+        assert clock.ticks == round(0.02 / TICK)
         assert clock.finish(writing).level == 5
         stamped = []
         node.memory.node.create_subscription(JointState, '/held/joint_states', stamped.append, 10)
