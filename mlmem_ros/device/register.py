@@ -10,6 +10,7 @@ names the word, if what is left is no more than noise.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -43,6 +44,13 @@ forecast from any other: what explains half of the distance could be another wor
 NOISE = 2.0
 """Ratio up to which the noise during a read may exceed that before it."""
 
+ELSEWHERE, ROOM = 96, 0.6
+"""Walls that rest elsewhere of which a waveform is forecast; and what may be left at a word,
+relative to the least that the nearest word leaves of any of these: others leave a quarter less."""
+
+HELD = 40
+"""Newton steps in which a wall that is held comes to rest: others slide to a level."""
+
 ROWS = 256
 """Forecasts that are compared with all others at a time."""
 
@@ -59,15 +67,44 @@ def resting(made: Specimen, levels: Sequence[int]) -> Array:
     """
     design = made.design
     v = resting_walls(made, [design.defect(level) + BESIDE for level in levels])
-    found = sorted(wall.position for wall in walls(design, v))
-    wanted = [design.defect(level) for level in sorted(levels)]
-    if len(found) != len(wanted) or any(
-        abs(one - other) > NEAR for one, other in zip(found, wanted, strict=True)
-    ):
+    if levels_of(design, v) != tuple(sorted(levels)):
+        found = sorted(wall.position for wall in walls(design, v))
         raise StateError(
             f'walls at the levels {list(levels)} do not rest there; they are at {found}'
         )
     return v
+
+
+def levels_of(design: Design, v: Array) -> tuple[int, ...] | None:
+    """Return the levels at which walls and kinks are, the lowest first; None if one is elsewhere,
+    or two are at one level.
+    """
+    found = list[int]()
+    for wall in walls(design, v):
+        level = min(range(design.levels), key=lambda n: abs(design.defect(n) - wall.position))
+        if abs(design.defect(level) - wall.position) > NEAR or level in found:
+            return None
+        found.append(level)
+    return tuple(sorted(found))
+
+
+def elsewhere(made: Specimen, code: Code) -> Iterator[Array]:
+    """Yield displacements of an element that rests in no word, at most `ELSEWHERE`: a wall of a
+    random word, or one more, is pinned by the lattice between levels, or rests nearer to another
+    than words allow.
+    """
+    design, random = made.design, np.random.default_rng(0)
+    for turn in np.linspace(-1.0, design.levels, ELSEWHERE, endpoint=False):
+        between = 0.25 + 0.5 * (turn % 1.0)  # nearer to a level it goes there
+        place = round(design.defect(0) + design.J * (math.floor(turn) + between))
+        at = [design.defect(n) + BESIDE for n in code.walls(int(random.integers(code.words)))]
+        if at and random.integers(2):
+            at.remove(min(at, key=lambda each: abs(each - place)))
+        with contextlib.suppress(StateError):  # nothing holds it there
+            v = resting_walls(made, [*at, place], iterations=HELD)
+            levels = levels_of(design, v)
+            if levels is None or not code.allows(levels):
+                yield v
 
 
 class Content(NamedTuple):
@@ -84,7 +121,7 @@ class Match(NamedTuple):
     Attributes:
         content: The nearest.
         left: What remains when its forecast is taken off.
-        nearest: Distance of its forecast from any other.
+        nearest: Distance of its forecast from any other (`Forecasts.nearest`).
         along: How far what is heard is on the way to any other: 0 at the forecast, 1 at the other.
     """
 
@@ -114,9 +151,9 @@ class Forecasts:
     @cached_property
     def nearest(self) -> Array:
         """Distance of every part to the nearest one with the same phase at the left end, shape
-        (contents,).
+        (contents,); at most the pulse, as far as the blank element answers it.
         """
-        found = np.full(len(self.parts), np.inf)
+        found, pulse = np.empty(len(self.parts)), float(np.linalg.norm(self.parts[0]))
         for odd in (0, 1):
             same = np.flatnonzero(self.odd == odd)
             parts = (self.parts[same] - self.parts[0]).astype(np.float32)
@@ -128,7 +165,8 @@ class Forecasts:
                 np.put_along_axis(apart, itself, np.inf, axis=1)
                 near = np.argpartition(apart, min(NEIGHBOURS, len(same)) - 1)[:, :NEIGHBOURS]
                 ways = np.linalg.norm(self.parts[same[near]] - self.parts[same[itself]], axis=2)
-                found[same[these]] = np.where(near == itself, np.inf, ways).min(axis=1)
+                ways = np.where(near == itself, pulse, ways)
+                found[same[these]] = ways.min(axis=1, initial=pulse)
         return found
 
     @property
@@ -220,6 +258,22 @@ class Register(Forecasts):
         super().__init__(contents, parts, listener)
         self.code = code
 
+    def keep_from(self, parts: Array, odd: Array) -> None:
+        """Let every word leave less, if need be, so that nothing is read as one that is none.
+
+        Args:
+            parts: What is heard of walls that are elsewhere, shape (m, 4 lines).
+            odd: Whether there is an odd number of them, shape (m,).
+        """
+        least = LEFT_OVER / ROOM
+        for phase in (0, 1):
+            words, these = np.flatnonzero(self.odd == phase), parts[odd == phase]
+            left = self._square[words] - 2.0 * these @ self.parts[words].T
+            nearest = words[left.argmin(axis=1)]
+            off = np.linalg.norm(these - self.parts[nearest], axis=1)
+            least = (off / self.nearest[nearest]).min(initial=least)
+        self.nearest = self.nearest * (least * ROOM / LEFT_OVER)
+
 
 @lru_cache(maxsize=8)
 def forecasts(design: Design, settings: Settings) -> Register:
@@ -244,7 +298,11 @@ def forecasts_of(made: Specimen, settings: Settings) -> Register:
             for each in _in_parts(made, code, ends.tones.square, ends.tones.loss)
         ]
     )
-    return Register(code, parts, listener)
+    found, others = Register(code, parts, listener), list(elsewhere(made, code))
+    if others:
+        odd = np.array([len(walls(made.design, v)) % 2 for v in others])
+        found.keep_from(ends.heard(made, others), odd)
+    return found
 
 
 def _surroundings(made: Design, code: Code) -> NDArray[np.int64]:

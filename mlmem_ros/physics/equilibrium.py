@@ -187,13 +187,16 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
     return v
 
 
-def resting_walls(specimen: Specimen, positions: Sequence[float], right: int = 0) -> Array:
+def resting_walls(
+    specimen: Specimen, positions: Sequence[float], right: int = 0, *, iterations: int = 200
+) -> Array:
     """Return the displacements of an unstrained element with walls and kinks in turn, where they
     come to rest from some positions. Stuck cells are in the phase of their place.
 
     Args:
         positions: In sites.
         right: Phase on the right of all: 0 is s1.
+        iterations: As `relax`: a wall that is pinned where it is takes few.
 
     Raises:
         StateError: As `relax`.
@@ -206,7 +209,8 @@ def resting_walls(specimen: Specimen, positions: Sequence[float], right: int = 0
         share = share * (1.0 - left) + phase % 2 * left
     held = _held(specimen)
     share[held] = np.round(share[held])
-    return relax(specimen, design.D_s1 + step * share + specimen.offsets, np.zeros(design.N))
+    guess = design.D_s1 + step * share + specimen.offsets
+    return relax(specimen, guess, np.zeros(design.N), iterations=iterations)
 
 
 def _width(design: Design) -> float:

@@ -6,8 +6,6 @@ is left of one with known bad cells.
 
 from __future__ import annotations
 
-import contextlib
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,13 +13,11 @@ import numpy as np
 from mlmem_ros.device.errors import SettingsError
 from mlmem_ros.device.factory import rehearsed as forecasts_with
 from mlmem_ros.device.peeling import Peeled
-from mlmem_ros.device.register import LEFT_OVER, Register, forecasts_of, resting
+from mlmem_ros.device.register import forecasts_of, resting
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.waveforms import BAND, Ends
+from mlmem_ros.device.waveforms import BAND
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import Design, Specimen, StateError, walls
-from mlmem_ros.physics.equilibrium import resting_walls
-from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics import Design, StateError
 from mlmem_ros.physics.waves import group_velocity
 
 from .concern import Finding, Subject, graded, judged
@@ -29,10 +25,6 @@ from .concern import Finding, Subject, graded, judged
 LEAST, COMFORT = 0.01, 0.03
 """Least difference between two forecasts, over the pulse, and that from which noise of a
 thousandth of the pulse leaves room."""
-
-PLACES, PINNED, SURE, CLEAR = 128, 1.5, 1.25, 1.5
-"""Walls between levels that are tried; distance from a defect, in cells, within which it pins one;
-and how many times what it may the nearest word must leave, and should: not all are tried."""
 
 SOURCE = (
     'the capacity of one wall is m = floor(log2 p) bits (p. 3); many walls are not in the paper'
@@ -60,47 +52,10 @@ def check(subject: Subject) -> Iterator[Finding]:
         '',
         judged(least, LEAST, COMFORT),
         'walls rest in every word, and no two words answer the pulse of a read alike',
-        'two words answer the pulse of a read nearly alike: choose another register.omega_c, a '
-        'shorter register.sigma, or a greater register.spacing',
+        'two words, or one and walls between levels, answer it nearly alike: choose another '
+        'register.omega_c, a shorter register.sigma, or a greater register.spacing',
         SOURCE,
     )
-    left = _between(subject.made, settings, found)
-    yield graded(
-        'between_levels',
-        {'left over': left},
-        '',
-        judged(left, SURE, CLEAR),
-        'a wall that the lattice pins between two levels is told from one at a level',
-        'a wall that the lattice pins between two levels may be read as one at a level: choose '
-        'another register.omega_c, or add levels',
-        SOURCE,
-    )
-
-
-def _between(made: Specimen, settings: Settings, found: Register) -> float:
-    """Return the least that the nearest word leaves, over what it may, of what is heard with a
-    wall between two levels, at up to `PLACES` cells that pin one, beside those of random words;
-    infinity if none does.
-    """
-    design, code = made.design, found.code
-    defects = np.array([design.defect(level) for level in range(code.levels)])
-    random, odd = np.random.default_rng(0), list[Array]()
-    for cell in range(defects[0], defects[-1], -(-design.N // PLACES)):
-        at = defects[list(code.walls(int(random.integers(code.words))))]
-        with contextlib.suppress(StateError):  # nothing pins one there
-            v = resting_walls(made, [*at[abs(at - cell) > 0.5 * design.J], cell])
-            if any(abs(defects - wall.position).min() > PINNED for wall in walls(design, v)):
-                odd.append(v)
-    if not odd:
-        return math.inf
-    heard = Ends(made, settings, found.listener).heard(made, odd)
-    phases, least = np.array([len(walls(design, v)) % 2 for v in odd]), math.inf
-    for phase in set(phases):
-        those, parts = heard[phases == phase], found.parts[found.odd == phase]
-        rows = (np.square(parts).sum(axis=1) - 2.0 * those @ parts.T).argmin(axis=1)
-        left = np.linalg.norm(those - parts[rows], axis=1)
-        least = min(least, (left / (LEFT_OVER * found.nearest[found.odd == phase][rows])).min())
-    return float(least)
 
 
 def _shifted(subject: Subject) -> Iterator[Finding]:

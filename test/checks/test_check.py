@@ -411,34 +411,6 @@ def test_the_slowest_echo_of_the_middle_returns_before_listening_ends(omega_c, s
     assert [each.verdict for each in found] == [verdict]
 
 
-@pytest.mark.parametrize(
-    ('levels', 'least', 'verdict'), [(4, 1.08, Verdict.FAIL), (8, 2.1, Verdict.PASS)]
-)
-def test_a_wall_between_two_levels_is_told_from_one_at_a_level(levels, least, verdict):
-    """Few words are far from one another, so each may leave more: with four levels a wall at cell
-    58, beside one at 100, is read as one at level 0.
-    """
-    design, settings = preset('byte')
-    first = [
-        ' '.join(each.split()[:levels]) for each in (settings.kick.speeds, settings.kick.kinks)
-    ]
-    kick = dataclasses.replace(settings.kick, speeds=first[0], kinks=first[1])
-    short = dataclasses.replace(design, N=design.J * (levels + 1))
-    _, found = words.check(Subject(short, dataclasses.replace(settings, kick=kick)))
-    assert found.values['left over'] == pytest.approx(least, abs=0.05)
-    assert found.verdict is verdict
-
-
-def test_where_the_lattice_pins_no_wall_none_is_between_two_levels():
-    """With nine cells a level, a weak cell is everywhere near."""
-    design, settings = preset('kick_4')
-    register = dataclasses.replace(preset('byte').settings.register, spacing=3)
-    kick = dataclasses.replace(settings.kick, kinks=settings.kick.speeds)
-    chosen = dataclasses.replace(settings, kick=kick, register=register)
-    _, found = words.check(Subject(design, chosen))
-    assert (found.values, found.verdict) == ({'left over': math.inf}, Verdict.PASS)
-
-
 def test_a_register_is_not_judged_by_what_one_wall_needs():
     """Walls of a long one are sent by kicks, and are read by waveforms."""
     found = {finding.name for finding in check(*preset('byte')).findings}

@@ -30,7 +30,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.register import forecasts_of, resting
+from mlmem_ros.device.register import forecasts_of, levels_of, resting
 from mlmem_ros.device.words import Code
 from mlmem_ros.physics import Scatter, Specimen, scattered, walls
 from mlmem_ros.physics.equilibrium import resting_walls
@@ -281,6 +281,25 @@ def test_a_wall_that_the_lattice_pins_between_two_levels_is_no_word(byte, cell):
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
     found = walls(byte.design, byte.chain.configuration)
     assert sorted(wall.position for wall in found)[cell > 150] == pytest.approx(cell, abs=1.0)
+
+
+@pytest.mark.parametrize('cells', [(58, 100), (30.9, 75, 100), (50, 75, 89.7)])
+def test_few_words_may_leave_no_more_than_walls_between_levels(cells):
+    """They are far from one another: at 0.3 of that distance, of the first four levels of a byte,
+    these walls were read as words.
+    """
+    element = new_element(NIBBLE)
+    element.chain.place(resting_walls(Specimen(NIBBLE.design), cells))
+    assert levels_of(NIBBLE.design, element.chain.configuration) is None
+    read = element.perform(Read())
+    assert (read.success, read.reading.level) == (False, UNDECODABLE)
+
+
+def test_where_nothing_rests_between_words_these_may_leave_as_much():
+    """A word that is alone with its phase may leave a share of the pulse."""
+    register = replace(BYTE.settings.register, spacing=8)
+    found = forecasts_of(Specimen(BYTE.design), replace(BYTE.settings, register=register))
+    assert found.nearest[0] <= np.linalg.norm(found.parts[0])
 
 
 def test_a_shaken_element_is_not_read(byte):
