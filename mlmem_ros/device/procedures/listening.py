@@ -175,11 +175,15 @@ def pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[E
         ProcedureFailed: The element does not come to rest, or every attempt was interrupted.
         Astray: An end to be driven rests in neither phase.
     """
-    for _ in range(element.settings.read.attempts):
+    attempts = element.settings.read.attempts
+    for _ in range(attempts):
         echoes = yield from _pulse_echo(element, wanted)
         if not element.transducer.interrupted:
             return echoes
-    raise ProcedureFailed('every attempt to listen was interrupted')
+    raise ProcedureFailed(
+        f'every attempt to listen was interrupted ({attempts}): set-points came too late, or '
+        'samples are missing; relieve processor and line, or let the driver send further ahead'
+    )
 
 
 def _pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
