@@ -102,14 +102,14 @@ class Subscriptions:
 
 
 MOMENT = 0.02
-"""Seconds for which it holds who takes what: the middleware takes microseconds for each topic."""
+"""Seconds for which it holds who takes what stream: the middleware takes microseconds for each."""
 
 
 class Taken(NamedTuple):
-    """What was worth publishing a moment ago.
+    """Which streams were worth publishing a moment ago.
 
     Attributes:
-        topics: Those that are latched or recorded, or that somebody subscribes to.
+        topics: Those that are recorded, or that somebody subscribes to.
         on_time: Whether a stream that must be on time is among them.
         period: Ticks of which those of all streams among them are multiples; 0 without one.
         recording: The recording of then.
@@ -205,7 +205,7 @@ class Publishers:
                 self.publish(topic, self._present(topic, message))
         for event in events:
             for topic, content in published(event, self._element).items():
-                if topic in taken:
+                if self._is_taken(topic):  # now: there is no next one for who has just come
                     self._publish_event(topic, content)
 
     def _publish_event(self, topic: Topic, content: Any) -> None:
@@ -230,14 +230,13 @@ class Publishers:
 
     @property
     def taken(self) -> Taken:
-        """Who takes what, or did a moment ago; in the loop's thread."""
+        """Who takes which stream, or did a moment ago; in the loop's thread."""
         now, recording = threads.monotonic(), self._host.recording
         if now >= self._last_look.until or recording is not self._last_look.recording:
-            taken = frozenset(filter(self._is_taken, self._publishers))
-            streams = {topic: every for topic, every, _ in self._periodic if topic in taken}
-            columns = self._settings.column_every if topics.IMAGE in taken else 0
+            streams = {topic: every for topic, every, _ in self._periodic if self._is_taken(topic)}
+            columns = self._settings.column_every if topics.IMAGE in streams else 0
             self._last_look = Taken(
-                taken,
+                frozenset(streams),
                 any(topic not in topics.VIEWS for topic in streams),  # views may be late
                 math.gcd(*streams.values(), columns),
                 recording,
