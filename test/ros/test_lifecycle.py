@@ -170,7 +170,7 @@ def test_the_speed_is_changed_while_running(start):
 
 
 def test_sim_time_paces_pauses_and_jumps(start):
-    start({'use_sim_time': True, 'scale.time': 2e-4})  # ticks of 2 ms
+    node = start({'use_sim_time': True, 'scale.time': 2e-4})  # ticks of 2 ms
     with Robot() as robot:
         clock = robot.node.create_publisher(Clock, '/clock', 10)
         robot.wait(clock.get_subscription_count, 'a subscriber of /clock')
@@ -184,7 +184,9 @@ def test_sim_time_paces_pauses_and_jumps(start):
             for step in range(steps + 1):
                 show(first + (last - first) * step / steps)
                 time.sleep(0.03)  # slower than /clock says, so that a loaded machine keeps up
-            time.sleep(0.1)  # the last one has been received
+            there = node.node.get_clock()
+            robot.wait(lambda: there.now().nanoseconds == round(1e9 * last), 'the last one')
+            time.sleep(0.1)  # its ticks are made
 
         run(100.0, 100.2, 20)
         begun = ticks(robot)
