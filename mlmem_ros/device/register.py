@@ -300,8 +300,8 @@ def forecasts_of(made: Specimen, settings: Settings) -> Register:
     )
     found, others = Register(code, parts, listener), list(elsewhere(made, code))
     if others:
-        odd = np.array([len(walls(made.design, v)) % 2 for v in others])
-        found.keep_from(ends.heard(made, others), odd)
+        active = np.stack(others)[:, [0, -1]] > made.design.D_barrier
+        found.keep_from(ends.heard(made, others), active[:, 0] != active[:, 1])
     return found
 
 

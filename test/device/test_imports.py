@@ -43,7 +43,7 @@ def called(node):
 def test_no_part_of_the_device_finds_walls():
     """It imports neither the module that finds them nor a name of it; see also test_blindfold.
 
-    But for the forecast of an ideal element: there `resting` makes sure that its walls rest.
+    But for equilibria that it forecasts: there it makes sure where walls rest.
     """
     found = {name for name in vars(wall) if getattr(vars(wall)[name], '__module__', '') == WALL}
     assert found >= {'walls', 'level_of', 'Wall'}
@@ -53,7 +53,11 @@ def test_no_part_of_the_device_finds_walls():
         if source.stem == 'register':
             names = names - {'physics.walls'}
             tree = ast.parse(source.read_text(encoding='utf-8'))
-            assert [each.name for each in tree.body if 'walls' in called(each)] == ['resting']
+            finders = [each.name for each in tree.body if 'walls' in called(each)]
+            assert finders == ['resting', 'levels_of']
+            users = [each.name for each in tree.body if 'levels_of' in called(each)]
+            assert users == ['resting', 'elsewhere']
+        assert 'device.register.levels_of' not in names, source
         assert not {name.rpartition('.')[2] for name in names} & found, source
         assert not [name for name in names if f'mlmem_ros.{name}.'.startswith(f'{WALL}.')], source
 
