@@ -131,9 +131,9 @@ LIBRARIES = {
         ),
     ),
     'rclpy': Library(
-        ('ros-jazzy-rclpy', 'rclpy'),
-        '7.1.4',
-        '7.1',
+        ('ros-jazzy-rclpy', 'ros-kilted-rclpy', 'rclpy'),
+        '7.1.4',  # Jazzy
+        '9.1',  # Kilted
         (
             f'{_CORE}.EventsExecutor',  # an executor without a fault handler
             f'{_CORE}.RCLError',  # errors of its own services are answered
