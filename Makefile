@@ -14,7 +14,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo docs figures figures-check figures-stale interfaces lint lives mutation setup setup-test soak test test-slow uncovered
+.PHONY: bench clean coverage demo docs figures figures-check figures-stale interfaces lint lives mutation setup setup-kilted setup-test soak test test-kilted test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -57,6 +57,10 @@ coverage: lint interfaces
 uncovered:
 	$(VENV)/coverage report
 
+# The tests of nodes with ROS 2 Kilted, in an environment of their own.
+test-kilted: setup-kilted
+	.venv-kilted/bin/python -m $(PYTEST) test/ros test/host examples
+
 test-slow: setup-test
 	$(VENV)/python -m pytest -m slow
 
@@ -83,10 +87,11 @@ lint: setup-test
 
 setup: STAGE = demo
 setup-test: STAGE = test
-setup setup-test:
+setup-kilted: STAGE = test-kilted
+setup setup-test setup-kilted:
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.10 to 3.14 (sudo apt install python3 python3-venv), or name one: make PYTHON=/path/to/python demo" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "$(PYTHON) is too old for the ROS 2 wheels, which need Python 3.10 to 3.14; name another one: make PYTHON=python3.12 demo. On a robot use ROS 2 Jazzy from apt and colcon instead: see README.md." >&2; exit 1; }
 	@$(PYTHON) tools/bootstrap.py $(STAGE)
 
 clean:
-	rm -rf .venv build docs/_build *.egg-info sessions reproduction benchmarks mutants .coverage*
+	rm -rf .venv .venv-kilted build docs/_build *.egg-info sessions reproduction benchmarks mutants .coverage*

@@ -8,11 +8,16 @@ PACKAGE, TOOLS = 'mlmem_ros', 'mlmem_tools'
 """What a robot runs, and what people use around it."""
 
 EXTRAS = {
-    # ROS 2 Jazzy from wheels; a robot has it from apt.
+    # ROS 2 Jazzy, or Kilted, from wheels; a robot has it from apt.
     'ros': [
         'ros-jazzy-rclpy==7.1.*',
         'ros-jazzy-common-interfaces==5.3.*',
         'ros-jazzy-rmw-fastrtps-cpp==8.4.*',
+    ],
+    'kilted': [
+        'ros-kilted-rclpy==9.1.*',
+        'ros-kilted-common-interfaces==5.5.*',
+        'ros-kilted-rmw-fastrtps-cpp==9.3.*',
     ],
     'bag': ['mcap>=1.6', 'rosbags>=0.11', 'pyyaml>=6.0'],
     'cli': ['rich>=13.0'],

@@ -95,7 +95,11 @@ def serve(orders):
             os.close(stream)
     while os.getppid() != worker:  # until the process between has ended
         os.sched_yield()
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    libc = ctypes.CDLL(None)
+    libc.prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    # The destructor of LTTng, which rclpy loads, cancels threads that no fork copies: with Kilted
+    # it crashed. So what was loaded before is not destroyed; processes that tests really start do.
+    libc.on_exit(libc._exit, None)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     orders.send(b'%d' % os.getpid())  # it may be waited for, and interrupted, from now on
     orders.close()

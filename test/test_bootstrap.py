@@ -63,10 +63,11 @@ def commands(bootstrap, monkeypatch, tmp_path):
 
     def run(command):
         given.append(command)
-        (tmp_path / '.venv').mkdir(exist_ok=True)
+        for folder, *_ in bootstrap.STAGES.values():
+            (tmp_path / folder).mkdir(exist_ok=True)
         return True
 
-    monkeypatch.setattr(bootstrap, 'VENV', tmp_path / '.venv')
+    monkeypatch.setattr(bootstrap, 'VENVS', tmp_path)
     monkeypatch.setattr(bootstrap, 'missing_prerequisite', lambda: '')
     monkeypatch.setattr(bootstrap, 'run', run)
     return given
@@ -92,9 +93,19 @@ def test_each_command_installs_what_it_needs(bootstrap, commands, capsys):
     assert not commands
 
 
+def test_kilted_has_an_environment_of_its_own(bootstrap, commands):
+    assert bootstrap.main('test') == bootstrap.main('test-kilted') == 0
+    (_, _, making, installing) = commands
+    assert making[-1].endswith('/.venv-kilted')
+    assert any('[kilted,' in each for each in installing)
+    commands.clear()
+    assert bootstrap.main('test-kilted') == bootstrap.main('test') == 0
+    assert not commands
+
+
 def test_another_setup_is_made_from_scratch(bootstrap, commands):
     assert bootstrap.main('test') == 0
-    stamp = bootstrap.VENV / 'mlmem_ros.stamp'
+    stamp = bootstrap.VENVS / '.venv' / 'mlmem_ros.stamp'
     stamp.write_text(stamp.read_text().replace(' ', 'x ', 1))
     commands.clear()
     assert bootstrap.main('demo') == 0
@@ -102,7 +113,7 @@ def test_another_setup_is_made_from_scratch(bootstrap, commands):
 
 
 def test_a_failed_check_points_to_colcon(bootstrap, monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(bootstrap, 'VENV', tmp_path / '.venv')
+    monkeypatch.setattr(bootstrap, 'VENVS', tmp_path)
     monkeypatch.setattr(bootstrap, 'missing_prerequisite', lambda: 'something is missing')
     assert bootstrap.main() == 1
     told = capsys.readouterr().err

@@ -1,8 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Make `.venv` in the checkout, with ROS 2 Jazzy from wheels, this package and its laboratory.
+"""Make `.venv` in the checkout, with ROS 2 Jazzy from wheels, this package and its laboratory; or
+`.venv-kilted` with ROS 2 Kilted.
 
-python3 tools/bootstrap.py demo|test
+python3 tools/bootstrap.py demo|test|test-kilted
 
 Needs only the standard library. A current environment is left as it is.
 """
@@ -15,14 +16,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-VENV = ROOT / '.venv'
+ROOT = VENVS = Path(__file__).resolve().parent.parent
 STAGES = {
-    'demo': ('[ros,bag,cli,view]', '', '800 MB in all'),
-    'test': ('[ros,bag,cli,view,test,lint,docs]', '[search,cluster]', '1 GB in all'),
+    'demo': ('.venv', '[ros,bag,cli,view]', '', '800 MB in all'),
+    'test': ('.venv', '[ros,bag,cli,view,test,lint,docs]', '[search,cluster]', '1 GB in all'),
+    'test-kilted': ('.venv-kilted', '[kilted,bag,cli,view,test]', '', '900 MB in all'),
 }
-"""Extras that a command needs, of the package and of its laboratory, and the size of `.venv`; each
-includes those before it."""
+"""Of a command: its environment, the extras that it needs, of the package and of its laboratory,
+and the size; each stage of an environment includes those before it."""
 ROBOT_ROAD = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
@@ -36,7 +37,9 @@ def main(stage: str = 'demo') -> int:
     Args:
         stage: What it is for, one of `STAGES`.
     """
-    stamp = VENV / 'mlmem_ros.stamp'
+    folder, extras, of_lab, size = STAGES[stage]
+    venv = VENVS / folder
+    stamp = venv / 'mlmem_ros.stamp'
     told = b''.join((ROOT / each).read_bytes() for each in ('setup.py', 'lab/pyproject.toml'))
     wanted = hashlib.sha256(told + sys.version.encode()).hexdigest()
     found, _, reached = stamp.read_text().partition(' ') if stamp.exists() else ('', '', '')
@@ -46,19 +49,18 @@ def main(stage: str = 'demo') -> int:
     if problem := missing_prerequisite():
         print(f'{problem}\n\n{ROBOT_ROAD}', file=sys.stderr)
         return 1
-    python = str(VENV / 'bin' / 'python')
+    python = str(venv / 'bin' / 'python')
     install = [python, '-m', 'pip', 'install', '--disable-pip-version-check']
-    extras, of_lab, size = STAGES[stage]
     text = f'installing what "make {stage}" needs: {size}, a minute or two'
     packages = ['--editable', f'{ROOT}{extras}', '--editable', f'{ROOT}/lab{of_lab}']
     steps = [(text, [*install, *packages])]
     if not current:
-        steps.insert(0, ('making .venv', [sys.executable, '-m', 'venv', '--clear', str(VENV)]))
+        steps.insert(0, (f'making {folder}', [sys.executable, '-m', 'venv', '--clear', str(venv)]))
     for number, (text, command) in enumerate(steps, 1):
         print(f'[{number}/{len(steps)}] {text}', flush=True)
         if not run(command):
             if not current:
-                shutil.rmtree(VENV, ignore_errors=True)
+                shutil.rmtree(venv, ignore_errors=True)
             print(f'\nsetting up failed while {text}.\n{ROBOT_ROAD}', file=sys.stderr)
             return 1
     stamp.write_text(f'{wanted} {stage}')
