@@ -44,7 +44,7 @@ METHODS = ('strain', 'kick', 'auto')
 @command(
     'measure how far every move may be off',
     option('presets', nargs='*', metavar='FILE|PRESET', help='ROS parameter files, or presets; '
-           f'none: all but {" and ".join(APART)}'),
+           f'none: all but {", ".join(APART)}'),
     option('--method', choices=METHODS, default='auto', help='moves by strain, kicks and pushes, '
            'or both'),
     ELEMENT,

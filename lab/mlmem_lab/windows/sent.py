@@ -109,8 +109,8 @@ def table(name: str, how: How, some: Iterable[Sent]) -> Table:
         told[0] = 'amplitude'
     made = plain_table(
         f'{name}: {"kicks" if how is How.KICK else "pushes"}, and the changes they bear', '>level',
-        '>speed' if how is How.KICK else '>highest speed', '>duration',
-        *(f'>{each}' for each in told), 'used',
+        '>mean speed' if how is How.KICK else '>highest speed', '>duration',
+        *(f'>± {each}' for each in told), 'used',
     )  # fmt: skip
     for each in some:
         rooms = (f'{"> " * (room >= FARTHEST)}{room:g}' for room in each.rooms.values())
