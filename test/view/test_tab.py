@@ -53,3 +53,18 @@ def test_a_recorded_session_opens_without_a_server(opened):
     browser.until('mlmem.shown().duration', 'a session')
     assert 'write 2' in browser.text('#events')
     assert browser.text('#facts').startswith('session: 8 levels')
+
+
+def test_a_picture_becomes_an_element(browser, tmp_path):
+    """The script of the site's first page."""
+    try_page.write(tmp_path)
+    script = (try_page.ROOT / 'docs/_static/operate.js').read_text(encoding='utf-8')
+    picture = '<a class="operate" href="try.html">a picture</a>'
+    (tmp_path / 'index.html').write_text(f'{picture}<script>{script}</script>', encoding='utf-8')
+    browser.open(f'file://{tmp_path}/index.html')
+    browser.click('a.operate')
+    browser.driver.switch_to.frame(0)
+    browser.until('window.mlmem', 'an element')
+    assert 'level 3' in done(browser)
+    browser.driver.switch_to.default_content()
+    browser.open('about:blank')
