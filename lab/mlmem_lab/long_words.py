@@ -11,50 +11,23 @@ from __future__ import annotations
 import itertools
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Faults, new_element, preset
+from mlmem_ros.device import new_element, preset
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.words import Code
 from mlmem_ros.physics.specimen import Scatter
 
+from .reads.count import IN_A_ROW, made
 from .results import run, with_reads
-from .words import Rng, Trouble, reads, writes
+from .words import Trouble, between, reads, troubles, writes
 
-SEED, WRITES, HEALTHY, EACH = 1, 16, 40, 12
+SEED, WRITES, HEALTHY, EACH, BETWEEN = 1, 16, 1000, 50, 200
 
 DENSE = 'none, walls at every third or fifth level'
-
-
-def troubles(cells: int, pulse: float) -> dict[str, Callable[[Rng], Trouble]]:
-    """Return troubles by name: each draws one, in an element of so many cells."""
-
-    def cell(random: Rng) -> int:
-        return int(random.integers(2, cells))
-
-    def scattered(size: float) -> Callable[[Rng], Trouble]:
-        return lambda random: Trouble(Faults(disorder_alpha=size, seed=cell(random)))
-
-    def noise(size: float) -> Callable[[Rng], Trouble]:
-        return lambda random: Trouble(Faults(sensor_noise=size * pulse, seed=cell(random)))
-
-    return {
-        'none': lambda random: Trouble(),
-        DENSE: lambda random: Trouble(),
-        'a cell half as stiff': lambda random: Trouble(
-            Faults(weak_cell=cell(random), weak_factor=0.5)
-        ),
-        'a stuck cell': lambda random: Trouble(Faults(stuck_cell=cell(random))),
-        'alpha scattered by 0.0001': scattered(1e-4),
-        'alpha scattered by 0.0003': scattered(3e-4),
-        'alpha scattered by 0.001': scattered(1e-3),
-        'noise of 0.0001 of the pulse': noise(1e-4),
-        'noise of 0.0003 of the pulse': noise(3e-4),
-        'noise of 0.001 of the pulse': noise(1e-3),
-    }
 
 
 def dense(code: Code) -> list[int]:
@@ -71,13 +44,20 @@ def counted(name: str) -> dict[str, Any]:
     random = np.random.Generator(np.random.PCG64(SEED))
     element = new_element(preset(name))
     assert element.register is not None
-    of_reads = {
-        what: reads(
-            element, each, random, HEALTHY if what == 'none' else EACH, 1,
-            dense(element.register.code) if what == DENSE else (),
+    kinds = troubles(
+        element.design.N, element.settings.register.A,
+        (1e-4, 3e-4, 1e-3), (1e-4, 3e-4, 1e-3),
+    )  # fmt: skip
+    finer = made(name, 2)
+    of_reads = {'none': reads(element, kinds.pop('none'), random, HEALTHY, IN_A_ROW)}
+    of_reads[DENSE] = reads(
+        element, lambda random: Trouble(), random, EACH, 1, dense(element.register.code)
+    )
+    for what, each in kinds.items():
+        of_reads[what] = reads(
+            finer if what == 'half the time step' else element, each, random, EACH, 1
         )
-        for what, each in troubles(element.design.N, element.settings.register.A).items()
-    }  # fmt: skip
+    of_reads['walls at levels of no word'] = between(made(name), random, BETWEEN)
     begin = time.process_time()
     of_writes = writes(name, Scatter(), random, WRITES, 1)
     of_writes['seconds'] = round((time.process_time() - begin) / WRITES, 1)

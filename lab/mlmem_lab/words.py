@@ -50,55 +50,64 @@ class Trouble(NamedTuple):
     shaking: float = 0.0
 
 
-def _cell(random: Rng) -> int:
-    return int(random.integers(2, 225))  # of the shortest
+Drawing = Callable[[Rng], Trouble]
 
 
-TROUBLES: dict[str, Callable[[Rng], Trouble]] = {
-    'none': lambda random: Trouble(),
-    'half the time step': lambda random: Trouble(),
-    'a cell half as stiff': lambda random: Trouble(
-        Faults(weak_cell=_cell(random), weak_factor=0.5)
-    ),
-    'a cell of any lower stiffness': lambda random: Trouble(
-        Faults(weak_cell=_cell(random), weak_factor=float(random.uniform(0.01, 1.0)))
-    ),
-    'a stuck cell': lambda random: Trouble(Faults(stuck_cell=_cell(random))),
-    'alpha scattered by 0.001': lambda random: Trouble(
-        Faults(disorder_alpha=1e-3, seed=_cell(random))
-    ),
-    'alpha scattered by 0.003': lambda random: Trouble(
-        Faults(disorder_alpha=3e-3, seed=_cell(random))
-    ),
-    'alpha scattered by 0.01': lambda random: Trouble(
-        Faults(disorder_alpha=1e-2, seed=_cell(random))
-    ),
-    'noise of 0.001 of the pulse': lambda random: Trouble(
-        Faults(sensor_noise=1e-5, seed=_cell(random))
-    ),
-    'noise of 0.01 of the pulse': lambda random: Trouble(
-        Faults(sensor_noise=1e-4, seed=_cell(random))
-    ),
-    'noise of any size that begins during a read': lambda random: Trouble(
-        then=Faults(sensor_noise=float(10.0 ** random.uniform(-5.0, -2.0)), seed=_cell(random))
-    ),
-    'sensors that freeze in 2 % of ticks': lambda random: Trouble(
-        Faults(sensor_dropout=0.02, seed=_cell(random))
-    ),
-    'a sensor late by up to 100': lambda random: Trouble(
-        Faults(
-            sensor_delay=float(random.uniform(0.0, 100.0)),
-            sensor_end=str(random.choice(('left', 'right'))),
-        )
-    ),
-    'damping of half to eight times': lambda random: Trouble(
-        Faults(damping_factor=float(random.uniform(0.5, 8.0)))
-    ),
-    'shaking of 0.1 to 10 times the harmless': lambda random: Trouble(
-        shaking=float(10.0 ** random.uniform(-1.0, 1.0))
-    ),
-}
-"""By name: draws one. Amplitudes are those of a pulse of 0.01 cells."""
+def troubles(
+    cells: int, pulse: float, scatters: Sequence[float], noises: Sequence[float]
+) -> dict[str, Drawing]:
+    """Return troubles by name: each draws one.
+
+    Args:
+        cells: How many the element has.
+        pulse: Amplitude of the pulse of a read, in cells.
+        scatters: Sizes of the scatter of alpha.
+        noises: Amplitudes of noise, relative to the pulse.
+    """
+
+    def cell(random: Rng) -> int:
+        return int(random.integers(2, cells))
+
+    def scattered(size: float) -> Drawing:
+        return lambda random: Trouble(Faults(disorder_alpha=size, seed=cell(random)))
+
+    def noise(size: float) -> Drawing:
+        return lambda random: Trouble(Faults(sensor_noise=size * pulse, seed=cell(random)))
+
+    return {
+        'none': lambda random: Trouble(),
+        'half the time step': lambda random: Trouble(),
+        'a cell half as stiff': lambda random: Trouble(
+            Faults(weak_cell=cell(random), weak_factor=0.5)
+        ),
+        'a cell of any lower stiffness': lambda random: Trouble(
+            Faults(weak_cell=cell(random), weak_factor=float(random.uniform(0.01, 1.0)))
+        ),
+        'a stuck cell': lambda random: Trouble(Faults(stuck_cell=cell(random))),
+        **{f'alpha scattered by {size:g}': scattered(size) for size in scatters},
+        **{f'noise of {size:g} of the pulse': noise(size) for size in noises},
+        'noise of any size that begins during a read': lambda random: Trouble(
+            then=Faults(
+                sensor_noise=float(10.0 ** random.uniform(-3.0, 0.0)) * pulse, seed=cell(random)
+            )
+        ),
+        'sensors that freeze in 2 % of ticks': lambda random: Trouble(
+            Faults(sensor_dropout=0.02, seed=cell(random))
+        ),
+        'a sensor late by up to 100': lambda random: Trouble(
+            Faults(
+                sensor_delay=float(random.uniform(0.0, 100.0)),
+                sensor_end=str(random.choice(('left', 'right'))),
+            )
+        ),
+        'damping of half to eight times': lambda random: Trouble(
+            Faults(damping_factor=float(random.uniform(0.5, 8.0)))
+        ),
+        'shaking of 0.1 to 10 times the harmless': lambda random: Trouble(
+            shaking=float(10.0 ** random.uniform(-1.0, 1.0))
+        ),
+    }
+
 
 SCATTERED = (3e-4, 1e-3, 3e-3)
 
@@ -158,8 +167,8 @@ def _read(element: MemoryElement, trouble: Trouble, random: Rng) -> int | None:
 
 def between(element: MemoryElement, random: Rng, count: int) -> dict[str, int]:
     """Read words of which one wall, the nearest to a random place or one more, is pinned by the
-    lattice at no level: any word is wrong. Return how many ended how; none, if a hundred times as
-    many places pin no wall.
+    lattice at no level, or all rest at levels that no word has: any word is wrong. Return how many
+    ended how; none, if a hundred times as many places pin no wall.
     """
     found = Counter[str]()
     design, code = element.design, element.register.code if element.register else None
@@ -213,16 +222,19 @@ def counted(name: str) -> dict[str, Any]:
     """Return the counts of a preset, by fault and by scatter."""
     random = np.random.Generator(np.random.PCG64(SEED))
     element, finer = new_element(preset(name)), made(name, 2)
+    kinds = troubles(
+        element.design.N, element.settings.register.A, (1e-3, 3e-3, 1e-2), (1e-3, 1e-2)
+    )
     of_reads = {
         what: reads(finer if what == 'half the time step' else element, each, random, READS)
-        for what, each in TROUBLES.items()
+        for what, each in kinds.items()
     }
     of_writes = {'as designed': writes(name, Scatter(), random, WRITES)}
     for size, kind in itertools.product(SCATTERED, ('alpha', 'k_r')):
         what = f'{kind} scattered by {size:g}'
         of_writes[what] = writes(name, Scatter(**{kind: size}), random)
     apart = np.random.Generator(np.random.PCG64([SEED, 1]))
-    of_reads['a wall between two levels'] = between(element, apart, BETWEEN)
+    of_reads['a wall between two levels'] = between(made(name), apart, BETWEEN)
     return {'reads': of_reads, 'writes': of_writes}
 
 

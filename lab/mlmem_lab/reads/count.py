@@ -170,7 +170,7 @@ class Counts:
 
 def true_level(element: MemoryElement, near: float = math.inf) -> int:
     """Return the level that the wall is nearest to, `BLANK`, or `UNDECODABLE` if it is at none; of
-    many walls, the word.
+    many walls, the word, if they are those of one.
 
     Args:
         near: Distance within which a wall is at a level, in cells: half of their distance at most.
@@ -183,7 +183,8 @@ def true_level(element: MemoryElement, near: float = math.inf) -> int:
     at = [min(defects, key=lambda site: abs(site - wall)) for wall in found]
     if len(set(at)) < len(at) or any(abs(a - b) > near for a, b in zip(at, found, strict=True)):
         return UNDECODABLE
-    return element.register.code.word([defects[site] for site in at])
+    code, levels = element.register.code, sorted(defects[site] for site in at)
+    return code.word(levels) if code.allows(levels) else UNDECODABLE
 
 
 def rows(name: str, count: int, seed: int, finer: int = 1, specimen: int | None = None) -> Counts:
