@@ -25,7 +25,7 @@ from .reads.count import IN_A_ROW, made
 from .results import run, with_reads
 from .words import Trouble, between, reads, troubles, writes
 
-SEED, WRITES, HEALTHY, EACH, BETWEEN = 1, 16, 1000, 50, 200
+SEED, WRITES, HEALTHY, EACH, BETWEEN = 1, 16, 500, 24, 100
 
 DENSE = 'none, walls at every third or fifth level'
 

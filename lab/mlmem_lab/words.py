@@ -33,6 +33,9 @@ from .results import run, with_reads
 SEED, READS, BETWEEN, WRITES, COUNT = 1, 2000, 500, 2600, 200
 """Reads of every kind; of a wall between levels; writes as designed; writes of each scatter."""
 
+FEWER = {'register_5': (500, 600)}
+"""Reads of every kind but the healthy ones, and writes as designed, where each takes long."""
+
 Rng = np.random.Generator
 
 
@@ -225,11 +228,17 @@ def counted(name: str) -> dict[str, Any]:
     kinds = troubles(
         element.design.N, element.settings.register.A, (1e-3, 3e-3, 1e-2), (1e-3, 1e-2)
     )
+    few, written = FEWER.get(name, (READS, WRITES))
     of_reads = {
-        what: reads(finer if what == 'half the time step' else element, each, random, READS)
+        what: reads(
+            finer if what == 'half the time step' else element,
+            each,
+            random,
+            READS if what == 'none' else few,
+        )
         for what, each in kinds.items()
     }
-    of_writes = {'as designed': writes(name, Scatter(), random, WRITES)}
+    of_writes = {'as designed': writes(name, Scatter(), random, written)}
     for size, kind in itertools.product(SCATTERED, ('alpha', 'k_r')):
         what = f'{kind} scattered by {size:g}'
         of_writes[what] = writes(name, Scatter(**{kind: size}), random)

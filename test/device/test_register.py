@@ -305,10 +305,29 @@ def test_where_nothing_rests_between_words_these_may_leave_as_much():
 def test_a_shaken_element_is_not_read(byte):
     """Harmless to the content, but louder than the difference of two words."""
     place(byte, 0x42)
-    rng = np.random.default_rng(1)
-    read = byte.perform(Read(), between=lambda: byte.base.disturb(rng.uniform(-1e-4, 1e-4)))
+    rng, harmless = np.random.default_rng(1), byte.settings.disturbance.harmless
+
+    def shake():
+        byte.base.disturb(float(rng.choice([-harmless, harmless])))
+
+    for _ in range(60):
+        shake()
+        byte.advance()
+    read = byte.perform(Read(), between=shake)
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
     assert levels(byte) == [1, 6]
+
+
+def test_an_element_at_rest_is_heard_at_once(nibble):
+    """After a pulse the ends must be quiet for a passage first, or no wave be left (250 ticks)."""
+    listening, waits = nibble.register.listener.ticks, []
+    for rest in (0, 0, 150, 250):
+        for _ in range(rest):
+            nibble.advance()
+        waits.append(nibble.perform(Read()).ticks - listening)
+    passage = nibble.passage(End.LEFT) / nibble.tick
+    assert waits[0] == waits[3] == 0
+    assert min(waits[1:3]) > passage - 1.0
 
 
 def test_an_element_that_rings_is_heard_at_one_tick_however_often_it_is_looked_at():

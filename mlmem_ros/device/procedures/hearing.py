@@ -20,6 +20,10 @@ from ..reading import Reading
 from ..register import Forecasts
 from .blocks import Procedure, catch_up
 
+STILL = 20.0
+"""Time since the last drive, strain or shock after which nothing runs or swings, times eta: waves
+have 5e-5 of their amplitude then."""
+
 
 def hear(element: Memory) -> Procedure[Reading]:
     """Fire the pulse of a read, of each end that is to be heard, and decode what both ends do;
@@ -56,7 +60,7 @@ def record(
     element: Memory, forecasts: Forecasts | Peeled, end: End = End.LEFT
 ) -> Procedure[tuple[Shot, float]]:
     """Wait until the ends are quiet in the band of the pulse, fire that of an end, and record
-    both.
+    both. Of an element that rests, a moment tells; otherwise a passage.
 
     Returns:
         The shot, and the noise before it (`Listener.noise`).
@@ -72,7 +76,9 @@ def record(
     yield from catch_up(element)
     element.progress.phase = QUIETING
     patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
-    loud, since, passage = 0.0, 0, math.ceil(element.passage(End.LEFT) / element.tick)
+    passage = math.ceil(element.passage(End.LEFT) / element.tick)
+    loud = noise = listener.noise(transducer.recent, element.driver.dt)
+    since = passage if noise < forecasts.quiet and undisturbed(element) else 0
     while since < passage:  # what is inside comes to an end within that time
         before, begin, n = transducer.recent, element.ticks, element.steps_per_tick
         width = before.shape[1]
@@ -99,3 +105,11 @@ def record(
         yield until - element.ticks
     transducer.release()
     return recorder.shot(0.0, element.transmission.encoder, element.driver.dt), noise
+
+
+def undisturbed(element: Memory) -> bool:
+    """Return whether nothing has excited the element for so long that it is still inside."""
+    since = min(each.returns.since for each in element.transducer.reverberation.values())
+    moved = (element.ticks - element.last_moved) * element.tick
+    quiet = min(since * element.driver.dt, moved) * element.design.eta
+    return element.base.still and quiet > STILL
