@@ -430,6 +430,17 @@ def costs(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def costs_reads(result: Mapping[str, Any]) -> Rows:
+    """Return what reads take: of an element at rest, and right after another one."""
+    rows: Rows = [['', 'listening', 'at rest', 'again at once', 'ms of decoding']]
+    for name, each in result['presets'].items():
+        if 'listening' in each:
+            ticks = (each[kind] for kind in ('listening', 'ticks of a read', 'of another'))
+            decoding = f'{1e3 * each["seconds of decoding"]:.2g}'
+            rows.append([f'`{name}`', *map(str, ticks), decoding])
+    return rows
+
+
 def bench_steps(result: Mapping[str, Any]) -> Rows:
     """Return the errors of both integrators, the step halved from row to row.
 

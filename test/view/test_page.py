@@ -302,6 +302,7 @@ def test_the_page_survives_the_restart_of_its_node_as_a_byte(page, node, start_s
     byte = start_shared(GIVEN | {'design.preset': 'byte'})
     page.until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
     page.until('mlmem.shown().about.words === 256', 'its cells')
+    assert page.text('#facts').startswith('8 levels, 256 words, 225 cells')
     byte.memory.write(0b01000010).wait()
     page.click('[data-do="locate"]')
     said = page.until(lambda: 'locate' in (it := page.text('#log li')) and it, 'an answer')

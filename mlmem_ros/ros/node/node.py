@@ -256,8 +256,9 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             element = self.host.configure(given, self._blank)
         self._given.lock(element.words)
         self._published = Publishers(self, element, given.publish, self.host)
+        words = f'{element.words} words, ' if given.settings.register.spacing else ''
         self.get_logger().info(
-            f'ready: {given.design.levels} levels, {given.design.N} cells, '
+            f'ready: {given.design.levels} levels, {words}{given.design.N} cells, '
             f'{given.design.substrate} substrate, '
             f'{1e3 * given.settings.tick_seconds:g} ms ticks'
         )

@@ -38,7 +38,9 @@ export function notice(text) {
 }
 
 /** Return an element in words. */
-export const facts = ({ levels, cells, substrate }) => `${levels} levels, ${cells} cells, ${substrate} substrate`;
+export const facts = ({ levels, words, cells, substrate }) => [
+  `${levels} levels`, ...(words === levels ? [] : [`${words} words`]), `${cells} cells`, `${substrate} substrate`,
+].join(', ');
 
 /** Return a level in words. */
 export const describe = (level) => (level >= 0 ? `level ${level}` : level === -1 ? 'blank' : 'unknown');
