@@ -15,6 +15,8 @@ from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.move_settings import WriteSettings
 from mlmem_ros.device.pulse_corrections import learnt
+from mlmem_ros.device.reading import UNDECODABLE
+from mlmem_ros.device.register import levels_of
 from mlmem_ros.element_file import Element, element_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design, Specimen, level_of
@@ -73,8 +75,14 @@ class Bench:
         return MemoryElement(self.design, self.settings, calibration, driver)
 
     def level(self, device: MemoryElement) -> int:
-        """Return the level at which the wall of a device is; -1 if blank, -2 if at none."""
+        """Return the level at which the wall of a device is; -1 if blank, -2 if at none; of many
+        walls the word.
+        """
         made = self.made
+        if device.register is not None:
+            code, levels = device.register.code, levels_of(made.design, device.chain.configuration)
+            allowed = levels is not None and code.allows(levels)
+            return code.word(levels or ()) if allowed else UNDECODABLE
         return level_of(made.design, device.chain.configuration, nearness(made))
 
 

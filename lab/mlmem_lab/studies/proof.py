@@ -9,12 +9,15 @@ Four kinds of run, each judged by the device's answers and by the true configura
 - `erase`: from a wall at rest at a level, the element is made blank.
 - `read`: a wall at rest at a level is read ten times in a row, from each end and both: what the
   reads before have left on its way must not be taken for an echo.
+
+Of many walls, as many random words stand for the levels, the least first; what is blank is word 0.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+import random
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,6 +25,9 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.device import Calibration, Erase, Read, Settings, Write
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.register import resting
+from mlmem_ros.device.words import code_of
 from mlmem_ros.element_file import Element
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
@@ -68,7 +74,9 @@ class Proof:
             self.settings, write=dataclasses.replace(self.settings.write, attempts=1)
         )
         bench = Bench(self.design, settings, self.element)
-        common = bench.as_dict() | {'calibration': bench.calibration.as_dict()}
+        common = bench.as_dict() | {
+            'calibration': bench.calibration.as_dict(), 'contents': self._contents(),
+        }  # fmt: skip
         return Campaign('proof', evaluate, common, self.points(), self.seed)
 
     def points(self) -> list[dict[str, Any]]:
@@ -83,6 +91,14 @@ class Proof:
             *({'kind': 'read', 'start': level, 'goal': level} for level in range(p)),
             *({'kind': 'down', 'start': start, 'goal': goal} for start, goal in downs),
         ]
+
+    def _contents(self) -> list[int]:
+        """Return what is written for each level, and at last what is blank."""
+        code = code_of(self.design, self.settings)
+        if code is None:
+            return [*range(self.design.levels), BLANK]
+        drawn = random.Random(self.seed).sample(range(1, code.words), self.design.levels)
+        return [*sorted(drawn), 0]
 
     def _some(self, whole: Sequence[Any], count: int) -> list[Any]:
         """Return a sample that holds the first and the last, in order."""
@@ -105,19 +121,29 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         time: Duration in time units.
     """
     bench = Bench.of(common)
-    element = bench.device(decode(Calibration, common['calibration']))
+    element, contents = (
+        bench.device(decode(Calibration, common['calibration'])),
+        common['contents'],
+    )
+    begin, goal = contents[values['start']], contents[values['goal']]
     if values['kind'] == 'upward':
-        climb = write_upward(element, level=bench.level)
+        climb = write_upward(element, level=bench.level, contents=contents[:-1])
         last, outcomes = climb.writes[-1], [each.outcome for each in climb.writes]
         done, passed = climb.reached, climb.passed
         error = '' if passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
     else:
-        element.chain.place(resting_wall(bench.made, values['start']))
+        register = element.register
+        v = (
+            resting(bench.made, register.code.walls(begin))
+            if register
+            else resting_wall(bench.made, begin)
+        )
+        element.chain.place(v)
         element.transducer.assume_rest()
-        outcomes = [element.perform(command) for command in _commands(values)]
+        outcomes = [element.perform(command) for command in _commands(values['kind'], goal)]
         true = bench.level(element)
         said = [each.reading.level if each.success and each.reading else None for each in outcomes]
-        right = [true == values['goal'] == level for level in said]
+        right = [true == goal == level for level in said]
         done, passed = sum(right), all(right)
         error = next((each.error for each in outcomes if each.error), '')
         if not passed and not error:
@@ -128,11 +154,11 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
     }  # fmt: skip
 
 
-def _commands(values: Values) -> list[Erase | Write | Read]:
-    """Return what a run does once the wall is in its place."""
-    if values['kind'] == 'read':
+def _commands(kind: str, goal: int) -> list[Erase | Write | Read]:
+    """Return what a run does once the walls are in their places."""
+    if kind == 'read':
         return [Read(('left', 'right', 'both')[number % 3]) for number in range(IN_A_ROW)]
-    return [Erase() if values['kind'] == 'erase' else Write(values['goal'])]
+    return [Erase() if kind == 'erase' else Write(goal)]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ written and read back, and compared with the true wall.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -177,6 +177,7 @@ def write_upward(
     element: MemoryElement,
     heat: Heat | None = None,
     level: Callable[[MemoryElement], int] | None = None,
+    contents: Sequence[int] = (),
 ) -> Climb:
     """Write every level from 0 up with one attempt each; stop at the first failure.
 
@@ -186,17 +187,19 @@ def write_upward(
     Args:
         element: An element at rest; it is advanced.
         level: Returns the true level; by default the one within a cell of the wall.
+        contents: What to write instead.
     """
     assert element.settings.write.attempts == 1
     design, writes = element.design, []
-    for asked in range(design.levels):
+    contents = contents or range(design.levels)
+    for asked in contents:
         outcome = element.perform(Write(asked), heat.kick if heat else None)
         found = element.chain.configuration
         true = level_of(design, found) if level is None else level(element)
         writes.append(WrittenLevel(asked, outcome, true, wall_position(design, found)))
         if writes[-1].failure:
             break
-    return Climb(tuple(writes), design.levels)
+    return Climb(tuple(writes), len(contents))
 
 
 def least_margins(outcomes: Iterable[Outcome]) -> dict[str, float | None]:

@@ -38,6 +38,24 @@ def test_four_levels_are_found_and_proven():
     assert tally.level_margin > 0.5
 
 
+def test_words_of_many_walls_are_proven_too():
+    """As many random ones as the element has levels, here the first two of a byte."""
+    design, settings = preset('byte')
+    kick = settings.kick
+    speeds, kinks = (' '.join(each.split()[:2]) for each in (kick.speeds, kick.kinks))
+    design = dataclasses.replace(design, N=3 * design.J)
+    settings = dataclasses.replace(
+        settings, kick=dataclasses.replace(kick, speeds=speeds, kinks=kinks)
+    )
+    study = Proof(design, settings, sample=1).campaign()
+    *words, blank = study.common['contents']
+    assert (len(words), blank) == (2, 0)
+    assert 0 < min(words) < max(words) < 4
+    rows = [study.evaluate_point(point) for point in (0, 2, 4, 5)]
+    assert [row['kind'] for row in rows] == ['upward', 'erase', 'read', 'down']
+    assert [row['done'] for row in rows] == [2, 1, 10, 1]
+
+
 @pytest.mark.parametrize('levels', sampled((2, 4, 7, 24), lambda levels: levels < 7))
 def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels):
     """The plain schedule of the paper's element fails there."""
