@@ -163,10 +163,10 @@ def _reports(repeats: int) -> list[Seen]:
                     'echo': echo.step,
                     'latency': read,
                 }
-                for key, ask in asked.items():
-                    load = node.load()
-                    median = statistics.median(beyond(ask) for _ in range(READS))
-                    seen[key] = median, load.others()
+                load = node.load()
+                taken = [[beyond(ask) for ask in asked.values()] for _ in range(READS)]
+                for key, each in zip(asked, zip(*taken, strict=True), strict=True):  # by turns
+                    seen[key] = statistics.median(each), load.others()
                 seen['received'] = receive(echo, service, SECONDS)
             with open_page('mlmem'):
                 node.watch(SETTLED)
