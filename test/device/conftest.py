@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device on which level after level was written, for every test that needs its content."""
+"""Loops that end with their test, and a device on which level after level was written."""
 
 import pytest
 
-from mlmem_ros.device import Write, snapshot
+from mlmem_ros.device import Loop, Write, snapshot
 
 from . import rig
 
@@ -29,3 +29,19 @@ def written(climb):
         return element
 
     return written
+
+
+@pytest.fixture
+def start():
+    """Start loops, by default as fast as possible, and stop them after the test."""
+    loops = []
+
+    def start(element, listener=lambda commands, events: None, *, speed=0.0, **options):
+        loop = Loop(element, listener, speed=speed, **options)
+        loops.append(loop)
+        loop.start()
+        return loop
+
+    yield start
+    for loop in loops:
+        loop.stop()

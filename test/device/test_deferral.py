@@ -30,7 +30,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.timetable import LONGEST_REST
 
 from . import rig
-from .test_loop import until
+from .loops import until
 from .test_runs import end, plain
 
 PERIOD = 0.002
