@@ -1,19 +1,38 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The delay table: what makes a valid one, the nearest entry, and how clear the choice is."""
+"""The delay table: what makes a valid one, the nearest entry, and how clear the choice is; and the
+procedure that measures it.
+"""
 
+import dataclasses
 import json
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sampled import sampled
 
-from mlmem_ros.device import Calibration, DelayTable, SettingsError
+from mlmem_ros.device import (
+    BLANK,
+    UNDECODABLE,
+    Calibrate,
+    Calibration,
+    DelayTable,
+    Read,
+    SettingsError,
+    Write,
+)
 from mlmem_ros.device.end import End
+from mlmem_ros.device.move_settings import WriteSettings
+from mlmem_ros.device.procedures import climbing
+from mlmem_ros.device.settings import ReadSettings
 from mlmem_ros.outside import decode
 
 from . import rig
+
+ONCE = WriteSettings(attempts=1)
 
 RISING = DelayTable((100.0, 200.0, 320.0, 400.0))
 FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)
@@ -189,3 +208,83 @@ def test_a_calibration_has_a_table_for_each_end():
             calibration.check(other)
     with pytest.raises(SettingsError, match='must have 4 levels, like the design; got 1'):
         Calibration(RISING, DelayTable((1.0,))).check(4)
+
+
+# --- the procedure ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('level', [None, 3])
+def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written, level):
+    element = rig.device() if level is None else written(level)
+    factory = element.calibration
+    outcome = rig.run(element, Calibrate())
+    assert outcome.success, outcome.error
+    assert outcome.reading.level == (BLANK if level is None else level)
+    assert rig.holds(element, level)
+    assert element.calibration != factory
+    for end in End:
+        known, new = factory.table(end).delays, element.calibration.table(end).delays
+        # a wall that came by strain still creeps by a tenth of a cell; levels are 25 apart
+        np.testing.assert_allclose(new, known, atol=0.1 * np.abs(np.diff(known)).max())
+    assert element.calibration.right.blank == pytest.approx(factory.right.blank, abs=5.0)
+    assert rig.succeed(element, Write(2)).level_margin > 0.9  # and it can be used
+    assert rig.holds(element, 2)
+
+
+def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
+    """The wall does not follow to level 2, while it is learnt."""
+    element, go_to_level = written(1), climbing.go_to_level
+    known = element.calibration
+
+    def lame(element, place, level, **how):
+        yield from go_to_level(element, place, place if level == 2 else level, **how)
+
+    monkeypatch.setattr(climbing, 'go_to_level', lame)
+    outcome = rig.run(element, Calibrate())
+    assert not outcome.success
+    assert outcome.error == (
+        'the calibration was not taken: on the way to level 2 the left end hears level 1, at '
+        f'{outcome.error.rpartition(" ")[2]}'
+    )
+    assert outcome.reading.level == 1
+    assert rig.holds(element, 1)
+    assert element.calibration is known
+
+
+@pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
+def test_a_table_that_is_off_by_a_level_is_noticed(written, names):
+    """By a read, since the other end does not agree, and by a calibration at its first level."""
+    element = written(1, read=ReadSettings(end=names), write=ONCE)
+    known = element.calibration.left.delays
+    off = DelayTable((2.0 * known[0] - known[1], *known[:-1]))
+    element.calibration = wrong = dataclasses.replace(element.calibration, left=off)
+    assert rig.run(element, Read()).reading.level == UNDECODABLE
+    outcome = rig.run(element, Calibrate())
+    assert outcome.error.startswith(
+        'the calibration was not taken: on the way to level 0 the left end hears level 1, at '
+    )
+    assert element.calibration is wrong
+
+
+@pytest.mark.parametrize(
+    ('peaks', 'level'), [({'tension': 0.005}, 2), ({'compression': -0.005}, 1)]
+)
+def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
+    """The first step with the weak peak fails: the table would be off by one level."""
+    element = rig.device(1, **rig.with_group('write', **peaks))
+    factory = element.calibration
+    outcome = rig.run(element, Calibrate())
+    assert not outcome.success
+    assert f'on the way to level {level} the left end hears level {level - 1}' in outcome.error
+    assert element.calibration is factory
+
+
+@pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
+def test_an_end_without_echoes_gives_no_calibration(written, names):
+    """The left one's threshold is a cell: no level is confirmed."""
+    deaf = rig.with_group('probe', v_th=1.0)
+    element = written(1, read=ReadSettings(end=names), write=ONCE, **deaf)
+    factory = element.calibration
+    outcome = rig.run(element, Calibrate())
+    assert 'level 0 gives no echo at the left end' in outcome.error
+    assert element.calibration is factory

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Write, read, erase, calibrate, abort: on the real material, judged by the true wall.
+"""Write, read, erase: on the real material, judged by the true wall.
 
 The device must not see the true wall; these tests do, afterwards. A wall rests within a cell of
 its defect, site 25, 50, 75 or 100; a blank element has none.
@@ -11,22 +11,16 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from sampled import sampled
 
 from mlmem_ros.contract.answers import ended
 from mlmem_ros.device import (
     BLANK,
     UNDECODABLE,
-    Abort,
-    Calibrate,
     DelayTable,
     EchoReceived,
     Erase,
     Faults,
     MemoryElement,
-    Outcome,
     Read,
     SetStrain,
     Settings,
@@ -37,7 +31,6 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.procedures import climbing
 from mlmem_ros.device.settings import ActuatorSettings, ReadSettings
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import relax, wall_profile
@@ -419,242 +412,6 @@ def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
     assert outcome.error.startswith(f'the {end} end rests in neither phase')
     rig.succeed(element, Erase())
     np.testing.assert_allclose(element.chain.v, DESIGN.D_s1, atol=1e-2)
-
-
-# --- calibrate --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize('level', [None, 3])
-def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written, level):
-    element = rig.device() if level is None else written(level)
-    factory = element.calibration
-    outcome = rig.run(element, Calibrate())
-    assert outcome.success, outcome.error
-    assert outcome.reading.level == (BLANK if level is None else level)
-    assert rig.holds(element, level)
-    assert element.calibration != factory
-    for end in End:
-        known, new = factory.table(end).delays, element.calibration.table(end).delays
-        # a wall that came by strain still creeps by a tenth of a cell; levels are 25 apart
-        np.testing.assert_allclose(new, known, atol=0.1 * np.abs(np.diff(known)).max())
-    assert element.calibration.right.blank == pytest.approx(factory.right.blank, abs=5.0)
-    assert rig.succeed(element, Write(2)).level_margin > 0.9  # and it can be used
-    assert rig.holds(element, 2)
-
-
-def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
-    """The wall does not follow to level 2, while it is learnt."""
-    element, go_to_level = written(1), climbing.go_to_level
-    known = element.calibration
-
-    def lame(element, place, level, **how):
-        yield from go_to_level(element, place, place if level == 2 else level, **how)
-
-    monkeypatch.setattr(climbing, 'go_to_level', lame)
-    outcome = rig.run(element, Calibrate())
-    assert not outcome.success
-    assert outcome.error == (
-        'the calibration was not taken: on the way to level 2 the left end hears level 1, at '
-        f'{outcome.error.rpartition(" ")[2]}'
-    )
-    assert outcome.reading.level == 1
-    assert rig.holds(element, 1)
-    assert element.calibration is known
-
-
-@pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
-def test_a_table_that_is_off_by_a_level_is_noticed(written, names):
-    """By a read, since the other end does not agree, and by a calibration at its first level."""
-    element = written(1, read=ReadSettings(end=names), write=ONCE)
-    known = element.calibration.left.delays
-    off = DelayTable((2.0 * known[0] - known[1], *known[:-1]))
-    element.calibration = wrong = dataclasses.replace(element.calibration, left=off)
-    assert rig.run(element, Read()).reading.level == UNDECODABLE
-    outcome = rig.run(element, Calibrate())
-    assert outcome.error.startswith(
-        'the calibration was not taken: on the way to level 0 the left end hears level 1, at '
-    )
-    assert element.calibration is wrong
-
-
-@pytest.mark.parametrize(
-    ('peaks', 'level'), [({'tension': 0.005}, 2), ({'compression': -0.005}, 1)]
-)
-def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
-    """The first step with the weak peak fails: the table would be off by one level."""
-    element = rig.device(1, **rig.with_group('write', **peaks))
-    factory = element.calibration
-    outcome = rig.run(element, Calibrate())
-    assert not outcome.success
-    assert f'on the way to level {level} the left end hears level {level - 1}' in outcome.error
-    assert element.calibration is factory
-
-
-@pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
-def test_an_end_without_echoes_gives_no_calibration(written, names):
-    """The left one's threshold is a cell: no level is confirmed."""
-    deaf = rig.with_group('probe', v_th=1.0)
-    element = written(1, read=ReadSettings(end=names), write=ONCE, **deaf)
-    factory = element.calibration
-    outcome = rig.run(element, Calibrate())
-    assert 'level 0 gives no echo at the left end' in outcome.error
-    assert element.calibration is factory
-
-
-# --- abort ------------------------------------------------------------------------------------
-
-COMMANDS = st.one_of(st.builds(Write, st.integers(0, 3)), st.just(Erase()), st.just(Calibrate()))
-
-
-def abort(element):
-    """Abort, and check the conditions at once and after the abort has ended."""
-    running = element.procedure
-    begun = element.ticks
-    element.apply(Abort())
-    told = element.advance()
-    assert not element.transducer.driving, 'a held cell is let go at once'
-    while element.procedure:
-        told += element.advance()
-    outcomes = [event for event in told if isinstance(event, Outcome)]
-    if running:
-        assert (outcomes[0].procedure, outcomes[0].error) == (running, 'aborted')
-        assert not outcomes[0].success
-    assert outcomes[-1].procedure == 'abort'
-    assert outcomes[-1].success
-    assert element.ticks - begun <= 61  # 1200 time units of release
-    assert element.actuator.strain == element.chain.V_N == 0.0
-    assert not element.actuator.moving
-    assert not element.transducer.driving
-    assert element.procedure == ''
-
-
-@settings(rig.unhurried, max_examples=4)
-@given(COMMANDS, st.none() | st.integers(0, 3), st.floats(0.0, 1.0), st.integers(0, 3))
-def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, moment, level):
-    """400 random aborts were tried once; none failed."""
-    element = rig.device(content)
-    longest = {Write: 700, Erase: 900, Calibrate: 2000}[type(command)]
-    element.apply(command)
-    rig.ticks(element, 1 + round(moment * longest))
-    abort(element)
-    assert rig.succeed(element, Write(level)).level == level
-    assert rig.holds(element, level)
-
-
-@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (0, Erase())], ids=str)
-def test_an_abort_while_a_wall_is_launched(content, command):
-    """The boundary cell moves for 40 time units, so for 2 or 3 ticks; then the wall runs."""
-    element = rig.device(content)
-    element.apply(command)
-    while not (element.transducer.driving and not element.transducer.detectors):
-        element.advance()
-    launched = element.ticks
-    caught = []
-    for tick in range(launched - 1, launched + 4):
-        element = rig.device(content)
-        element.apply(command)
-        rig.ticks(element, tick)
-        caught.append(element.transducer.driving)
-        abort(element)
-        assert rig.succeed(element, Write(1)).level == 1
-        assert rig.holds(element, 1)
-    assert caught[1]
-    assert not caught[0]
-    assert not caught[-1]
-
-
-def test_an_abort_in_the_tick_of_the_command(written):
-    element = written(1)
-    element.apply(Write(3))
-    abort(element)
-    assert rig.holds(element, 1)
-
-
-def test_an_abort_reports_its_reason(written):
-    element = written(1)
-    element.apply(Write(3))
-    rig.ticks(element, 5)
-    told = rig.events(element, Abort('the door is open'))
-    assert [outcome.error for outcome in told] == ['aborted: the door is open', '']
-
-
-def test_an_abort_of_an_abort():
-    element = rig.device(2)
-    element.apply(Write(3))
-    rig.ticks(element, 60)
-    element.apply(Abort())
-    rig.ticks(element, 10)
-    assert element.procedure == 'abort'
-    abort(element)
-
-
-def test_an_abort_releases_a_strain_set_by_hand(written):
-    element = written(2, read=ReadSettings(min_margin=0.2))
-    element.apply(SetStrain(0.03))
-    rig.ticks(element, 100)
-    rig.succeed(element, Read())
-    abort(element)
-    assert element.reading is None, 'the wall may have moved with the strain'
-
-
-def test_an_abort_in_the_tick_of_a_strain_by_hand(written):
-    element = written(2)
-    element.apply(SetStrain(0.03))
-    abort(element)
-    assert rig.ticks(element, 20) == []
-    assert element.actuator.strain == 0.0
-
-
-@pytest.mark.parametrize(
-    ('content', 'command', 'tick'),
-    [(6, Write(1), 124), (7, Erase(), 62), (7, Erase(), 339), (7, Write(1), 389)],
-    ids=str,
-)
-def test_an_abort_drives_no_cell_into_a_third_ground_state(content, command, tick):
-    """In these cases it did, when the strain was released at the highest rate."""
-    element = rig.device(content, design=CASE_II)
-    element.apply(command)
-    rig.ticks(element, tick)
-    before = abs(element.actuator.strain)
-    element.apply(Abort())
-    while element.procedure:
-        strain = element.actuator.strain
-        element.advance()
-        # the smooth ramp's 1.5 of its mean, 20 of 1200 time units
-        assert abs(element.actuator.strain - strain) <= 1.5 * before * 20 / 1200 * 1.01
-    rig.ticks(element, 200)
-    next_barrier = CASE_II.potential.barrier(CASE_II.phase + 1)
-    assert element.chain.configuration.max() < next_barrier
-
-
-def test_an_abort_of_nothing_keeps_the_reading(written):
-    element = written(2)
-    known = element.reading
-    begun = element.ticks
-    abort(element)
-    assert element.reading is known
-    assert element.ticks == begun + 1
-
-
-@pytest.mark.parametrize('moment', [2, 4, 6, 12, 20])
-@pytest.mark.parametrize('level', [0, 3])
-def test_the_echo_of_an_aborted_read_does_not_reach_the_next(level, moment):
-    """The pulses take 8 ticks; their echoes are still on the way when both ends are quiet again.
-
-    The abort itself waits for nothing.
-    """
-    element = rig.device(level)
-    element.apply(Read())
-    rig.ticks(element, moment)
-    for _ in range(2):
-        begun = element.ticks
-        abort(element)
-        assert element.ticks == begun + 1
-        assert not element.transducer.detectors
-    for _ in range(2):
-        reading = rig.succeed(element, Read())
-        assert reading.level == level
-        assert reading.level_margin > 0.9
 
 
 # --- other designs ----------------------------------------------------------------------------

@@ -1,0 +1,174 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An abort, at any moment of any procedure."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    Erase,
+    Outcome,
+    Read,
+    SetStrain,
+    Write,
+)
+from mlmem_ros.device.settings import ReadSettings
+from mlmem_ros.physics import CASE_II
+
+from . import rig
+
+COMMANDS = st.one_of(st.builds(Write, st.integers(0, 3)), st.just(Erase()), st.just(Calibrate()))
+
+
+def abort(element):
+    """Abort, and check the conditions at once and after the abort has ended."""
+    running = element.procedure
+    begun = element.ticks
+    element.apply(Abort())
+    told = element.advance()
+    assert not element.transducer.driving, 'a held cell is let go at once'
+    while element.procedure:
+        told += element.advance()
+    outcomes = [event for event in told if isinstance(event, Outcome)]
+    if running:
+        assert (outcomes[0].procedure, outcomes[0].error) == (running, 'aborted')
+        assert not outcomes[0].success
+    assert outcomes[-1].procedure == 'abort'
+    assert outcomes[-1].success
+    assert element.ticks - begun <= 61  # 1200 time units of release
+    assert element.actuator.strain == element.chain.V_N == 0.0
+    assert not element.actuator.moving
+    assert not element.transducer.driving
+    assert element.procedure == ''
+
+
+@settings(rig.unhurried, max_examples=4)
+@given(COMMANDS, st.none() | st.integers(0, 3), st.floats(0.0, 1.0), st.integers(0, 3))
+def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, moment, level):
+    """400 random aborts were tried once; none failed."""
+    element = rig.device(content)
+    longest = {Write: 700, Erase: 900, Calibrate: 2000}[type(command)]
+    element.apply(command)
+    rig.ticks(element, 1 + round(moment * longest))
+    abort(element)
+    assert rig.succeed(element, Write(level)).level == level
+    assert rig.holds(element, level)
+
+
+@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (0, Erase())], ids=str)
+def test_an_abort_while_a_wall_is_launched(content, command):
+    """The boundary cell moves for 40 time units, so for 2 or 3 ticks; then the wall runs."""
+    element = rig.device(content)
+    element.apply(command)
+    while not (element.transducer.driving and not element.transducer.detectors):
+        element.advance()
+    launched = element.ticks
+    caught = []
+    for tick in range(launched - 1, launched + 4):
+        element = rig.device(content)
+        element.apply(command)
+        rig.ticks(element, tick)
+        caught.append(element.transducer.driving)
+        abort(element)
+        assert rig.succeed(element, Write(1)).level == 1
+        assert rig.holds(element, 1)
+    assert caught[1]
+    assert not caught[0]
+    assert not caught[-1]
+
+
+def test_an_abort_in_the_tick_of_the_command(written):
+    element = written(1)
+    element.apply(Write(3))
+    abort(element)
+    assert rig.holds(element, 1)
+
+
+def test_an_abort_reports_its_reason(written):
+    element = written(1)
+    element.apply(Write(3))
+    rig.ticks(element, 5)
+    told = rig.events(element, Abort('the door is open'))
+    assert [outcome.error for outcome in told] == ['aborted: the door is open', '']
+
+
+def test_an_abort_of_an_abort():
+    element = rig.device(2)
+    element.apply(Write(3))
+    rig.ticks(element, 60)
+    element.apply(Abort())
+    rig.ticks(element, 10)
+    assert element.procedure == 'abort'
+    abort(element)
+
+
+def test_an_abort_releases_a_strain_set_by_hand(written):
+    element = written(2, read=ReadSettings(min_margin=0.2))
+    element.apply(SetStrain(0.03))
+    rig.ticks(element, 100)
+    rig.succeed(element, Read())
+    abort(element)
+    assert element.reading is None, 'the wall may have moved with the strain'
+
+
+def test_an_abort_in_the_tick_of_a_strain_by_hand(written):
+    element = written(2)
+    element.apply(SetStrain(0.03))
+    abort(element)
+    assert rig.ticks(element, 20) == []
+    assert element.actuator.strain == 0.0
+
+
+@pytest.mark.parametrize(
+    ('content', 'command', 'tick'),
+    [(6, Write(1), 124), (7, Erase(), 62), (7, Erase(), 339), (7, Write(1), 389)],
+    ids=str,
+)
+def test_an_abort_drives_no_cell_into_a_third_ground_state(content, command, tick):
+    """In these cases it did, when the strain was released at the highest rate."""
+    element = rig.device(content, design=CASE_II)
+    element.apply(command)
+    rig.ticks(element, tick)
+    before = abs(element.actuator.strain)
+    element.apply(Abort())
+    while element.procedure:
+        strain = element.actuator.strain
+        element.advance()
+        # the smooth ramp's 1.5 of its mean, 20 of 1200 time units
+        assert abs(element.actuator.strain - strain) <= 1.5 * before * 20 / 1200 * 1.01
+    rig.ticks(element, 200)
+    next_barrier = CASE_II.potential.barrier(CASE_II.phase + 1)
+    assert element.chain.configuration.max() < next_barrier
+
+
+def test_an_abort_of_nothing_keeps_the_reading(written):
+    element = written(2)
+    known = element.reading
+    begun = element.ticks
+    abort(element)
+    assert element.reading is known
+    assert element.ticks == begun + 1
+
+
+@pytest.mark.parametrize('moment', [2, 4, 6, 12, 20])
+@pytest.mark.parametrize('level', [0, 3])
+def test_the_echo_of_an_aborted_read_does_not_reach_the_next(level, moment):
+    """The pulses take 8 ticks; their echoes are still on the way when both ends are quiet again.
+
+    The abort itself waits for nothing.
+    """
+    element = rig.device(level)
+    element.apply(Read())
+    rig.ticks(element, moment)
+    for _ in range(2):
+        begun = element.ticks
+        abort(element)
+        assert element.ticks == begun + 1
+        assert not element.transducer.detectors
+    for _ in range(2):
+        reading = rig.succeed(element, Read())
+        assert reading.level == level
+        assert reading.level_margin > 0.9
