@@ -55,10 +55,15 @@ def whitened(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:
     """
     columns = waveforms.reshape(*waveforms.shape[:2], -1)
     found = np.asarray(weights[..., None] * columns)
+    return straightened(found, weights, held).reshape(waveforms.shape)
+
+
+def straightened(found: Array, weights: Array, held: int) -> Array:
+    """Return weighted waveforms, (2, m, n), without these lines, which are taken out in place."""
     for part in (slice(1, 1 + held), slice(1 + held, None)):
         of_ends = found[:, part]
         times = np.linspace(-1.0, 1.0, of_ends.shape[1])
         level = np.stack((np.ones_like(times), times), axis=1)
         line = np.linalg.qr(weights[:, part, None] * level)[0]
         of_ends -= line @ (line.swapaxes(1, 2) @ of_ends)
-    return found.reshape(waveforms.shape)
+    return found

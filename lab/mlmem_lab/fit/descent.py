@@ -11,7 +11,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from mlmem_ros.physics.potential import Array
 
-from .misfit import LARGEST, WHOLE, Misfit, Slopes, basis
+from .misfit import LARGEST, WHOLE, Misfit, Normal, Slopes, basis
 
 FEW = 1e-2
 """Damping up to which a small decrease means that the minimum is near."""
@@ -51,7 +51,8 @@ def minimise(
 
     Derivatives take most of the time. They are kept, from stage to stage, as long as they foresee
     by how much the misfit decreases; only those of the same stage tell that its minimum is near,
-    unless it is blurred.
+    unless it is blurred. Two small decreases tell it, too: where a model lacks something, errors
+    of the derivatives leave no better way.
 
     Args:
         slopes: Derivatives taken near x.
@@ -70,12 +71,13 @@ def minimise(
         return cost + float((x - mean) @ precision @ (x - mean))
 
     shared, damping, left = stage.free == 'shared', 0.0, stage.iterations
-    sure = stage.blur > 0.0
+    sure, last = stage.blur > 0.0, np.inf
+    near: Normal | None = None
     while left > 0:
         new = slopes is None or slopes.window < stage.window or slopes.shared is not shared
         if new:
-            slopes, sure = misfit.slopes(x, stage.window, shared), True
-        normal = misfit.normal(x, stage.window, stage.blur, slopes)
+            slopes, sure, near = misfit.slopes(x, stage.window, shared), True, None
+        normal = near = misfit.normal(x, stage.window, stage.blur, slopes, near)
         now = total(x, normal.cost)
         H, g = (normal.H, normal.g) if shared else (free.T @ normal.H @ free, free.T @ normal.g)
         H, g = H + prior, g + free.T @ precision @ (x - mean)
@@ -93,19 +95,20 @@ def minimise(
             if then < now or damping > 1e6 or not new:
                 break
             damping = max(1e-4, 10.0 * damping)
+        foreseen = float(step @ (2.0 * scale * g - H @ step))
+        beyond = now - LARGEST * normal.data
+        enough = max(stage.least, stage.enough * now, ROUGH * beyond)
         if not then < now:
-            if new:
+            if new or (sure and damping < FEW and foreseen < enough):
                 return x, now / max(1, normal.data), slopes
             slopes = None
             continue
-        foreseen = float(step @ (2.0 * scale * g - H @ step))
         x, damping, left = moved, damping / 10.0 if damping > 1e-4 else 0.0, left - 1
-        beyond = now - LARGEST * normal.data
-        enough = max(stage.least, stage.enough * now, ROUGH * beyond)
-        little = damping < FEW and now - then < enough
+        little = now - then < enough and (damping < FEW or last < enough)
+        last = now - then
         if little and sure:
             break
-        if little or abs(now - then - foreseen) > FORESEEN * foreseen:
+        if little or abs(now - then - foreseen) > max(FORESEEN * foreseen, enough):
             slopes = None
     return x, then / max(1, normal.data), slopes
 
@@ -114,7 +117,7 @@ AGAIN = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))
 """How what all cells share is fitted once more."""
 
 SHARPER = (
-    Stage(WHOLE, 3e-4, iterations=2),
+    Stage(WHOLE, 3e-4),
     Stage(WHOLE, 1e-4, iterations=1),
     Stage(WHOLE, 3e-5, iterations=1),
 )
@@ -125,17 +128,14 @@ BLANK = (*SHARPER, Stage(WHOLE, 0.0, iterations=20, enough=1e-3))
 the end of a long valley, and only begins what follows."""
 
 LAST = (*SHARPER, Stage(WHOLE, 0.0, iterations=60, enough=1e-6, least=0.05))
-"""How the minimum is reached at last. Few iterations do for most elements; where the wall was at
-one place only, that lies at the end of a long valley, too."""
-
-CELLS = (*(Stage(window, 3e-4, iterations=3) for window in (150.0, 300.0)), *LAST)
-"""How every cell is fitted once the wall is found."""
+"""How every cell is fitted once the wall is found. A shorter window would leave far cells open,
+and as they wander, the wall may lose its place. Few iterations do for most elements; where the
+wall was at one place only, the minimum lies at the end of a long valley, too."""
 
 SCHEDULE = (
     Stage(-WHOLE, 0.0, 'rest'),
     *(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 120.0, 200.0)),
-    Stage(60.0, 3e-4, iterations=3),
-    *CELLS[:2],
+    *(Stage(window, 3e-4, iterations=3) for window in (60.0, 150.0, 300.0)),
     *BLANK,
 )
 """What all cells share first, on growing windows, so that a clock that is some per cent off skips

@@ -20,9 +20,9 @@ from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import NEAR, equilibria
 from mlmem_tools.twin.unknowns import Unknowns
 
-from .descent import AGAIN, BLANK, CELLS, LAST, SCHEDULE, SLOWER, Stage, minimise
+from .descent import AGAIN, BLANK, LAST, SCHEDULE, SLOWER, Stage, minimise
 from .fitted import ADDED, OF_LINE, Fit, posterior, rescaled, widened, with_term
-from .misfit import LARGEST, WHOLE, Misfit, Prior
+from .misfit import LARGEST, WHOLE, Misfit, Prior, Slopes
 from .trusted import asks, doubts, held_out
 
 WINDOW = 300.0
@@ -171,8 +171,8 @@ def fit(
     if not _walls(misfit):
         raise Misfitting('the wall was lost before every shot that was to see one: survey again')
     _, x = _best([misfit], x)
-    found = _descend(relocated(misfit, x), x, CELLS, told)
-    if found.chi2 > LARGEST and not found.missing[0]:
+    found = _descend(relocated(misfit, x), x, LAST, told)
+    if found.chi2 > LARGEST and not found.missing.term:
         found = _without_worst(found, x, told)
     found = _explained(found, told)
     told('pulses held out', 0.5)
@@ -207,7 +207,7 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
         return found
     worst = max(costs, key=lambda wall: costs[wall])
     others = [shot for shot in misfit.shots if shot.wall != worst]
-    again = _descend(misfit.only(others), x, CELLS, told)
+    again = _descend(misfit.only(others), x, LAST, told)
     if again.chi2 > LARGEST:
         return found
     moved = ranked(misfit, again.x, _with(misfit, worst))[:1]
@@ -227,7 +227,7 @@ def _blank(misfit: Misfit, told: Report) -> Fit:
     blank = misfit.only(_with(misfit, 0.0))
     found = _descend(blank, misfit.unknowns.mean, SCHEDULE, told)
     while found.chi2 > LARGEST:
-        term, why = found.missing
+        term, why, _ = found.missing
         if term in OF_LINE:
             found = _with_more(found, term, BLANK, told)
             continue
@@ -245,7 +245,7 @@ def _blank(misfit: Misfit, told: Report) -> Fit:
 def _explained(found: Fit, told: Report) -> Fit:
     """Return a fit that describes the element, with more unknowns if the data ask for them."""
     while asks(found):
-        term, why = found.missing
+        term, why, _ = found.missing
         if term in ADDED:
             found = _with_more(found, term, LAST, told)
         elif doubt := doubts(found):
@@ -260,7 +260,8 @@ def _explained(found: Fit, told: Report) -> Fit:
 def _with_more(found: Fit, term: str, stages: Sequence[Stage], told: Report) -> Fit:
     """Return the fit with one more term, from where it was without."""
     misfit = with_term(found.misfit, term)
-    return _descend(misfit, widened(found, misfit.unknowns), stages, told)
+    slopes = found.missing.slopes
+    return _descend(misfit, widened(found, misfit.unknowns), stages, told, slopes)
 
 
 def _where(found: Fit) -> str:
@@ -295,9 +296,10 @@ def _check(design: Design, shots: Sequence[Shot]) -> None:
         raise Misfitting(f'only {heard_share:.0%} of the samples are there; half are needed')
 
 
-def _descend(misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report) -> Fit:
-    """Return the fit to which a sequence of stages leads."""
-    slopes = None
+def _descend(
+    misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report, slopes: Slopes | None = None
+) -> Fit:
+    """Return the fit to which a sequence of stages leads; derivatives near x may be known."""
     for number, stage in enumerate(stages):
         what = _what(misfit.unknowns) if stage.free == 'cells' else 'shared values'
         told(f'{what}, {_window(stage)}', number / len(stages))
@@ -305,12 +307,10 @@ def _descend(misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report) ->
             misfit = misfit.drifting(x)
         x, _, slopes = minimise(misfit, x, stage, slopes)
     told('fitted', 1.0)
-    found = posterior(misfit, x, slopes)
-    misfit = rescaled(found)
-    if misfit is found.misfit:
-        return found
-    x, _, slopes = minimise(misfit, x, stages[-1], found.slopes)
-    return posterior(misfit, x, slopes)
+    scaled = rescaled(misfit, x, slopes)
+    if scaled is not misfit:
+        x, _, slopes = minimise(scaled, x, stages[-1], slopes)
+    return posterior(scaled, x, slopes)
 
 
 def _what(unknowns: Unknowns) -> str:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +84,7 @@ class Fit:
         return float(np.sqrt(np.mean(np.square(noise))))
 
     @cached_property
-    def missing(self) -> tuple[str, str]:
+    def missing(self) -> Missing:
         """Which term its model lacks most; see `missing_term`."""
         return missing_term(self)
 
@@ -106,20 +106,20 @@ def posterior(misfit: Misfit, x: Array, slopes: Slopes | None = None) -> Fit:
     return replace(found, untold=tuple(_untold(found, normal, inverse(precision))))
 
 
-def rescaled(found: Fit) -> Misfit:
-    """Return the misfit of a fit with the scatter of its cells that the data show.
+def rescaled(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
+    """Return a misfit with the scatter of the cells that the data show, near its minimum at x.
 
     Nobody knows by how much springs or masses differ before they are fitted, and a prior that is
     too wide leaves noise in them. The mean variance is the values' squares over the number of them
     that the data tell (MacKay, Neural Computation 4, 415, 1992), less two, since it is uncertain
     itself; at most what is expected, as if they tell few.
     """
-    misfit, unknowns, prior = found.misfit, found.unknowns, found.misfit.prior
+    unknowns, prior = misfit.unknowns, misfit.prior
     own = {name: where for name, cells in SCATTERS.items()
            if (where := getattr(unknowns, cells)).stop > where.start}  # fmt: skip
     if not own:
         return misfit
-    normal, off = misfit.normal(found.x, WHOLE, slopes=found.slopes), found.x - unknowns.mean
+    normal, off = misfit.normal(x, WHOLE, slopes=slopes), x - unknowns.mean
     scatter = {name: getattr(prior, name) for name in own}
     for _ in range(ROUNDS):
         precision = replace(prior, **scatter).precision(unknowns)
@@ -240,36 +240,59 @@ def with_term(misfit: Misfit, term: str) -> Misfit:
     return replace(misfit, unknowns=replace(misfit.unknowns, **added))
 
 
-def missing_term(own: Fit) -> tuple[str, str]:
-    """Return which missing term the data ask for most: a key of `TERMS`, and in words.
+class Missing(NamedTuple):
+    """Which missing term the data ask for most.
+
+    Attributes:
+        term: A key of `TERMS`, empty if none helps.
+        why: The same in words.
+        slopes: Derivatives of the model that has it, where the fit is.
+    """
+
+    term: str
+    why: str
+    slopes: Slopes | None = None
+
+
+def missing_term(own: Fit) -> Missing:
+    """Return which missing term the data ask for most.
 
     Each term is added to the linearised model, with its prior, and the evidence compared: what it
-    lowers the misfit, less what it costs to have more unknowns. The key is empty if none helps.
-    Drift is tried first, which takes no more derivatives.
+    lowers the misfit, less what it costs to have more unknowns. Drift is tried first, which takes
+    no more derivatives.
     """
     lacking = [term for term in TERMS if not has(own.misfit, term)]
     beyond, gain = max(0.0, (own.chi2 - 1.0) * own.data), dict[str, float]()
+    fuller, slopes = own.misfit, own.slopes
     for terms in ([term for term in lacking if term == 'drift'], lacking):
         if own.chi2 <= LARGEST or max(gain.values(), default=0.0) <= ALL * beyond:
-            gain |= _gains(own, [term for term in terms if term not in gain])
+            untried = [term for term in terms if term not in gain]
+            gains, fuller, slopes = _gains(own, untried)
+            gain |= gains
     term = max(gain, key=lambda each: gain[each], default='')
     helps = term and gain[term] > max(SURE, HELPS * beyond)
     if not helps and own.chi2 > LARGEST and (late := jitter(own)):
-        return '', (
+        return Missing('', (
             'what is left differs from sample to sample, more where the ends are faster: samples '
             f'whose times jitter by {late:.0%} of a sample would explain it'
-        )
+        ))  # fmt: skip
     if not helps:
-        return '', (
+        return Missing('', (
             f'nothing that was tried explains it ({", ".join(TERMS)}): were the levels and '
             'strains as recorded, and was the element at rest before every shot?'
-        )
+        ))  # fmt: skip
     share = min(1.0, gain[term] / beyond) if beyond else 1.0
-    return term, f'{TERMS[term]} would explain {share:.0%} of it'
+    sought = with_term(own.misfit, term).unknowns
+    return Missing(
+        term, f'{TERMS[term]} would explain {share:.0%} of it',
+        slopes and slopes.only(_among(sought, fuller.unknowns)),
+    )  # fmt: skip
 
 
-def _gains(own: Fit, terms: Sequence[str]) -> dict[str, float]:
-    """Return by how much each of some terms raises twice the logarithm of the evidence."""
+def _gains(own: Fit, terms: Sequence[str]) -> tuple[dict[str, float], Misfit, Slopes | None]:
+    """Return by how much each of some terms raises twice the logarithm of the evidence, a misfit
+    that has them all, and its derivatives.
+    """
     misfit, gain = own.misfit, dict[str, float]()
     if 'drift' in terms:
         every = np.ones(own.unknowns.size, bool)
@@ -280,7 +303,7 @@ def _gains(own: Fit, terms: Sequence[str]) -> dict[str, float]:
         gain['drift'] = loose - before
     others = [term for term in terms if term != 'drift']
     if not others:
-        return gain
+        return gain, misfit, own.slopes
     fuller = misfit
     for term in others:
         fuller = with_term(fuller, term)
@@ -294,13 +317,14 @@ def _gains(own: Fit, terms: Sequence[str]) -> dict[str, float]:
     for term in others:
         known[places[term]] = False
     at = widened(own, full)
-    normal = fuller.normal(at, WHOLE)
+    slopes = fuller.slopes(at, WHOLE)
+    normal = fuller.normal(at, WHOLE, slopes=slopes)
     before = _evidence(fuller, normal, at, known)
     for term in others:
         free = known.copy()
         free[places[term]] = True
         gain[term] = _evidence(fuller, normal, at, free) - before
-    return gain
+    return gain, fuller, slopes
 
 
 def _evidence(misfit: Misfit, normal: Normal, x: Array, free: NDArray[np.bool_]) -> float:
@@ -343,9 +367,15 @@ def jitter(found: Fit) -> float:
 
 def widened(found: Fit, unknowns: Unknowns) -> Array:
     """Return the values of a fit among more unknowns, the new ones as designed."""
-    x, end = unknowns.mean, unknowns.shared_end
-    x[:end] = found.x[:end]
-    for cells in ('mass', 'offset', 'k_r', 'damped'):
-        if (own := getattr(found.unknowns, cells)).stop > own.start:
-            x[getattr(unknowns, cells)] = found.x[own]
+    x = unknowns.mean
+    x[_among(found.unknowns, unknowns)] = found.x
     return x
+
+
+def _among(some: Unknowns, more: Unknowns) -> NDArray[np.int64]:
+    """Return where some unknowns are among more, shape (size of some,)."""
+    places = [np.arange(more.shared_end)]
+    for cells in SCATTERS.values():
+        own, all_of_them = getattr(some, cells), getattr(more, cells)
+        places.append(np.arange(all_of_them.start, all_of_them.start + own.stop - own.start))
+    return np.concatenate(places)

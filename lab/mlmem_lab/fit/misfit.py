@@ -15,12 +15,13 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mlmem_ros.device.end import Shot
 from mlmem_ros.physics import Design, DesignError, Integrator, StateError
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import Clock, Forward
-from mlmem_tools.twin.noise import noise, whitened
+from mlmem_tools.twin.noise import noise, straightened, whitened
 from mlmem_tools.twin.tangent import Single
 from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
@@ -179,6 +180,10 @@ class Slopes(NamedTuple):
     shared: bool
     each: tuple[Single, ...]
 
+    def only(self, unknowns: NDArray[np.int64]) -> Slopes:
+        """Return those by some unknowns alone."""
+        return self._replace(each=tuple(J[..., unknowns] for J in self.each))
+
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
@@ -264,8 +269,11 @@ class Misfit:
 
     def whitened(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
-        held = shot.pulse.duration / (shot.dt * self._stride(shot))
-        return whitened(waveforms, weights, math.ceil(held))
+        return whitened(waveforms, weights, self._held(shot))
+
+    def _held(self, shot: Shot) -> int:
+        """Return for how many compared samples an end is held."""
+        return math.ceil(shot.pulse.duration / (shot.dt * self._stride(shot)))
 
     def _drifts(self, x: Array, shot: Shot, window: float, weights: Array) -> Array:
         """Return what gains that drift change by a standard deviation each, shape (k, 2, m).
@@ -362,8 +370,38 @@ class Misfit:
             yield Normal(flat.T @ flat, flat.T @ residual.ravel(), cost, data, loose)
 
     def normal(
-        self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
+        self,
+        x: Array,
+        window: float,
+        blur: float = 0.0,
+        slopes: Slopes | None = None,
+        near: Normal | None = None,
     ) -> Normal:
-        """Return the normal equations of all shots; see `normals`."""
+        """Return the normal equations of all shots; see `normals`.
+
+        Args:
+            near: Those of a place near x with the same derivatives: H is taken from there.
+        """
+        if near is not None and slopes is not None:
+            return self._shifted(x, window, blur, slopes, near)
         H, g, cost, data, loosened = zip(*self.normals(x, window, blur, slopes), strict=True)
         return Normal(np.sum(H, axis=0), np.sum(g, axis=0), sum(cost), sum(data), sum(loosened))
+
+    def _shifted(
+        self, x: Array, window: float, blur: float, slopes: Slopes, near: Normal
+    ) -> Normal:
+        """Return normal equations with another g and cost.
+
+        What is done to weighted waveforms is symmetric: done twice to residuals, it leaves the
+        derivatives as they are.
+        """
+        g, cost = np.zeros(len(near.g)), 0.0
+        for shot, J in zip(self.shots, slopes.each, strict=True):
+            values, weights, drifts = self._compared(x, shot, window, blur)
+            residual, _ = self._loosened(values, drifts)
+            cost += float(np.sum(residual**2))
+            twice = self._loosened(residual, drifts)[0][..., None]
+            twice = weights * straightened(twice, weights, self._held(shot))[..., 0]
+            for of_end, J_of_end in zip(twice.astype(np.float32), J, strict=True):
+                g += of_end @ J_of_end[: len(of_end)]
+        return near._replace(g=g, cost=cost)

@@ -270,7 +270,7 @@ def test_springs_that_are_alike_are_found_alike(fitted):
     *_, found = fitted
     sought = with_term(found.misfit, 'springs')
     every = posterior(sought, widened(found, sought.unknowns))
-    assert rescaled(every).scatter['k_r'] < 0.05 * sought.prior.k_r
+    assert rescaled(sought, every.x, every.slopes).scatter['k_r'] < 0.05 * sought.prior.k_r
 
 
 @pytest.mark.slow
