@@ -370,17 +370,11 @@ class Misfit:
             yield Normal(flat.T @ flat, flat.T @ residual.ravel(), cost, data, loose)
 
     def normal(
-        self,
-        x: Array,
-        window: float,
-        blur: float = 0.0,
-        slopes: Slopes | None = None,
+        self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None,
         near: Normal | None = None,
-    ) -> Normal:
-        """Return the normal equations of all shots; see `normals`.
-
-        Args:
-            near: Those of a place near x with the same derivatives: H is taken from there.
+    ) -> Normal:  # fmt: skip
+        """Return the normal equations of all shots; see `normals`. `near` are those of a place
+        near x with the same derivatives: H is taken from there.
         """
         if near is not None and slopes is not None:
             return self._shifted(x, window, blur, slopes, near)
@@ -390,10 +384,8 @@ class Misfit:
     def _shifted(
         self, x: Array, window: float, blur: float, slopes: Slopes, near: Normal
     ) -> Normal:
-        """Return normal equations with another g and cost.
-
-        What is done to weighted waveforms is symmetric: done twice to residuals, it leaves the
-        derivatives as they are.
+        """Return normal equations with another g and cost: what is done to weighted waveforms is
+        symmetric, and done to residuals twice leaves the derivatives as they are.
         """
         g, cost = np.zeros(len(near.g)), 0.0
         for shot, J in zip(self.shots, slopes.each, strict=True):
