@@ -139,6 +139,7 @@ LIBRARIES = {
             f'{_CORE}.RCLError',  # errors of its own services are answered
             f'{_CORE}.Service.service_take_request',  # requests after a broken one
             f'{_CORE}.rmw_service_info_t',  # who has sent a request
+            f'{_CORE}.rclpy_logging_rcutils_log',  # a line without a search for who wrote it
             'rclpy.service:Service.handle',
             'rclpy.service:Service.send_response',  # responses are sent by coroutines
             'rclpy.node:Node._parameter_overrides',  # which parameters were given

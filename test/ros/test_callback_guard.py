@@ -14,6 +14,7 @@ import pytest
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.logging import LoggingSeverity
 from rclpy.serialization import serialize_message
 from robot import RELIABLE, Robot, values
 from std_srvs.srv import SetBool
@@ -22,6 +23,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard
+from mlmem_ros.ros.node.node import QuickLogger
 from mlmem_ros.ros.node.run import ENDED
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
@@ -38,6 +40,20 @@ def robot(node):
         yield robot
         assert node.running
         assert robot.trigger('read')['procedure'] == 'read'
+
+
+def test_lines_that_nobody_looks_up_have_levels_and_filters_still(capfd):
+    log = QuickLogger('quick')
+    for _ in range(2):
+        log.info('every time')
+        log.info('the first time', once=True)
+    log.set_level(LoggingSeverity.ERROR)
+    log.warning('never')
+    told = capfd.readouterr()
+    lines = (told.out + told.err).splitlines()
+    assert [line.partition('[quick]: ')[2] for line in lines] == [
+        'every time', 'the first time', 'every time',
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize('own', [True, False])
