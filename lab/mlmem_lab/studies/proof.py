@@ -121,10 +121,8 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         time: Duration in time units.
     """
     bench = Bench.of(common)
-    element, contents = (
-        bench.device(decode(Calibration, common['calibration'])),
-        common['contents'],
-    )
+    element = bench.device(decode(Calibration, common['calibration']))
+    contents = common['contents']
     begin, goal = contents[values['start']], contents[values['goal']]
     if values['kind'] == 'upward':
         climb = write_upward(element, level=bench.level, contents=contents[:-1])
@@ -132,13 +130,9 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         done, passed = climb.reached, climb.passed
         error = '' if passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
     else:
-        register = element.register
-        v = (
-            resting(bench.made, register.code.walls(begin))
-            if register
-            else resting_wall(bench.made, begin)
-        )
-        element.chain.place(v)
+        made, register = bench.made, element.register
+        walls = register.code.walls(begin) if register else ()
+        element.chain.place(resting(made, walls) if register else resting_wall(made, begin))
         element.transducer.assume_rest()
         outcomes = [element.perform(command) for command in _commands(values['kind'], goal)]
         true = bench.level(element)
