@@ -5,11 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 from std_msgs.msg import Empty
 
@@ -17,6 +17,7 @@ from ...contract.services import SERVICES
 from ...device import DriverError, Event, Refused
 from ...device.timetable import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
+from ...host.worker import Log
 from ..qos import ALIVE, HEARD, heard_within
 from .actions import Actions
 from .callback_guard import CallbackGuard
@@ -35,17 +36,27 @@ TEND = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
 
 
-class QuickLogger(RcutilsLogger):
-    """A logger that does not look for the line of code that calls it: rclpy takes 0.4 ms for that,
-    longer than a tick, and whoever waits for an answer waits for it.
+class QuickLog(NamedTuple):
+    """Writes lines under a name. The node's logger looks for the line of code that calls it, which
+    takes 0.4 ms, longer than a tick, and whoever waits for an answer waits for it.
     """
 
-    def log(self, message: str, severity: int, **options: Any) -> bool:
-        """Log a message, without filters as fast as can be."""
-        if options:
-            return bool(super().log(message, severity, **options))
+    name: str
+
+    def info(self, message: str) -> None:
+        """Log an event."""
+        self._write(LoggingSeverity.INFO, message)
+
+    def warning(self, message: str) -> None:
+        """Log a refusal or an oddity."""
+        self._write(LoggingSeverity.WARN, message)
+
+    def error(self, message: str) -> None:
+        """Log a failure."""
+        self._write(LoggingSeverity.ERROR, message)
+
+    def _write(self, severity: LoggingSeverity, message: str) -> None:
         rclpy_implementation.rclpy_logging_rcutils_log(severity, self.name, message, '', '', 0)
-        return True
 
 
 class MemoryNode(UnlistedParameters, LifecycleNode):
@@ -91,7 +102,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         given = [Parameter(key, value=value) for key, value in (parameters or {}).items()]
         super().__init__(name, parameter_overrides=given, **options)
         self.host = Host(
-            self.get_logger(),
+            self.quick_log(),
             lambda: self.get_clock().now().nanoseconds,
             name=self.get_fully_qualified_name(),
             failed=self._failed,
@@ -121,9 +132,9 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         callback_guard.every(TEND, 'checking disks and clock', self._on_timer)
         callback_guard.guard_services()
 
-    def get_logger(self) -> Any:
-        """Return the node's logger."""
-        return QuickLogger(super().get_logger().name)
+    def quick_log(self) -> Log:
+        """Return where the lines of requests and of the loop go."""
+        return QuickLog(self.get_logger().name)
 
     def __enter__(self) -> MemoryNode:
         try:
