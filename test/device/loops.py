@@ -7,6 +7,7 @@ that the expected times are exact.
 """
 
 import math
+import threading
 import time
 
 from mlmem_ros.device import Refused
@@ -28,15 +29,23 @@ class Clock:
     def __init__(self, end=math.inf):
         self.time = 0.0
         self.end = end
+        self._lock = threading.Lock()  # a jump is not undone by a sleep that ends meanwhile
 
     def now(self):
         return self.time
 
     def wait(self, changed, seconds):
-        if self.time >= self.end:
+        with self._lock:
+            stands = self.time >= self.end
+            if not stands:
+                self.time = min(self.time + seconds, self.end)
+        if stands:
             changed.wait(1e-3)
-        else:
-            self.time = min(self.time + seconds, self.end)
+
+    def jump(self, time):
+        """Jump to a time, and stand there."""
+        with self._lock:
+            self.end = self.time = time
 
 
 def until(condition):

@@ -46,7 +46,7 @@ def test_a_command_ends_a_rest_and_takes_effect_in_its_own_tick(start):
 
     loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=5)
     until(lambda: len(begun) == 5)
-    clock.end = clock.time = 0.0151
+    clock.jump(0.0151)
     loop.submit(SetStrain(0.03))
     until(lambda: len(begun) == 8)
     assert begun == pytest.approx([0.006] * 4 + [0.008] + [0.0151] * 3)
@@ -148,7 +148,7 @@ def test_lost_time_is_skipped_while_nobody_listens_too(start):
     clock = Clock(end=0.0381)
     loop = start(restless(), pacer=clock, speed=1.0, batch=10, has_subscribers=lambda: False)
     until(lambda: loop.element.ticks == 20)
-    clock.end = clock.time = 10.0381
+    clock.jump(10.0381)
     until(lambda: loop.element.ticks == 40)
     clock.end = 10.0401
     time.sleep(0.05)
@@ -305,7 +305,7 @@ def test_messages_of_the_base_end_no_rest_and_take_effect_in_their_tick(start):
 
     loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=10, stream_period=lambda: 10)
     for now, size in ((0.0031, 1), (0.0051, 2), (0.0052, 3), (0.0101, 4)):
-        clock.end = clock.time = now
+        clock.jump(now)
         loop.submit(Disturb(1e-6 * size))
     clock.end = 0.0181
     until(lambda: loop.element.ticks == 10)
