@@ -6,17 +6,7 @@ A start first ends and then heeds a signal, for it may be in the middle of anyth
 take many seconds to compile, and launch kills what has not ended 15 s after Ctrl-C.
 
 With the profile clients find a node soon, its histories begin small, and the start of a bank takes
-a time that grows with its elements, not with their square.
-
-Fast DDS announces itself to a newcomer once, mostly before the newcomer can listen, and then every
-three seconds. A third of all clients would wait for that, 1 to 3 s in `mlmem read`. The node
-announces itself more often, and all clients find it within 0.8 s.
-
-Each end of a topic or service has room for a hundred messages from the start: 36 kB. A node has
-116 ends, so that a bank of a hundred would reserve 400 MB.
-
-Fast DDS compares each new end with all others of the process, to join those of one name. The nodes
-of a process that we start have nothing to tell each other, so that none need be compared.
+a time that grows with its elements, not with their square. Its file says how.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ from mlmem_ros import MemoryClient, NoAnswer, RequestFailed, RequestRefused
 from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
 from mlmem_ros.ros.client.goal import Goal
 from mlmem_ros.ros.client.link import Link
-from mlmem_ros.ros.events import events_executor
+from mlmem_ros.ros.middleware import events_executor
 from mlmem_ros.ros.node import actions, simulator
 
 KINDS = {

@@ -34,7 +34,7 @@ from mlmem_ros import (
 from mlmem_ros.ros.client import line
 from mlmem_ros.ros.client.link import Link
 from mlmem_ros.ros.client.standalone import wait_until
-from mlmem_ros.ros.events import events_executor
+from mlmem_ros.ros.middleware import events_executor
 
 
 @pytest.fixture(scope='module')

@@ -15,7 +15,7 @@ from rclpy.task import Future
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
 from mlmem_ros.device import SettingsError, Write
 from mlmem_ros.host import state_file
-from mlmem_ros.ros.events import events_executor
+from mlmem_ros.ros.middleware import events_executor
 
 SOON = 30.0
 

@@ -16,11 +16,13 @@ import pytest
 import rclpy
 from nodes import QUICK, program
 from robot import Robot
+from std_msgs.msg import Empty
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
-from mlmem_ros.ros.client.link import GRACE, LEASE
+from mlmem_ros.ros.client import link
 from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.middleware import SIGN, Signs
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
 from mlmem_ros.ros.node.services import SILENT
 from mlmem_ros.ros.node_process import node_arguments
@@ -62,6 +64,27 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     assert state_file.load(state)['reading']['level'] == 0
 
 
+def test_a_program_that_ends_waits_for_the_thread_of_its_client():
+    """Python's end aborts who is in C++ then: in that thread's last steps, too."""
+    code = """
+import time, rclpy
+from rclpy.node import Node
+from mlmem_ros.ros.client.line import Line
+rclpy.init()
+robot = Node('robot')
+class Late:
+    def destroy_node(self):
+        time.sleep(0.5)
+        print('whole', flush=True)
+Line.of(robot.context)._nodes[lambda: robot] = Late()
+rclpy.try_shutdown()
+time.sleep(0.2)
+"""
+    robot = program('-c', code, stdout=subprocess.PIPE, text=True)
+    said, _ = robot.communicate(timeout=2 * SOON)
+    assert (said.splitlines()[-1:], robot.returncode) == (['whole'], 0)
+
+
 def asks_and_waits():
     """Return a process that reads, says so, and waits for a line; when it stands still, others
     forget it only after a minute.
@@ -94,6 +117,44 @@ def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
         assert on_graph() == 1  # the silent one
         silent.send_signal(signal.SIGCONT)
         silent.communicate('\n')
+
+
+def test_nobody_promises_to_be_heard_within_a_lease(start):
+    """Timers of such leases and peers that leave block Fast DDS for good (its issue 6502)."""
+    node = start(apart=True)
+    with Robot() as observer, standalone() as memory:
+        memory.read(timeout=SOON).wait()
+        leases = [
+            end.qos_profile.liveliness_lease_duration.nanoseconds
+            for topic, _ in observer.node.get_topic_names_and_types(no_demangle=True)
+            for end in [
+                *observer.node.get_publishers_info_by_topic(topic, no_mangle=True),
+                *observer.node.get_subscriptions_info_by_topic(topic, no_mangle=True),
+            ]
+        ]
+        assert len(leases) > 50  # of node, client and observer
+        assert min(leases) > 1e18  # without end
+    assert node.running
+
+
+def test_signs_of_life_end_with_their_node(context):
+    first, second = (
+        rclpy.create_node(name, context=context, use_global_arguments=False)
+        for name in ('first', 'second')
+    )
+    heard = []
+    first.create_subscription(Empty, '/of_second', heard.append, SIGN)
+    executor = rclpy.executors.SingleThreadedExecutor(context=context)
+    executor.add_node(first)
+    Signs.give(first, '/of_first')
+    Signs.give(second, '/of_second')
+    until = time.monotonic() + SOON
+    while len(heard) < 2 and time.monotonic() < until:
+        executor.spin_once(0.1)
+    assert len(heard) >= 2
+    count = len(Signs._publishers)
+    second.destroy_node()
+    wait_until(lambda: len(Signs._publishers) == count - 1, 'the end of its signs')
 
 
 @pytest.mark.parametrize('longest', [0.8, 60.0])
@@ -137,7 +198,7 @@ def test_nothing_cuts_the_end_of_the_example_short(start):
 
 def test_who_waits_for_a_killed_node_is_told_soon(start):
     """Not after the 20 s that Fast DDS grants by default."""
-    assert LEASE + GRACE < 5.0
+    assert link.SILENT < 5.0
     node = start(apart=True)
     with standalone() as memory:
         memory.ready(SOON).wait()
@@ -181,10 +242,10 @@ def test_a_node_that_stood_still_unnoticed_is_reached_anew(start):
     with standalone() as memory:
         memory.ready(SOON).wait()
         first, until = memory._connection.link(), time.monotonic() + SOON
-        while not first._alive and time.monotonic() < until:
+        while not first._heard and time.monotonic() < until:
             time.sleep(0.05)
         node.signal(signal.SIGSTOP)
-        time.sleep(LEASE + GRACE + 1.0)
+        time.sleep(link.SILENT + 1.0)
         node.signal(signal.SIGCONT)
         until = time.monotonic() + SOON
         while not first.broken and time.monotonic() < until:

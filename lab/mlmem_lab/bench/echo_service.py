@@ -15,7 +15,7 @@ import rclpy
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Trigger
 
-from mlmem_ros.ros.events import events_executor
+from mlmem_ros.ros.middleware import events_executor
 
 
 def main() -> None:

@@ -28,7 +28,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from ..events import events_executor
+from ..middleware import events_executor
 
 SOON = 0.02
 """Seconds between two looks at the graph while a request waits for its service to appear."""
@@ -63,6 +63,7 @@ class Line:
     Attributes:
         context: The context.
         broken: Whether this process has slept for so long that others may have forgotten it.
+        awake: Seconds for which it has listened: not while this process stood still.
         over: Whether it ends, or has ended.
     """
 
@@ -73,6 +74,7 @@ class Line:
         """Start; a line that owns its context ends it when the last link has left."""
         self.context = context
         self.broken = False
+        self.awake = 0.0
         self._own = own
         self._newest = self
         self._executor = events_executor(context)
@@ -170,17 +172,18 @@ class Line:
                 if self._woken.done():
                     self._woken = Future()
             before, seen = seen, _since_boot()
+            self.awake += min(seen - before, turn + LOOK)
             self.broken |= seen - before > turn + ASLEEP
             self._look()
         with self._lock:
             self._ended = True
         self._look()
-        atexit.unregister(self.close)
         self._executor.shutdown()
         for node in list(self._nodes.values()):
             node.destroy_node()
         if self._own:
             rclpy.try_shutdown(context=self.context)
+        atexit.unregister(self.close)  # last: Python's end aborts who is in C++ then
 
     def _pause(self) -> float:
         """Return the seconds until the next look."""

@@ -6,31 +6,23 @@ from __future__ import annotations
 
 import contextlib
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.timer import Timer
 from std_msgs.msg import Empty
 
-from ..qos import ALIVE, CLIENTS, EVERY_ONE, HEARD, RELIABLE, heard_within
+from ..middleware import ALIVE, CLIENTS, DESTROYED, SIGN, Signs
+from ..qos import EVERY_ONE, RELIABLE
 from .line import Line, is_destroyed
 
-LEASE = 2.0
-"""Seconds without a sign of life after which the middleware says so."""
-
-GRACE = 2.0
-"""Seconds after which that is believed."""
-
-DESTROYED = InvalidHandle, rclpy_implementation.RCLError
-"""What rclpy raises when the node is destroyed, or ROS was shut down."""
+SILENT = 4.0
+"""Seconds without a sign of life after which a memory node is given up."""
 
 
 @dataclass(frozen=True)
@@ -110,20 +102,14 @@ class Link:
         self._peer = peer
         self._lost = False
         self._clients: dict[str, Any] = {}
-        self._heard: dict[str, Any] = {}
+        self._topics: dict[str, Any] = {}
         self._takers: dict[str, set[Callable[[Any], None]]] = {}
         self._lock = threading.Lock()
-        self._alive, self._since = 0, time.monotonic() + LEASE
-        self._met = self._lived = False
+        self._since = line.awake
+        self._met = self._heard = False
         self.node = line.join(self, robot)
-        self.node.create_publisher(Empty, f'{peer}/{CLIENTS}', heard_within(HEARD))
-        callbacks = SubscriptionEventCallbacks(
-            liveliness=self._on_liveliness, use_default_callbacks=False
-        )
-        with contextlib.suppress(UnsupportedEventTypeError):  # then only the graph tells
-            self._heard[ALIVE] = self.node.create_subscription(
-                Empty, f'{peer}/{ALIVE}', _ignore, heard_within(LEASE), event_callbacks=callbacks
-            )
+        Signs.give(self.node, f'{peer}/{CLIENTS}')
+        self._signs = self.node.create_subscription(Empty, f'{peer}/{ALIVE}', self._on_sign, SIGN)
 
     @property
     def broken(self) -> bool:
@@ -137,7 +123,7 @@ class Link:
 
     def send(self, call: Call) -> Future | None:
         """Send a request; return its response to come, or none if it cannot be sent yet."""
-        if self.silent(time.monotonic()) or not self.ready(call):
+        if self.silent() or not self.ready(call):
             return None
         if call.request is not None:
             return self._client(call).call_async(call.request)
@@ -161,7 +147,7 @@ class Link:
                     for each in list(takers):
                         each(message)
 
-                self._heard[topic] = self.node.create_subscription(
+                self._topics[topic] = self.node.create_subscription(
                     kind, f'{self._peer}/{topic}', take, RELIABLE
                 )
                 self._line.stir()
@@ -181,14 +167,13 @@ class Link:
         """Return whether the memory node has a service, as far as is known."""
         return bool(self.node.count_services(f'{self._peer}/{service}'))
 
-    def silent(self, now: float) -> bool:
+    def silent(self) -> bool:
         """Return whether the memory node has given no sign of life for long; then it is broken."""
-        if not self._alive and ALIVE in self._heard:
-            if not self._met:  # the first sign follows the discovery
-                self._met = self.node.count_publishers(f'{self._peer}/{ALIVE}') > 0
-                self._since = now + LEASE
-            elif now - self._since > GRACE:
-                self._lost = True
+        if not self._met:  # the first sign follows the discovery
+            self._met = self.node.count_publishers(f'{self._peer}/{ALIVE}') > 0
+            self._since = self._line.awake
+        elif self._line.awake - self._since > SILENT:
+            self._lost = True
         return self._lost
 
     def close(self) -> None:
@@ -197,18 +182,13 @@ class Link:
         """
         self._line.leave(self)
 
-    def _on_liveliness(self, event: Any) -> None:
-        """Take note of a sign of life, or of none for `LEASE`.
+    def _on_sign(self, _: Empty) -> None:
+        """Take note of a sign of life.
 
         A node that comes back before anybody asks whether it is silent has stood still as well,
         and may have forgotten this client, which hears it all the same.
         """
-        now = time.monotonic()
-        if self._lived and not self._alive and now - self._since > GRACE:
+        now = self._line.awake
+        if self._heard and now - self._since > SILENT:
             self._lost = True
-        self._alive, self._since = event.alive_count, now
-        self._lived |= self._alive > 0
-
-
-def _ignore(_: Empty) -> None:
-    """Take nothing from a topic whose publisher only lives."""
+        self._since, self._heard = now, True

@@ -285,7 +285,7 @@ class Reply(Future[T]):
             )
         if self._link.ready(call):
             self._seen = now
-        if now - self._seen > GONE or self._link.silent(now):
+        if now - self._seen > GONE or self._link.silent():
             return f'{peer} went away during {self._what}: how it ended is not known'
         return ''
 

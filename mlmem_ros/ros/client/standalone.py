@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from ...contract.calls import NoAnswer
-from ..events import events_executor
+from ..middleware import events_executor
 from .client import MemoryClient
 from .line import Line
 

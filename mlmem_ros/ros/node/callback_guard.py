@@ -11,7 +11,10 @@ from __future__ import annotations
 
 import ctypes
 import inspect
-from collections.abc import Callable, Coroutine, Generator
+import struct
+import threading
+import time
+from collections.abc import Callable, Coroutine, Generator, Sequence
 from concurrent.futures import Future
 from contextvars import ContextVar
 from functools import cached_property
@@ -40,9 +43,19 @@ EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 """Errors of bad requests to rclpy's own services: a transition that is not available now, a
 parameter of unknown type."""
 
+BLOCKED = 0.09
+"""Seconds that it takes to send at least if rmw_fastrtps drops an answer: a request may come
+before discovery has the client's reader, for which it waits no more than 0.1 s; rclpy warns only.
+"""
+
+AGAIN = 0.2, 1.0, 4.0
+"""Seconds before an answer that was dropped is sent once more; clients ignore a second one."""
 
 BINDING = 'pybind11_type'
 """Type of the classes whose objects begin with a pointer to the C structure."""
+
+INFO = struct.Struct('qq16sq')
+"""`rmw_service_info_t`: when the request was sent and received, who sent it, and its number."""
 
 
 async def outcome_of(future: Future[T]) -> T:
@@ -99,18 +112,6 @@ class Requester:
         ]
 
 
-class _RequestId(ctypes.Structure):
-    """`rmw_request_id_t`."""
-
-    _fields_ = (('writer', ctypes.c_uint8 * 16), ('number', ctypes.c_int64))
-
-
-class _ServiceInfo(ctypes.Structure):
-    """`rmw_service_info_t`."""
-
-    _fields_ = (('sent', ctypes.c_int64), ('received', ctypes.c_int64), ('id', _RequestId))
-
-
 def _writer_id(header: Any) -> bytes:
     """Return the id of a request's sender; empty if it is not known."""
     kind = type(header)
@@ -119,10 +120,9 @@ def _writer_id(header: Any) -> bytes:
     behind = ctypes.c_void_p.from_address(id(header) + object.__basicsize__).value
     if not behind:
         return b''
-    found = _ServiceInfo.from_address(behind)
-    seen = found.sent, found.received, found.id.number
+    sent, received, writer, number = INFO.unpack(ctypes.string_at(behind, INFO.size))
     shown = header.source_timestamp, header.received_timestamp, header.request_id.sequence_number
-    return bytes(found.id.writer) if seen == shown else b''
+    return writer if (sent, received, number) == shown else b''
 
 
 class _Answer(NamedTuple):
@@ -196,9 +196,13 @@ class CallbackGuard:
 
     def _sending(self, name: str, send: Callable[..., None]) -> Callable[..., None]:
         def send_answer(answer: _Answer, header: Any) -> None:
-            def answered(response: Any) -> None:
+            def answered(response: Any, again: Sequence[float] = AGAIN) -> None:
+                begun = time.monotonic()
                 with self._log.guarded(name):
                     send(response, header)
+                if again and time.monotonic() - begun > BLOCKED:
+                    threading.Timer(again[0], answered, (response, again[1:])).start()
+                    return
                 self.waiting.discard(id(answer))
                 self.answered += 1
 

@@ -11,14 +11,13 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
-from std_msgs.msg import Empty
 
 from ...contract.services import SERVICES
 from ...device import DriverError, Event, Refused
 from ...device.timetable import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
 from ...host.worker import Log
-from ..qos import ALIVE, HEARD, heard_within
+from ..middleware import ALIVE, Signs
 from .actions import Actions
 from .callback_guard import CallbackGuard
 from .diagnostics import Diagnostics
@@ -113,7 +112,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         except BaseException:
             self.destroy_node()
             raise
-        self.create_publisher(Empty, f'~/{ALIVE}', heard_within(HEARD))
+        Signs.give(self, f'~/{ALIVE}')
         self._asking = Clients(self)  # rclpy has _clients
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them

@@ -27,7 +27,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
-from ..events import events_executor
+from ..middleware import events_executor
 from ..process import RECEIVED, Stopped
 from .node import MemoryNode
 

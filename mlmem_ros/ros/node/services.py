@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
+import time
 from collections.abc import Awaitable, Callable, Iterable
 from concurrent.futures import Future
 from dataclasses import replace
@@ -13,7 +13,6 @@ from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
 from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
@@ -24,7 +23,8 @@ from ...device import Command, Refused, SelfTest, Write, drivers
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
 from ...procedures import PROCEDURES, Procedure
-from ..qos import CLIENTS, EVERY_ONE, heard_within
+from ..middleware import CLIENTS, SIGN
+from ..qos import EVERY_ONE
 from .callback_guard import REQUESTER, outcome_of
 
 Answered = Awaitable[tuple[bool, str]]
@@ -37,27 +37,23 @@ SILENT = 5.0
 class Clients:
     """Who still wants something of a node: clients on the graph, without those that are silent.
 
-    Every `MemoryClient` has a publisher that is heard regularly. The graph alone tells of others.
+    Every `MemoryClient` gives signs of life. The graph alone tells of others.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._met: set[bytes] = set()
-        self._alive = 1  # where the middleware has no such event, all live
-        callbacks = SubscriptionEventCallbacks(
-            liveliness=self._on_liveliness, use_default_callbacks=False
-        )
-        with contextlib.suppress(UnsupportedEventTypeError):
-            self._heard = node.create_subscription(
-                Empty, f'~/{CLIENTS}', lambda _: None, heard_within(SILENT),
-                event_callbacks=callbacks,
-            )  # fmt: skip
+        self._last = time.monotonic()
+        self._signs = node.create_subscription(Empty, f'~/{CLIENTS}', self._on_sign, SIGN)
 
     def count(self, services: Iterable[str]) -> int:
         """Return how many clients services have. While one can be heard, all count."""
-        if self._alive:
+        now, there = time.monotonic(), self._participants(self._signs.topic_name)
+        if there - self._met:  # a new one, which is heard soon
+            self._last = now
+        self._met |= there
+        if now - self._last < SILENT:
             return sum(map(self._node.count_clients, services))
-        self._met |= self._participants(self._heard.topic_name)
         asking = (self._participants(f'rq{each}Request', no_mangle=True) for each in services)
         return sum(len(ends - self._met) for ends in asking)
 
@@ -65,9 +61,8 @@ class Clients:
         ends = self._node.get_publishers_info_by_topic(topic, **options)
         return {bytes(end.endpoint_gid)[:12] for end in ends}
 
-    def _on_liveliness(self, event: Any) -> None:
-        self._alive = event.alive_count
-        self._met |= self._participants(self._heard.topic_name)
+    def _on_sign(self, _: Empty) -> None:
+        self._last = time.monotonic()
 
 
 class Services:

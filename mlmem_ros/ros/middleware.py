@@ -1,0 +1,84 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Around two traps of the middleware: an executor, and signs of life of nodes and their clients.
+
+rclpy's own function for an executor of events turns on a fault handler, which needs a stderr that
+is a file; notebooks and captured tests have none. DDS has liveliness. But with a finite lease, a
+timer of Fast DDS takes the lock of its discovery; a peer that leaves in that moment holds it and
+waits for the timer (issue 6502): of 400 clients of a busy machine, one ended a node so.
+"""
+
+from __future__ import annotations
+
+import atexit
+import threading
+from typing import ClassVar
+
+import rclpy
+from rclpy.context import Context
+from rclpy.exceptions import InvalidHandle
+from rclpy.executors import Executor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Empty
+
+from .. import packages
+
+
+def events_executor(context: Context | None = None) -> Executor:
+    """Return an executor that builds no wait set and takes only microseconds for a callback.
+
+    It ignores callback groups, and without a time-out it waits for ever.
+
+    Raises:
+        ImportError: rclpy is too old for it, or has changed (see `packages`).
+    """
+    context = context or rclpy.get_default_context()
+    packages.look('rclpy')
+    executor: Executor = rclpy_implementation.EventsExecutor(context)
+    context.on_shutdown(executor.wake)
+    return executor
+
+
+ALIVE, CLIENTS = 'alive', 'clients'
+"""Topics of the node and of its clients, below its name. The graph forgets killed ones late."""
+
+EVERY = 1.0
+"""Seconds between two signs."""
+
+SIGN = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+DESTROYED = InvalidHandle, rclpy_implementation.RCLError
+"""What rclpy raises when a node is destroyed, or ROS was shut down."""
+
+
+class Signs:
+    """Gives the signs of this process, from a thread of their own: executors may be busy."""
+
+    _publishers: ClassVar[set[Publisher]] = set()
+    _lock = threading.Lock()
+    _over = threading.Event()
+    _thread = threading.Thread()
+
+    @classmethod
+    def give(cls, node: Node, topic: str) -> None:
+        """Give signs on a topic until the node is destroyed."""
+        with cls._lock:
+            cls._publishers.add(node.create_publisher(Empty, topic, SIGN))
+            if not cls._thread.is_alive():
+                cls._thread = threading.Thread(target=cls._run, name='mlmem-alive', daemon=True)
+                cls._thread.start()
+
+    @classmethod
+    def _run(cls) -> None:
+        atexit.register(cls._thread.join)  # Python's end aborts who is in C++ then
+        atexit.register(cls._over.set)
+        while not cls._over.wait(EVERY):
+            with cls._lock:
+                for publisher in list(cls._publishers):
+                    try:
+                        publisher.publish(Empty())
+                    except DESTROYED:
+                        cls._publishers.discard(publisher)
