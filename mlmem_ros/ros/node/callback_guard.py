@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Coroutine, Generator, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from contextvars import ContextVar
 from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
@@ -24,6 +25,7 @@ from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.timer import Timer
@@ -76,10 +78,9 @@ class _Outcome(NamedTuple):
 class Requester:
     """Who sends a request: the node of the service's client, as far as the graph tells.
 
-    rclpy does not show the id in a request's header, so it is read from the structure behind the
-    Python object of pybind11: `rmw_service_info_t`. What else is in there is compared with what
-    rclpy shows of it; where that differs, or another binding lays its objects out, the requester
-    is not known.
+    rclpy does not show the id in a request's header, so it is read from the structure behind it.
+    Where the rest of that differs from what rclpy shows of it, or another binding lays its objects
+    out, the requester is not known.
     """
 
     def __init__(self, node: Node, service: str, header: Any) -> None:
@@ -198,7 +199,7 @@ class CallbackGuard:
         def send_answer(answer: _Answer, header: Any) -> None:
             def answered(response: Any, again: Sequence[float] = AGAIN) -> None:
                 begun = time.monotonic()
-                with self._log.guarded(name):
+                with self._log.guarded(name), suppress(InvalidHandle):  # after the node's end
                     send(response, header)
                 if again and time.monotonic() - begun > BLOCKED:
                     threading.Timer(again[0], answered, (response, again[1:])).start()
