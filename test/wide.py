@@ -7,7 +7,7 @@ What carries words is tested with it; the walls, and what they answer, are those
 
 from functools import partial
 
-from mlmem_ros.device import preset, register, words
+from mlmem_ros.device import peeling, preset, words
 from mlmem_ros.device.register import Content, Forecasts, Register
 from mlmem_ros.device.words import Code
 from mlmem_tools.view import about
@@ -54,6 +54,6 @@ def wide(monkeypatch):
         made.code = WIDE
         return made
 
-    monkeypatch.setattr(register, 'forecasts', partial(forecasts, register.forecasts))
+    monkeypatch.setattr(peeling, 'reader', partial(forecasts, peeling.reader))
     monkeypatch.setattr(words, 'words_of', lambda *_: WIDE.words)
     monkeypatch.setattr(about, 'Code', lambda *_: WIDE)

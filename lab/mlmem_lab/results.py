@@ -32,8 +32,9 @@ import numpy as np
 from mlmem_ros import __version__, outside
 from mlmem_ros.device import Erase, MemoryElement, Read, Write, new_element, preset
 from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.register import LEFT_OVER, NOISE, forecasts
+from mlmem_ros.device.register import LEFT_OVER, NOISE, forecasts_of
 from mlmem_ros.durable import write_atomically
+from mlmem_ros.physics import Specimen
 from mlmem_tools.cli.output import plain
 
 from . import reach
@@ -311,7 +312,7 @@ def fingerprint(name: str) -> str | None:
         hashed.update(repr(decisions(name)).encode())
         design, settings = preset(name)
         if settings.register.spacing:
-            parts = forecasts(design, settings).parts
+            parts = forecasts_of(Specimen(design), settings).parts
             rules = LEFT_OVER, NOISE, settings.register.min_margin
             hashed.update(repr((np.round(parts / parts.max(), 4).tolist(), rules)).encode())
         return hashed.hexdigest()

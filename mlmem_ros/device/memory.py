@@ -16,7 +16,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..described import described
-from ..physics import Design
+from ..physics import Design, Specimen
 from .calibration import Calibration
 from .commands import EchoReceived, Event, Outcome
 from .decoding import decode, primary, undecodable
@@ -117,6 +117,7 @@ class Memory(Instrument):
     Attributes:
         forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
         register: What it answers in every word, if it holds many walls; None for one wall.
+        twin: The element by which that is forecast; None: the ideal one.
         bad_cells: What it answers at every level with known bad cells; None without any.
         reading: The last reading; None while the content is unknown.
         unknown: Why and since when it is, if it was known before.
@@ -143,19 +144,24 @@ class Memory(Instrument):
         self.unknown: Unknown | None = None
         self.loudest: Mapping[End, float] = {}
         self.register: Register | Peeled | None = None
+        self.twin: Specimen | None = None
         self.bad_cells: BadCells | None = None
         if settings.register.spacing:
-            from .peeling import peeled  # few elements hold many walls
-            from .register import forecasts
+            from .peeling import reader  # few elements hold many walls
 
-            made = peeled if settings.register.shifted else forecasts
-            self.register = made(design, settings)
+            self.register = reader(design, settings)
         if settings.element.bad_cells:
             from .bad_cells import bad_cells  # nor do many have known bad cells
 
             self.bad_cells = bad_cells(design, settings)
         self.statistics = MemoryStatistics.of(self.words)
         self._events: list[Event] = []
+
+    def adopt(self, twin: Specimen) -> None:
+        """Forecast what a register answers by its twin; raises as `peeling.reader_of`."""
+        from .peeling import reader_of  # most have none
+
+        self.register, self.twin = reader_of(twin, self.settings), twin
 
     @property
     def words(self) -> int:

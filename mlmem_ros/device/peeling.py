@@ -30,7 +30,7 @@ from ..physics.waves import Complex, carried, group_velocity, passing, product, 
 from .end import End, Shot
 from .errors import SettingsError
 from .reading import UNDECODABLE, Reading
-from .register import LEFT_OVER, NOISE, unheard
+from .register import LEFT_OVER, NOISE, Register, forecasts_of, unheard
 from .settings import Settings
 from .waveforms import AROUND, Cells, Ends, Listener
 from .words import Code, code_of
@@ -385,7 +385,12 @@ class Peeled:
         )
 
 
+def reader_of(made: Specimen, settings: Settings) -> Register | Peeled:
+    """Return what reads an element with many walls; raises as `forecasts_of` and `Peeled`."""
+    return Peeled(made, settings) if settings.register.shifted else forecasts_of(made, settings)
+
+
 @lru_cache(maxsize=8)
-def peeled(design: Design, settings: Settings) -> Peeled:
-    """Return the reader of an ideal element; raises as `Peeled`."""
-    return Peeled(Specimen(design), settings)
+def reader(design: Design, settings: Settings) -> Register | Peeled:
+    """Return what reads an ideal element; raises as `reader_of`."""
+    return reader_of(Specimen(design), settings)

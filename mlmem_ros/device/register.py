@@ -14,7 +14,7 @@ import contextlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -273,12 +273,6 @@ class Register(Forecasts):
             off = np.linalg.norm(these - self.parts[nearest], axis=1)
             least = (off / self.nearest[nearest]).min(initial=least)
         self.nearest = self.nearest * (least * ROOM / LEFT_OVER)
-
-
-@lru_cache(maxsize=8)
-def forecasts(design: Design, settings: Settings) -> Register:
-    """Return the forecasts of an ideal element; raises as `forecasts_of`."""
-    return forecasts_of(Specimen(design), settings)
 
 
 def forecasts_of(made: Specimen, settings: Settings) -> Register:

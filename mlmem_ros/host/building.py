@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from ..device import (
-    Calibration,
     DriverError,
     Event,
     Faults,
@@ -18,9 +17,7 @@ from ..device import (
     Refused,
     SettingsError,
     drivers,
-    factory_calibration,
 )
-from ..device.factory import calibration_of
 from .design_check import check_design
 from .settings import Parameters
 from .store import NullStore
@@ -79,10 +76,9 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: 
         element.loudest = loudest
         watcher = None
         if twin is not None:
-            from ..packages import tool  # most nodes have none
+            from .twins import beside  # most nodes have none
 
-            element.forecast = _forecast(twin, given, log)
-            watcher = tool('residual_monitor').load()(twin, element, log)
+            watcher = beside(element, twin, log)
         _check_faults(element, given.faults)
         if not blank:
             store.restore(element)
@@ -103,17 +99,6 @@ def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | N
             raise SettingsError(f'device.{name}: {error}') from error
 
     return disk.done(f'reading {path}', opened)
-
-
-def _forecast(twin: Element, given: Parameters, log: ThrottledLog) -> Calibration:
-    """Return the calibration that a twin forecasts: delays of its echoes, and planned pulses."""
-    try:
-        healthy = replace(twin.timed, stuck=())  # with bad cells no delays are heard
-        delays = calibration_of(healthy, given.design, given.settings)
-    except SettingsError as error:
-        log.warning(f'device.twin: {error}; delays are those of the design')
-        delays = factory_calibration(given.design, given.settings)
-    return replace(delays, trims=twin.plan)
 
 
 def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | NullStore:

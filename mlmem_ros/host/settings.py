@@ -77,7 +77,9 @@ class DeviceSettings(Checked):
         '', 'file of a fitted element, as mlmem fit writes it, to simulate; empty: as designed'
     )
     twin: str = described(
-        '', 'file of the fitted element that this is: calibrate verifies its forecast; empty: none'
+        '',
+        'file of the fitted element that this is: calibrate verifies its forecast, a register is '
+        'read by it; empty: none',
     )
     retry: float = _seconds(
         0.0,

@@ -55,6 +55,8 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
         special['specimen'] = made.as_dict()
     if element.forecast is not None:
         special['forecast'] = element.forecast.as_dict()
+    if element.twin is not None:
+        special['twin'] = element.twin.as_dict()
     return _string(
         {
             'format': FORMAT,
@@ -131,14 +133,16 @@ class Header:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     specimen: Specimen | None = described(None, 'the simulated element; null: as designed')
     forecast: Calibration | None = described(None, 'the calibration that a twin forecast')
+    twin: Specimen | None = described(None, 'the twin by which a register was read')
     node: str = ''
     seed: int = 0
     packages: Any = None
     """Of version 1.0, for information."""
 
     def __post_init__(self) -> None:
-        if self.made.design.cells != self.design.cells:
-            raise ValueError('specimen must have the cells and defects of the design')
+        for name, given in (('specimen', self.specimen), ('twin', self.twin)):
+            if given and given.design.cells != self.design.cells:
+                raise ValueError(f'{name} must have the cells and defects of the design')
         try:
             steps_per_tick(self.made, self.settings.time)  # which refuses too long a tick
         except ValueError as error:

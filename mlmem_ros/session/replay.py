@@ -58,6 +58,8 @@ def element_of(session: SessionData) -> MemoryElement:
         known = Calibration(unknown, unknown)
         element = MemoryElement(header.design, header.settings, known, driver)
         element.forecast = header.forecast
+        if header.twin is not None:
+            element.adopt(header.twin)
         initial = dict(header.initial)
         # The delays belong to exactly these settings, even if a later version changes the key.
         initial.pop('calibration_key', None)

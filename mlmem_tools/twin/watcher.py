@@ -20,7 +20,8 @@ from .watching import MOST_CELLS, Comparison, Residuals, place
 class Watcher:
     """Hands every clean read to a worker that compares it with its forecast.
 
-    A read that comes while another is compared is left out.
+    A read that comes while another is compared is left out. A register compares every read with
+    its twin's forecast by itself.
 
     Attributes:
         text: What has changed, in words; empty as long as all is as forecast.
@@ -33,7 +34,8 @@ class Watcher:
         self.compared = self.skipped = 0
         self.last: Comparison | None = None
         self._element, self._design = element, element.design
-        self._residuals = Residuals(twin, integrator) if element.design.N <= MOST_CELLS else None
+        watched = element.register is None and element.design.N <= MOST_CELLS
+        self._residuals = Residuals(twin, integrator) if watched else None
         self._log = log
         self._worker = Worker('mlmem-twin', log)
         self._wall: float | None = None

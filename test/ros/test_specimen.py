@@ -16,6 +16,7 @@ from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
 CHOSEN = preset('bits_1')
+BYTE = preset('byte').design
 PLAN = PulseCorrections(
     (PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)), schedule_of(CHOSEN.settings)
 )
@@ -82,6 +83,40 @@ def test_a_twin_tells_which_cell_has_become_weaker(start, file):
         after_a_read(), after_a_read()
         weaker = 'cell 5 has become'  # told later if what was compared last was an older read
         robot.next('/diagnostics', lambda a: of_the_twin(a).message.startswith(weaker))
+
+
+@pytest.fixture(scope='module')
+def byte(tmp_path_factory):
+    """A byte of which the design's forecasts tell hardly a word."""
+    made = scattered(BYTE, Scatter(alpha=0.01), 3)
+    path = tmp_path_factory.mktemp('elements') / 'byte.yaml'
+    element_file.save(path, element_file.Element(made, np.zeros(BYTE.N)))
+    return path
+
+
+def test_a_register_is_read_by_its_twin_and_so_is_its_replay(start, byte, tmp_path):
+    bag = tmp_path / 'bag'
+    others = {'design.preset': 'byte', 'device.twin': str(byte), 'record.path': str(bag)}
+    node = start(node_of(byte, **others))
+    with Robot() as robot:
+        assert robot.write(1).success
+        assert robot.trigger('read')['level'] == 1
+        assert of_the_twin(robot.next('/diagnostics')).message == 'as forecast'
+        node.terminate()
+        assert node.exit_status() == 0
+    report = replay(load(bag))
+    assert report.exact
+    assert report.recorded_endings == ['write 1', 'read 1']
+    assert [each.reading.level for each in report.outcomes] == [1, 1]
+
+
+def test_a_twin_that_holds_not_every_word_is_refused(refused, tmp_path):
+    file = tmp_path / 'element.yaml'
+    made = scattered(BYTE, Scatter(alpha=0.1), 3)
+    element_file.save(file, element_file.Element(made, np.zeros(BYTE.N)))
+    given = {'design.preset': 'byte', 'design.check': 'skip', 'device.twin': str(file)}
+    told = refused(given)
+    assert 'device.twin: 01011001 cannot be held: walls at the levels' in told
 
 
 def of_the_twin(array):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a device does with the file of a fitted element: simulate it, and know it beforehand."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +12,14 @@ from mlmem_ros import element_file
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.device import (
+    UNDECODABLE,
     Calibrate,
     Calibration,
     Faults,
     MemoryElement,
+    Read,
     SetFaults,
+    SettingsError,
     Shot,
     new_element,
     preset,
@@ -24,6 +28,7 @@ from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import End
 from mlmem_ros.device.factory import calibration_of
 from mlmem_ros.device.instrument import Instrument
+from mlmem_ros.device.register import resting
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.outside import DecodeError, decode
 from mlmem_ros.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
@@ -119,6 +124,34 @@ def test_a_uniform_substrate_has_rates_too():
     assert np.abs(by_ratio).max() > 1e3 * np.abs(by_j_0).max()
 
 
+BYTE = preset('byte')
+OWN = scattered(BYTE.design, Scatter(alpha=0.01), 1)
+
+
+def reads(element, word):
+    """Return what is read of a word at rest in an element."""
+    element.chain.place(resting(element.made, element.register.code.walls(word)))
+    element.transducer.assume_rest()
+    return element.perform(Read()).reading.level
+
+
+def test_a_register_whose_cells_scatter_is_read_by_its_twin():
+    """By the design's forecasts 13 of 64 words are read; all others are undecodable."""
+    element = new_element(BYTE, driver=Simulation.of(OWN, BYTE.settings.time))
+    words = range(7, 256, 31)
+    assert {reads(element, word) for word in words} == {UNDECODABLE}
+    element.adopt(OWN)
+    assert {word: reads(element, word) for word in words} == {word: word for word in words}
+
+
+def test_a_twin_that_does_not_hold_every_word_changes_nothing():
+    element = new_element(BYTE)
+    known = element.register
+    with pytest.raises(SettingsError, match='cannot be held: walls at the levels'):
+        element.adopt(Specimen(BYTE.design, stuck=(104,)))
+    assert (element.twin, element.register) == (None, known)
+
+
 def header_of(element):
     return jazzy.deserialize(records.header(element, '/mlmem', {}), records.STRING).data
 
@@ -129,6 +162,17 @@ def test_a_header_carries_the_element_and_its_forecast(element):
     assert (header.made.alpha == MADE.alpha).all()
     assert header.made.design == MADE.design
     assert header.forecast == element.calibration
+
+
+def test_a_header_carries_the_twin_of_a_register():
+    element = new_element(BYTE)
+    element.adopt(OWN)
+    twin = read_header(header_of(element)).twin
+    assert (twin.alpha == OWN.alpha).all()
+    assert twin.design == BYTE.design
+    other = {'twin': Specimen(DESIGN).as_dict()}
+    with pytest.raises(BagError, match='twin must have the cells and defects of the design'):
+        read_header(json.dumps(json.loads(header_of(element)) | other))
 
 
 def test_a_calibration_verifies_the_forecast(element):

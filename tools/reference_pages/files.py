@@ -36,7 +36,7 @@ def files_page() -> str:
     known = element_file.Element(
         dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, plan=learnt
     )
-    element.made, element.forecast = made, element.calibration
+    element.made, element.forecast, element.twin = made, element.calibration, made
     header = _content(records.header(element, '/mlmem', {}))
     hashed = _content(records.state_hash(element))
     command = _content(records.command(0, Read()))

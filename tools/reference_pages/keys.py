@@ -31,6 +31,7 @@ SESSION = {
         'k_r_factor, s_factor, mass, offset and eta_factor over a design, and damped_by_substrate '
         'if it is; one number stands for equal ones',
         'forecast': 'the calibration that a twin forecasts; absent without a twin',
+        'twin': 'the twin by which a register is read, as `specimen`; absent without one',
     },
     records.COMMAND: {
         'tick': 'tick at which it took effect',

@@ -13,7 +13,7 @@ from mlmem_ros.device import Write, new_element
 from mlmem_ros.device.echo import EchoDetector
 from mlmem_ros.device.end import End
 from mlmem_ros.device.presets import preset
-from mlmem_ros.device.register import forecasts, resting
+from mlmem_ros.device.register import forecasts_of, resting
 from mlmem_ros.physics import Specimen
 
 from ...studies import style
@@ -39,7 +39,7 @@ def compute(quality: Quality) -> Data:
     """
     byte = preset('byte')
     element = new_element(byte)
-    register = forecasts(byte.design, byte.settings)
+    register = forecasts_of(Specimen(byte.design), byte.settings)
     t, field = [], []
 
     def follow() -> None:
@@ -74,7 +74,8 @@ def compute(quality: Quality) -> Data:
 
 def _apart(byte: Any, omega: float) -> float:
     register = dataclasses.replace(byte.settings.register, omega_c=omega)
-    found = forecasts(byte.design, dataclasses.replace(byte.settings, register=register))
+    settings = dataclasses.replace(byte.settings, register=register)
+    found = forecasts_of(Specimen(byte.design), settings)
     return float(found.nearest.min() / np.linalg.norm(found.parts[0]))
 
 
