@@ -386,6 +386,7 @@ def test_what_an_older_build_of_the_interfaces_lacks_is_no_action(monkeypatch):
 
 def test_requests_under_way_are_refused_at_the_end(client, memory):
     client.write(0).wait()
+    client.set_parameters({'time.speed': 0.01}).wait()  # it does not end before the node
     client.pause().wait()
     write = client.write(7)
     client.pause(False).wait()

@@ -193,7 +193,9 @@ def test_feedback_says_the_place(memory, client, others):
 
     async def both():
         (first,) = under_way(memory, others, 1)
-        goals = others[1].write(2), others[2].write(3)
+        goals = [others[1].write(2)]
+        arrived(memory, 1)
+        goals.append(others[2].write(3))
         watching = [asyncio.create_task(watch(goal)) for goal in goals]
         for _ in range(40):
             await asyncio.sleep(0.02)

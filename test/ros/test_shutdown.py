@@ -104,7 +104,8 @@ with standalone() as memory:
 def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
     """One that says no goodbye stays on the graph."""
     node = start({'linger': 60.0}, apart=True)
-    with Robot() as observer, asks_and_waits() as silent:
+    with Robot() as observer, asks_and_waits() as silent, ExitStack() as stack:
+        stack.callback(silent.send_signal, signal.SIGCONT)  # or nobody could end it
         on_graph = partial(observer.node.count_clients, '/mlmem/request')
         with standalone() as memory:
             assert silent.stdout.readline() == 'read\n'

@@ -8,6 +8,7 @@ import subprocess
 import time
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -148,8 +149,10 @@ def test_a_request_during_the_start_is_answered():
         class Slow(MemoryNode):
             def begin(self):
                 super().begin()
-                sent.extend(robot.send(name) for name in ('read', 'write', 'self_test'))
-                time.sleep(0.2)  # until they have arrived
+                requests = 'read', 'write', 'self_test'
+                robot.introduce(SimpleNamespace(node=self), *requests)
+                sent.extend(map(robot.send, requests))
+                time.sleep(1.0)  # until they have arrived
 
         nodes, executor = begin(node_arguments('/mlmem', slow), context, Slow)
         turn(executor, [signal.SIGTERM])
