@@ -68,6 +68,17 @@ class Element:
             return [AS_SET] * self.specimen.design.levels
         return list(self.plan.steps)
 
+    def kicks(self, settings: Settings) -> Settings:
+        """Return settings of a register with the kicks of walls and kinks as planned."""
+        if self.plan is None or not settings.register.spacing:
+            return settings
+        kick, walls = settings.kick, [step.speed for step in self.plan.steps]
+        speeds, kinks = (
+            ' '.join(f'{factor * speed:.6g}' for factor, speed in zip(factors, each, strict=False))
+            for factors, each in ((walls, kick.by_level), (self.plan.kinks, kick.of_kinks))
+        )
+        return replace(settings, kick=replace(kick, speeds=speeds, kinks=kinks))
+
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file."""
         made = self.specimen
@@ -120,6 +131,9 @@ class _File:
             raise ValueError(f'alpha and alpha_std must be {n} numbers each')
         if not ((factor >= 1.0 / MOST) & (factor <= MOST)).all():
             raise ValueError(f"alpha must be from 1/{MOST:g} to {MOST:g} times the design's")
+        levels, plan = self.design.levels, self.plan
+        if plan and not (len(plan.steps) == levels and len(plan.kinks) in (0, levels)):
+            raise ValueError(f'plan must have steps, and kinks if any, to {levels} levels')
 
 
 def element_of(data: Any) -> Element:

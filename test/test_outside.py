@@ -57,7 +57,10 @@ def examples():
         shapes=((0.5, None, 1.5),) * CASE_II.levels,
     )
     trims = PulseCorrections(
-        (AS_SET,) * CASE_II.levels, 'hash', QuickMoves({'throw': {1: 0.5}}, 'hash')
+        (AS_SET,) * CASE_II.levels,
+        'hash',
+        QuickMoves({'throw': {1: 0.5}}, 'hash'),
+        (1.0,) * CASE_II.levels,
     )
     element = MemoryElement(CASE_II, Settings(), Calibration(table, table, trims))
     element.reading = Reading(3, '011', 'left', 1.5, 0.9, 2.0, math.inf, walls=1)

@@ -23,7 +23,7 @@ from mlmem_ros.physics.specimen import Scatter
 
 from .reads.count import IN_A_ROW, made
 from .results import run, with_reads
-from .words import Trouble, between, reads, troubles, writes
+from .words import Trouble, between, reads, specimens, troubles, writes
 
 SEED, WRITES, HEALTHY, EACH, BETWEEN = 1, 16, 500, 24, 100
 
@@ -59,7 +59,7 @@ def counted(name: str) -> dict[str, Any]:
         )
     of_reads['walls at levels of no word'] = between(made(name), random, BETWEEN)
     begin = time.process_time()
-    of_writes = writes(name, Scatter(), random, WRITES, 1)
+    of_writes = writes(specimens(name, Scatter(), 1), random, WRITES)
     of_writes['seconds'] = round((time.process_time() - begin) / WRITES, 1)
     return {'reads': of_reads, 'writes': of_writes}
 

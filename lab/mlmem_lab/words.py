@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,8 +30,9 @@ from mlmem_ros.physics.specimen import Scatter, scattered
 from .reads.count import IN_A_ROW, made, true_level
 from .results import run, with_reads
 
-SEED, READS, BETWEEN, WRITES, COUNT = 1, 2000, 500, 2600, 200
-"""Reads of every kind; of a wall between levels; writes as designed; writes of each scatter."""
+SEED, READS, BETWEEN, WRITES, COUNT, SPECIMENS = 1, 2000, 500, 2600, 200, 10
+"""Reads of every kind; of a wall between levels; writes as designed; writes of each scatter; and
+elements that are written."""
 
 FEWER = {'register_5': (500, 600)}
 """Reads of every kind but the healthy ones, and writes as designed, where each takes long."""
@@ -194,14 +195,11 @@ def between(element: MemoryElement, random: Rng, count: int) -> dict[str, int]:
     return {name: found[name] for name in ('right', 'undecodable', 'wrong')}
 
 
-def writes(
-    name: str, scatter: Scatter, random: Rng, count: int = COUNT, specimens: int = 10
-) -> dict[str, Any]:
-    """Write random words in a row on some specimens; return how many ended how."""
+def writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> dict[str, Any]:
+    """Write so many random words in a row on each of some; return how many ended how."""
     found, ticks = Counter[str](), []
-    for number in range(specimens):
-        element = _specimen(name, scatter, number)
-        for _ in range(count // specimens):
+    for element in elements:
+        for _ in range(each):
             word = drawn(random, element.words)
             outcome = element.perform(Write(word))
             ticks.append(outcome.end_tick - outcome.start_tick)
@@ -215,10 +213,12 @@ def writes(
     return {kind: found[kind] for kind in kinds} | {'median ticks': float(np.median(ticks))}
 
 
-def _specimen(name: str, scatter: Scatter, number: int) -> MemoryElement:
+def specimens(name: str, scatter: Scatter, count: int = SPECIMENS) -> Iterator[MemoryElement]:
+    """Yield elements of a preset that scatter."""
     design, settings = preset(name)
-    made = scattered(design, scatter, number)
-    return new_element(design, settings, driver=Simulation.of(made, settings.time))
+    for number in range(count):
+        made = scattered(design, scatter, number)
+        yield new_element(design, settings, driver=Simulation.of(made, settings.time))
 
 
 def counted(name: str) -> dict[str, Any]:
@@ -238,10 +238,12 @@ def counted(name: str) -> dict[str, Any]:
         )
         for what, each in kinds.items()
     }
-    of_writes = {'as designed': writes(name, Scatter(), random, written)}
+    healthy = specimens(name, Scatter())
+    of_writes = {'as designed': writes(healthy, random, written // SPECIMENS)}
     for size, kind in itertools.product(SCATTERED, ('alpha', 'k_r')):
         what = f'{kind} scattered by {size:g}'
-        of_writes[what] = writes(name, Scatter(**{kind: size}), random)
+        elements = specimens(name, Scatter(**{kind: size}))
+        of_writes[what] = writes(elements, random, COUNT // SPECIMENS)
     apart = np.random.Generator(np.random.PCG64([SEED, 1]))
     of_reads['a wall between two levels'] = between(made(name), apart, BETWEEN)
     return {'reads': of_reads, 'writes': of_writes}

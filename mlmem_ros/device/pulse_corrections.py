@@ -175,17 +175,20 @@ class PulseCorrections:
         steps: By the level to which a pulse takes the wall; the first is the launch.
         schedule: `schedule_of` the settings; with others the trims are meaningless.
         quick: Strokes and throws of this element; None: all as in the settings.
+        kinks: Factors on the speeds of a register's kinks, by level; of walls they are in `steps`.
     """
 
     steps: tuple[PulseCorrection, ...]
     schedule: str
     quick: QuickMoves | None = None
+    kinks: tuple[float, ...] = described((), 'of kinks', low=0.1, high=10.0)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file."""
         steps = [list(dataclasses.astuple(step)) for step in self.steps]
         quick = {'quick': self.quick.as_dict()} if self.quick else {}
-        return {'steps': steps, 'schedule': self.schedule, **quick}
+        kinks = {'kinks': list(self.kinks)} if self.kinks else {}
+        return {'steps': steps, 'schedule': self.schedule, **quick, **kinks}
 
 
 def kicked(settings: Settings, level: int) -> bool:
@@ -210,7 +213,7 @@ def schedule_of(settings: Settings) -> str:
     values += [write.last_release, actuator.max_strain, actuator.max_rate]
     if write.method == 'kick':
         values += [settings.kick.speeds, settings.kick.hold]
-        values += [settings.kick.late] if settings.kick.late else []
+        values += [given for given in (settings.kick.late, settings.kick.kinks) if given]
     text = json.dumps(values)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 

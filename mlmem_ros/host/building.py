@@ -57,7 +57,8 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: 
     """
     twin = _known('twin', given.device.twin, given, disk)
     if twin is not None:
-        given = replace(given, settings=given.settings.with_stuck(twin.specimen.stuck))
+        known = given.settings.with_stuck(twin.specimen.stuck)
+        given = replace(given, settings=twin.kicks(known))
     loudest = check_design(given.design, given.settings, given.check, log)
     with ExitStack() as undo:
         specimen = _known('specimen', given.device.specimen, given, disk)
@@ -92,9 +93,11 @@ def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | N
         return None
     from ..element_file import ElementFileError, of_design  # most nodes have none
 
+    planned = given.settings if name == 'twin' and given.settings.register.spacing else None
+
     def opened() -> Element:
         try:
-            return of_design(given.files.confined(path), given.design)
+            return of_design(given.files.confined(path), given.design, planned)
         except (ElementFileError, SettingsError) as error:
             raise SettingsError(f'device.{name}: {error}') from error
 

@@ -29,7 +29,7 @@ def files_page() -> str:
     quick = pulse_corrections.QuickMoves({}, '')
     taken, learnt = (
         snapshot.take(element),
-        pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,), '', quick),
+        pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,) * 2, '', quick, (1.0,) * 2),
     )
     calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)

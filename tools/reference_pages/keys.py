@@ -123,6 +123,7 @@ TRIMS = {
     'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
     'schedule': 'hash of the settings that shape the pulses; with others the trims are ignored',
     'quick': 'strokes and throws that were planned for this element; absent if all are as set',
+    'kinks': 'by level: factors on the speed of a kink; absent for one wall',
 }
 """PulseCorrections."""
 

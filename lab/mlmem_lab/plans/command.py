@@ -31,7 +31,7 @@ from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, print_json
 
 from ..studies.campaign.terminal import Bar
-from .plan import Plan
+from .plan import Plan, Step
 from .plan import plan as planned
 
 
@@ -52,21 +52,26 @@ def plan(arguments: argparse.Namespace) -> int:
         design = element.specimen.design
         preset = preset_of(arguments.design) if arguments.design else like(design)
         with Bar(plain_console(aside=True)) as report:
-            found = planned(element.specimen, preset, report)
+            found = planned(element.timed, preset, report)
         element = dataclasses.replace(element, plan=found.trims)
         save(Path(arguments.output or arguments.element), element)
     except (DecodeError, DesignError, OSError) as error:
         return complain('plan', error, 2)
     rows = [_row(preset, found, level) for level in range(len(found.steps))]
+    speeds = preset.settings.kick.of_kinks
+    kinks = [_of_kink(step, speeds[step.level]) for step in found.kinks]
     if arguments.json:
         strokes = [dataclasses.asdict(each) | {'used': each.used} for each in found.strokes]
-        print_json({'steps': rows, 'strokes': strokes, 'complete': found.complete})
+        steps = {'steps': rows, 'kinks': kinks}
+        print_json({**steps, 'strokes': strokes, 'complete': found.complete})
     else:
         for row in rows:
             told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
             if row['kick']:
                 told = f'level {row["level"]:3}: kick {row["kick"]:.4g}'
             print(f'{told}, {_distance(row)}')
+        for row in kinks:
+            print(f'level {row["level"]:3}: kick of a kink {row["kick"]:.4g}, {_distance(row)}')
         if not math.isnan(found.push):
             told = f'with each quantity {found.push:.0%} off' if found.push else 'not used'
             print(f'push: {told}')
@@ -114,6 +119,12 @@ def _distance(row: Mapping[str, Any]) -> str:
     if row['kick']:
         return f'arrives {1.0 + margin:.2f} times as fast or as slow'
     return f'arrives with peaks {margin:.0%} off' if margin else 'arrives, with nothing off'
+
+
+def _of_kink(step: Step, speed: float) -> dict[str, Any]:
+    """Return a kick of a kink as plain values."""
+    margin = step.margin if step.margin >= 0.0 else None
+    return {'level': step.level, 'kick': step.trim.speed * speed, 'margin': margin}
 
 
 def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:

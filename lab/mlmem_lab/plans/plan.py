@@ -37,6 +37,7 @@ from mlmem_ros.physics.potential import Array
 
 from ..windows import window
 from ..windows.flight import Found, bare, least_room, search_kicks
+from .words import search_words
 
 RADII = (0.03, 0.06, 0.1)
 """Relative changes at which a pulse is tried, too; the distance to failure follows."""
@@ -156,17 +157,19 @@ class Plan:
         trims: The same for a calibration.
         push: What the push of the settings bears, from every level; 0 if it leaves a wall
             there, NaN for an element that is written by strain.
+        kinks: Kicks of kinks to the levels behind which a wall may rest; empty for one wall.
     """
 
     steps: tuple[Step, ...]
     strokes: tuple[Stroke, ...]
     trims: PulseCorrections
     push: float = math.nan
+    kinks: tuple[Step, ...] = ()
 
     @property
     def complete(self) -> bool:
         """Whether there is a pulse to every level."""
-        return all(step.margin >= 0.0 for step in self.steps)
+        return all(step.margin >= 0.0 for step in (*self.steps, *self.kinks))
 
 
 def plan(
@@ -179,7 +182,12 @@ def plan(
     range of speeds that leads to the level.
 
     The preset is its design as built, and the settings of its instrument.
+
+    Raises:
+        DesignError: It is a register that is shifted.
     """
+    if preset.settings.register.spacing:
+        return _of_register(specimen, preset.settings, report)
     tried = _Trial(specimen, preset)
     state, steps, push = tried.blank(), [], math.nan
     by_kicks, chain = [Found()] * preset.design.levels, bare(specimen, preset.settings)
@@ -191,7 +199,8 @@ def plan(
         if report is not None:
             report(f'level {level}', level / preset.design.levels)
         if kicked(preset.settings, level):
-            step, state = _kick(preset.settings, level, by_kicks[level]), tried.at(level)
+            speed = preset.settings.kick.by_level[level]
+            step, state = _kick(level, speed, by_kicks[level]), tried.at(level)
         else:
             step, state = _best(tried, state, level)
         steps.append(step)
@@ -204,11 +213,34 @@ def plan(
     return Plan(tuple(steps), tuple(found), trims, push)
 
 
-def _kick(settings: Settings, level: int, found: Found) -> Step:
+def _of_register(
+    specimen: Specimen, settings: Settings, report: Callable[[str, float], object] | None
+) -> Plan:
+    """Return the kicks of walls and kinks for an element that holds many."""
+    if settings.register.shifted:
+        raise DesignError(
+            'a register that is shifted is not planned: all its kicks are to level 0'
+        )
+    kick = settings.kick
+    walls, kinks = (
+        tuple(_kick(level, speeds[level], each) for level, each in enumerate(found))
+        for speeds, found in zip(
+            (kick.by_level, kick.of_kinks), search_words(specimen, settings, report), strict=True
+        )
+    )
+    unused = (1.0,) * (len(walls) - len(kinks))
+    trims = PulseCorrections(
+        tuple(step.trim for step in walls), schedule_of(settings),
+        kinks=(*(step.trim.speed for step in kinks), *unused),
+    )  # fmt: skip
+    return Plan(walls, (), trims, kinks=kinks)
+
+
+def _kick(level: int, speed: float, found: Found) -> Step:
     """Return a kick as a factor on the speed in the settings."""
     if not found.speed:
         return Step(level, PulseCorrection(), -1.0)
-    factor = found.speed / settings.kick.by_level[level]
+    factor = found.speed / speed
     return Step(level, PulseCorrection(speed=min(max(factor, 0.1), 10.0)), found.room)
 
 

@@ -18,13 +18,15 @@ from typing import Any
 from mlmem_ros.device import preset
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import Kick
-from mlmem_ros.device.register import NEAR, resting
-from mlmem_ros.physics import Chain, Specimen, walls
+from mlmem_ros.device.move_settings import KickSettings
+from mlmem_ros.device.register import levels_of, resting
+from mlmem_ros.physics import Chain, Specimen, StateError
 
 from ..results import FOLDER, by, save
-from .flight import DAMPING_TIMES, drive
+from .flight import drive, rest_of
 
 NAMES = ('byte',)
+KINDS = ('wall', 'kink')
 FILE = FOLDER / 'word_kicks.json'
 
 STEP, FINE, FARTHEST = 1.04, 0.003, 2.0
@@ -38,18 +40,20 @@ def ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, .
     return sorted({each for each in (*near, *far) if len(each) % 2 == kind})
 
 
-def arrives(name: str, chain: Chain, levels: tuple[int, ...], level: int, speed: float) -> bool:
-    """Return whether a kick adds a wall at a level to those that rest, and moves none of them."""
-    design, settings = preset(name)
-    chain.place(resting(chain.specimen, levels))
-    target = design.D_s1 if len(levels) % 2 else design.D_s2
-    motion = Kick(chain.end(1), target, speed, settings.kick)
-    drive(chain, 1, motion, DAMPING_TIMES / design.eta)
-    found = [wall.position for wall in walls(design, chain.configuration)]
-    wanted = [design.defect(each) for each in (level, *levels)]
-    return len(found) == len(wanted) and all(
-        abs(one - other) < NEAR for one, other in zip(found, wanted, strict=True)
-    )
+def kicked_behind(
+    chain: Chain, shape: KickSettings, walls: tuple[int, ...], speed: float
+) -> tuple[int, ...] | None:
+    """Return the levels of all walls after a kick behind some at rest; None if a wall is at none,
+    or these do not rest.
+    """
+    design = chain.design
+    try:
+        chain.place(resting(chain.specimen, walls))
+    except StateError:
+        return None
+    target = design.D_s1 if len(walls) % 2 else design.D_s2
+    drive(chain, 1, Kick(chain.end(1), target, speed, shape), rest_of(chain))
+    return levels_of(design, chain.configuration)
 
 
 def edge(good: Callable[[float], bool], speed: float, step: float) -> float:
@@ -75,7 +79,10 @@ def windows(name: str) -> list[dict[str, Any]]:
             cases = ahead(design.levels, settings.register.spacing, level, kind)
 
             def good(speed: float, cases: Sequence[Any] = cases, level: int = level) -> bool:
-                return all(arrives(name, chain, each, level, speed) for each in cases)
+                return all(
+                    kicked_behind(chain, settings.kick, each, speed) == (level, *each)
+                    for each in cases
+                )
 
             speed = speeds[level]
             if not cases:
@@ -84,7 +91,7 @@ def windows(name: str) -> list[dict[str, Any]]:
             if right := good(speed):
                 low, high = edge(good, speed, 1.0 / STEP), edge(good, speed, STEP)
             found.append({
-                'kind': ('wall', 'kink')[kind], 'level': level, 'speed': speed, 'right': right,
+                'kind': KINDS[kind], 'level': level, 'speed': speed, 'right': right,
                 'low': round(low, 5), 'high': round(high, 5), 'cases': len(cases),
                 'room': round(min(speed / low, high / speed) - 1.0, 3),
             })  # fmt: skip

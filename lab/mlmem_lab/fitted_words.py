@@ -1,0 +1,130 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a fit is worth to a register: python3 -m mlmem_lab.fitted_words makes
+results/fitted_words.json.
+
+The same random words are written to elements whose alpha scatters as designed, read by a twin, and
+kicked as planned for it, too. The twin of `byte` knows every alpha to `KNOWN`. That of `byte,
+fitted` is the fit of a survey with noisy transducers, of one element each. Nothing is discarded.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import (
+    Faults,
+    MemoryElement,
+    SetFaults,
+    Shot,
+    Survey,
+    new_element,
+    preset,
+)
+from mlmem_ros.device.drivers import Simulation
+from mlmem_ros.device.settings import Settings
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Specimen
+
+from .fit.command import element_of
+from .fit.fit import Misfitting, fit
+from .plans.plan import Plan, plan
+from .results import run, with_reads
+from .twins.sensed import made, performed
+from .twins.surveyed import NOISE
+from .words import writes
+
+SEED, SCATTERS, SPECIMENS, WORDS = 1, (0.002, 0.005, 0.01), 5, 24
+"""Scatters of alpha; elements of each; words written on each element, in every way."""
+
+KNOWN = 0.0015
+"""Error of every alpha of a twin, relative (s.d.): more than the fits here have."""
+
+INSTRUMENTS = ('byte', 'case_2')
+"""Presets of the same element that survey it: the second launches by strain, if no kick does."""
+
+BYTE, FITTED = 'byte', 'byte, fitted'
+
+
+def known(truth: Specimen, seed: int) -> Element:
+    """Return a twin that is a little off."""
+    error = KNOWN * np.random.default_rng([SEED, seed]).standard_normal(truth.design.N)
+    twin = replace(truth, alpha_factor=truth.alpha_factor * (1.0 + error))
+    return Element(twin, KNOWN * twin.alpha)
+
+
+def fitted(truth: Specimen, seed: int) -> Element:
+    """Return what a survey and a fit know of an element.
+
+    Raises:
+        Misfitting: No instrument surveys it, or the model does not describe it.
+    """
+    for instrument in INSTRUMENTS:
+        device = _device(truth, preset(instrument).settings)
+        device.apply(SetFaults(Faults(sensor_noise=NOISE, seed=seed)))
+        outcome, events = performed(device, Survey())
+        if outcome.success:
+            shots = [event for event in events if isinstance(event, Shot)]
+            return element_of(fit(truth.design, shots))
+    raise Misfitting(outcome.error)
+
+
+def _device(specimen: Specimen, settings: Settings) -> MemoryElement:
+    driver = Simulation.of(specimen, settings.time)
+    return new_element(specimen.design, settings, driver=driver)
+
+
+def counted(entry: str) -> dict[str, Any]:
+    """Return the counts by scatter and way, how far twins are off, and how many kicks of walls and
+    kinks to levels were not found.
+    """
+    return {f'{scatter:g}': _of(entry, scatter) for scatter in SCATTERS}
+
+
+def _of(entry: str, scatter: float) -> dict[str, Any]:
+    chosen, twins, found = preset(BYTE), list[Element](), list[Plan]()
+    truths = [made(BYTE, scatter, seed) for seed in range(1 if entry == FITTED else SPECIMENS)]
+    for seed, truth in enumerate(truths):
+        twin = fitted(truth, seed) if entry == FITTED else known(truth, seed)
+        found.append(plan(twin.timed, chosen))
+        twins.append(replace(twin, plan=found[-1].trims))
+    ways: dict[str, Sequence[Element | None]] = {
+        'as designed': [None] * len(twins),
+        'read by the twin': [replace(each, plan=None) for each in twins],
+        'and kicked as planned': twins,
+    }
+
+    def devices(twins: Sequence[Element | None]) -> Iterator[MemoryElement]:
+        for truth, twin in zip(truths, twins, strict=True):
+            device = _device(truth, twin.kicks(chosen.settings) if twin else chosen.settings)
+            if twin is not None:
+                device.adopt(twin.timed)
+            yield device
+
+    kicks = [step for each in found for step in (*each.steps, *each.kinks)]
+    return {
+        'alpha off by': max(map(_off, twins, truths)),
+        'kicks': len(kicks),
+        'not found': sum(step.margin < 0.0 for step in kicks),
+        'ways': {
+            way: writes(devices(twins), np.random.default_rng(SEED), WORDS)
+            for way, twins in ways.items()
+        },
+    }
+
+
+def _off(twin: Element, truth: Specimen) -> float:
+    """Return the error of the strength of a twin's cells, relative (rms)."""
+    its = twin.specimen
+    strength = its.alpha * its.design.d / (truth.alpha * truth.design.d)
+    return float(np.sqrt(np.mean((strength - 1.0) ** 2)))
+
+
+if __name__ == '__main__':
+    ENTRIES = {entry: with_reads([BYTE]) for entry in (BYTE, FITTED)}
+    sys.exit(run('fitted_words', __doc__, counted, SEED, entries=ENTRIES))
