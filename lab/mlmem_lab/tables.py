@@ -391,6 +391,22 @@ def words_reads(result: Mapping[str, Any]) -> Rows:
     return _of_words(result, 'reads', 'none', ('0.001', '0.003', '0.01'))
 
 
+def fitted_words(result: Mapping[str, Any]) -> Rows:
+    """Return how many words are written by what is known of an element, by scatter of alpha."""
+    ways = ('as designed', 'read by the twin', 'and kicked as planned')
+    rows: Rows = [['element', 'scatter of alpha', 'twin off by', 'kicks found', *ways]]
+    for name, found in result['presets'].items():
+        for scatter, row in found.items():
+            told = (row['ways'][way] for way in ways)
+            kicks = f'{row["kicks"] - row["not found"]} of {row["kicks"]}'
+            written = (
+                f'{each["right"]} of {each["right"] + each["not written"] + each["wrong"]}'
+                for each in told
+            )
+            rows.append([f'`{name}`', scatter, f'{row["alpha off by"]:.2g}', kicks, *written])
+    return rows
+
+
 def words_writes(result: Mapping[str, Any]) -> Rows:
     """Return how many writes succeed, of how many, and their median time."""
     head, *rows = _of_words(result, 'writes', 'as designed', ('0.0003', '0.001', '0.003'))

@@ -12,7 +12,8 @@ from mlmem_lab.plans.plan import plan
 from mlmem_lab.studies.bench import Bench
 from mlmem_ros import element_file
 from mlmem_ros.device import preset
-from mlmem_ros.element_file import Element
+from mlmem_ros.device.pulse_corrections import PulseCorrection, PulseCorrections, schedule_of
+from mlmem_ros.element_file import Element, ElementFileError
 from mlmem_ros.physics import Scatter, Specimen, scattered
 from mlmem_tools.cli.main import main
 
@@ -80,6 +81,30 @@ def test_a_bench_has_the_element_with_its_delays_and_pulses(element):
     other = replace(bench, settings=replace(CHOSEN.settings, write=stronger))
     pulses = other.device().calibration.pulses(other.settings)
     assert pulses == list(element.plan.steps)  # factors on whatever is set
+
+
+def test_a_bench_reads_and_kicks_a_register_as_known():
+    byte = preset('byte')
+    made = scattered(byte.design, Scatter(alpha=0.003), 1)
+    factors = tuple(1.0 + 0.01 * level for level in range(8))
+    plan = PulseCorrections(
+        tuple(PulseCorrection(speed=each) for each in factors), schedule_of(byte.settings),
+        kinks=factors[::-1],
+    )  # fmt: skip
+    device = Bench(*byte, Element(made, np.zeros(225), 1.001, plan=plan)).device()
+    assert device.twin is device.made
+    for found, shipped, each in (
+        (device.settings.kick.by_level, byte.settings.kick.by_level, factors),
+        (device.settings.kick.of_kinks, byte.settings.kick.of_kinks, factors[::-1]),
+    ):
+        assert found == pytest.approx(np.multiply(shipped, each), rel=1e-5)
+
+
+def test_a_plan_of_too_few_kinks_is_refused():
+    design, settings = preset('byte')
+    plan = PulseCorrections((PulseCorrection(),) * 8, schedule_of(settings), kinks=(1.0,) * 7)
+    with pytest.raises(ElementFileError, match='plan must have steps, and kinks if any, to 8'):
+        element_file.element_of(Element(Specimen(design), np.zeros(225), plan=plan).as_dict())
 
 
 @pytest.mark.parametrize('judge', JUDGES)

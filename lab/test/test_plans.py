@@ -4,17 +4,21 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from mlmem_lab.plans.command import like
-from mlmem_lab.plans.plan import ENOUGH, STROKE_PEAKS, quick_moves, strokes
+from mlmem_lab.plans.plan import ENOUGH, STROKE_PEAKS, plan, quick_moves, strokes
 from mlmem_lab.twins.sensed import made
 from mlmem_lab.windows.window import end
+from mlmem_ros.device import Write, new_element
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.moves import How, Move
 from mlmem_ros.device.presets import Preset, preset
 from mlmem_ros.device.reading import BLANK
+from mlmem_ros.element_file import Element
 from mlmem_ros.parameter_file import ParameterFileError
+from mlmem_ros.physics import DesignError, Scatter, Specimen, scattered
 
 STROKES = ('up_even', 'up_odd', 'down_even', 'down_odd')
 DESIGN, SET = preset('case_2')
@@ -61,6 +65,42 @@ def test_one_that_no_peak_saves_is_not_used(found):
     quick = quick_moves(list(found.values()), CHOSEN.settings)
     assert 4 in quick.adapt(CHOSEN.settings).down_even.barred
     assert 4 not in CHOSEN.settings.down_even.barred
+
+
+def first_levels(n):
+    """Return a byte with its first levels alone."""
+    chosen = preset('byte')
+    kick = chosen.settings.kick
+    speeds, kinks = (' '.join(each.split()[:n]) for each in (kick.speeds, kick.kinks))
+    return Preset(
+        replace(chosen.design, N=chosen.design.J * (n + 1)),
+        replace(chosen.settings, kick=replace(kick, speeds=speeds, kinks=kinks)),
+    )
+
+
+def test_a_register_is_kicked_as_planned_for_its_cells():
+    """Alpha scattered by 1 %. With its twin's forecasts, but kicks as shipped, it writes 2 of 8
+    words.
+    """
+    design, settings = chosen = first_levels(3)
+    specimen = scattered(design, Scatter(alpha=0.01), 0)
+    found = plan(specimen, chosen)
+    assert found.complete
+    assert [len(found.steps), len(found.kinks), len(found.trims.kinks)] == [3, 2, 3]
+    known = Element(specimen, np.zeros(design.N), plan=found.trims)
+    written = {}
+    for kicks in (settings, known.kicks(settings)):
+        device = new_element(design, kicks, driver=Simulation.of(specimen, settings.time))
+        device.adopt(specimen)
+        outcomes = [device.perform(Write(word)) for word in range(device.words)]
+        written[kicks] = [outcome.success for outcome in outcomes].count(True)
+    assert written[settings] <= 4
+    assert written[known.kicks(settings)] == 8
+
+
+def test_a_register_that_is_shifted_is_not_planned():
+    with pytest.raises(DesignError, match='all its kicks are to level 0'):
+        plan(Specimen(preset('register_8').design), preset('register_8'))
 
 
 def test_a_throw_is_judged_with_its_own_peak(found):

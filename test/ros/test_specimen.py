@@ -16,7 +16,7 @@ from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
 CHOSEN = preset('bits_1')
-BYTE = preset('byte').design
+BYTE, BYTE_SET = preset('byte')
 PLAN = PulseCorrections(
     (PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)), schedule_of(CHOSEN.settings)
 )
@@ -87,27 +87,40 @@ def test_a_twin_tells_which_cell_has_become_weaker(start, file):
 
 @pytest.fixture(scope='module')
 def byte(tmp_path_factory):
-    """A byte of which the design's forecasts tell hardly a word."""
+    """A byte with what `mlmem plan` finds; the design's forecasts tell hardly a word, and the
+    shipped kick sends no wall to level 6.
+    """
+    speeds = (1.101, 1.0, 1.058, 1.045, 1.221, 1.0, 1.171, 1.15)
+    plan = PulseCorrections(
+        tuple(PulseCorrection(speed=speed) for speed in speeds),
+        schedule_of(BYTE_SET),
+        kinks=(1.146, 1.0, 1.054, 1.044, 1.214, 1.27, 1.222, 1.0),
+    )
     made = scattered(BYTE, Scatter(alpha=0.01), 3)
     path = tmp_path_factory.mktemp('elements') / 'byte.yaml'
-    element_file.save(path, element_file.Element(made, np.zeros(BYTE.N)))
+    element_file.save(path, element_file.Element(made, np.zeros(BYTE.N), plan=plan))
     return path
 
 
-def test_a_register_is_read_by_its_twin_and_so_is_its_replay(start, byte, tmp_path):
+def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, byte, tmp_path):
     bag = tmp_path / 'bag'
     others = {'design.preset': 'byte', 'device.twin': str(byte), 'record.path': str(bag)}
     node = start(node_of(byte, **others))
     with Robot() as robot:
-        assert robot.write(1).success
-        assert robot.trigger('read')['level'] == 1
+        assert robot.write(64)['attempts'] == 1
+        assert robot.trigger('read')['level'] == 64
         assert of_the_twin(robot.next('/diagnostics')).message == 'as forecast'
         node.terminate()
         assert node.exit_status() == 0
     report = replay(load(bag))
     assert report.exact
-    assert report.recorded_endings == ['write 1', 'read 1']
-    assert [each.reading.level for each in report.outcomes] == [1, 1]
+    assert report.recorded_endings == ['write 64', 'read 64']
+    assert [each.reading.level for each in report.outcomes] == [64, 64]
+
+
+def test_a_register_kicks_with_no_plan_for_other_settings(refused, byte):
+    given = {'design.preset': 'byte', 'device.twin': str(byte), 'kick.late': 0.5}
+    assert 'its pulses were planned with other settings' in refused(node_of(byte, **given))
 
 
 def test_a_twin_that_holds_not_every_word_is_refused(refused, tmp_path):

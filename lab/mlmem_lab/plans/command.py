@@ -3,7 +3,7 @@
 """`mlmem plan`: find pulses for one element, level by level, with their distance to failure.
 
 Steps up get a peak and times, strokes a peak; a stroke or throw that is too near to failure is not
-used from that level.
+used from that level. Kicks get a speed, in a register those of walls and those of kinks.
 
 The element is the file that `mlmem fit` writes. The pulses are kept in it, as the trims of a
 calibration are.

@@ -70,9 +70,15 @@ class Bench:
 
     def device(self, calibration: Calibration | None = None) -> MemoryElement:
         """Return a blank device; raises as `calibration`."""
-        driver = None if self.element is None else Simulation.of(self.made, self.settings.time)
         calibration = calibration or self.calibration
-        return MemoryElement(self.design, self.settings, calibration, driver)
+        if self.element is None:
+            return MemoryElement(self.design, self.settings, calibration)
+        settings = self.element.kicks(self.settings)
+        driver = Simulation.of(self.made, settings.time)
+        device = MemoryElement(self.design, settings, calibration, driver)
+        if device.register is not None:
+            device.adopt(self.made)
+        return device
 
     def level(self, device: MemoryElement) -> int:
         """Return the level at which the wall of a device is; -1 if blank, -2 if at none; of many
