@@ -22,7 +22,7 @@ from mlmem_lab.windows.flight import (
     search_kicks,
 )
 from mlmem_lab.windows.kicks import KICKED, count, kicks
-from mlmem_lab.windows.words import FILE, ahead, arrives
+from mlmem_lab.windows.words import FILE, ahead, kicked_behind
 from mlmem_ros.device import MemoryElement, factory_calibration, preset
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.end import Pulse
@@ -237,7 +237,8 @@ def test_a_kick_arrives_inside_its_window_and_not_beyond(number):
         (row['speed'], True), (row['low'] * 1.01, True), (row['high'] * 0.99, True),
         (row['low'] * 0.99, False), (row['high'] * 1.01, False),
     ):  # fmt: skip
-        arrived = [arrives('byte', chain, each, row['level'], speed) for each in cases]
+        found = [kicked_behind(chain, settings.kick, each, speed) for each in cases]
+        arrived = [(row['level'], *each) == one for each, one in zip(cases, found, strict=True)]
         assert all(arrived) == inside
 
 

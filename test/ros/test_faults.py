@@ -204,8 +204,10 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
         '- {unit: sensor, failure: delayed, instance: 1, severity: 60}\n'
         '- {tick: 400, unit: sensor, failure: ok}\n'
     )
-    node = start({'design.preset': 'bits_1', 'record.path': str(bag)}, name='failing')
+    recorded = {'design.preset': 'bits_1', 'record.path': str(bag)}
+    node = start(recorded, name='failing', apart=True)
     with Robot(node.element) as robot, standalone(node.element) as memory:
+        memory.ready(60.0).wait()
         assert memory.write(1).wait().level == 1
         assert main(['inject', '--node', 'failing', '--script', str(script)]) == 0
         assert capsys.readouterr().out == 'injected\n'

@@ -279,9 +279,9 @@ def twin(host: Host) -> Health:
     if (watcher := host.residual_monitor) is None:
         return Health(OK, 'no twin')
     values = watcher.values()
-    return (
-        Health(WARN, watcher.text, values) if watcher.text else Health(OK, 'as forecast', values)
-    )
+    if watcher.text:
+        return Health(WARN, watcher.text, values)
+    return Health(OK, 'as forecast' if values['compared'] else 'no read compared yet', values)
 
 
 class Diagnostics:
