@@ -4,14 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..device import (
     DriverError,
-    Event,
     Faults,
     MemoryElement,
     Refused,
@@ -26,19 +24,7 @@ from .worker import ThrottledLog, Worker
 if TYPE_CHECKING:
     from ..element_file import Element
     from .store import Store
-
-
-class ResidualMonitor(Protocol):
-    """Compares every clean read with the forecast of a twin (`mlmem_tools.twin.watcher`)."""
-
-    text: str
-    """What has changed, in words; empty as long as all is as forecast."""
-
-    def hear(self, events: Sequence[Event]) -> None:
-        """Take the events of a tick, in the loop's thread."""
-
-    def values(self) -> dict[str, Any]:
-        """Return values for diagnostics, by name."""
+    from .twins import ResidualMonitor
 
 
 class Built(NamedTuple):

@@ -23,7 +23,7 @@ from ..device.mailbox import Asked
 from ..device.open_requests import Stamped
 from ..device.timetable import Pacer
 from ..physics import StateError
-from .building import ResidualMonitor, built
+from .building import built
 from .requests import Requests
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
@@ -33,6 +33,7 @@ from .worker import REFUSALS, Log, ThrottledLog, Worker
 if TYPE_CHECKING:
     from .recording import Recording
     from .store import Store
+    from .twins import ResidualMonitor
 
 Listener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""

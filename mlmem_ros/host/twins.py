@@ -4,17 +4,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
-from ..device import Calibration, MemoryElement, SettingsError, factory_calibration
+from ..device import Calibration, Event, MemoryElement, SettingsError, factory_calibration
 from ..device.factory import calibration_of
 from ..packages import tool
 
 if TYPE_CHECKING:
     from ..element_file import Element
-    from .building import ResidualMonitor
     from .worker import ThrottledLog
+
+
+class ResidualMonitor(Protocol):
+    """Compares every clean read with the forecast of a twin (`mlmem_tools.twin.watcher`)."""
+
+    text: str
+    """What has changed, in words; empty as long as all is as forecast."""
+
+    def hear(self, events: Sequence[Event]) -> None:
+        """Take the events of a tick, in the loop's thread."""
+
+    def values(self) -> dict[str, Any]:
+        """Return values for diagnostics, by name."""
 
 
 def beside(element: MemoryElement, twin: Element, log: ThrottledLog) -> ResidualMonitor:
