@@ -5,7 +5,7 @@
 rclpy's own function for an executor of events turns on a fault handler, which needs a stderr that
 is a file; notebooks and captured tests have none. DDS has liveliness. But with a finite lease, a
 timer of Fast DDS takes the lock of its discovery; a peer that leaves in that moment holds it and
-waits for the timer (issue 6502): of 400 clients of a busy machine, one ended a node so.
+waits for the timer (issue 6502): of 1300 clients of a busy machine, one ended a node so.
 """
 
 from __future__ import annotations

@@ -9,13 +9,14 @@ import json
 import logging
 import signal
 import threading
-import time
 from types import SimpleNamespace
 
 import pytest
+import rclpy
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.serialization import serialize_message
 from robot import RELIABLE, Robot, values
@@ -24,6 +25,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.middleware import events_executor
 from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard
 from mlmem_ros.ros.node.node import QuickLog
@@ -87,32 +89,61 @@ def test_a_defect_is_answered_like_a_refusal(own):
 
 @pytest.mark.parametrize('drops', [0, 1, 2, 9])
 def test_an_answer_that_the_middleware_drops_is_sent_again(monkeypatch, drops):
-    """It blocks for a while then, and says nothing. Who never matches is given up."""
+    """It blocks for 0.1 s then, and says nothing. Who never matches is given up."""
     monkeypatch.setattr(callback_guard, 'AGAIN', (0.01, 0.02))
-    monkeypatch.setattr(callback_guard, 'BLOCKED', 0.05)
-    sent = []
+    clock, sent = SimpleNamespace(now=0.0), []
+    monkeypatch.setattr(callback_guard, 'time', SimpleNamespace(monotonic=lambda: clock.now))
 
     def send(response, header):
-        sent.append((response.success, header, threading.current_thread()))
-        if len(sent) <= drops:
-            time.sleep(0.06)
+        waits = len(guard.waiting)  # who ends a node waits for the answer
+        sent.append((response.success, header, waits, threading.current_thread()))
+        clock.now += 0.1 if len(sent) <= drops else 1e-3
 
     service = SimpleNamespace(
         srv_name='/mlmem/request', callback=lambda _, response: response, send_response=send
     )
-    log = ThrottledLog(logging.getLogger())
-    guard = CallbackGuard(SimpleNamespace(services=[service]), log)
+    guard = CallbackGuard(SimpleNamespace(services=[service]), ThrottledLog(logging.getLogger()))
     guard.guard_services()
     response = SetBool.Response(success=True)
     service.send_response(service.callback(SetBool.Request(), response), 'header')
-    assert bool(guard.waiting) == (drops > 0)  # who ends a node waits for the answer
     wait_until(lambda: not guard.waiting, 'the answer')
     times = 1 + min(drops, 2)
-    assert [what[:2] for what in sent] == [(True, 'header')] * times
+    assert [what[:3] for what in sent] == [(True, 'header', 1)] * times
     assert guard.answered == 1
-    assert [thread is threading.current_thread() for *_, thread in sent] == [
-        n == 0 for n in range(times)
-    ]
+    me = threading.current_thread()  # which is the loop's, and must not wait
+    assert [thread is me for *_, thread in sent] == [n == 0 for n in range(times)]
+
+
+@pytest.mark.parametrize('executor', [SingleThreadedExecutor, events_executor])
+def test_a_client_ignores_a_second_answer(context, executor):
+    """Rather twice than never: what was slow may not have been dropped."""
+    node = rclpy.create_node('twice', context=context, use_global_arguments=False)
+    answered = []
+
+    def answer(request, response):
+        answered.append(request.data)
+        response.success = request.data
+        return response
+
+    service = node.create_service(SetBool, '~/answer', answer)
+    send = service.send_response
+
+    def twice(response, header):
+        send(response, header)
+        send(response, header)
+
+    service.send_response = twice
+    client = node.create_client(SetBool, '/twice/answer')
+    spins = executor(context=context)
+    spins.add_node(node)
+    assert client.wait_for_service(30.0)
+    for wanted in (True, False, True):
+        answer_to_come = client.call_async(SetBool.Request(data=wanted))
+        spins.spin_until_future_complete(answer_to_come, 30.0)
+        assert answer_to_come.result().success == wanted
+    assert answered == [True, False, True]
+    spins.shutdown()
+    node.destroy_node()
 
 
 def test_nothing_is_read_behind_a_request_of_another_binding(monkeypatch):

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Protocol
 
 from rclpy.node import Node
 
@@ -20,10 +20,21 @@ from ..process import RECEIVED
 from .callback_guard import CallbackGuard
 
 
+class Startable(Protocol):
+    """A node, as far as `Retries` needs it."""
+
+    @property
+    def unconfigured(self) -> bool:
+        """Whether it is in that state."""
+
+    def start(self) -> None:
+        """Configure and activate; raises one of `REFUSALS`."""
+
+
 class Retries:
     """Tries again at intervals, until the element is back or somebody else configures the node."""
 
-    def __init__(self, node: Any, host: Host, interval: Callable[[], float]) -> None:
+    def __init__(self, node: Startable, host: Host, interval: Callable[[], float]) -> None:
         """Wait for nothing yet; the interval between two attempts is in seconds, 0 to give up."""
         self._node, self._host, self._interval = node, host, interval
         self.waiting = False
