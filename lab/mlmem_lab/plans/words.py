@@ -5,16 +5,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.physics import Specimen
-from mlmem_ros.physics.potential import Array
 
-from ..windows.flight import ENOUGH, SPEEDS, Found, bare
+from ..windows.flight import SPEEDS, Found, bare, middle
 from ..windows.words import KINDS, ahead, kicked_behind
 
 REACH = 2.5
@@ -52,17 +51,6 @@ def search_words(
                 and all(after(each, speed) == (level, *each) for each in cases)
                 for speed in map(float, speeds)
             ]
-            found[kind].append(_middle(speeds, good))
+            there = np.flatnonzero(good)
+            found[kind].append(middle(there, lambda at, _: float(speeds[at])))
     return found[0], found[1]
-
-
-def _middle(speeds: Array, good: Sequence[bool]) -> Found:
-    """Return the slowest range of good speeds that is wide enough, or else the widest."""
-    best, there = Found(), np.flatnonzero(good)
-    for run in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1) if there.size else ():
-        low, high = speeds[run[0]], speeds[run[-1]]
-        found = Found(float(f'{math.sqrt(low * high):.4g}'), round(math.sqrt(high / low) - 1.0, 3))
-        if found.room >= ENOUGH:
-            return found
-        best = max(found, best, key=lambda each: each.room)
-    return best

@@ -199,24 +199,26 @@ def search_kicks(chain: Chain, shape: KickSettings, fastest: float = math.inf) -
     """
     speeds = SPEEDS[::2][SPEEDS[::2] * shape.fastest <= fastest]
     ends = np.array([after_kick(chain, float(u), shape) for u in speeds])
-    return [_slowest(chain, shape, speeds, ends, level) for level in range(chain.design.levels)]
+    return [
+        middle(np.flatnonzero(ends == level), partial(edge, chain, shape, level, speeds, ends))
+        for level in range(chain.design.levels)
+    ]
 
 
-def _slowest(
-    chain: Chain, shape: KickSettings, speeds: Array, ends: np.ndarray, level: int
-) -> Found:
-    there, best = np.flatnonzero(ends == level), Found()
-    if not there.size:
-        return best
-    for run in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1):
-        low, high = (
-            edge(chain, shape, level, speeds, ends, int(at), way)
-            for at, way in ((run[0], -1), (run[-1], 1))
-        )
+def middle(there: np.ndarray, edge_at: Callable[[int, int], float]) -> Found:
+    """Return the middle of the slowest range of speeds that is wide enough, or else of the widest.
+
+    Args:
+        there: Numbers of the speeds that were tried and lead there, in order.
+        edge_at: Returns the edge of a range: from the number of its last speed to a side, -1 or 1.
+    """
+    best = Found()
+    for run in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1) if there.size else ():
+        low, high = edge_at(int(run[0]), -1), edge_at(int(run[-1]), 1)
         found = Found(float(f'{math.sqrt(low * high):.4g}'), round(math.sqrt(high / low) - 1.0, 3))
         if found.room >= ENOUGH:
             return found
-        best = max(best, found, key=lambda each: each.room)
+        best = max(found, best, key=lambda each: each.room)
     return best
 
 
