@@ -202,7 +202,7 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
     bag, script = tmp_path / 'bag', tmp_path / 'script.yaml'
     script.write_text(
         '- {unit: sensor, failure: delayed, instance: 1, severity: 60}\n'
-        '- {tick: 10000, unit: sensor, failure: ok}\n'
+        '- {tick: 3000, unit: sensor, failure: ok}\n'
     )
     recorded = {'design.preset': 'bits_1', 'record.path': str(bag)}
     node = start(recorded, name='failing', apart=True)
@@ -212,8 +212,9 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
         assert main(['inject', '--node', 'failing', '--script', str(script)]) == 0
         assert capsys.readouterr().out == 'injected\n'
         assert not robot.trigger('read').success
-        memory.set_parameters({'time.speed': 0.0}).wait()
+        memory.set_parameters({'time.speed': 20.0}).wait()
         robot.wait(lambda: robot.trigger('read').success, 'a sensor that has healed')
+        memory.set_parameters({'time.speed': 1.0}).wait()
         with pytest.raises(RequestRefused, match='failure must be one of ok, off'):
             memory.inject({'unit': 'sensor', 'failure': 'explode'}).wait()
     node.terminate()
