@@ -22,6 +22,9 @@ from .frames import Frame, Kind, Parser, encode
 KEPT = 4096
 """Number of sent frames that are kept for retransmission."""
 
+FILLER = 1 << 13
+"""Bytes to complete what an earlier driver left of a frame, ten times within its patience."""
+
 
 class Link:
     """One side of a line: frames are numbered in both directions.
@@ -69,7 +72,13 @@ class Link:
         self._sent.clear()
 
     def poke(self) -> None:
-        """After a silence: repeat the last frame and request the next."""
+        """After a silence: repeat the last frame and request the next.
+
+        While there is no hello, complete any frame first that an earlier driver, which was killed,
+        has left unfinished: the rig would take ours for the rest of it.
+        """
+        if not self._next_in:
+            self._send(bytes(FILLER))
         if self._sent:
             self._send(self._sent[-1])
         self.asked += 1

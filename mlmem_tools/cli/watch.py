@@ -10,10 +10,14 @@ from __future__ import annotations
 
 import argparse
 import time
+from typing import TYPE_CHECKING
 
 from .command import JSON, NODE, command, option, wait
 from .interrupts import outcome_known
 from .output import complain, plain_console, print_json
+
+if TYPE_CHECKING:
+    from mlmem_tools.view.monitor import View
 
 FIRST_REPORT = 3.0
 """Longest wait in seconds for the first health report; there is one every second."""
@@ -48,7 +52,7 @@ def watch(arguments: argparse.Namespace) -> int:
             client.ready(arguments.wait).wait()
             monitor = Monitor(client, client.parameters(*WANTED).wait())
             if arguments.once:
-                wait_until(lambda: monitor.view.health, 'a health report', FIRST_REPORT)
+                wait_until(lambda: complete(monitor.view), 'a health report', FIRST_REPORT)
                 outcome_known()
                 if arguments.json:
                     print_json(monitor.view)
@@ -63,3 +67,10 @@ def watch(arguments: argparse.Namespace) -> int:
         return complain('watch', error, 1)
     except KeyboardInterrupt:
         return 0
+
+
+def complete(view: View) -> bool:
+    """Return whether a health report has come, and the level that it speaks of."""
+    memory = view.health.get('memory')
+    read = memory is not None and 'level' in memory.values
+    return bool(view.health) and (view.level is not None or not read)

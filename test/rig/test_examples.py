@@ -14,6 +14,7 @@ import signal
 import socket
 import subprocess
 import sys
+import termios
 import threading
 import time
 import tty
@@ -33,7 +34,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.settings import ReadSettings, ScaleSettings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig import Rig
-from mlmem_ros.rig.frames import Kind
+from mlmem_ros.rig.frames import Kind, encode
 
 from .lines import calibration
 
@@ -247,6 +248,19 @@ def program(compiled, source):
 def test_the_rig_in_c_allocates_nothing(source):
     for word in ('malloc', 'calloc', 'realloc', 'alloca', 'strdup'):
         assert f'{word}(' not in source
+
+
+def test_a_driver_that_was_killed_in_the_middle_of_a_frame_does_not_block_the_next(program):
+    """The rig still waits for the rest of the longest frame that it can take."""
+    frame = encode(Kind.PLAY, 7, bytes(49_000))
+    with wired(program) as (address, _):
+        port = os.open(address[len('serial://') :].partition('?')[0], os.O_RDWR | os.O_NOCTTY)
+        os.write(port, frame[: len(frame) // 100])
+        termios.tcdrain(port)
+        os.close(port)
+        element = element_at(address)
+        assert element.perform(Read()).reading.level == -1
+        element.driver.close()
 
 
 def test_the_rig_in_c_remembers(program):

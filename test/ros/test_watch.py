@@ -19,6 +19,7 @@ from rich.console import Console
 
 from mlmem_tools.cli.dashboard import SPARKS, dashboard, sparkline
 from mlmem_tools.cli.main import main
+from mlmem_tools.cli.watch import complete
 from mlmem_tools.view.monitor import Status, View
 
 WATCH = """
@@ -191,6 +192,17 @@ def test_one_picture(robot, memory, capsys):
     level = robot.write(1)['level']
     assert main(['watch', '--once']) == 0
     assert re.search(rf'level +{level} +001', capsys.readouterr().out)
+
+
+def test_a_picture_waits_for_the_level_that_a_report_speaks_of():
+    view = View('/mlmem', cells=225, period=25, max_strain=0.08)
+    assert not complete(view)
+    view.health = {'memory': Status(0, 'not read yet', {})}
+    assert complete(view)
+    view.health = {'memory': Status(0, 'level 1', {'level': '1'})}
+    assert not complete(view)
+    view.level = 1
+    assert complete(view)
 
 
 def test_a_missing_node_is_reported(capsys):
