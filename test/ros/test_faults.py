@@ -109,10 +109,13 @@ def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
 
 
 def test_an_impossible_acceleration_is_refused_and_counted(robot):
-    before = refused(robot)
-    for wrong in (imu(math.nan), imu(math.inf), imu(1.0 * UNIT), imu(0.0, covariance=-1.0)):
-        robot.send_message('disturbance', wrong)
-    robot.wait(lambda: refused(robot) >= before + 4, 'four refusals')
+    for last in (False, False, True):  # the middleware sends none again that it loses
+        before = refused(robot)
+        for wrong in (imu(math.nan), imu(math.inf), imu(1.0 * UNIT), imu(0.0, covariance=-1.0)):
+            robot.send_message('disturbance', wrong)
+        with suppress(() if last else NoAnswer):
+            wait_until(lambda known=before: refused(robot) >= known + 4, 'four refusals', 5.0)
+            break
 
 
 def test_a_best_effort_imu_is_received(robot):
