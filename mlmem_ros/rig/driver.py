@@ -262,7 +262,7 @@ class Rig(Driver):
                 wrong = f'; {self._link.wrong}' if self._link.wrong else ''
                 raise DriverError(f'the rig has been silent for {self._patience:g} s{wrong}')
             if not data:
-                self._link.poke()
+                self._link.poke(self._transport.filler)
         return self._received.popleft()
 
     def _fail(self, why: str) -> NoReturn:

@@ -22,9 +22,6 @@ from .frames import Frame, Kind, Parser, encode
 KEPT = 4096
 """Number of sent frames that are kept for retransmission."""
 
-FILLER = 1 << 13
-"""Bytes to complete what an earlier driver left of a frame, ten times within its patience."""
-
 
 class Link:
     """One side of a line: frames are numbered in both directions.
@@ -71,14 +68,12 @@ class Link:
         """Drop the frames kept for retransmission: they have been answered."""
         self._sent.clear()
 
-    def poke(self) -> None:
-        """After a silence: repeat the last frame and request the next.
-
-        While there is no hello, complete any frame first that an earlier driver, which was killed,
-        has left unfinished: the rig would take ours for the rest of it.
+    def poke(self, filler: bytes) -> None:
+        """After a silence: repeat the last frame and request the next; before the hello came, send
+        a `filler` first.
         """
         if not self._next_in:
-            self._send(bytes(FILLER))
+            self._send(filler)
         if self._sent:
             self._send(self._sent[-1])
         self.asked += 1
@@ -129,7 +124,14 @@ MOST = 1 << 16
 
 
 class Tcp:
-    """A TCP connection. Calls raise `OSError` if it is broken."""
+    """A TCP connection. Calls raise `OSError` if it is broken.
+
+    Attributes:
+        filler: Completes what an earlier driver left of a frame: nothing, it has gone with its
+            connection.
+    """
+
+    filler = b''
 
     def __init__(self, connection: socket.socket) -> None:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -157,7 +159,13 @@ class Tcp:
 
 
 class Serial:
-    """A serial port in raw mode, used as a `Tcp`."""
+    """A serial port in raw mode, used as a `Tcp`.
+
+    A driver that was killed may have left a frame unfinished. The rig would take all that follows
+    for the rest of it, so that rest is sent.
+    """
+
+    filler = bytes(1 << 13)
 
     def __init__(self, path: str, baud: int, patience: float) -> None:
         """Open a port by its device file, at so many bits per second; it may accept no data for

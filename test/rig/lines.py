@@ -29,6 +29,8 @@ class Line:
     What tampers gets a frame and returns what comes of it: bytes.
     """
 
+    filler = b''
+
     def __init__(self, rig, inward=None, outward=None):
         self.rig = rig
         self.inward = inward or (lambda frame: encode(*frame))

@@ -199,6 +199,7 @@ class Board:
         asked: How often the rig has requested a frame again.
     """
 
+    filler = bytes(100)  # like all else, some of it is damaged
     Sends = ctypes.CFUNCTYPE(None, ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t)
 
     def __init__(self, path, damage):
@@ -354,6 +355,8 @@ def every_level(line):
 
 class Unclocked:
     """The line to the rig in Python, whose time passes while the driver waits."""
+
+    filler = b''
 
     def __init__(self):
         made = runpy.run_path(str(EXAMPLES / 'rig.py'))

@@ -61,9 +61,9 @@ RULES = """\
 
 **Lost frames.** Each side takes frames in order. It drops a frame with another number than the
 one it expects, and if that number was greater, requests the expected one by AGAIN. After a silence
-a driver repeats its last frame and requests the next; without a HELLO it sends zeros first, which
-complete what a killed driver left of a frame. A rig keeps the frames of its last `buffer`
-samples to send them again; on TCP it need not, and may ignore AGAIN."""
+a driver repeats its last frame and requests the next; without a HELLO, on a serial line, it
+sends zeros first, which complete what a killed driver left of a frame. A rig keeps the frames of
+its last `buffer` samples to send them again; on TCP it need not, and may ignore AGAIN."""
 
 
 def _meaning(field: dataclasses.Field[Any]) -> str:
