@@ -179,7 +179,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
             arrived(node)
             shakes = node.node.host.loop._box.shakes
             for n in range(1, 21):
-                while not shakes:  # one that is lost is not sent again by the middleware
+                while not shakes:  # best effort: lost if the node has not met its sender yet
                     robot.send_message('disturbance', imu(1e-7 * UNIT * math.sin(n)))
                     with suppress(NoAnswer):
                         wait_until(lambda: shakes, 'the acceleration', 2.0)
