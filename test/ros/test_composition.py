@@ -3,9 +3,12 @@
 """An element in a robot's own program, in each of rclpy's executors, beside the robot's node."""
 
 import gc
+import subprocess
 import sys
 import time
+from pathlib import Path
 
+import nodes
 import pytest
 import rclpy
 from nodes import QUICK
@@ -16,6 +19,7 @@ from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
 from mlmem_ros.device import SettingsError, Write
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.middleware import events_executor
+from mlmem_ros.ros.process import NAMES
 
 SOON = 30.0
 
@@ -64,6 +68,40 @@ def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path
     assert memory not in executor.get_nodes()
     assert state_file.load(state)['reading']['level'] == 3
     executor.shutdown()
+
+
+PROGRAM = """
+import rclpy
+from nodes import QUICK
+from rclpy.executors import SingleThreadedExecutor
+from mlmem_ros import MemoryClient, MemoryNode
+
+async def remember():
+    assert (await client.write(3)).level == 3
+    assert (await client.read()).level == 3
+
+rclpy.init()
+robot, executor = rclpy.create_node('robot'), SingleThreadedExecutor()
+executor.add_node(robot)
+client = MemoryClient(robot)
+with MemoryNode(parameters=QUICK) as memory:
+    executor.add_node(memory)
+    task = executor.create_task(remember)
+    executor.spin_until_future_complete(task, 60.0)
+task.result()
+assert task.done()
+executor.shutdown()
+rclpy.shutdown()
+"""
+
+
+def test_messages_that_stay_within_the_process_arrive(monkeypatch):
+    """By default Fast DDS hands them over; our other tests have it send them."""
+    monkeypatch.setenv('PYTHONPATH', str(Path(nodes.__file__).parent))
+    for name in NAMES:
+        monkeypatch.delenv(name, raising=False)
+    done = subprocess.run([sys.executable, '-c', PROGRAM], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_device_that_fails_before_there_is_an_executor_is_looked_after(context):
