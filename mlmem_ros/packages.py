@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """Other packages: what they add to this one, how to install one that is missing, and the private
-doors of libraries that we go through, with the versions in which they are known.
+names of libraries that we use, with the versions in which they are known.
 
 A private name may move with any release. So each is listed here, looked for when its library is
 first used, and missed in one clear line.
@@ -99,7 +99,7 @@ def missing(error: ModuleNotFoundError) -> str:
 
 
 class Library(NamedTuple):
-    """A library with private doors.
+    """A library of which we use private names.
 
     Attributes:
         packages: Names under which it is installed.
@@ -174,15 +174,15 @@ def tested(library: str) -> bool:
 
 
 def look(library: str) -> None:
-    """Look for the doors of a library.
+    """Look for the private names of a library that we use.
 
     Raises:
         ImportError: One is not there.
     """
     known = LIBRARIES[library]
     unused = {*known.optional} - {*sys.modules}
-    used = (door for door in known.private if door.partition(':')[0] not in unused)
-    if missing := [door.replace(':', '.') for door in used if not is_there(door)]:
+    used = (each for each in known.private if each.partition(':')[0] not in unused)
+    if missing := [each.replace(':', '.') for each in used if not is_there(each)]:
         raise ImportError(
             f'{library} {version(library)} lacks {", ".join(missing)}; mlmem_ros is tested with '
             f'{library} {known.oldest} to {known.newest}: install one of these',
@@ -190,9 +190,9 @@ def look(library: str) -> None:
         )
 
 
-def is_there(door: str) -> bool:
-    """Return whether a library has a door."""
-    home, _, name = door.partition(':')
+def is_there(place: str) -> bool:
+    """Return whether there is a name, written as `module:Name.attribute`."""
+    home, _, name = place.partition(':')
     try:
         found: Any = import_module(home)
     except ImportError:

@@ -18,7 +18,7 @@ from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.link import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps
 
-from .word_code import Stroke, WordCode, WordError
+from .word_code import Phase, WordCode, WordError
 
 
 @dataclass(frozen=True)
@@ -240,10 +240,10 @@ class MemoryBank:
     def _changing(
         self, what: str, digits: Sequence[int], timeout: float, spare: int = 0
     ) -> Reply[Word]:
-        """Write digits, stroke by stroke: each begins when the previous one is confirmed."""
+        """Write digits, phase by phase: each begins when the previous one is confirmed."""
         until, seal = time.monotonic() + timeout, len(self.elements) - 1
 
-        def stroke(levels: Stroke) -> Mapping[int, Reply[Any]]:
+        def phase(levels: Phase) -> Mapping[int, Reply[Any]]:
             remaining = max(SHORTEST, until - time.monotonic())
             return {
                 place: self.elements[place].erase(remaining)
@@ -266,20 +266,20 @@ class MemoryBank:
                 _, errors = yield from _together(looks)
                 failed.update({p: e for p, e in errors.items() if type(e) is not RequestFailed})
                 check()
-            strokes = list(self.code.strokes(digits))
-            while strokes:
-                levels = strokes.pop(0)
-                answers, errors = yield from _together(stroke(levels))
+            phases = list(self.code.phases(digits))
+            while phases:
+                levels = phases.pop(0)
+                answers, errors = yield from _together(phase(levels))
                 if seal in errors and levels[seal] == self.base:
                     why = 'which marks a write that is under way: use a smaller base'
                     errors = {seal: RequestRefused({'error': f'{errors[seal]}, {why}'})}
                 said |= answers
                 failed.update(errors)
                 check()
-                begun = self.code.check and levels == {seal: BLANK} and strokes
+                begun = self.code.check and levels == {seal: BLANK} and phases
                 if begun and said[seal].level != BLANK:  # it holds many walls
-                    strokes = [{seal: self.base}, *strokes]
-                    strokes += [{seal: BLANK}] if digits[seal] == BLANK else []
+                    phases = [{seal: self.base}, *phases]
+                    phases += [{seal: BLANK}] if digits[seal] == BLANK else []
             return word_of(self.code, self._names, said, failed)
 
         failed: dict[int, RequestError] = {}

@@ -30,7 +30,7 @@ from mlmem_ros.procedures import BLANK
 POLYNOMIALS = {4: 0x7, 8: 0xB, 16: 0x13, 32: 0x25, 64: 0x43, 128: 0x83, 256: 0x11D}
 """The primitive polynomial of every field by its size: part of the stored format."""
 
-Stroke = Mapping[int, int]
+Phase = Mapping[int, int]
 """Levels that are written at the same time, `BLANK` to erase, by the index of their element."""
 
 _FIELD = Lock()
@@ -134,10 +134,10 @@ class WordCode:
         places = range(self.elements - self.check)
         return self._checked([word // self.base**place % self.base for place in places])
 
-    def strokes(self, digits: Sequence[int]) -> tuple[Stroke, ...]:
-        """Return the strokes that write digits, or erase them if all are blank.
+    def phases(self, digits: Sequence[int]) -> tuple[Phase, ...]:
+        """Return the phases that write digits, or erase them if all are blank.
 
-        Each stroke begins when all elements of the previous one have confirmed their level.
+        Each phase begins when all elements of the previous one have confirmed their level.
         """
         whole = dict(enumerate(digits))
         if not self.check:

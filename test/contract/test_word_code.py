@@ -80,17 +80,17 @@ def test_unreadable_digits_leave_less_to_check_with(unreadable, chance):
 @QUICK
 @given(written(), written(), st.data())
 def test_a_crash_leaves_the_old_word_the_new_one_or_a_torn_one(case, other, data):
-    """In every stroke, with each of its elements in any state."""
+    """In every phase, with each of its elements in any state."""
     code, _, new = case
     old = data.draw(st.sampled_from([code.digits(other[1] % code.size), (BLANK,) * code.elements]))
     aim = data.draw(st.sampled_from([new, (BLANK,) * code.elements]))
-    strokes = code.strokes(aim)
+    phases = code.phases(aim)
     held = list(old)
-    cut = data.draw(st.integers(0, len(strokes) - 1))
-    for stroke in strokes[:cut]:
-        for place, level in stroke.items():
+    cut = data.draw(st.integers(0, len(phases) - 1))
+    for phase in phases[:cut]:
+        for place, level in phase.items():
             held[place] = level
-    for place in strokes[cut]:  # half-way: any level, none, or one that nobody can read
+    for place in phases[cut]:  # half-way: any level, none, or one that nobody can read
         anything = st.integers(0, code.base - 1) | st.sampled_from([BLANK, None])
         held[place] = data.draw(anything)
     changing = cut > 0 and (aim[0] == BLANK or cut == 1)  # the seal stays blank
@@ -129,13 +129,13 @@ def test_a_mixture_would_pass_for_a_word_without_a_seal():
     assert sum(false) / len(false) > 0.5
 
 
-def test_strokes():
+def test_phases():
     code = WordCode(4, 8, check=2)
     digits = code.digits(0o52)
-    assert code.strokes(digits) == ({3: BLANK}, dict(enumerate(digits[:3])), {3: digits[3]})
-    assert code.strokes((BLANK,) * 4) == ({3: BLANK}, dict.fromkeys(range(3), BLANK))
+    assert code.phases(digits) == ({3: BLANK}, dict(enumerate(digits[:3])), {3: digits[3]})
+    assert code.phases((BLANK,) * 4) == ({3: BLANK}, dict.fromkeys(range(3), BLANK))
     plain = WordCode(2, 8)
-    assert plain.strokes(plain.digits(0o52)) == ({0: 2, 1: 5},)
+    assert plain.phases(plain.digits(0o52)) == ({0: 2, 1: 5},)
 
 
 def test_check_digits_are_part_of_what_is_stored():

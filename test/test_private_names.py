@@ -14,14 +14,14 @@ import mlmem_ros
 from mlmem_ros import packages
 
 ROOT = Path(mlmem_ros.__file__).parent
-LISTED = {door.rpartition('.')[2] for one in packages.LIBRARIES.values() for door in one.private}
+LISTED = {name.rpartition('.')[2] for one in packages.LIBRARIES.values() for name in one.private}
 
 OF_THE_LANGUAGE = {
     '_replace', '_asdict', '_fields', '_fields_',  # of named tuples and of ctypes
     '_exit',  # of the C library
     '_asyncio_future_blocking', '_get_help_string',  # of the standard library, and documented
 }  # fmt: skip
-"""Names with an underscore that are no doors of a library."""
+"""Names with an underscore that are none of a library."""
 
 
 def private_names(source):
@@ -52,11 +52,11 @@ def test_every_private_name_of_a_library_is_listed():
 
 
 @pytest.mark.parametrize('library', packages.LIBRARIES)
-def test_the_doors_are_there_in_this_version_which_is_tested(library):
+def test_the_names_are_there_in_this_version_which_is_tested(library):
     pytest.importorskip(library)
     packages.look(library)
     assert packages.tested(library), packages.version(library)
-    assert all(packages.is_there(door) for door in packages.LIBRARIES[library].private)
+    assert all(packages.is_there(name) for name in packages.LIBRARIES[library].private)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_a_version_is_tested_or_not(monkeypatch, found, tested):
     assert packages.tested('numba') is tested
 
 
-def test_a_door_that_has_moved_to_a_base_class_is_there(monkeypatch):
+def test_a_name_that_has_moved_to_a_base_class_is_there(monkeypatch):
     """In rclpy 10.0.10 the constructor that sets `_parameter_overrides` is of `BaseNode`."""
 
     class BaseNode:
@@ -84,7 +84,7 @@ def test_a_door_that_has_moved_to_a_base_class_is_there(monkeypatch):
     assert not packages.is_there('rclpy_10:Node._initial_parameters')
 
 
-def test_a_door_that_has_moved_is_missed_in_one_line(monkeypatch):
+def test_a_name_that_has_moved_is_missed_in_one_line(monkeypatch):
     moved = packages.LIBRARIES['numba']._replace(
         private=(
             'numba.core.caching:Cache._index_of_keys',
