@@ -159,6 +159,14 @@ def test_faults_and_disturbances_are_played_into_a_node(robot):
     assert robot.get('faults.sensor_noise') == 0.0
 
 
+def shake(robot, acceleration, pending):
+    """Send an acceleration until it pends: it is lost if the node has not met its sender yet."""
+    for last in (False, False, True):
+        robot.send_message('disturbance', imu(acceleration))
+        with suppress(() if last else NoAnswer):
+            return wait_until(lambda: pending, 'the acceleration', 10.0)
+
+
 def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_path):
     """With faults from the start, faults that change, and a base that shakes during a write."""
     bag = tmp_path / 'bag'
@@ -179,10 +187,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
             arrived(node)
             shakes = node.node.host.loop._box.shakes
             for n in range(1, 21):
-                while not shakes:  # best effort: lost if the node has not met its sender yet
-                    robot.send_message('disturbance', imu(1e-7 * UNIT * math.sin(n)))
-                    with suppress(NoAnswer):
-                        wait_until(lambda: shakes, 'the acceleration', 2.0)
+                shake(robot, 1e-7 * UNIT * math.sin(n), shakes)
                 node.step(5)
                 if n == 10:
                     robot.set(faults__weak_cell=90, faults__weak_factor=0.98)
