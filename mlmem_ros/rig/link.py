@@ -161,8 +161,9 @@ class Tcp:
 class Serial:
     """A serial port in raw mode, used as a `Tcp`.
 
-    A driver that was killed may have left a frame unfinished. The rig would take all that follows
-    for the rest of it, so that rest is sent.
+    Attributes:
+        filler: Zeros, sent in place of the rest of a frame that an earlier driver left unfinished:
+            the rig would take all that follows for it.
     """
 
     filler = bytes(1 << 13)

@@ -100,7 +100,9 @@ def test_messages_that_stay_within_the_process_arrive(monkeypatch):
     monkeypatch.setenv('PYTHONPATH', str(Path(nodes.__file__).parent))
     for name in NAMES:
         monkeypatch.delenv(name, raising=False)
-    done = subprocess.run([sys.executable, '-c', PROGRAM], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, '-c', PROGRAM], capture_output=True, text=True, timeout=120
+    )
     assert done.returncode == 0, done.stderr
 
 

@@ -344,7 +344,8 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
         robot.wait(moved, 'a joint state with another strain')
         assert ticks == list(range(ticks[0], ticks[-1] + 1))
         assert sorted(strains)[0] == pytest.approx(0.0, abs=1e-6)
-        assert 0.0 < sorted(strains)[-1] < 0.06 + 1e-9  # a late state may be the last
+        most = 1.125 * len(ticks) / 30  # of a smooth ramp x^2 (3 - 2 x), after so many ticks
+        assert 0.0 < sorted(strains)[-1] <= 0.06 * min(most, 1.0) + 1e-9
     finally:
         assert robot.pause(False).success
     robot.wait(lambda: strain_is(robot, 0.06), 'the strain after the pause')

@@ -200,7 +200,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
     session = load(bag)
     kinds = [type(command) for _, command in session.stamped]
     assert kinds[0] is SetFaults
-    assert len({each.acceleration for _, each in session.stamped if type(each) is Disturb}) == 20
+    assert kinds.count(Disturb) == 20  # while time is paused, one sent again replaces the last
     assert any(isinstance(command, Disturb) for _, command in session.commands)
     report = replay(session)
     assert report.exact, report
