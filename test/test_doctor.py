@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The doctor names problems and their cure, whatever is missing."""
 
-import importlib.util
 import subprocess
 import sys
 from collections import namedtuple
@@ -107,16 +106,16 @@ def test_without_ros_it_says_how_to_install_it(monkeypatch, capsys):
 
 def test_a_missing_node_is_a_warning_and_this_machine_is_fine(tmp_path):
     """In its own process, as rclpy reads the environment when it is imported."""
-    if importlib.util.find_spec('rclpy') is None:
-        pytest.skip('rclpy is not installed')
+    pytest.importorskip('rclpy')
+    from mlmem_ros.ros.node_process import child
+
     command = ['doctor', '--node', 'nobody', '--wait', '0.2', '--records', str(tmp_path)]
-    done = subprocess.run(
-        [sys.executable, '-m', 'mlmem_tools.cli.main', *command],
-        capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert 'warn  node nobody        does not answer within 0.2 s' in done.stdout
-    assert done.stdout.count('fail  ') == 0
+    streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.STDOUT, 'text': True}
+    with child('mlmem_tools.cli.main', command, **streams) as process:
+        told, _ = process.communicate(timeout=120)
+    assert process.returncode == 0, told
+    assert 'warn  node nobody        does not answer within 0.2 s' in told
+    assert told.count('fail  ') == 0
 
 
 def test_a_row_of_the_table():

@@ -3,8 +3,10 @@
 """Page and node start each other and end together."""
 
 import json
+import os
+import signal
 import socket
-import subprocess
+import threading
 import time
 import urllib.parse
 import urllib.request
@@ -14,7 +16,6 @@ import pytest
 from sampled import sampled
 
 from mlmem_ros.ros.client.standalone import standalone
-from mlmem_ros.ros.node_process import child
 from mlmem_tools.cli.main import main
 
 
@@ -64,35 +65,52 @@ def test_sessions_that_cannot_be_shown_are_refused_in_one_line(tmp_path, capsys)
     assert 'does not exist' in said[0]
 
 
-def test_the_page_ends_with_the_node_that_it_started(tmp_path):
+def served(arguments, meanwhile):
+    """Serve a page here until a function of a thread has returned; return its exit status."""
+    over = threading.Event()
+
+    def run():
+        try:
+            meanwhile(over)
+        finally:
+            if not over.is_set():
+                os.kill(os.getpid(), signal.SIGTERM)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        return main(['view', *arguments, '--port', '0'])
+    finally:
+        over.set()
+        thread.join()
+
+
+def test_the_page_ends_with_the_node_that_it_started(tmp_path, capsys):
     """Without a word it would wait for a node that cannot start."""
     file = tmp_path / 'element.yaml'
     file.write_text('/**: {ros__parameters: {design: {N: 20}}}', encoding='utf-8')
-    command = ['view', '--start', str(file), '--node', '/own/none', '--port', '0']
-    streams = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.PIPE, 'text': True}
-    with child('mlmem_tools.cli.main', command, **streams) as process:
-        _, said = process.communicate(timeout=60.0)
-    assert process.returncode == 1
-    assert said.splitlines()[-1] == 'mlmem view: its node has ended with status 1'
+    command = ['--start', str(file), '--node', '/own/none']
+    assert served(command, lambda over: over.wait(60.0)) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert told[-1] == 'mlmem view: its node has ended with status 1'
 
 
 @pytest.mark.parametrize('kind', sampled(['preset', 'file'], lambda kind: kind == 'preset'))
-def test_the_page_starts_an_element_on_request(kind, tmp_path):
+def test_the_page_starts_an_element_on_request(kind, tmp_path, capsys):
     """Of a preset or a parameter file: either is of two levels. See also the node above."""
     chosen = 'bits_1'
     if kind == 'file':
         chosen = str(tmp_path / 'element.yaml')
         given = {'/**': {'ros__parameters': {'design.preset': 'bits_1'}}}
         Path(chosen).write_text(json.dumps(given), encoding='utf-8')
-    command = ['view', '--start', chosen, '--node', '/own/one', '--port', '0']
-    streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.DEVNULL, 'text': True}
-    with (
-        child('mlmem_tools.cli.main', command, **streams) as process,
-        standalone('/own/one') as memory,
-    ):
-        assert fetched(address_in(process.stdout.readline()))['live']
-        memory.ready(90.0).wait()  # its node is another process, which a busy machine starts late
-        found = memory.parameters('design.preset', timeout=30.0).wait()
-        assert found == {'design.preset': 'bits_1'}
-        process.terminate()
-        assert process.wait(20.0) == 0
+    found = []
+
+    def ask(_):
+        address = until(lambda: address_in(capsys.readouterr().out), 'the address of the page')
+        assert fetched(address)['live']
+        with standalone('/own/one') as memory:
+            memory.ready(90.0).wait()  # a busy machine starts its process late
+            found.append(memory.parameters('design.preset', timeout=30.0).wait())
+
+    assert served(['--start', chosen, '--node', '/own/one'], ask) == 0
+    assert found == [{'design.preset': 'bits_1'}]
