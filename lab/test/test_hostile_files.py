@@ -203,12 +203,12 @@ OPEN = {'open', 'read_text', 'read_bytes', 'loadtxt', 'genfromtxt', 'fromfile', 
 BOUNDED = {'read', 'require_regular'}
 
 
-WORDS = re.compile(rf'\b({"|".join(OPEN | BOUNDED)})\b')
+CALLED = re.compile(rf'\b({"|".join(OPEN)})\(|\boutside\b')
 
 
 def opens(source):
     """Return whether a source opens files, or asks the bounded reader to."""
-    if not WORDS.search(source):
+    if not CALLED.search(source):
         return False
     nodes = list(ast.walk(ast.parse(source)))
     imported = {
@@ -387,7 +387,7 @@ WHOLE = {
     'deep lists': lambda content: b'[' * 10**6,
     'deep objects': lambda content: b'{"a": ' * 10**5,
     'deep rows': lambda content: b'- ' * 10**5,
-    'a long line': lambda content: b'x' * 10**7,
+    'a long line': lambda content: b'x' * 10**6,
     'an alias of itself': lambda content: b'a: &a [*a]',
     'a tag': lambda content: b'!!python/object/apply:os.system [ls]',
 }

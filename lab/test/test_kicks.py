@@ -197,7 +197,7 @@ def test_a_search_finds_kicks_as_wide_as_those_that_ship():
 def test_a_search_takes_no_wall_that_was_turned_back(monkeypatch):
     """Level 7 of Case II is reached by speeds of 0.21 to 0.32, and of 0.58 to 1.1 once more."""
     monkeypatch.setattr(flight, 'SPEEDS', flight.SPEEDS[::4])
-    monkeypatch.setattr(flight, 'FINE', 0.01)
+    monkeypatch.setattr(flight, 'FINE', 0.05)
     settings = preset('kick_3').settings
     assert 0.2 < search_kicks(chain_of('kick_3'), settings.kick)[7].speed < 0.35
 

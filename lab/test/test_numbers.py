@@ -143,12 +143,16 @@ def edited(monkeypatch):
     def edit(module, old, new):
         text = {module: reach.source(module).replace(old, new)}
         assert text[module] != reach.source(module)
-        known = reach.source
+        known, parsed = reach.source, reach._module
         monkeypatch.setattr(reach, 'source', lambda name: text.get(name) or known(name))
+        other = parsed.__wrapped__(module)
+        monkeypatch.setattr(
+            reach, '_module', lambda name: other if name == module else parsed(name)
+        )
         forget()
 
     def forget():
-        for each in (reach._module, reach._used, reach._told, results.fingerprint):
+        for each in (reach._used, reach._told, results.fingerprint):
             each.cache_clear()
 
     yield edit

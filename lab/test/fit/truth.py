@@ -140,6 +140,8 @@ def measured(
 
     def held(t, v, u):
         on = t <= 12.0 * sigma + 1e-9
+        if not on.any():
+            return v, u
         place, speed = driven(t)
         v[rows[on], site[on]] = rest[rows[on], site[on]] + place[on] + off[on]
         u[rows[on], site[on]] = speed[on]

@@ -26,6 +26,7 @@ from mlmem_lab.lattices import (
 )
 from mlmem_ros.physics import NOH_BATHE, PEFRL
 from mlmem_ros.physics.formulas import coupling, on_site
+from mlmem_ros.physics.jit import kernel
 
 N = 6
 TABLE = Pieces(
@@ -70,17 +71,28 @@ def test_forces_are_derivatives(law):
     assert law.slope(x) == pytest.approx(slope, abs=1e-8, rel=1e-8)
 
 
+@kernel
+def on_sites(constants, y, found):
+    for j in range(len(y)):
+        force, factor = on_site(constants, j, y[j])
+        found[j] = force * factor
+
+
+@kernel
+def couplings(constants, x, found):
+    for j in range(1, len(x) - 1):
+        found[j] = coupling(constants, j, x[j - 1], x[j], x[j + 1])
+
+
 @ALL
 def test_the_loops_formula_is_the_same_force(law):
-    x = np.linspace(-1.5, 1.6, N)
+    x, found = np.linspace(-1.5, 1.6, N), np.zeros(N)
     if isinstance(law, OnSite):
-        constants, y = law.constants(N), x - law.origin
-        found = [np.prod(on_site(constants, j, float(y[j]))) for j in range(N)]
+        on_sites(law.constants(N), x - law.origin, found)
         assert found == pytest.approx(law.slope(x), abs=1e-13)
         return
-    constants = law.constants()
-    found = [coupling(constants, j, *map(float, x[j - 1 : j + 2])) for j in range(1, N - 1)]
-    assert found == pytest.approx(np.diff(law.slope(np.diff(x))), abs=1e-13)
+    couplings(law.constants(), x, found)
+    assert found[1:-1] == pytest.approx(np.diff(law.slope(np.diff(x))), abs=1e-13)
 
 
 @pytest.mark.parametrize('law', [each for each in EXAMPLES if isinstance(each, Coupling)])

@@ -311,7 +311,7 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
 
 
 def test_a_curve_has_its_name_and_a_mark_where_one_in_a_thousand_fails(tmp_path, false):
-    study = Tolerance(SHORT, Settings(), ('alpha', 'mass'), ('step', 'right'), most=4000)
+    study = Tolerance(SHORT, Settings(), ('alpha', 'mass'), ('step', 'right'), most=1000)
     rows = counted(study, tmp_path)
     with styled():
         upper, lower = draw(study, rows).axes
