@@ -109,10 +109,10 @@ def test_a_fingerprint_tells_elements_apart_and_repeats():
 
 @pytest.fixture(scope='module')
 def unchanged():
-    """What is read of `case_2`: the same again and again."""
-    found = results.fingerprint('case_2, read')
+    """What is read of `bits_3`: the same again and again."""
+    found = results.fingerprint('bits_3, read')
     results.fingerprint.cache_clear()
-    assert results.fingerprint('case_2, read') == found
+    assert results.fingerprint('bits_3, read') == found
     return found
 
 
@@ -124,7 +124,7 @@ def test_a_change_of_the_rules_of_reading_makes_counts_of_reads_old(
 ):
     monkeypatch.setattr(decoding, rule, value)
     results.fingerprint.cache_clear()
-    after = results.fingerprint('case_2, read')
+    after = results.fingerprint('bits_3, read')
     results.fingerprint.cache_clear()
     assert after != unchanged
 

@@ -4,6 +4,8 @@
 
 import argparse
 import json
+from copy import deepcopy
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,15 +27,24 @@ def mlmem_twins(*arguments):
     return twins.run(parser.parse_args([str(each) for each in arguments]))
 
 
-def test_a_healthy_element_is_read_and_nothing_is_told(monkeypatch):
+calibrated = cache(watched.Bench)
+
+
+@pytest.fixture
+def calibrated_once(monkeypatch):
+    """An element is made, planned and calibrated once, and every test has a copy."""
+    monkeypatch.setattr(watched, 'Bench', lambda *which: deepcopy(calibrated(*which)))
+
+
+def test_a_healthy_element_is_read_and_nothing_is_told(monkeypatch, calibrated_once):
     monkeypatch.setattr(watched, 'READS', 5)
-    found = watched.healthy('bits_1', 0.01, 0)
+    found = watched.healthy('bits_1', 0.01, 1)
     assert found['reads'] == 4  # not that of the write, whose waves are still about
     assert found['alarms'] == 0
 
 
 @pytest.mark.parametrize('change', ['a cell 8 % weaker', 'left gain - 5 %'])
-def test_a_change_is_told_with_its_name_and_amount(change):
+def test_a_change_is_told_with_its_name_and_amount(change, calibrated_once):
     found = watched.changed('bits_1', 0.01, 1, change)
     assert (found['alarm'], found['named']) == (False, True)
     assert found['reads'] == 2

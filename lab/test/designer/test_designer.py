@@ -7,7 +7,6 @@ The shipped elements are those that the designer finds, but for the times and pe
 """
 
 import dataclasses
-import functools
 
 import pytest
 from sampled import sampled
@@ -26,15 +25,12 @@ from mlmem_tools.checks.bare import moved
 BITS = pytest.mark.parametrize('bits', sampled((1, 2, 4, 5, 6, 8), lambda bits: bits == 2))
 
 
-proposed = functools.cache(propose)
-
-
 def duration(settings):
     return Cycle.planned(settings.write, 1.0).duration
 
 
 @BITS
-def test_the_designer_finds_what_is_shipped(bits):
+def test_the_designer_finds_what_is_shipped(bits, proposed):
     found = proposed(2**bits)
     design, settings = preset(f'bits_{bits}')
     assert found.design == design
@@ -94,7 +90,7 @@ def test_three_bits_are_the_papers():
     assert (design, dataclasses.replace(settings, **plain)) == (CASE_II, Settings())
 
 
-def test_the_carrier_is_clear_of_the_gratings_gaps():
+def test_the_carrier_is_clear_of_the_gratings_gaps(proposed):
     """A grating of period J throws back kappa = n pi / J; the pulse is narrower than the way."""
     found = proposed(4)
     probe, J = found.settings.probe_right, found.design.J

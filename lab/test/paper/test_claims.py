@@ -151,9 +151,13 @@ def complete(computed):
     return {name: computed[name] for name in kept.union(*(claim.needs for claim in CLAIMS))}
 
 
-def test_a_verdict_changes_with_the_data(small):
-    data = complete(small)
-    before = verdicts(data)['claims']['delays_by_level']
+@pytest.fixture(scope='module')
+def result(small):
+    return json.loads(json.dumps(plain(verdicts(complete(small)))))
+
+
+def test_a_verdict_changes_with_the_data(small, result):
+    data, before = complete(small), result['claims']['delays_by_level']
     changed = data['4b'] | {'delay_paper': np.full_like(data['4b']['delay_paper'], 77.7)}
     after = verdicts(data | {'4b': changed})['claims']['delays_by_level']
     assert (before['verdict'], after['verdict']) == ('with other numbers', 'fails')
@@ -161,9 +165,8 @@ def test_a_verdict_changes_with_the_data(small):
     assert '77.7' not in before['finding']
 
 
-def test_every_claim_and_every_quantity_is_in_it(small):
-    found = json.loads(json.dumps(plain(verdicts(complete(small)))))
-    assert list(found['claims']) == [claim.key for claim in CLAIMS]
-    counts = found['counts']
+def test_every_claim_and_every_quantity_is_in_it(small, result):
+    assert list(result['claims']) == [claim.key for claim in CLAIMS]
+    counts = dict(result['counts'])
     assert counts.pop('claims') == sum(counts.values()) == len(CLAIMS)
-    assert [row['quantity'] for row in found['check']] == list(small['check']['quantity'])
+    assert [row['quantity'] for row in result['check']] == list(small['check']['quantity'])

@@ -4,6 +4,7 @@
 
 import re
 import xml.etree.ElementTree as ElementTree
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +25,23 @@ STILL = [figure.name for figure in FIGURES if figure.ending == 'png']
 DOCS = Path(__file__).parents[3] / 'docs' / 'figures'
 
 
+@pytest.fixture(scope='module')
+def drawn(small):
+    """A function that draws a figure by its name, once."""
+
+    @cache
+    def draw(name):
+        with style.styled():
+            return BY_NAME[name].draw(small[name])
+
+    return draw
+
+
 @pytest.mark.parametrize('name', sampled(STILL, lambda name: name in ('1c', '4a', 'tolerated')))
-def test_a_figure_has_ink_on_it_and_paper(name, small):
+def test_a_figure_has_ink_on_it_and_paper(name, drawn):
     """Of all where it is slow; the next test has what is drawn."""
     with style.styled():
-        figure = BY_NAME[name].draw(small[name])
+        figure = drawn(name)
         figure.set_dpi(60)
         figure.set_layout_engine('none')  # which would draw every word twice
         canvas = FigureCanvasAgg(figure)
@@ -54,11 +67,10 @@ def written(artist):
             yield from written(child)
 
 
-def test_every_figure_is_drawn_as_wide_as_a_page_and_leaves_no_axes_empty(small):
+def test_every_figure_is_drawn_as_wide_as_a_page_and_leaves_no_axes_empty(drawn):
     formulas = set()
     for name in STILL:
-        with style.styled():
-            figure = BY_NAME[name].draw(small[name])
+        figure = drawn(name)
         assert figure.get_figwidth() == style.WIDTH, name
         assert all(axes.has_data() or axes.texts for axes in figure.axes), name
         formulas.update(re.findall(r'\$[^$]+\$', ' '.join(written(figure))))
@@ -67,9 +79,11 @@ def test_every_figure_is_drawn_as_wide_as_a_page_and_leaves_no_axes_empty(small)
         MathTextParser('path').parse(formula)
 
 
-def test_a_figure_is_written_as_png_svg_and_data(small, tmp_path):
-    figure, data = BY_NAME['4b'], small['4b']
-    files = {file.suffix: file for file in figure.save(data, tmp_path)}
+def test_a_figure_is_written_as_png_svg_and_data_and_the_same_from_the_same(small, tmp_path):
+    figure, data = BY_NAME['3a'], small['3a']
+    for folder in ('a', 'b'):
+        (tmp_path / folder).mkdir()
+        files = {file.suffix: file for file in figure.save(data, tmp_path / folder)}
     assert set(files) == {'.npz', '.png', '.svg'}
     assert {file.stem for file in files.values()} == {figure.stem}
     assert Image.open(files['.png']).size[0] == 120 * style.WIDTH
@@ -78,12 +92,6 @@ def test_a_figure_is_written_as_png_svg_and_data(small, tmp_path):
     assert set(kept) == set(data)
     for key, value in data.items():
         np.testing.assert_array_equal(kept[key], value)
-
-
-def test_the_same_data_give_the_same_files(small, tmp_path):
-    for folder in ('a', 'b'):
-        (tmp_path / folder).mkdir()
-        BY_NAME['3a'].save(small['3a'], tmp_path / folder)
     for ending in ('png', 'svg'):
         one, other = ((tmp_path / f / f'fig_3a.{ending}').read_bytes() for f in 'ab')
         assert one == other

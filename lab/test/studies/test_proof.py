@@ -3,13 +3,11 @@
 """Proofs by simulation: shipped and found designs do what their table says."""
 
 import dataclasses
-import functools
 
 import pytest
 from bare_writes import writes
 from sampled import sampled
 
-from mlmem_lab.designer import propose
 from mlmem_lab.studies.proof import Proof, Tally
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.parameter_file import load, parse
@@ -17,15 +15,13 @@ from mlmem_tools.checks import Verdict, check
 from mlmem_tools.checks.bare import scaled
 from mlmem_tools.cli.main import main
 
-proposed = functools.cache(propose)
-
 
 @pytest.fixture(autouse=True)
-def proposed_once(monkeypatch):
+def proposed_once(monkeypatch, proposed):
     monkeypatch.setattr('mlmem_lab.designer.command.propose', proposed)
 
 
-def test_four_levels_are_found_and_proven():
+def test_four_levels_are_found_and_proven(proposed):
     """Every level up, every downward write, every erase, each at the first attempt."""
     found = proposed(4)
     study = Proof(found.design, found.settings).campaign()
@@ -57,7 +53,7 @@ def test_words_of_many_walls_are_proven_too():
 
 
 @pytest.mark.parametrize('levels', sampled((2, 4, 7, 24), lambda levels: levels < 7))
-def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels):
+def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels, proposed):
     """The plain schedule of the paper's element fails there."""
     found = proposed(levels)
     for factors in ((0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)):
