@@ -35,8 +35,11 @@ from mlmem_ros.physics import CASE_II, Specimen, StateError, walls
 from mlmem_ros.rng import Stream, happens, normal
 
 from . import rig
+from .test_register import NIBBLE
 
 HEALTHY = SetFaults(Faults())
+
+BIT = preset('bits_1')
 
 PHILOX = [8696173359749182282, 2312520477170885918, 1072409879343043483, 17086100398701728509]
 """The first numbers of key 7 and counter (0, 42, 0, 0)."""
@@ -173,17 +176,13 @@ def test_seed_tick_and_purpose_each_change_the_numbers():
 
 
 @pytest.mark.parametrize(
-    ('name', 'end', 'gain'),
-    [
-        ('bits_1', 'left', 0.75),
-        ('bits_1', 'right', 3.0),
-        ('bits_1', 'both', 0.0),
-        ('byte', 'left', 3.0),
-    ],
+    ('kind', 'end', 'gain'),
+    [(BIT, 'left', 0.75), (BIT, 'right', 3.0), (BIT, 'both', 0.0), (NIBBLE, 'left', 3.0)],
+    ids=['left', 'right', 'both', 'nibble'],
 )
-def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(name, end, gain):
+def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
-    element = new_element(preset(name))
+    element = new_element(kind)
     element.chain.place(resting(Specimen(element.design), (0,)))
     suffering(element, sensor_gain=gain, sensor_end=end)
     for _ in range(3):
@@ -195,10 +194,10 @@ def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(name, end, gai
     assert wall.position == pytest.approx(element.design.defect(0), abs=1.0)
 
 
-@pytest.mark.parametrize('name', ['kick_2', 'byte'])
-def test_nor_does_a_push(name):
+@pytest.mark.parametrize('kind', [preset('kick_2'), NIBBLE], ids=['kick_2', 'nibble'])
+def test_nor_does_a_push(kind):
     """It began with a jump of nine cells, which broke the element."""
-    element = suffering(new_element(preset(name)), sensor_gain=10.0, sensor_end='right')
+    element = suffering(new_element(kind), sensor_gain=10.0, sensor_end='right')
     outcome = element.perform(Erase())
     assert not outcome.success
     assert np.abs(element.chain.v).max() < 5.0
@@ -452,8 +451,8 @@ def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
     for element in (first, second):
         rig.ticks(element, 40)
         element.apply(SetStrain(0.0))
-        element.told = [str(event) for event in rig.ticks(element, 60)]
-        element.told += [str(event) for event in rig.events(element, Read())]
+        element.told = [rig.plain(event) for event in rig.ticks(element, 60)]
+        element.told += [rig.plain(event) for event in rig.events(element, Read())]
     assert first.told == second.told
     assert rig.bits(first) == rig.bits(second)
 

@@ -138,7 +138,7 @@ def test_forecasts_are_what_the_kernel_does(words, amplitude, error):
 
 def test_no_two_words_are_nearer_than_found():
     """`nearest` finds them in single precision, half of the words at a time."""
-    found = forecasts_of(Specimen(BYTE.design), BYTE.settings)
+    found = new_element(BYTE).register
     apart = cdist(found.parts, found.parts)
     odd = np.array([word.bit_count() % 2 for word in range(256)])
     apart[(odd[:, None] != odd) | np.eye(256, dtype=bool)] = np.inf
@@ -297,8 +297,8 @@ def test_few_words_may_leave_no_more_than_walls_between_levels(cells):
 
 def test_where_nothing_rests_between_words_these_may_leave_as_much():
     """A word that is alone with its phase may leave a share of the pulse."""
-    register = replace(BYTE.settings.register, spacing=8)
-    found = forecasts_of(Specimen(BYTE.design), replace(BYTE.settings, register=register))
+    register = replace(NIBBLE.settings.register, spacing=4)
+    found = forecasts_of(Specimen(NIBBLE.design), replace(NIBBLE.settings, register=register))
     assert found.nearest[0] <= np.linalg.norm(found.parts[0])
 
 

@@ -227,8 +227,8 @@ def test_a_restored_device_goes_on_to_the_bit_amid_reverberation(moment):
     snapshot.restore(second, json.loads(json.dumps(snapshot.take(first))))
     for element in (first, second):
         assert not is_quiet(element)
-        element.told = [str(told) for told in rig.events(element, Read('both'))]
-        element.told += [str(rig.run(element, Write(3)))]
+        element.told = [rig.plain(told) for told in rig.events(element, Read('both'))]
+        element.told += [rig.plain(rig.run(element, Write(3)))]
     assert first.told == second.told
     assert rig.bits(first) == rig.bits(second)
 

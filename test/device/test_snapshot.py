@@ -73,8 +73,8 @@ def test_a_restored_device_goes_on_to_the_bit(substrate, after):
     assert rig.bits(second) == rig.bits(first)
     for element in (first, second):
         rig.ticks(element, 30)
-        element.told = [str(told) for told in rig.events(element, Abort())]
-        element.told += [str(rig.run(element, command)) for command in after]
+        element.told = [rig.plain(told) for told in rig.events(element, Abort())]
+        element.told += [rig.plain(rig.run(element, command)) for command in after]
     assert first.told == second.told
     assert rig.bits(second) == rig.bits(first)
 

@@ -86,6 +86,9 @@ SERVICES = {
 PATIENCE = 90.0
 """Seconds to wait for anything: on a busy machine a node takes long to start."""
 
+LOOK = 0.02
+"""Seconds between two looks at the graph: its news wakes no executor."""
+
 BLANK, UNDECODABLE = -1, -2
 CELL = 0.01
 """Metres from cell to cell."""
@@ -149,7 +152,7 @@ class Robot:
         while not (value := condition()):
             remaining = deadline - time.monotonic()
             assert remaining > 0.0, f'{what}: not within {PATIENCE:g} s'
-            self._executor.spin_once(timeout_sec=min(remaining, 0.1))
+            self._executor.spin_once(timeout_sec=min(remaining, LOOK))
         return value
 
     # Topics

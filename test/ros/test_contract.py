@@ -365,7 +365,7 @@ def test_step_is_refused_while_time_runs(robot):
 @pytest.fixture(scope='module')
 def robot_in_real_time(start_shared):
     """Talk to an element whose writes take more than a second."""
-    node = start_shared({'scale.time': 4e-4}, name='real_time')
+    node = start_shared({'scale.time': 4e-4, 'publish.joint_states_every': 10}, name='real_time')
     with Robot(node.element) as robot:
         robot.introduce(node, 'read', 'write', 'erase', 'calibrate', 'self_test')
         yield robot
@@ -375,9 +375,10 @@ def robot_in_real_time(start_shared):
 def writing(robot_in_real_time):
     """A write of level 1 that is under way: the robot, and the future of its answer."""
     robot = robot_in_real_time
-    robot.set(target_level=1)
+    robot.set(target_level=1, time__speed=0.0)  # as fast as it can
     if robot.trigger('read')['level'] != BLANK:
         robot.trigger('erase')
+    robot.set(time__speed=1.0)
     robot.received('joint_states')
     answer = robot.send('write')
     robot.wait(lambda: abs(strain_of(robot)) > 0.01, 'a strain by the write')
@@ -392,6 +393,7 @@ def test_a_second_request_is_refused_as_busy(writing):
         assert not refused.success
         assert 'busy' in refused['error']
     assert not answer.done()
+    robot.set(time__speed=0.0)
     written = robot.answer(answer)
     assert (written.success, written['level']) == (True, 1)
 
@@ -414,6 +416,7 @@ def test_manual_driving_is_refused_during_a_write(writing):
     robot.publish('write_level', 5)
     robot.get('target_level')  # when it is answered, the topics have been received
     assert not answer.done()
+    robot.set(time__speed=0.0)
     written = robot.answer(answer)
     assert (written.success, written['level']) == (True, 1)
     assert max(state.position[0] for state in told[before:]) < 0.06 * CELLS * SCALE
@@ -427,6 +430,7 @@ def test_abort_ends_the_write_and_relaxes_the_strain(writing):
     assert not written.success
     assert 'abort' in written['error']
     robot.wait(lambda: strain_is(robot, 0.0), 'no strain after the abort')
+    robot.set(time__speed=0.0)
     assert robot.write(1)['level'] == 1  # it still works, whatever state the abort left
 
 

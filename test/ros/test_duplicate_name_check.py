@@ -19,20 +19,15 @@ def quick(monkeypatch):
     monkeypatch.setattr(starting, 'PERIOD', 0.1)
 
 
-def looked():
-    """Wait until every node has done all its checks."""
-    time.sleep(1.5 * starting.LOOKS * starting.PERIOD)
-
-
-def test_a_second_node_of_the_same_name_is_logged_once():
-    with memory_node(BY_HAND, name='twin'), memory_node(BY_HAND, name='twin') as second:
-        looked()
+def test_a_second_node_of_the_same_name_is_logged_once_and_no_other_name():
+    with (
+        memory_node(BY_HAND, name='twin'),
+        memory_node(BY_HAND, name='twin') as second,
+        memory_node(BY_HAND, name='single', namespace='/other') as other,
+        Robot(name='single'),
+    ):
+        time.sleep(1.5 * starting.LOOKS * starting.PERIOD)  # until all have done all their checks
         assert second.output.count('another node named /twin is running') == 1
-
-
-def test_a_node_without_namesakes_logs_nothing():
-    with memory_node(BY_HAND, name='single', namespace='/other') as other, Robot(name='single'):
-        looked()
         assert other.output == ''
 
 

@@ -158,7 +158,7 @@ with standalone() as memory:
 @pytest.mark.parametrize('crash', [True, False])
 def test_a_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash):
     lost = tmp_path / 'fast_dds.xml'  # sooner than others, who may stand still
-    lost.write_text(re.sub('(?<=<leaseDuration><sec>)12', '5', FAST_DISCOVERY.read_text()))
+    lost.write_text(re.sub('(?<=<leaseDuration><sec>)12', '3', FAST_DISCOVERY.read_text()))
     pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
     given = os.environ | {profile_variable(os.environ): str(lost)}
     with program('-c', GONE, env=given, **pipes) as passer_by:

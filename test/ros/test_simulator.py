@@ -61,12 +61,18 @@ def test_a_part_of_the_package_is_none(monkeypatch):
     assert simulator.types() is None
 
 
+@pytest.fixture(scope='module')
+def given():
+    return {'design.preset': 'bits_1', **STREAMED}
+
+
 @pytest.fixture
-def tool(start):
-    """A tool of a node that a test has for itself."""
-    start({'design.preset': 'bits_1', **STREAMED})
-    with Robot('/mlmem') as robot:
-        yield Tool(robot)
+def tool(memory):
+    """A tool of the module's element, whose time runs."""
+    with Robot(memory.element) as robot:
+        tool = Tool(robot)
+        tool.set(PLAYING)
+        yield tool
 
 
 def ticks(tool):
@@ -225,13 +231,11 @@ def test_steps_of_a_node_that_ends_are_answered(stepping, tool):
 
 def test_a_real_element_is_not_reset():
     """To stop a simulation is to forget; what is real forgets by an erase alone."""
-    with starting('rig') as start:
-        start()
-        with Robot('/mlmem') as robot:
-            tool = Tool(robot)
-            features = tool.call(srv.GetSimulatorFeatures, 'get_simulator_features').features
-            assert SimulatorFeatures.SIMULATION_RESET not in features.features
-            for refused, code in ((tool.reset(), FAILED), (tool.set(STOPPED), NOT_REACHED)):
-                assert refused.result == code
-                assert refused.error_message == 'a real element cannot be reset; erase it'
-            assert tool.state == PLAYING
+    with starting('rig') as start, Robot(start(name='real').element) as robot:
+        tool = Tool(robot)
+        features = tool.call(srv.GetSimulatorFeatures, 'get_simulator_features').features
+        assert SimulatorFeatures.SIMULATION_RESET not in features.features
+        for refused, code in ((tool.reset(), FAILED), (tool.set(STOPPED), NOT_REACHED)):
+            assert refused.result == code
+            assert refused.error_message == 'a real element cannot be reset; erase it'
+        assert tool.state == PLAYING
