@@ -17,8 +17,7 @@ from sampled import sampled
 from mlmem_ros.bag import digest, jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.device import SetStrain, new_element
-from mlmem_ros.physics import CASE_II
+from mlmem_ros.device import SetStrain, new_element, preset
 from mlmem_ros.session import records
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
@@ -33,7 +32,7 @@ HEARD = '/heard'
 
 def record(path, closed=True):
     """Drive a device by hand for 60 ticks, and record it with a sync every 20."""
-    element = new_element(CASE_II)
+    element = new_element(preset('bits_1'))
     writer = BagWriter(path, digests=f'{NODE}/{records.DIGEST}')
     for topic in OWN.values():
         writer.add_topic(topic, records.STRING)
