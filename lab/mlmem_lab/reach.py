@@ -50,6 +50,7 @@ class Module(NamedTuple):
     imports: dict[str, Definition]
 
 
+@cache
 def code(maker: str) -> str | None:
     """Return a hash of what `module:function` reaches, or, without a name, a whole module; None if
     there is no such code.

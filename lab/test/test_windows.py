@@ -89,10 +89,10 @@ def test_a_window_of_a_small_preset_is_measured_as_the_file_has_it():
 
 
 def test_random_points_find_what_the_directions_miss():
-    """One of a hundred fails; along every direction the throw holds up to 0.1."""
+    """One of eighty fails; along every direction the throw holds up to 0.1."""
     [kept] = [m for m in MEASURED['damped_bits_3']['moves'] if m['from'] == 7 and m['to'] == -1]
     found = measured(
-        'damped_bits_3', move_of('damped_bits_3', 'throw', 7), radii=(), points=100, seed=5
+        'damped_bits_3', move_of('damped_bits_3', 'throw', 7), radii=(), points=80, seed=5
     )
     [failure] = found.failures
     assert found.distance == failure.radius == kept['distance'] < 0.1

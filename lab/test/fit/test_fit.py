@@ -101,7 +101,7 @@ def test_an_element_with_a_law_of_its_own_is_fitted():
 
 def test_friction_is_refused_and_named():
     """By the blank element already."""
-    rubbed = measured(hidden(2, friction=1e-6), (*SHOTS[:4], SHOTS[6]))
+    rubbed = measured(hidden(2, friction=1e-6), (*SHOTS[:2], SHOTS[6]))
     with pytest.raises(Misfitting, match=r'does not describe this element.*dry friction'):
         fit(SMALL, rubbed)
 
