@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_register import first_levels
 
 from mlmem_lab.plans.plan import plan
 from mlmem_lab.studies.bench import Bench
@@ -84,18 +85,18 @@ def test_a_bench_has_the_element_with_its_delays_and_pulses(element):
 
 
 def test_a_bench_reads_and_kicks_a_register_as_known():
-    byte = preset('byte')
-    made = scattered(byte.design, Scatter(alpha=0.003), 1)
-    factors = tuple(1.0 + 0.01 * level for level in range(8))
+    chosen = first_levels(3)
+    made = scattered(chosen.design, Scatter(alpha=0.003), 1)
+    factors = tuple(1.0 + 0.01 * level for level in range(3))
     plan = PulseCorrections(
-        tuple(PulseCorrection(speed=each) for each in factors), schedule_of(byte.settings),
+        tuple(PulseCorrection(speed=each) for each in factors), schedule_of(chosen.settings),
         kinks=factors[::-1],
     )  # fmt: skip
-    device = Bench(*byte, Element(made, np.zeros(225), 1.001, plan=plan)).device()
+    device = Bench(*chosen, Element(made, np.zeros(made.design.N), 1.001, plan=plan)).device()
     assert device.twin is device.made
     for found, shipped, each in (
-        (device.settings.kick.by_level, byte.settings.kick.by_level, factors),
-        (device.settings.kick.of_kinks, byte.settings.kick.of_kinks, factors[::-1]),
+        (device.settings.kick.by_level, chosen.settings.kick.by_level, factors),
+        (device.settings.kick.of_kinks, chosen.settings.kick.of_kinks, factors[::-1]),
     ):
         assert found == pytest.approx(np.multiply(shipped, each), rel=1e-5)
 

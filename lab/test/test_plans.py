@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from small_register import first_levels
 
 from mlmem_lab.plans import words
 from mlmem_lab.plans.command import like
@@ -68,17 +69,6 @@ def test_one_that_no_peak_saves_is_not_used(found):
     quick = quick_moves(list(found.values()), CHOSEN.settings)
     assert 4 in quick.adapt(CHOSEN.settings).down_even.barred
     assert 4 not in CHOSEN.settings.down_even.barred
-
-
-def first_levels(n):
-    """Return a byte with its first levels alone."""
-    chosen = preset('byte')
-    kick = chosen.settings.kick
-    speeds, kinks = (' '.join(each.split()[:n]) for each in (kick.speeds, kick.kinks))
-    return Preset(
-        replace(chosen.design, N=chosen.design.J * (n + 1)),
-        replace(chosen.settings, kick=replace(kick, speeds=speeds, kinks=kinks)),
-    )
 
 
 def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):

@@ -7,6 +7,7 @@ import dataclasses
 import pytest
 from bare_writes import writes
 from sampled import sampled
+from small_register import first_levels
 
 from mlmem_lab.studies.proof import Proof, Tally
 from mlmem_ros.device import Settings, preset
@@ -36,14 +37,7 @@ def test_four_levels_are_found_and_proven(proposed):
 
 def test_words_of_many_walls_are_proven_too():
     """As many random ones as the element has levels, here the first two of a byte."""
-    design, settings = preset('byte')
-    kick = settings.kick
-    speeds, kinks = (' '.join(each.split()[:2]) for each in (kick.speeds, kick.kinks))
-    design = dataclasses.replace(design, N=3 * design.J)
-    settings = dataclasses.replace(
-        settings, kick=dataclasses.replace(kick, speeds=speeds, kinks=kinks)
-    )
-    study = Proof(design, settings, sample=1).campaign()
+    study = Proof(*first_levels(2), sample=1).campaign()
     *words, blank = study.common['contents']
     assert (len(words), blank) == (2, 0)
     assert 0 < min(words) < max(words) < 4

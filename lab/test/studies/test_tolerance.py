@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 from sampled import sampled
+from small_register import first_levels
 
 from mlmem_lab.studies import campaign
 from mlmem_lab.studies.style import styled
@@ -49,8 +50,8 @@ def test_words_are_kicked_and_heard_and_say_how_they_fail(monkeypatch):
     """Springs of a hundredth stop walls anywhere, and let them meet; a twentieth of the gain is
     more than tells two words apart.
     """
-    design, settings = preset('byte')
-    words = (0xA7, 0x10)
+    design, settings = first_levels(4)
+    words = (0b0111, 0b1000)
     for what in ('word', 'hear', 'blind'):
         assert outcomes(design, settings, Chance(), 0, what, words) == words
     assert outcomes(design, settings, chance('gain', 0.2), 0, 'hear', words) == (UNDECODABLE,) * 2

@@ -1,0 +1,18 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A register of fewer levels than any that ships."""
+
+from dataclasses import replace
+
+from mlmem_ros.device.presets import Preset, preset
+
+
+def first_levels(n):
+    """Return a byte with its first levels alone."""
+    design, settings = preset('byte')
+    kick = settings.kick
+    speeds, kinks = (' '.join(each.split()[:n]) for each in (kick.speeds, kick.kinks))
+    return Preset(
+        replace(design, N=design.J * (n + 1)),
+        replace(settings, kick=replace(kick, speeds=speeds, kinks=kinks)),
+    )
