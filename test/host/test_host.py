@@ -62,6 +62,13 @@ def hung(monkeypatch):
     event.set()
 
 
+def until(host, over):
+    """Call a host's timer, as its node does, until something is over."""
+    while not over():
+        host.on_timer()
+        time.sleep(1e-3)
+
+
 # --- what is acknowledged is safe -------------------------------------------------------------
 
 
@@ -85,8 +92,7 @@ def test_the_loops_thread_takes_the_state_however_slow_the_caller(serve, file, k
     monkeypatch.setattr(snapshot, 'take', watched)
     host = serve(**kept).activate()
     request = host.submit(Write(0))
-    while not request.answer.done():
-        host.on_timer()
+    until(host, request.answer.done)
     told = []
     request.answer.add_done_callback(lambda done: told.append(done.result().success))
     assert told == [True]
@@ -125,8 +131,7 @@ def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
     host = serve(**kept).activate()
     monkeypatch.setattr(state_file, 'save', lambda *_: hung.wait())
     answer = host.submit(Write(0)).answer
-    while not answer.done():
-        host.on_timer()
+    until(host, answer.done)
     assert 'the disk does not answer' in answer.result().error
     assert host.submit(Read()).answer.result(SOON).success
 
@@ -331,8 +336,7 @@ def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
     host = service.activate()
     monkeypatch.setattr(recording_module, 'opened', slow)
     begun = host.record(service.plan(record))
-    while not begun.done():
-        host.on_timer()
+    until(host, begun.done)
     with pytest.raises(Overdue):
         begun.result()
     assert host.submit(Write(0)).answer.result(SOON).success
@@ -447,8 +451,7 @@ def test_the_content_survives_release_and_configuration(serve, kept):
 
 def test_the_content_is_saved_at_intervals(serve, file, monkeypatch):
     host = serve(state=StateSettings(path=str(file), interval=1e-3)).activate()
-    while not file.exists():
-        host.on_timer()
+    until(host, file.exists)
     assert state_file.load(file)['ticks'] > 0
 
 
