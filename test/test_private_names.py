@@ -32,11 +32,10 @@ def private_names(source):
     if not re.search(r'\b_[^\W_]|rclpy_implementation', source):
         return
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Attribute) and (
-            re.match(r'_[^_]', node.attr) or ast.unparse(node.value) == 'rclpy_implementation'
-        ):
-            own = isinstance(node.value, ast.Name) and node.value.id in ('self', 'cls')
-            yield node.attr, own
+        if isinstance(node, ast.Attribute):
+            of = node.value.id if isinstance(node.value, ast.Name) else ''
+            if re.match(r'_[^_]', node.attr) or of == 'rclpy_implementation':
+                yield node.attr, of in ('self', 'cls')
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.AnnAssign):
             name = node.name if not isinstance(node, ast.AnnAssign) else node.target
             yield (name.id if isinstance(name, ast.Name) else str(name)), True
