@@ -92,7 +92,7 @@ def test_films_of_another_chain(film):
 
 def test_the_command(tmp_path, capsys, sketched, monkeypatch):
     """Measured shells at 7 cm: the arrival of an element that was left out, and a report."""
-    monkeypatch.setattr(tracked, 'LOOKS', 20)  # half as many, for speed
+    monkeypatch.setattr(tracked, 'STEP', 0.04)  # twice as long
     law = tmp_path / 'law.yaml'
     found = measured([load_run(EXAMPLES / f'law/shell_run{k}.csv') for k in (1, 2)], 64)
     law_file.save(law, found.curve)

@@ -149,7 +149,7 @@ def measured(
 
     def rates(t, v, u):
         v, u = held(t, v.copy(), u.copy())
-        rub = element.friction * np.tanh(u / 1e-7)
+        rub = element.friction * np.tanh(u / 1e-7) if element.friction else 0.0
         return unit * u, unit * (force(element, v, V) - p.eta * u - rub) / element.mass
 
     h, samples = dt / parts, round(duration / dt)
