@@ -39,12 +39,17 @@ def node(start_shared):
     return start_shared(apart=True)
 
 
-@pytest.fixture
-def robot(node):
+@pytest.fixture(scope='module')
+def client(node):
     with Robot(node.element) as robot:
         yield robot
-        assert node.running
-        assert robot.trigger('read')['procedure'] == 'read'
+
+
+@pytest.fixture
+def robot(node, client):
+    yield client
+    assert node.running
+    assert client.trigger('read')['procedure'] == 'read'
 
 
 def test_lines_that_nobody_looks_up_have_severities_and_levels_still(capfd):
