@@ -34,15 +34,13 @@ def page(tmp_path, expression, part):
 
 def test_alpha_is_shown_with_its_interval_about_the_design(tmp_path):
     values = texts({'alpha': [1.01, 0.99], 'alpha_std': [0.001, 0.002]})
-    site, alpha, high, low = page(tmp_path, 'fitted(part)', values)
+    shown, nothing = page(tmp_path, '[fitted(part), fitted({})]', values)
+    site, alpha, high, low = shown
     assert site == [1, 2]
     assert alpha == pytest.approx([1.0, -1.0])
     assert high == pytest.approx([1.196, -0.608])
     assert low == pytest.approx([0.804, -1.392])
-
-
-def test_without_a_twin_nothing_is_shown(tmp_path):
-    assert page(tmp_path, 'fitted(part)', {}) is None
+    assert nothing is None  # without a twin
 
 
 def test_the_cell_that_has_changed_is_marked(tmp_path):
@@ -55,7 +53,7 @@ def test_the_cell_that_has_changed_is_marked(tmp_path):
 
 def test_the_residual_is_told_in_words(tmp_path):
     values = texts({'chi2': 1.234, 'residual_left': 1.1e-5, 'residual_right': 2e-5})
-    said = page(tmp_path, "compared('as forecast', part)", values)
+    words = "compared('as forecast', part)", "compared('as forecast', {})"
+    said, none = page(tmp_path, f'[{", ".join(words)}]', values)
     assert said == 'as forecast; residual 1.1e-5 and 2.0e-5 cells at the ends, 1.2 per datum'
-    (tmp_path / 'js').rename(tmp_path / 'old')
-    assert page(tmp_path, "compared('as forecast', part)", {}) == 'no read compared yet'
+    assert none == 'no read compared yet'
