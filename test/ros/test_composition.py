@@ -3,15 +3,14 @@
 """An element in a robot's own program, in each of rclpy's executors, beside the robot's node."""
 
 import gc
+import os
 import subprocess
 import sys
 import time
-from pathlib import Path
 
-import nodes
 import pytest
 import rclpy
-from nodes import QUICK
+from nodes import QUICK, program
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.task import Future
 
@@ -70,9 +69,8 @@ def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path
     executor.shutdown()
 
 
-PROGRAM = """
+PROGRAM = f"""
 import rclpy
-from nodes import QUICK
 from rclpy.executors import SingleThreadedExecutor
 from mlmem_ros import MemoryClient, MemoryNode
 
@@ -80,6 +78,7 @@ async def remember():
     assert (await client.write(3)).level == 3
     assert (await client.read()).level == 3
 
+QUICK = {QUICK}
 rclpy.init()
 robot, executor = rclpy.create_node('robot'), SingleThreadedExecutor()
 executor.add_node(robot)
@@ -95,15 +94,12 @@ rclpy.shutdown()
 """
 
 
-def test_messages_that_stay_within_the_process_arrive(monkeypatch):
+def test_messages_that_stay_within_the_process_arrive():
     """By default Fast DDS hands them over; our other tests have it send them."""
-    monkeypatch.setenv('PYTHONPATH', str(Path(nodes.__file__).parent))
-    for name in NAMES:
-        monkeypatch.delenv(name, raising=False)
-    done = subprocess.run(
-        [sys.executable, '-c', PROGRAM], capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
+    by_default = {name: value for name, value in os.environ.items() if name not in NAMES}
+    done = program('-c', PROGRAM, env=by_default, stderr=subprocess.PIPE, text=True)
+    _, said = done.communicate(timeout=120)
+    assert done.returncode == 0, said
 
 
 def test_a_device_that_fails_before_there_is_an_executor_is_looked_after(context):

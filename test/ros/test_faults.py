@@ -214,19 +214,22 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
     bag, script = tmp_path / 'bag', tmp_path / 'script.yaml'
     script.write_text(
         '- {unit: sensor, failure: delayed, instance: 1, severity: 60}\n'
-        '- {tick: 3000, unit: sensor, failure: ok}\n'
+        '- {tick: 1000, unit: sensor, failure: ok}\n'
     )
     recorded = {'design.preset': 'bits_1', 'record.path': str(bag)}
-    node = start(recorded, name='failing', apart=True)
+    node = start(recorded, name='failing')
     with Robot(node.element) as robot, standalone(node.element) as memory:
         memory.ready(60.0).wait()
         assert memory.write(1).wait().level == 1
-        assert main(['inject', '--node', 'failing', '--script', str(script)]) == 0
-        assert capsys.readouterr().out == 'injected\n'
-        assert not robot.trigger('read').success
-        memory.set_parameters({'time.speed': 20.0}).wait()
-        robot.wait(lambda: robot.trigger('read').success, 'a sensor that has healed')
-        memory.set_parameters({'time.speed': 1.0}).wait()
+        with robot.paused():
+            assert main(['inject', '--node', 'failing', '--script', str(script)]) == 0
+            assert capsys.readouterr().out == 'injected\n'
+            failing = robot.send('read')
+            arrived(node)
+            node.step(500)
+            assert not robot.answer(failing).success
+            node.step(1000)
+        assert robot.trigger('read').success
         with pytest.raises(RequestRefused, match='failure must be one of ok, off'):
             memory.inject({'unit': 'sensor', 'failure': 'explode'}).wait()
     node.terminate()
