@@ -28,8 +28,8 @@ STROKES = {
 DESIGN, SET = preset('case_2')
 BARRED = {
     name: replace(getattr(SET, name), not_from=levels) for name, levels in STROKES.items()
-}  # strokes down from 4 and 7 do, and throws from 0 and 4
-CHOSEN = Preset(DESIGN, replace(SET, **BARRED, throw=replace(SET.throw, not_from='1 2 3 5 6 7')))
+}  # strokes down from 4 and 7 do, and throws from 4
+CHOSEN = Preset(DESIGN, replace(SET, **BARRED, throw=replace(SET.throw, not_from='0 1 2 3 5 6 7')))
 ELEMENT = made('case_2', 0.01, 0)
 
 

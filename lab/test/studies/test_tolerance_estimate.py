@@ -25,10 +25,20 @@ from mlmem_lab.studies.tolerance.study import BEGIN, next_rung, trials_wanted
 
 @pytest.mark.parametrize(('failures', 'trials'), [(0, 40), (3, 1000), (40, 40)])
 def test_the_interval_is_that_of_clopper_and_pearson(failures, trials):
-    from scipy.stats import binomtest  # slow to import, and every worker collects this file
+    """At either end so many failures, or so few, are one case in forty of the binomial law."""
 
-    expected = binomtest(failures, trials).proportion_ci(0.95, method='exact')
-    assert Rate(failures, trials).interval == pytest.approx((expected.low, expected.high))
+    def law(rate):
+        return [
+            math.comb(trials, k) * rate**k * (1.0 - rate) ** (trials - k)
+            for k in range(trials + 1)
+        ]
+
+    low, high = Rate(failures, trials).interval
+    assert sum(law(low)[failures:]) == pytest.approx(0.025 if failures else 1.0, rel=1e-6)
+    assert sum(law(high)[: failures + 1]) == pytest.approx(
+        0.025 if failures < trials else 1.0, rel=1e-6
+    )
+    assert (low == 0.0, high == 1.0) == (failures == 0, failures == trials)
 
 
 def test_the_fit_finds_the_curve_that_the_counts_were_drawn_from():
