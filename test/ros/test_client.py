@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 import pytest
 import rclpy
-from nodes import SOON, arrived, refused, stepped
+from nodes import SOON, arrived, refused
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -602,7 +602,7 @@ def test_a_read_waits_for_one_that_was_given_up(client, memory, late, actions):
 
 def test_an_aborted_write_fails(client, memory, under_way):
     writing, aborting = under_way(7), client.abort()
-    stepped(memory, aborting.done, 'the abort')
+    wait_until(lambda: memory.step(10) and aborting.done(), 'the abort', SOON)
     with pytest.raises(RequestFailed, match='aborted') as failure:
         writing.wait()
     assert not isinstance(failure.value, RequestRefused)

@@ -104,7 +104,9 @@ def test_replay_into_a_node_names_the_differences(memory, robot):
     assert 'NOT WHOLE' in describe_played(replace(played, lost=session.lost))[-1]
 
 
-def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside):
+def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside, monkeypatch):
+    """It is awaited, whatever a client would wait."""
+    monkeypatch.setattr(MemoryClient.calibrate, '__defaults__', (0.01,))
     assert robot.write(1).success
     status, told, complaint = inside('calibrate')
     assert (status, complaint) == (0, '')
@@ -116,17 +118,6 @@ def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside
     assert levels == tuple(range(8))
     assert left == tuple(sorted(left))
     assert right == tuple(sorted(right, reverse=True))
-
-
-def test_long_work_is_awaited_whatever_the_client_would_wait(memory, inside, monkeypatch):
-    monkeypatch.setattr(MemoryClient.calibrate, '__defaults__', (0.01,))
-    assert inside('calibrate')[0] == 0
-    status, _, complaint = inside('calibrate', '--timeout', '0.01')
-    assert status == 1
-    assert 'did not answer calibrate within 0.01 s' in complaint
-    with pytest.raises(SystemExit):
-        inside('calibrate', '--timeout', '0')
-    assert inside('self_test')[0] == 0  # once the node has ended what it went on with
 
 
 def test_a_recording_is_awaited_from_a_node_that_is_only_beginning(
@@ -179,7 +170,13 @@ def test_a_client_loads_neither_the_material_nor_the_compiler():
     assert done.stdout == '\n'
 
 
-def test_self_test(memory, inside):
+def test_self_test_waits_for_what_was_given_up(memory, inside):
+    """The node goes on with it."""
+    status, _, complaint = inside('calibrate', '--timeout', '0.01')
+    assert status == 1
+    assert 'did not answer calibrate within 0.01 s' in complaint
+    with pytest.raises(SystemExit):
+        inside('calibrate', '--timeout', '0')
     status, tested, said = inside('self_test')
     assert (status, said) == (0, '')
     lines = tested.splitlines()
