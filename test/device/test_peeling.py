@@ -105,6 +105,15 @@ def test_any_word_is_read_from_both_ends(word):
     assert outcome.reading.code == code().binary(word)
 
 
+@pytest.mark.parametrize('levels', [8, 18])
+def test_words_of_a_short_register_are_read(levels):
+    """Where a wall moved by four levels would be none of them."""
+    kind = shifted(levels)
+    words = code_of(kind.design, kind.settings).words
+    for word in (1, words // 4, words // 2, words - 1):
+        assert holding(word, kind).perform(Read()).reading.level == word
+
+
 def test_a_word_is_shifted_in_verified_and_annihilated():
     element = new_element(SHORT)
     for word in (34, 10):  # three walls, then two, in the place of these
