@@ -22,14 +22,15 @@ from mlmem_ros.element_file import Element
 from mlmem_ros.parameter_file import ParameterFileError
 from mlmem_ros.physics import DesignError, Scatter, Specimen, scattered
 
-STROKES = {
-    'up_even': '0 2 4 6', 'up_odd': '1 3 5', 'down_even': '2 6', 'down_odd': '1 3 5'
-}  # fmt: skip
 DESIGN, SET = preset('case_2')
-BARRED = {
-    name: replace(getattr(SET, name), not_from=levels) for name, levels in STROKES.items()
-}  # strokes down from 4 and 7 do, and throws from 4
-CHOSEN = Preset(DESIGN, replace(SET, **BARRED, throw=replace(SET.throw, not_from='0 1 2 3 5 6 7')))
+NOT_FROM = {
+    'up_even': '0 2 4 6', 'up_odd': '1 3 5', 'down_even': '2 6', 'down_odd': '1 3 5',
+    'throw': '0 1 2 3 5 6 7',
+}  # fmt: skip
+BARRED = {name: replace(getattr(SET, name), not_from=each) for name, each in NOT_FROM.items()}
+CHOSEN = Preset(DESIGN, replace(SET, **BARRED))
+"""With strokes down from 4 and 7 alone, and throws from 4."""
+
 ELEMENT = made('case_2', 0.01, 0)
 
 
