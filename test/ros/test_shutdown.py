@@ -20,11 +20,11 @@ from std_msgs.msg import Empty
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
-from mlmem_ros.ros import middleware
 from mlmem_ros.ros.client import link
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.middleware import SIGN, Signs
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
+from mlmem_ros.ros.node.services import SILENT
 from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.ros.process import PROFILE, profile_variable
 
@@ -85,38 +85,11 @@ time.sleep(0.2)
     assert (said.splitlines()[-1:], robot.returncode) == (['whole'], 0)
 
 
-HASTY = """
-import sys
-from mlmem_ros.ros import middleware
-from mlmem_ros.ros.node import services
-middleware.EVERY, services.SILENT = 0.2, 2.0
-"""
-"""Signs of life come five times as often, and a silence is noticed the sooner."""
-
-
-@pytest.fixture
-def hasty(monkeypatch):
-    """Do so in this process; return a function that starts a node which does so, too."""
-    assert link.SILENT < 5.0
-    monkeypatch.setattr(middleware, 'EVERY', 0.2)
-    monkeypatch.setattr(link, 'SILENT', 1.5)
-    with ExitStack() as stack:
-
-        def start(**given):
-            code = f'{HASTY}from mlmem_ros.ros import main\nsys.exit(main.main())'
-            node = program('-c', code, *node_arguments('/mlmem', QUICK | given))
-            stack.callback(node.wait, SOON)
-            stack.callback(node.kill)
-            return node
-
-        yield start
-
-
 def asks_and_waits():
     """Return a process that reads, says so, and waits for a line; when it stands still, others
     forget it only after a minute.
     """
-    code = f"""{HASTY}
+    code = """
 from mlmem_ros import standalone
 with standalone() as memory:
     memory.read(timeout=30.0).wait()
@@ -128,9 +101,9 @@ with standalone() as memory:
     return program('-c', code, env=forgotten_late, **pipes)
 
 
-def test_a_node_waits_for_clients_that_live_and_for_no_others(hasty):
+def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
     """One that says no goodbye stays on the graph."""
-    node = hasty(linger=60.0)
+    node = start({'linger': 60.0}, apart=True)
     with Robot() as observer, asks_and_waits() as silent, ExitStack() as stack:
         stack.callback(silent.send_signal, signal.SIGCONT)  # or nobody could end it
         on_graph = partial(observer.node.count_clients, '/mlmem/request')
@@ -138,10 +111,10 @@ def test_a_node_waits_for_clients_that_live_and_for_no_others(hasty):
             assert silent.stdout.readline() == 'read\n'
             assert memory.read(timeout=SOON).wait().blank
             silent.send_signal(signal.SIGSTOP)
-            node.send_signal(signal.SIGINT)
-            time.sleep(2.5)
+            node.signal(signal.SIGINT)
+            time.sleep(SILENT + 1.0)
             assert memory.read(timeout=SOON).wait().blank  # a client that was quiet, and lives
-        assert node.wait(SOON) == 0
+        assert node.exit_status(SOON) == 0
         assert on_graph() == 1  # the silent one
         silent.send_signal(signal.SIGCONT)
         silent.communicate('\n')
@@ -165,7 +138,6 @@ def test_nobody_promises_to_be_heard_within_a_lease(start):
     assert node.running
 
 
-@pytest.mark.usefixtures('hasty')
 def test_signs_of_life_end_with_their_node(context):
     first, second = (
         rclpy.create_node(name, context=context, use_global_arguments=False)
@@ -225,24 +197,25 @@ def test_nothing_cuts_the_end_of_the_example_short(start):
         assert (example.returncode, said) == (0, ''), gap
 
 
-def test_who_waits_for_a_killed_node_is_told_soon(hasty):
+def test_who_waits_for_a_killed_node_is_told_soon(start):
     """Not after the 20 s that Fast DDS grants by default."""
-    node = hasty()
+    assert link.SILENT < 5.0
+    node = start(apart=True)
     with standalone() as memory:
         memory.ready(SOON).wait()
         memory.pause().wait()
         reading = memory.read(timeout=600.0)
-        node.kill()
+        node.signal(signal.SIGKILL)
         begun = time.monotonic()
         with pytest.raises(NoAnswer, match='went away during read: how it ended is not known'):
             reading.wait()
         assert time.monotonic() - begun < 19.0
 
 
-@pytest.mark.parametrize('seconds', [2.0, pytest.param(30.0, marks=pytest.mark.slow)])
-def test_a_node_that_stood_still_answers_its_clients_again(hasty, context, seconds):
+@pytest.mark.parametrize('seconds', [6.0, pytest.param(30.0, marks=pytest.mark.slow)])
+def test_a_node_that_stood_still_answers_its_clients_again(start, context, seconds):
     """Half of them used to be forgotten for good: of those who ask meanwhile, and of others."""
-    node = hasty()
+    node = start(apart=True)
     robot = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
     with ExitStack() as stack:
         clients = [stack.enter_context(standalone()) for _ in range(4)]
@@ -250,31 +223,31 @@ def test_a_node_that_stood_still_answers_its_clients_again(hasty, context, secon
         for memory in clients:
             memory.ready(SOON).wait()
             memory.read().wait()
-        node.send_signal(signal.SIGSTOP)
+        node.signal(signal.SIGSTOP)
         begun = time.monotonic()
         for reading in [memory.read(timeout=600.0) for memory in clients[::2]]:
             with pytest.raises(NoAnswer, match='went away during read'):
                 reading.wait()
         assert time.monotonic() - begun < 19.0
         time.sleep(max(0.0, begun + seconds - time.monotonic()))
-        node.send_signal(signal.SIGCONT)
+        node.signal(signal.SIGCONT)
         assert [memory.request('read').wait().details['level'] for memory in clients] == [-1] * 5
     robot.destroy_node()
 
 
-def test_a_node_that_stood_still_unnoticed_is_reached_anew(hasty):
+def test_a_node_that_stood_still_unnoticed_is_reached_anew(start):
     """If it speaks again before somebody asks, nobody sees its silence any more; but after 20 s it
     has forgotten a client that still hears it, and each request went unanswered, 1 of 16 so.
     """
-    node = hasty()
+    node = start(apart=True)
     with standalone() as memory:
         memory.ready(SOON).wait()
         first, until = memory._connection.link(), time.monotonic() + SOON
         while not first._heard and time.monotonic() < until:
             time.sleep(0.05)
-        node.send_signal(signal.SIGSTOP)
-        time.sleep(link.SILENT + 0.5)
-        node.send_signal(signal.SIGCONT)
+        node.signal(signal.SIGSTOP)
+        time.sleep(link.SILENT + 1.0)
+        node.signal(signal.SIGCONT)
         until = time.monotonic() + SOON
         while not first.broken and time.monotonic() < until:
             time.sleep(0.05)
