@@ -387,7 +387,7 @@ WHOLE = {
     'deep lists': lambda content: b'[' * 10**6,
     'deep objects': lambda content: b'{"a": ' * 10**5,
     'deep rows': lambda content: b'- ' * 10**5,
-    'a long line': lambda content: b'x' * 10**6,
+    'a long line': lambda content: b'x' * 10**7,
     'an alias of itself': lambda content: b'a: &a [*a]',
     'a tag': lambda content: b'!!python/object/apply:os.system [ls]',
 }
