@@ -257,6 +257,7 @@ class Loop:
             if self.element.computed <= first:  # it rested
                 self.statistics.count(max(0.0, begun - latest), busy, run)
             else:
+                self._times.took(busy)
                 for number in range(run):
                     self.statistics.count(max(0.0, begun + number * busy - latest), busy)
             due, ticks = due + run * period, ticks - run

@@ -118,6 +118,12 @@ LONGEST_REST = 0.04
 """Longest time to defer ticks that compute something, in seconds: a command waits while they are
 made up for."""
 
+WAKING = 2e-4
+"""Seconds that the processor takes to come back to deferred ticks, beside these."""
+
+RECENT = 0.2
+"""Weight of the newest deferred ticks in the running mean of what one takes."""
+
 MOST_DEFERRED = 1000
 """Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
 
@@ -164,6 +170,7 @@ class Timetable:
         self._has_subscribers = has_subscribers
         self._stream_period = stream_period
         self.slept = self.resting = False
+        self._computing = 0.0
         self.set_speed(speed)
 
     def set_speed(self, speed: float) -> None:
@@ -212,14 +219,20 @@ class Timetable:
     def wake(self, due: float, deferred: int) -> float:
         """Return when to begin with the `deferred` ticks, the first due at a given time.
 
-        As long before the next one as they take, so that one wake-up serves both; at most a
-        period. Of an element at rest the last one may be a tick that somebody waits for.
+        As long before the next one as they take, so that one wake-up serves both, and a procedure
+        goes on in time; at most a period. Of an element at rest the last one may be a tick that
+        somebody waits for.
         """
         if not deferred:
             return due
-        busy = deferred * self._statistics.busy
-        known = 0.0 < busy < self.period and not self.resting
-        return due + deferred * self.period - (busy if known else self.period)
+        known = self._computing > 0.0 and not self.resting
+        busy = deferred * self._computing + WAKING if known else self.period
+        return due + deferred * self.period - min(busy, self.period)
+
+    def took(self, busy: float) -> None:
+        """Learn what a deferred tick has taken that computed something, in seconds."""
+        weight = RECENT if self._computing else 1.0
+        self._computing += weight * (busy - self._computing)
 
     def sleeps(self, deferred: int) -> bool:
         """Return whether so many ticks are deferred only at rest."""

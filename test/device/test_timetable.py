@@ -10,7 +10,7 @@ import pytest
 
 from mlmem_ros.device.mailbox import Mailbox
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.timetable import LoopStatistics, SteadyPacer, Timetable
+from mlmem_ros.device.timetable import WAKING, LoopStatistics, SteadyPacer, Timetable
 
 PERIOD = 0.002
 """Of a tick: 20 time units of 1e-4 s."""
@@ -73,12 +73,19 @@ def test_unheard_ticks_of_a_rest_end_at_a_published_one_unless_nobody_watches():
 
 
 def test_deferred_ticks_begin_so_early_that_the_next_is_on_time():
-    """They take 0.5 ms; as long as their duration is not known, they begin a period before."""
+    """They take 0.5 ms; as long as their duration is not known, they begin a period before. What
+    ticks at rest take does not count.
+    """
     times, _, statistics = timetable()
     assert times.wake(1.0, 0) == 1.0
     assert times.wake(1.0, 10) == pytest.approx(1.0 + 9 * PERIOD)
-    statistics.count(0.0, 5e-5)
-    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 5e-4)
+    times.took(5e-5)
+    statistics.count(0.0, 1e-9, 10_000)
+    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 5e-4 - WAKING)
+    assert times.wake(1.0, 100) == pytest.approx(1.0 + 99 * PERIOD)  # its last is due then
+    for _ in range(30):
+        times.took(1e-4)
+    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 1e-3 - WAKING, abs=1e-6)
 
 
 @pytest.mark.parametrize(
