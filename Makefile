@@ -1,9 +1,9 @@
 # Two commands for a newcomer: "make demo" and "make test". Both set up what they need.
 PYTHON ?= python3
 VENV = .venv/bin
-# Three workers: a third of the time is spent waiting for nodes. Files start in the order of
+# Four workers: half of the time is spent waiting for nodes. Files start in the order of
 # test/conftest.py.
-PYTEST = pytest -n 3 --dist loadfile --no-loadscope-reorder
+PYTEST = pytest -n 4 --dist loadfile --no-loadscope-reorder
 # What "make coverage" measures, and the branch coverage in per cent below which it fails.
 # Tracing takes up to half as much processor time again, so the other tests run without.
 MEASURED = test/device test/checks test/bag test/contract test/host test/rig test/sessions test/ros
