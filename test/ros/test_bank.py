@@ -28,6 +28,7 @@ from mlmem_ros import (
 from mlmem_ros.contract.services import action_types
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.main import bank_arguments
+from mlmem_ros.ros.node import simulator
 from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.ros.qos import LATCHED
 from mlmem_ros.testing.running import NodeHere
@@ -301,5 +302,6 @@ def test_a_node_serves_actions_unless_it_is_told_not_to(start, wanted):
     with Robot() as robot:
         assert robot.get('actions') == wanted
         services = dict(robot.node.get_service_names_and_types())
-        served = '/mlmem/write/_action/send_goal' in services
-    assert served == (wanted and bool(action_types()))
+    for name, built in (('write', action_types()), ('simulate_steps', simulator.types())):
+        served = f'/mlmem/{name}/_action/send_goal' in services
+        assert served == (wanted and bool(built)), name

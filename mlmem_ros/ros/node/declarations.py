@@ -46,7 +46,8 @@ LAW = 'design.law'
 OF_THE_NODE = {
     'autostart': (True, Description('configure and activate at start')),
     'actions': (True, Description(
-        'serve procedures as actions, too, if mlmem_interfaces is built', listed=False
+        'serve actions, too: procedures, if mlmem_interfaces is built, and `~/simulate_steps`',
+        listed=False,
     )),
     'view': (False, Description(
         'serve the page of this element while the node runs: `mlmem view`'

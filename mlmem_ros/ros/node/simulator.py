@@ -38,9 +38,12 @@ ALREADY, NOT_REACHED = 101, 102
 TIME, STATE = 1, 2
 """Scopes of a reset, as in `ResetSimulation`: bits of a number, which is 0 for all of them."""
 
-ANYWHERE = 24, 25, 26, 31, 32, 33
+ANYWHERE = 24, 25, 26, 31, 32
 """Features of any element, as in `SimulatorFeatures`: its state is got, set and paused; it is
-stepped once, or several times, by service and action."""
+stepped once, or several times, by a service."""
+
+BY_ACTION = 33
+"""Feature of a node that serves actions: it is stepped several times by one."""
 
 RESET = 20
 """Feature of a simulated element: it is reset, in state and time together."""
@@ -79,7 +82,8 @@ class Simulator:
             answer = getattr(self, f'_{name}')
             kind = kinds[kind.rpartition('/')[2]]
             node.create_service(kind, f'~/{name}', answer, qos_profile=EVERY_ONE)
-        self._action = SimulateSteps(node, host, {}, STEPS, kinds['SimulateSteps'])
+        if node.get_parameter('actions').value:
+            self._action = SimulateSteps(node, host, {}, STEPS, kinds['SimulateSteps'])
 
     @property
     def waiting(self) -> int:
@@ -99,7 +103,8 @@ class Simulator:
     def _get_simulator_features(self, _: Any, response: Any) -> Any:
         element = self._host.element
         resets = (RESET,) if element is None or element.simulated else ()
-        response.features.features = [*resets, *ANYWHERE]
+        by_action = (BY_ACTION,) if self._action is not None else ()
+        response.features.features = [*resets, *ANYWHERE, *by_action]
         response.features.custom_info = (
             'mlmem_ros: a mechanical memory element; a step is one of its ticks'
         )
