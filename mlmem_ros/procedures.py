@@ -222,7 +222,7 @@ PROCEDURES = {
     'shift': Procedure(
         Shift,
         'move every wall whose turn it is by one level, by half a cycle of strain, and read',
-        'shifting.shift',
+        'many_walls.shift',
         'shifting',
         action=False,
     ),

@@ -14,9 +14,9 @@ import yaml
 from mlmem_ros import element_file
 from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
 from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
+from mlmem_ros.host.settings import groups
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
 from mlmem_ros.physics import CASE_II, DesignError, Specimen
-from mlmem_ros.ros.node.declarations import groups
 from mlmem_tools import checks
 from mlmem_tools.cli.main import main
 

@@ -18,7 +18,7 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.procedures import climbing
+from mlmem_ros.device.procedures import writing
 from mlmem_ros.device.pulse_corrections import (
     AS_SET,
     QUICKER,
@@ -82,7 +82,7 @@ def test_an_ideal_element_has_nothing_to_learn():
 
 
 def test_a_step_that_runs_over_skips_no_level(monkeypatch):
-    element, go_to_level, late = new_element(BITS_2), climbing.go_to_level, [1]
+    element, go_to_level, late = new_element(BITS_2), writing.go_to_level, [1]
 
     def too_far(element, place, level, **how):
         yield from go_to_level(element, place, level, **how)
@@ -90,7 +90,7 @@ def test_a_step_that_runs_over_skips_no_level(monkeypatch):
             late.remove(level)
             element.chain.place(resting_wall(element.chain.specimen, level + 1))
 
-    monkeypatch.setattr(climbing, 'go_to_level', too_far)
+    monkeypatch.setattr(writing, 'go_to_level', too_far)
     assert element.perform(Calibrate()).success
     assert not late
     element.calibration.check(BITS_2.design.levels)

@@ -66,7 +66,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
     """
     yield from return_to_zero(element)
     if element.register is not None:
-        from .kicking import clear  # few elements hold many walls
+        from .many_walls import clear  # few elements hold many walls
 
         return (yield from clear(element))
     if not plainly and pushes(element.settings):

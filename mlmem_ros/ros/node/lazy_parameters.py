@@ -31,7 +31,7 @@ from rclpy.parameter import Parameter
 
 from ...described import Description, clipped
 from ...device import SettingsError
-from .declarations import is_listed
+from ...host.settings import is_listed
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""

@@ -16,12 +16,20 @@ from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
 from ...device.settings import Settings
 from ...device.timetable import checked_speed
 from ...host import Host
-from ...host.settings import Parameters
+from ...host.settings import (
+    DIGEST,
+    LAW,
+    LIVE,
+    OF_A_PRESET,
+    OF_THE_NODE,
+    Parameters,
+    declarations,
+    groups,
+)
 from ...outside import DecodeError
 from ...physics import DesignError
 from ...physics.curve import Curve
 from ...procedures import as_text, from_text
-from .declarations import DIGEST, LAW, LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups
 from .lazy_parameters import LazyParameters, UnlistedParameters, descriptor
 
 FAULTS = 'faults.'
