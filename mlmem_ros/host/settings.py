@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..contract.topics import Topic
-from ..described import Description, clipped, described, descriptions, fields_in
+from ..described import Description, described, descriptions, fields_in, short_repr
 from ..device import PRESETS, Faults, Preset, Settings, SettingsError, preset
 from ..device.errors import Checked
 from ..device.presets import DEFAULT
@@ -54,13 +54,13 @@ class FileSettings(Checked):
                 os.lstat(target)
         except (OSError, RuntimeError, ValueError) as error:
             why = getattr(error, 'strerror', None) or error
-            raise SettingsError(f'{clipped(path)} must be a writable path; {why}') from error
+            raise SettingsError(f'{short_repr(path)} must be a writable path; {why}') from error
         if home and home not in target.parents:
             raise SettingsError(
-                f'{clipped(path)} must lie below files.root = {self.root}; it leads to {target}'
+                f'{short_repr(path)} must lie below files.root = {self.root}; it leads to {target}'
             )
         if target.name in ('', '..'):
-            raise SettingsError(f'{clipped(path)} must be the path of a file; it is a folder')
+            raise SettingsError(f'{short_repr(path)} must be the path of a file; it is a folder')
         return target
 
 

@@ -25,9 +25,9 @@ from mlmem_ros.device.pulse_corrections import (
     STRONGER,
     PulseCorrection,
     PulseCorrections,
+    corrected,
     menu,
     schedule_of,
-    trimmed,
 )
 from mlmem_ros.host import state_file
 from mlmem_ros.outside import decode
@@ -120,11 +120,11 @@ def test_pulses_of_another_schedule_are_ignored(trained):
 
 
 def test_a_trim_scales_times_and_strains_within_the_actuators_limit():
-    settings = trimmed(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
+    settings = corrected(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
     assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
     assert settings.write.ease_to == BITS_2.settings.write.ease_to
     assert settings.write.compression == -BITS_2.settings.actuator.max_strain
-    assert trimmed(BITS_2.settings, AS_SET) == BITS_2.settings
+    assert corrected(BITS_2.settings, AS_SET) == BITS_2.settings
 
 
 def test_slow_cycles_are_tried_faster_and_fast_ones_stronger():

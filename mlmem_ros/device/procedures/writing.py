@@ -166,8 +166,8 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
     """
     settings = element.settings
     lessons = [
-        _lesson(settings, level, trim)
-        for level, trim in enumerate(element.calibration.pulses(settings))
+        _lesson(settings, level, correction)
+        for level, correction in enumerate(element.calibration.pulses(settings))
     ]
     heard: dict[int, Reading] = {}
     while place != level:
@@ -175,9 +175,9 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
         if not BLANK <= place < level:
             yield from erase(element)
             place = BLANK
-        trims, aim = [lesson.trim for lesson in lessons], max([place + 1, *kicks])
+        corrections, aim = [lesson.correction for lesson in lessons], max([place + 1, *kicks])
         by_kick = aim in kicks
-        yield from go_to_level(element, place, aim, plainly=not by_kick, trims=trims)
+        yield from go_to_level(element, place, aim, plainly=not by_kick, corrections=corrections)
         if by_kick:
             yield from stand_still(element)
         heard[aim] = yield from look(element)
@@ -192,7 +192,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
         else:
             raise ProcedureFailed(why or f'no pulse takes the wall to level {aim} again')
     quick = element.calibration.quick
-    found = learnt((lesson.trim for lesson in lessons), settings, quick)
+    found = learnt((lesson.correction for lesson in lessons), settings, quick)
     element.calibration = replace(element.calibration, trims=found)
     return heard
 
@@ -204,11 +204,11 @@ class _Lesson:
     that takes it nearest is used.
     """
 
-    def __init__(self, trim: PulseCorrection, others: Sequence[PulseCorrection]) -> None:
+    def __init__(self, correction: PulseCorrection, others: Sequence[PulseCorrection]) -> None:
         """Start with the known pulse, then try others."""
-        self.trim = trim
-        self._menu = [other for other in others if other != trim]
-        self._best = NOWHERE, trim
+        self.correction = correction
+        self._menu = [other for other in others if other != correction]
+        self._best = NOWHERE, correction
         self._enough = CLEAR if self._menu else NOWHERE
 
     def passed(self, margin: float) -> bool:
@@ -220,11 +220,11 @@ class _Lesson:
 
         `beyond` says where the wall is heard: 1 beyond its level, -1 short of it, 0 at it.
         """
-        self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
+        self._best = max(self._best, (margin, self.correction), key=lambda each: each[0])
         if self._menu:
-            self.trim = self._menu.pop(0)
+            self.correction = self._menu.pop(0)
             return True
-        best, self.trim = self._best
+        best, self.correction = self._best
         hopeless = best == NOWHERE or self._enough < CLEAR
         self._enough = best - BESIDE
         return not hopeless
@@ -233,15 +233,15 @@ class _Lesson:
 class _Bisection(_Lesson):
     """Learning the speed of a kick: slower if the wall went too far, faster if it fell short."""
 
-    def __init__(self, trim: PulseCorrection, tries: int) -> None:
+    def __init__(self, correction: PulseCorrection, tries: int) -> None:
         """Start with the known speed."""
-        super().__init__(trim, ())
+        super().__init__(correction, ())
         self._enough, self._tries = CLEAR, tries - 1
         self._short, self._far, self._way = 0.0, math.inf, 1
 
     def another(self, margin: float, beyond: int) -> bool:
         """Halve the interval in which the speed must lie, or step towards it."""
-        speed = self.trim.speed
+        speed = self.correction.speed
         if beyond > 0:
             self._far = min(self._far, speed)
         elif beyond < 0:
@@ -257,20 +257,22 @@ class _Bisection(_Lesson):
         closed = self._far < CLOSED * self._short
         if self._tries <= 0 or closed or not 0.1 <= wanted <= 10.0:
             return super().another(margin, beyond)
-        self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
+        self._best = max(self._best, (margin, self.correction), key=lambda each: each[0])
         self._tries -= 1
-        self.trim = PulseCorrection(speed=wanted)
+        self.correction = PulseCorrection(speed=wanted)
         return True
 
 
-def _lesson(settings: Settings, level: int, trim: PulseCorrection) -> _Lesson:
+def _lesson(settings: Settings, level: int, correction: PulseCorrection) -> _Lesson:
     """Return the lesson for a level: of a kick, unless it is known that none reaches it."""
-    if trim.speed and kicked(settings, level):
-        return _Bisection(trim, settings.write.pulses)
-    if not trim.speed:
+    if correction.speed and kicked(settings, level):
+        return _Bisection(correction, settings.write.pulses)
+    if not correction.speed:
         settings = without_kicks(settings, (level,))
-    others = [replace(each, speed=trim.speed and each.speed) for each in menu(settings, level)]
-    return _Lesson(trim, others[: settings.write.pulses])
+    others = [
+        replace(each, speed=correction.speed and each.speed) for each in menu(settings, level)
+    ]
+    return _Lesson(correction, others[: settings.write.pulses])
 
 
 def _beyond(element: Memory, level: int, reading: Reading) -> int:

@@ -48,7 +48,7 @@ from ...contract.calls import (
     parse_self_test,
 )
 from ...contract.services import DEADLINE, action_types
-from ...described import clipped, printable
+from ...described import printable, short_repr
 from ...procedures import PROCEDURES
 from ..middleware import events_executor
 from .goal import Goal
@@ -329,7 +329,7 @@ def _type_of(name: str, value: Any) -> int:
         return int(Parameter.Type.from_parameter_value(value).value)
     except TypeError:
         wanted = 'true or false, a number, a text, or a list of one of these'
-        raise ValueError(f'{name} must be {wanted}; got {clipped(value)}') from None
+        raise ValueError(f'{name} must be {wanted}; got {short_repr(value)}') from None
 
 
 def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
