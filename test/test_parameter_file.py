@@ -152,7 +152,7 @@ def test_a_file_passes_its_check_quickly(capsys, tmp_path):
 
 def test_a_failed_check_ends_with_status_1_and_lists_its_findings(tmp_path, capsys, monkeypatch):
     """All as JSON; in brief those that did not pass."""
-    monkeypatch.setattr(checks, 'CONCERNS', (checks.waves, checks.wall))
+    monkeypatch.setattr(checks, 'CONCERNS', (checks.material,))
     file = tmp_path / 'my.yaml'
     file.write_text(wrapped('probe: {omega_c: 2.4}'))
     assert main(['design', 'check', str(file), '--json']) == 1

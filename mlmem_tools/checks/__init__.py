@@ -18,7 +18,6 @@ from mlmem_ros.physics import Design
 
 from . import (
     disturb,
-    drift,
     echo_range,
     echoes,
     launch,
@@ -27,8 +26,6 @@ from . import (
     schedule,
     steps,
     transducer,
-    wall,
-    waves,
     words,
 )
 from .concern import Finding, Report, Subject
@@ -37,10 +34,7 @@ __all__ = ['Finding', 'Report', 'Verdict', 'check']
 
 CONCERNS = (
     material,
-    waves,
-    wall,
     pinning,
-    drift,
     launch,
     schedule,
     steps,
@@ -52,7 +46,7 @@ CONCERNS = (
 )
 """Modules with `check(subject)`, in the order of a report."""
 
-BY_STRAIN = (drift, launch, steps)
+BY_STRAIN = (launch, steps)
 """Those that judge what strain does: without an actuator there is none."""
 
 

@@ -27,7 +27,6 @@ from mlmem_tools.checks import (
     Verdict,
     check,
     disturb,
-    drift,
     echo_range,
     echoes,
     launch,
@@ -35,7 +34,6 @@ from mlmem_tools.checks import (
     pinning,
     schedule,
     steps,
-    wall,
     words,
 )  # fmt: skip
 from mlmem_tools.checks.concern import Subject, sample
@@ -131,7 +129,7 @@ def test_a_weak_gradient_leaves_the_wall_to_the_lattice():
 
 
 def test_a_gradient_to_the_left():
-    assert {'gradient', 'peierls_nabarro'} <= failed(part((material, drift), gamma=1e-4))
+    assert {'gradient', 'peierls_nabarro'} <= failed(part((material, pinning), gamma=1e-4))
 
 
 def test_a_pulse_that_hides_the_first_two_levels_leaves_them_unproven():
@@ -194,7 +192,7 @@ def test_the_printed_carrier_is_in_neither_band():
     ],
 )
 def test_a_soft_substrate_traps_the_wall(s_min, substrate, verdict):
-    report = part((drift,), s_min=s_min, s_max=3.0 * s_min, substrate=substrate)
+    report = part((pinning,), s_min=s_min, s_max=3.0 * s_min, substrate=substrate)
     assert report['rigidity'].verdict is verdict
     assert failed(report) == ({'rigidity'} if verdict is Verdict.FAIL else set())
 
@@ -286,7 +284,7 @@ def test_a_single_level_has_no_steps(case_i):
 
 
 def test_a_wide_wall_does_not_fit_a_level():
-    assert 'wall_width' in failed(part((wall,), d=0.0061, J=10, J_s=20, j_0=6.8))
+    assert 'wall_width' in failed(part((material,), d=0.0061, J=10, J_s=20, j_0=6.8))
 
 
 def test_a_trap_too_near_the_end_loses_the_launched_wall():
