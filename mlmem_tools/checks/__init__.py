@@ -18,7 +18,6 @@ from mlmem_ros.physics import Design
 
 from . import (
     disturb,
-    echo_range,
     echoes,
     launch,
     material,
@@ -38,7 +37,6 @@ CONCERNS = (
     launch,
     schedule,
     steps,
-    echo_range,
     echoes,
     disturb,
     transducer,
@@ -49,9 +47,8 @@ CONCERNS = (
 BY_STRAIN = (launch, steps)
 """Those that judge what strain does: without an actuator there is none."""
 
-
-OF_ONE_WALL = (launch, echoes)
-"""Those that judge a launch by strain, and the delays by which one wall is read."""
+OF_ONE_WALL = (launch,)
+"""Those that judge how one wall is launched by strain."""
 
 
 def check(

@@ -27,7 +27,6 @@ from mlmem_tools.checks import (
     Verdict,
     check,
     disturb,
-    echo_range,
     echoes,
     launch,
     material,
@@ -37,8 +36,7 @@ from mlmem_tools.checks import (
     words,
 )  # fmt: skip
 from mlmem_tools.checks.concern import Subject, sample
-from mlmem_tools.checks.echo_range import echo_strength
-from mlmem_tools.checks.echoes import forecast_echo
+from mlmem_tools.checks.echoes import echo_strength, forecast_echo
 from mlmem_tools.checks.launch import launched
 
 
@@ -352,7 +350,7 @@ def test_the_range_by_closed_forms_is_close_to_the_forecast():
 
 
 def test_too_much_damping_swallows_the_farthest_echo():
-    report = part((echo_range, echoes), eta=0.5)
+    report = part((echoes,), eta=0.5)
     assert {'range_left', 'echo_left', 'range_right', 'echo_right'} <= failed(report)
     assert report['echo_left'].text.endswith(
         'hardly heard: choose a smaller probe.v_th, a faster carrier, less damping or fewer cells'
@@ -369,7 +367,7 @@ def test_a_pulse_outside_the_band_returns_nothing():
 def test_a_threshold_too_low_for_a_sensor_is_a_warning():
     """The threshold falls by exp(-0.01 t), to a millionth before the farthest echo is back."""
     eager = dataclasses.replace(Settings().probe, gain_decay=0.01)
-    report = part((echo_range,), CASE_II, Settings(probe=eager))
+    report = part((echoes,), CASE_II, Settings(probe=eager))
     assert report['range_left'].verdict is Verdict.WARN
     assert 'demanding for a sensor' in report['range_left'].text
     assert report['range_left'].values['range'] > 200.0
