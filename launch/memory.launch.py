@@ -29,8 +29,8 @@ from lifecycle_msgs.msg import Transition
 from mlmem_ros.described import Description
 from mlmem_ros.device import PRESETS
 from mlmem_ros.device.presets import DEFAULT
+from mlmem_ros.host.settings import declarations
 from mlmem_ros.parameter_file import node_parameters
-from mlmem_ros.ros.node.declarations import declarations
 
 SIGTERM_TIMEOUT = 5.0
 """Seconds after SIGINT that launch gives a process which does not linger."""

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
     from .contract.calls import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
-    from .ros.client.client import MemoryClient
+    from .ros.client.client import MemoryClient, standalone
     from .ros.client.reply import Reply
-    from .ros.client.standalone import standalone
     from .ros.node.node import MemoryNode
 
 __version__ = '1.0.0'
@@ -37,8 +36,7 @@ _HOMES = {
         'RequestFailed',
         'RequestRefused',
     ),
-    'ros.client.client': ('MemoryClient',),
-    'ros.client.standalone': ('standalone',),
+    'ros.client.client': ('MemoryClient', 'standalone'),
     'ros.client.reply': ('Reply',),
     'ros.node.node': ('MemoryNode',),
 }

@@ -3,7 +3,7 @@
 """Dataclass fields that describe themselves: meaning, unit and range, declared once.
 
 Checks, ROS parameters and the tables of the documentation are made from them. In a message a value
-from outside is `clipped`: short, printable, and on one line.
+from outside is `short_repr`: short, printable, and on one line.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def problems(instance: Any, **most: float) -> list[str]:
         kind = field.type if isinstance(field.type, str) else field.type.__name__
         if not fits(value, kind, description):
             what = wanted(kind, description)
-            found.append(f'{field.name} must be {what}; got {clipped(value)}')
+            found.append(f'{field.name} must be {what}; got {short_repr(value)}')
     return found
 
 
@@ -150,7 +150,7 @@ def _bound(value: float | None) -> str:
 _MOST = 80  # characters of a value in a message
 
 
-def clipped(value: object, most: int = _MOST) -> str:
+def short_repr(value: object, most: int = _MOST) -> str:
     """Return the `repr` of a value, without its middle if it is long.
 
     The whole `repr` is never built: for a joint name of 5 MB, deeply nested lists or YAML full of

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .described import clipped, described
+from .described import described, short_repr
 from .device.pulse_corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
 from .device.settings import Settings
 from .durable import write_atomically
@@ -63,7 +63,7 @@ class Element:
         return replace(made, mass=made.masses / unit**2, eta_factor=made.eta_factor / unit)
 
     def pulses(self, settings: Settings) -> list[PulseCorrection]:
-        """Return the trims of launch and steps by level: as planned, or as in the settings."""
+        """Return corrections of launch and steps by level: as planned, or as in the settings."""
         if self.plan is None or self.plan.schedule != schedule_of(settings):
             return [AS_SET] * self.specimen.design.levels
         return list(self.plan.steps)
@@ -144,7 +144,7 @@ def element_of(data: Any) -> Element:
     """
     try:
         if isinstance(data, Mapping) and data.get('format', FORMAT) != FORMAT:
-            raise ValueError(f'format must be {FORMAT}; got {clipped(data["format"])}')
+            raise ValueError(f'format must be {FORMAT}; got {short_repr(data["format"])}')
         given: _File = decode(_File, data)
         made = Specimen(
             given.design, given.alpha / given.design.alpha, k_r_factor=given.k_r, mass=given.mass,

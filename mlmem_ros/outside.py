@@ -24,7 +24,7 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from . import durable
-from .described import Description, clipped, fits, printable, wanted
+from .described import Description, fits, printable, short_repr, wanted
 
 DEEPEST = 50
 """Most levels of a document: ours have seven, and a parser may overflow the stack."""
@@ -180,7 +180,7 @@ def encoded(values: Any) -> dict[str, Any]:
 
 
 def _refuse(name: str, what: str, data: Any) -> NoReturn:
-    raise DecodeError(f'{name or "it"} must be {what}; got {clipped(data)}')
+    raise DecodeError(f'{name or "it"} must be {what}; got {short_repr(data)}')
 
 
 def _inside(name: str, key: object) -> str:
@@ -213,7 +213,7 @@ def _object(kind: type, data: Any, name: str) -> Any:
     if unknown := [key for key in data if key not in fields]:
         there = f' in {name}' if name else ''
         known = ', '.join(fields)
-        raise DecodeError(f'there is no {clipped(unknown[0], 40)}{there}; there are {known}')
+        raise DecodeError(f'there is no {short_repr(unknown[0], 40)}{there}; there are {known}')
     if missing := [key for key, (*_, needed) in fields.items() if needed and key not in data]:
         text = fields[missing[0]][1].text if len(missing) == 1 else ''
         raise DecodeError(f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}')

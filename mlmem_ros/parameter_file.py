@@ -17,7 +17,7 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from . import law_file
-from .described import clipped, descriptions, printable
+from .described import descriptions, printable, short_repr
 from .device import PRESETS, Preset, Settings, SettingsError, preset
 from .device.presets import DEFAULT
 from .device.settings import ScaleSettings
@@ -67,7 +67,7 @@ def _text(source: str) -> str:
         return read(source)
     except DecodeError as error:
         raise ParameterFileError(
-            f'{clipped(source, 60)}: {error}; give a parameter file, or one of '
+            f'{short_repr(source, 60)}: {error}; give a parameter file, or one of '
             f'{", ".join(PRESETS)}'
         ) from error
 
@@ -85,7 +85,7 @@ def node_parameters(config: str) -> str | dict[str, str]:
     if not path.is_file():
         raise ParameterFileError(
             f'config must be the path of a parameter file, or one of {", ".join(PRESETS)}; '
-            f'got {clipped(config)}'
+            f'got {short_repr(config)}'
         )
     try:
         from_yaml(read(path))  # ROS would read any file to its end
@@ -221,7 +221,7 @@ def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator
             yield f'{above}{key}', value
         else:
             raise ParameterFileError(
-                f'{name}: {above}{key} must be one value; got {clipped(value)}'
+                f'{name}: {above}{key} must be one value; got {short_repr(value)}'
             )
 
 
@@ -245,5 +245,5 @@ def _typed(text: str, kind: str, key: str, name: str) -> Any:
         'float': 'a double (a number with a decimal point)',
     }
     raise ParameterFileError(
-        f'{name}: parameter {key} must be {wanted[kind]}; got {clipped(text)}'
+        f'{name}: parameter {key} must be {wanted[kind]}; got {short_repr(text)}'
     )

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from typing import Any, NamedTuple
 
-from .described import Description, clipped, described, descriptions
+from .described import Description, described, descriptions, short_repr
 
 BLANK = -1
 """Level of an element without a wall."""
@@ -61,7 +61,7 @@ def from_text(text: str) -> int:
     """
     if re.fullmatch('0[xX][0-9a-fA-F]{1,255}|[0-9]{1,300}', text):  # `WIDEST`
         return int(text, 16 if text[1:2] in ('x', 'X') else 10)
-    raise ValueError(f'must be a number such as 0xa7 or 167; got {clipped(text)}')
+    raise ValueError(f'must be a number such as 0xa7 or 167; got {short_repr(text)}')
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ PROCEDURES = {
     'shift': Procedure(
         Shift,
         'move every wall whose turn it is by one level, by half a cycle of strain, and read',
-        'shifting.shift',
+        'many_walls.shift',
         'shifting',
         action=False,
     ),

@@ -29,9 +29,8 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.instrument import Units
 from mlmem_ros.law_file import curve_of
-from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.client.standalone import POLL, standalone, wait_until
-from mlmem_ros.ros.qos import LATCHED, RELIABLE
+from mlmem_ros.ros.client.client import POLL, MemoryClient, standalone, wait_until
+from mlmem_ros.ros.middleware import LATCHED, RELIABLE
 from mlmem_ros.session.data import SessionData
 from mlmem_ros.session.replay import element_of
 from mlmem_ros.session.report import agreeing, ending, remains

@@ -10,7 +10,7 @@ import pytest
 
 from mlmem_ros import RequestRefused
 from mlmem_ros.ros import node_process
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node_process import child
 from mlmem_ros.testing import memory_node
 

@@ -26,7 +26,7 @@ from dataclasses import replace
 
 MODULES = (
     'mlmem_ros.rig',
-    'mlmem_ros.ros.client.standalone',
+    'mlmem_ros.ros.client.client',
     'mlmem_ros.ros.node.run',
     'mlmem_tools.cli.request',
     'mlmem_tools.cli.view',

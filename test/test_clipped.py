@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem_ros.described import clipped, printable
+from mlmem_ros.described import printable, short_repr
 
 
 def deep(levels):
@@ -35,17 +35,17 @@ HUGE = {
 
 @pytest.mark.parametrize('kind', HUGE)
 def test_a_huge_value_is_clipped(kind):
-    assert 3 <= len(clipped(HUGE[kind]())) <= 80
+    assert 3 <= len(short_repr(HUGE[kind]())) <= 80
 
 
 def test_a_short_value_is_its_repr():
     for value in (None, 1.5, 'level', [1, 2], {'tick': None}):
-        assert clipped(value) == repr(value)
+        assert short_repr(value) == repr(value)
 
 
 def test_a_long_text_keeps_its_start_and_end():
-    assert clipped('a' * 50 + 'z' * 50, 20).startswith("'aaa")
-    assert clipped('a' * 50 + 'z' * 50, 20).endswith("zzz'")
+    assert short_repr('a' * 50 + 'z' * 50, 20).startswith("'aaa")
+    assert short_repr('a' * 50 + 'z' * 50, 20).endswith("zzz'")
 
 
 def test_no_text_controls_the_terminal():

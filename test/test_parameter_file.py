@@ -14,9 +14,9 @@ import yaml
 from mlmem_ros import element_file
 from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
 from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
+from mlmem_ros.host.settings import groups
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
 from mlmem_ros.physics import CASE_II, DesignError, Specimen
-from mlmem_ros.ros.node.declarations import groups
 from mlmem_tools import checks
 from mlmem_tools.cli.main import main
 
@@ -152,7 +152,7 @@ def test_a_file_passes_its_check_quickly(capsys, tmp_path):
 
 def test_a_failed_check_ends_with_status_1_and_lists_its_findings(tmp_path, capsys, monkeypatch):
     """All as JSON; in brief those that did not pass."""
-    monkeypatch.setattr(checks, 'CONCERNS', (checks.waves, checks.wall))
+    monkeypatch.setattr(checks, 'CONCERNS', (checks.material,))
     file = tmp_path / 'my.yaml'
     file.write_text(wrapped('probe: {omega_c: 2.4}'))
     assert main(['design', 'check', str(file), '--json']) == 1

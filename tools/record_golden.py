@@ -18,8 +18,8 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, UInt8
 
 from mlmem_ros import MemoryClient
-from mlmem_ros.ros.client.standalone import wait_until
-from mlmem_ros.ros.qos import RELIABLE
+from mlmem_ros.ros.client.client import wait_until
+from mlmem_ros.ros.middleware import RELIABLE
 from mlmem_ros.testing import memory_node
 
 DATA = Path(__file__).resolve().parent.parent / 'test' / 'data'

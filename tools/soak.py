@@ -39,7 +39,7 @@ from visualization_msgs.msg import MarkerArray
 
 from mlmem_ros import RequestFailed
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.testing import RunningNode, memory_node
 
 STREAMS = {

@@ -200,7 +200,7 @@ function nearest(delays, delay) {
   return delays.reduce((best, each, level) => (Math.abs(each - delay) < Math.abs(delays[best] - delay) ? level : best), 0);
 }
 
-/** Return how a register is brought from one word to another: see mlmem_ros/device/procedures/kicking.py. */
+/** Return how a register is brought from one word to another: see mlmem_ros/device/procedures/many_walls.py. */
 export function wordWay(element, present, wanted) {
   const { register, about, push } = element, [inactive, active] = element.phases;
   const walls = (word) => [...Array(about.levels).keys()].filter((level) => (word >> level) & 1);

@@ -19,8 +19,8 @@ from pathlib import Path
 from std_msgs.msg import UInt8
 
 from mlmem_ros import MemoryClient, standalone
-from mlmem_ros.ros.client.standalone import wait_until
-from mlmem_ros.ros.qos import LATCHED, RELIABLE
+from mlmem_ros.ros.client.client import wait_until
+from mlmem_ros.ros.middleware import LATCHED, RELIABLE
 
 HERE = Path(__file__).resolve().parent
 SPARSE = {'field_every': 200, 'wall_every': 200, 'joint_states_every': 50}

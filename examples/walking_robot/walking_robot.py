@@ -31,7 +31,7 @@ from sensor_msgs.msg import Imu, JointState
 
 from mlmem_ros import MemoryClient
 from mlmem_ros.packages import missing
-from mlmem_ros.ros.qos import RELIABLE
+from mlmem_ros.ros.middleware import RELIABLE
 from mlmem_ros.testing import memory_node
 
 try:

@@ -92,7 +92,7 @@ def _of(entry: str, scatter: float) -> dict[str, Any]:
     for seed, truth in enumerate(truths):
         twin = fitted(truth, seed) if entry == FITTED else known(truth, seed)
         found.append(plan(twin.timed, chosen))
-        twins.append(replace(twin, plan=found[-1].trims))
+        twins.append(replace(twin, plan=found[-1].corrections))
     ways: dict[str, Sequence[Element | None]] = {
         'as designed': [None] * len(twins),
         'read by the twin': [replace(each, plan=None) for each in twins],

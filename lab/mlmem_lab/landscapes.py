@@ -28,9 +28,8 @@ import numpy as np
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.physics.design import Design
 from mlmem_ros.physics.equilibrium import blank, energies, relax, resting_wall, stiffness
-from mlmem_ros.physics.errors import StateError
 from mlmem_ros.physics.held_wall import hold_walls, uniform
-from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.potential import Array, StateError
 from mlmem_ros.physics.specimen import Specimen
 from mlmem_ros.physics.waves import band, wavenumber
 

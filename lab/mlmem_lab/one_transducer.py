@@ -105,12 +105,12 @@ def write(element: MemoryElement, level: int) -> tuple[bool, int]:
 
 def counted(name: str) -> dict[str, Any]:
     """Return how random writes ended, and how reads of elements with one bad cell did."""
-    element, chance = element_of(name), random.Random(SEED)
+    element, rng = element_of(name), random.Random(SEED)
     levels = element.design.levels
     ended: Counter[str] = Counter(dict.fromkeys(('writes', 'failed', 'wrong', 'again'), 0))
     ticks, there = [], BLANK
     for _ in range(WRITES):
-        wanted = chance.choice([level for level in range(levels) if level != there])
+        wanted = rng.choice([level for level in range(levels) if level != there])
         begin = element.ticks
         said, attempts = write(element, wanted)
         ticks.append(element.ticks - begin)

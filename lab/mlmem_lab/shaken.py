@@ -251,8 +251,8 @@ def counted(name: str) -> list[dict[str, Any]]:
         random = np.random.default_rng(SEED + 1000 * number)
         counts = Counts()
         while counts.reads + counts.moved < READS:
-            level, chance = int(random.integers(design.levels)), int(random.integers(2**31))
-            counts.add(count(design, settings, shaking, end, level, BLOCK, chance))
+            level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
+            counts.add(count(design, settings, shaking, end, level, BLOCK, seed))
         found.append({'preset': name, 'end': end, 'shaking': str(shaking), **_told(counts)})
     return found
 

@@ -41,7 +41,7 @@ JUDGES = {
 @pytest.fixture(scope='module')
 def element():
     made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
-    trims = plan(made, CHOSEN).trims
+    trims = plan(made, CHOSEN).corrections
     return Element(made, np.full(CHOSEN.design.N, 1e-4), 1.001, plan=trims)
 
 

@@ -42,9 +42,9 @@ from mlmem_ros.device import (
 from mlmem_ros.device.end import End, Shot
 from mlmem_ros.element_file import Element, ElementFileError
 from mlmem_ros.host import state_file
+from mlmem_ros.host.settings import declarations
 from mlmem_ros.outside import LONGEST, DecodeError
 from mlmem_ros.physics import CASE_II, DesignError, Specimen, StateError
-from mlmem_ros.ros.node.declarations import declarations
 from mlmem_ros.session import data
 from mlmem_tools.cli import request
 from mlmem_tools.cli.commands import parser

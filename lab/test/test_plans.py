@@ -81,8 +81,8 @@ def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     specimen = scattered(design, Scatter(alpha=0.01), 0)
     found = plan(specimen, chosen)
     assert found.complete
-    assert [len(found.steps), len(found.kinks), len(found.trims.kinks)] == [3, 2, 3]
-    known = Element(specimen, np.zeros(design.N), plan=found.trims)
+    assert [len(found.steps), len(found.kinks), len(found.corrections.kinks)] == [3, 2, 3]
+    known = Element(specimen, np.zeros(design.N), plan=found.corrections)
     written = {}
     for kicks in (settings, known.kicks(settings)):
         device = new_element(design, kicks, driver=Simulation.of(specimen, settings.time))

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import yaml  # type: ignore[import-untyped]
 
 from .. import durable
-from ..described import clipped
+from ..described import short_repr
 from ..outside import from_yaml, require_regular
 from .errors import BagError, storage_errors
 
@@ -274,7 +274,7 @@ def parse_metadata(text: str) -> BagMetadata:
             compressed=_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
         )
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise BagError(f'The text must be rosbag2 metadata; got {clipped(text)}.') from error
+        raise BagError(f'The text must be rosbag2 metadata; got {short_repr(text)}.') from error
 
 
 def read_metadata(directory: Path) -> BagMetadata | None:
@@ -354,5 +354,5 @@ def _profiles(text: str) -> Any:
 def _text(value: object) -> str:
     # Nested lists of aliases expand without bound when written out.
     if not isinstance(value, str):
-        raise ValueError(f'got {clipped(value)} for a text')
+        raise ValueError(f'got {short_repr(value)} for a text')
     return value

@@ -18,7 +18,7 @@ import struct
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING
 
-from ..described import clipped, described
+from ..described import described, short_repr
 from ..outside import DecodeError, decode, from_json
 from . import jazzy
 from .contents import TopicInfo
@@ -98,7 +98,7 @@ def check(reader: BagReader, topic: str) -> Findings:
             continue
         try:
             if each.type != TYPE:
-                raise DecodeError(f'the type must be {TYPE}; got {clipped(each.type)}')
+                raise DecodeError(f'the type must be {TYPE}; got {short_repr(each.type)}')
             told = decode(Digest, from_json(reader.deserialize(each).data))
         except (BagError, DecodeError) as error:
             found.altered.append(f'{topic}: {error}')

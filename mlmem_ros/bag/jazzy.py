@@ -14,7 +14,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from ..described import clipped, printable
+from ..described import printable, short_repr
 from .contents import Definition
 from .errors import BagError
 
@@ -124,7 +124,7 @@ def _decode(cdr: bytes, type_name: str) -> tuple[Any, int]:
 
 def _require(type_name: str) -> None:
     if type_name not in _store().fielddefs:
-        raise BagError(f'The type must be one of ROS 2 Jazzy; got {clipped(type_name)}.')
+        raise BagError(f'The type must be one of ROS 2 Jazzy; got {short_repr(type_name)}.')
 
 
 @lru_cache

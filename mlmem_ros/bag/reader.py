@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat
 
-from ..described import clipped
+from ..described import short_repr
 from ..outside import require_regular
 from . import jazzy
 from .contents import (
@@ -223,7 +223,7 @@ class BagReader:
         if digest and digest != jazzy.definition(message.type).hash:
             raise BagError(
                 f'{message.topic} must have the {message.type} of ROS 2 Jazzy; '
-                f'got another one, {clipped(digest)}.'
+                f'got another one, {short_repr(digest)}.'
             )
         return jazzy.deserialize(message.cdr, message.type)
 

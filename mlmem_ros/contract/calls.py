@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..described import clipped
+from ..described import short_repr
 from ..outside import DecodeError, decode, from_json
 from ..procedures import JOINT, PROCEDURES, WIDE, as_text, from_text
 from .answers import Answer, SelfTested, asked, everything, on_wire
@@ -41,11 +41,11 @@ def message_of(name: str, **arguments: Any) -> Any:
     from rcl_interfaces.srv import SetParametersAtomically
 
     if name not in REQUESTS:
-        raise ValueError(f'request must be one of {", ".join(REQUESTS)}; got {clipped(name)}')
+        raise ValueError(f'request must be one of {", ".join(REQUESTS)}; got {short_repr(name)}')
     types = {NAME: STRING, DEADLINE: DOUBLE, **REQUESTS[name]}
     if strange := [key for key in arguments if key not in types]:
         known = ', '.join(REQUESTS[name]) or 'no arguments'
-        raise ValueError(f'{name} takes {known}; got {clipped(strange[0])}')
+        raise ValueError(f'{name} takes {known}; got {short_repr(strange[0])}')
     given = {NAME: name, **carried(name, arguments)}
     return SetParametersAtomically.Request(
         parameters=[parameter(key, types[key].number, value) for key, value in given.items()]
@@ -135,7 +135,7 @@ def _is(wanted: type, value: Any) -> bool:
 
 
 def _unfit(name: str, wanted: str, value: Any) -> ValueError:
-    return ValueError(f'{name} must be {wanted}; got {clipped(value)}')
+    return ValueError(f'{name} must be {wanted}; got {short_repr(value)}')
 
 
 # --- why there is none ------------------------------------------------------------------------
@@ -293,10 +293,12 @@ def echo(message: Any) -> NDArray[np.float64]:
     """
     data = np.asarray(message.data, dtype=np.float64)
     if len(data) < 6 or len(data) % 3 or not np.isfinite(data).all():
-        raise ValueError(f'data must be 3 rows of 2 or more finite numbers; got {clipped(data)}')
+        raise ValueError(
+            f'data must be 3 rows of 2 or more finite numbers; got {short_repr(data)}'
+        )
     t = data[: len(data) // 3]
     if not 0.0 < t[0] < t[1] or not (np.diff(t) >= 0.0).all():
-        raise ValueError(f'the times of the samples must increase from 0; got {clipped(t)}')
+        raise ValueError(f'the times of the samples must increase from 0; got {short_repr(t)}')
     return data.reshape(3, -1)
 
 
@@ -308,5 +310,5 @@ def displacement(message: Any) -> float:
     """
     places = dict(zip(message.name, message.position, strict=False))
     if JOINT not in places:
-        raise ValueError(f'position must include the {JOINT}; got {clipped(places)}')
+        raise ValueError(f'position must include the {JOINT}; got {short_repr(places)}')
     return float(places[JOINT])

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from ..described import clipped, descriptions
+from ..described import descriptions, short_repr
 from ..device import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
 from ..device.actuator import MOST_POINTS
 from ..device.instrument import Units
@@ -82,7 +82,7 @@ def set_joint(message: Any, units: Units) -> SetStrain:
     positions = dict(zip(message.name, message.position, strict=False))
     if JOINT not in positions:
         raise Refused(
-            f'it must have a position of the joint {JOINT!r}; got {clipped(list(positions))}'
+            f'it must have a position of the joint {JOINT!r}; got {short_repr(list(positions))}'
         )
     if math.isnan(position := float(positions[JOINT])):
         raise NoCommand(f'no position of the joint {JOINT!r} is wanted: it is NaN')
@@ -132,14 +132,14 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
     asked = given.pop(NAME, None)
     name = None if asked is None else STRING.of(asked)
     if name not in REQUESTS:
-        raise Refused(f'{NAME} must be one of {", ".join(REQUESTS)}; got {clipped(name)}')
+        raise Refused(f'{NAME} must be one of {", ".join(REQUESTS)}; got {short_repr(name)}')
     types = REQUESTS[name]
     if name in PROCEDURES:
         given.pop(DEADLINE, None)
     for argument, value in given.items():
         if argument not in types:
             raise Refused(
-                f'{name} takes {", ".join(types) or "no arguments"}; got {clipped(argument)}'
+                f'{name} takes {", ".join(types) or "no arguments"}; got {short_repr(argument)}'
             )
         if value.type != types[argument].number:
             raise Refused(

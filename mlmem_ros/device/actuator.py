@@ -19,7 +19,7 @@ from itertools import accumulate, repeat
 
 import numpy as np
 
-from ..described import clipped
+from ..described import short_repr
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..procedures import JOINT
@@ -76,7 +76,7 @@ class Actuator:
         if not is_number(strain, limit):
             raise Refused(
                 f'strain must be a finite number from {-limit:g} to {limit:g} '
-                f'(actuator.max_strain); got {clipped(strain)}'
+                f'(actuator.max_strain); got {short_repr(strain)}'
             )
 
     def hold(self, strain: float) -> None:
@@ -172,7 +172,7 @@ def planned(
         Refused: The points are not a profile, or it exceeds a limit.
     """
     if command.joint != JOINT:
-        raise Refused(f'the joint must be {JOINT!r}; got {clipped(command.joint)}')
+        raise Refused(f'the joint must be {JOINT!r}; got {short_repr(command.joint)}')
     times, strains, rates = _checked(command)
     if times[-1] > LONGEST * time_unit:
         raise Refused(
@@ -216,7 +216,7 @@ def _checked(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
         )
     for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
         if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
-            raise Refused(f'{name} must be finite numbers; got {clipped(bad[0])}')
+            raise Refused(f'{name} must be finite numbers; got {short_repr(bad[0])}')
     if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
         raise Refused('the times of the points must increase from 0 s')
     if times[-1] == 0.0:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..described import clipped
+from ..described import short_repr
 from ..physics.potential import Array
 from .commands import is_number
 from .errors import Refused
@@ -64,7 +64,7 @@ class Base:
         if not is_number(acceleration, limit):
             raise Refused(
                 f'acceleration must be a finite number from {-limit:g} to {limit:g} lattice '
-                f'constants per time unit squared ({whose}); got {clipped(acceleration)}'
+                f'constants per time unit squared ({whose}); got {short_repr(acceleration)}'
             )
 
     @property

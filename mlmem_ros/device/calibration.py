@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an element has learnt: the echo delay of every level, and its trims."""
+"""What an element has learnt: the echo delay of every level, and corrections of its pulses."""
 
 from __future__ import annotations
 
@@ -183,7 +183,8 @@ class Calibration:
         left: Table of the left end, or None if it is not read from: in a long element only the
             right end hears the echoes, since waves are faster there.
         right: Table of the right end, which also detects a blank element.
-        trims: PulseCorrections of launch and steps, or None if all are as in the settings.
+        trims: Corrections of launch and steps, or None if all are as in the settings. Named as in
+            files, so that those of 1.0 are read.
     """
 
     left: DelayTable | None
@@ -211,14 +212,14 @@ class Calibration:
             raise SettingsError(f'trims must be {levels}, one for every level; got {count}')
 
     def pulses(self, settings: Settings) -> list[PulseCorrection]:
-        """Return the trims of launch and steps, by the level to which they take the wall.
+        """Return the corrections of launch and steps, by the level to which they take the wall.
 
-        PulseCorrections that were learnt with another schedule do not apply.
+        Those that were learnt with another schedule do not apply.
         """
-        trims = self.trims
-        if trims is None or trims.schedule != schedule_of(settings):
+        known = self.trims
+        if known is None or known.schedule != schedule_of(settings):
             return [AS_SET] * len(self.right.delays)
-        return list(trims.steps)
+        return list(known.steps)
 
     @property
     def quick(self) -> QuickMoves | None:
@@ -230,7 +231,7 @@ class Calibration:
         without the kicks that do not arrive.
         """
         steps = self.pulses(settings)
-        if unkicked := [level for level, trim in enumerate(steps) if not trim.speed]:
+        if unkicked := [level for level, each in enumerate(steps) if not each.speed]:
             settings = without_kicks(settings, unkicked)
         return self.quick.adapt(settings, start) if self.quick else settings
 
@@ -251,7 +252,7 @@ class Calibration:
         return self.left
 
     def as_dict(self) -> dict[str, Any]:
-        """Return both tables for a file, and the trims if there are any."""
+        """Return both tables for a file, and the corrections if there are any."""
         left = self.left and self.left.as_dict()
         learnt = {'trims': self.trims.as_dict()} if self.trims else {}
         return {'left': left, 'right': self.right.as_dict(), **learnt}

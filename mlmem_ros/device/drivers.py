@@ -17,7 +17,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from .. import threads
-from ..described import clipped, printable
+from ..described import printable, short_repr
 from ..physics import (
     INTEGRATORS,
     Chain,
@@ -230,7 +230,7 @@ def opened(
     if name == SIMULATION:
         if address:
             raise SettingsError(
-                f'device.address must be empty for a simulated element; got {clipped(address)}'
+                f'device.address must be empty for a simulated element; got {short_repr(address)}'
             )
         return Simulation.of(made or design, settings.time)
     if made is not None:
@@ -250,7 +250,7 @@ def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
     if not (colon and module and kind):
         known = ', '.join((SIMULATION, *SHIPPED))
         raise SettingsError(
-            f'device.driver must be {known} or package.module:Class; got {clipped(name)}'
+            f'device.driver must be {known} or package.module:Class; got {short_repr(name)}'
         )
     try:
         found = getattr(importlib.import_module(module), kind)
@@ -262,7 +262,7 @@ def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
     if not (isinstance(found, type) and issubclass(found, Driver)):
         raise SettingsError(
             f'device.driver {name}: {kind} must be a subclass of mlmem_ros.device.Driver; '
-            f'got {clipped(repr(found), 100)}'
+            f'got {short_repr(repr(found), 100)}'
         )
     return found
 

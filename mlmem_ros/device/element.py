@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..described import clipped, descriptions, problems
+from ..described import descriptions, problems, short_repr
 from ..physics import Design
 from ..procedures import PROCEDURES, Abort, Procedures
 from . import commands, factory, procedures
@@ -143,7 +143,7 @@ class MemoryElement(Memory):
                 self.actuator.follow(command, self.settings.scale.time)
             case _:
                 known = ', '.join(commands.KINDS)
-                raise Refused(f'command must be one of {known}; got {clipped(command)}')
+                raise Refused(f'command must be one of {known}; got {short_repr(command)}')
         self.forget('strained by hand')
         return None
 

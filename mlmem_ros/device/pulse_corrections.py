@@ -20,7 +20,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..described import clipped, described
+from ..described import described, short_repr
 from .errors import Checked, SettingsError
 from .move_settings import WriteSettings
 from .settings import Settings
@@ -51,7 +51,7 @@ class QuickMoves:
         if not sound or not set(self.peaks) <= set(QUICK):
             raise SettingsError(
                 f'peaks must be of {", ".join(QUICK)}, from levels from 0, with factors from 0 '
-                f'to 2; got {clipped(self.peaks)}'
+                f'to 2; got {short_repr(self.peaks)}'
             )
 
     def adapt(self, settings: Settings, start: int | None = None) -> Settings:
@@ -144,26 +144,26 @@ def menu(settings: Settings, level: int) -> tuple[PulseCorrection, ...]:
 
 
 TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
-"""The fields of `WriteSettings` whose time a trim scales."""
+"""The fields of `WriteSettings` whose time a correction scales."""
 
 STRAINS = ('compression', 'tension', 'start_strain')
 """The fields whose strain it scales, within the limit of the actuator."""
 
 
-def trimmed(settings: Settings, trim: PulseCorrection) -> Settings:
-    """Return settings that make every step with the trimmed pulse."""
-    write = trimmed_write(settings.write, trim, settings.actuator.max_strain)
+def corrected(settings: Settings, correction: PulseCorrection) -> Settings:
+    """Return settings that make every step with the corrected pulse."""
+    write = corrected_write(settings.write, correction, settings.actuator.max_strain)
     return dataclasses.replace(settings, write=write)
 
 
-def trimmed_write(
-    write: WriteSettings, trim: PulseCorrection, limit: float = math.inf
+def corrected_write(
+    write: WriteSettings, correction: PulseCorrection, limit: float = math.inf
 ) -> WriteSettings:
-    """Return the cycle of a write times a trim; its strains stay within a limit."""
-    changed = {name: trim.times * getattr(write, name) for name in TIMES}
-    changed['launch_speed'] = min((trim.speed or 1.0) * write.launch_speed, 10.0)
+    """Return the cycle of a write times a correction; its strains stay within a limit."""
+    changed = {name: correction.times * getattr(write, name) for name in TIMES}
+    changed['launch_speed'] = min((correction.speed or 1.0) * write.launch_speed, 10.0)
     for name in STRAINS:
-        changed[name] = max(-limit, min(trim.peak * getattr(write, name), limit))
+        changed[name] = max(-limit, min(correction.peak * getattr(write, name), limit))
     return dataclasses.replace(write, **changed)
 
 
@@ -173,7 +173,7 @@ class PulseCorrections:
 
     Attributes:
         steps: By the level to which a pulse takes the wall; the first is the launch.
-        schedule: `schedule_of` the settings; with others the trims are meaningless.
+        schedule: `schedule_of` the settings; with others the corrections are meaningless.
         quick: Strokes and throws of this element; None: all as in the settings.
         kinks: Factors on the speeds of a register's kinks, by level; of walls they are in `steps`.
     """
@@ -221,7 +221,7 @@ def schedule_of(settings: Settings) -> str:
 def learnt(
     steps: Iterable[PulseCorrection], settings: Settings, quick: QuickMoves | None = None
 ) -> PulseCorrections | None:
-    """Return the trims learnt with these settings, or None if all pulses are as set."""
+    """Return the corrections learnt with these settings, or None if all pulses are as set."""
     steps = tuple(steps)
     as_set = quick is None and set(steps) == {AS_SET}
     return None if as_set else PulseCorrections(steps, schedule_of(settings), quick)

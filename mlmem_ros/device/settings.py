@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..described import clipped, described, fields_in
+from ..described import described, fields_in, short_repr
 from .errors import Checked, SettingsError
 from .move_settings import (
     EraseSettings,
@@ -275,7 +275,7 @@ class Settings:
         if self.element.bad_cells and self.register.spacing:
             raise SettingsError(
                 'element.bad_cells must be empty for an element with many walls '
-                f'(register.spacing); got {clipped(self.element.bad_cells)}'
+                f'(register.spacing); got {short_repr(self.element.bad_cells)}'
             )
 
     @property

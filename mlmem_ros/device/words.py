@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..described import clipped
+from ..described import short_repr
 from ..physics import Design
 from .errors import SettingsError
 from .settings import Settings
@@ -122,7 +122,7 @@ def code_of(design: Design, settings: Settings) -> Code | None:
         if len(speeds) < design.levels or not all(speeds[: design.levels]):
             raise SettingsError(
                 f'a register needs a kick to each of its {design.levels} levels, of walls and of '
-                f'kinks; got kick.{name} {clipped(getattr(settings.kick, name))}'
+                f'kinks; got kick.{name} {short_repr(getattr(settings.kick, name))}'
             )
     if code.words > MOST_WORDS:
         raise SettingsError(

@@ -4,27 +4,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from concurrent.futures import Future
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from .. import threads
 from ..device import (
+    Calibration,
+    Driver,
     DriverError,
+    Event,
     Faults,
+    Loop,
     MemoryElement,
     Refused,
+    Settings,
     SettingsError,
     drivers,
+    factory_calibration,
+    new_element,
 )
+from ..device.factory import calibration_of
+from ..device.mailbox import Asked
+from ..packages import tool
+from ..physics import Design
 from .design_check import check_design
 from .settings import Parameters
-from .store import NullStore
 from .worker import ThrottledLog, Worker
 
 if TYPE_CHECKING:
     from ..element_file import Element
     from .store import Store
-    from .twins import ResidualMonitor
 
 
 class Built(NamedTuple):
@@ -63,8 +75,6 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: 
         element.loudest = loudest
         watcher = None
         if twin is not None:
-            from .twins import beside  # most nodes have none
-
             watcher = beside(element, twin, log)
         _check_faults(element, given.faults)
         if not blank:
@@ -93,9 +103,47 @@ def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | N
 def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | NullStore:
     if not given.state.path:
         return NullStore(disk)
-    from .store import Store
+    from .store import Store  # a node without needs nothing of it
 
     return Store(given.state, given.files, log, disk, name)
+
+
+class NullStore:
+    """Stands for a `Store` where `state.path` is empty."""
+
+    path = None
+
+    def __init__(self, worker: Worker) -> None:
+        """Share the worker of older stores, which may still write."""
+        self._worker = worker
+
+    def new_element(self, design: Design, settings: Settings, driver: Driver) -> MemoryElement:
+        """Return a device; see `Store.new_element`."""
+        return new_element(design, settings, driver=driver)
+
+    def restore(self, element: MemoryElement) -> None:
+        """Leave a new device as it is."""
+
+    def keep(self, element: MemoryElement) -> Future[None]:
+        """Return that nothing is left to save."""
+        saved: Future[None] = threads.Future()
+        saved.set_result(None)
+        return saved
+
+    def resolve(self, request: Asked, element: MemoryElement) -> None:
+        """Answer a request whose procedure has ended."""
+        assert request.outcome is not None
+        request.resolve(request.outcome)
+
+    def on_timer(self, loop: Loop | None) -> None:
+        """Answer overdue requests; call it once a second."""
+        self._worker.on_timer()
+
+    def flush(self) -> bool:
+        """Wait, but not for long, until older states are saved; return whether they are."""
+        return self._worker.wait()
+
+    close = flush
 
 
 def _check_faults(element: MemoryElement, faults: Faults) -> None:
@@ -103,3 +151,45 @@ def _check_faults(element: MemoryElement, faults: Faults) -> None:
         element.specimen(faults)
     except Refused as refusal:
         raise SettingsError(f'parameters {refusal}') from refusal
+
+
+class ResidualMonitor(Protocol):
+    """Compares every clean read with the forecast of a twin (`mlmem_tools.twin.watcher`)."""
+
+    text: str
+    """What has changed, in words; empty as long as all is as forecast."""
+
+    def hear(self, events: Sequence[Event]) -> None:
+        """Take the events of a tick, in the loop's thread."""
+
+    def values(self) -> dict[str, Any]:
+        """Return values for diagnostics, by name."""
+
+
+def beside(element: MemoryElement, twin: Element, log: ThrottledLog) -> ResidualMonitor:
+    """Let a twin forecast the answers of its element; return what compares these.
+
+    Raises:
+        SettingsError: The twin does not hold every word of a register.
+    """
+    if element.register is None:
+        element.forecast = _calibration(element, twin, log)
+    else:
+        try:
+            element.adopt(twin.timed)
+        except SettingsError as error:
+            raise SettingsError(f'device.twin: {error}') from error
+    monitor: ResidualMonitor = tool('residual_monitor').load()(twin, element, log)
+    return monitor
+
+
+def _calibration(element: MemoryElement, twin: Element, log: ThrottledLog) -> Calibration:
+    """Return the calibration that a twin forecasts: delays of its echoes, and planned pulses."""
+    design, settings = element.design, element.settings
+    try:
+        healthy = replace(twin.timed, stuck=())  # with bad cells no delays are heard
+        delays = calibration_of(healthy, design, settings)
+    except SettingsError as error:
+        log.warning(f'device.twin: {error}; delays are those of the design')
+        delays = factory_calibration(design, settings)
+    return replace(delays, trims=twin.plan)

@@ -27,13 +27,12 @@ from .building import built
 from .requests import Requests
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
-from .store import NullStore
 from .worker import REFUSALS, Log, ThrottledLog, Worker
 
 if TYPE_CHECKING:
+    from .building import NullStore, ResidualMonitor
     from .recording import Recording
     from .store import Store
-    from .twins import ResidualMonitor
 
 Listener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""

@@ -6,9 +6,9 @@ from typing import Any
 
 from .chain import Chain, kernel_in_cache
 from .design import CASE_I, CASE_II, Design
-from .errors import DesignError, StateError
 from .jit import ARITHMETIC
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
+from .potential import DesignError, StateError
 from .specimen import Scatter, Specimen, scattered
 from .stepping import HeldCell, default_step, stable_step, substep_times
 from .wall import Wall, level_of, wall_energy, walls

@@ -12,11 +12,10 @@ import numpy as np
 
 from .design import Design
 from .equilibrium import metamaterial_force, substrate_force
-from .errors import DesignError, StateError
 from .jit import in_cache
 from .methods import NOH_BATHE, Integrator
 from .methods.integrator import REST, Cells, Chained, Forcing, aligned, balanced
-from .potential import Array
+from .potential import Array, DesignError, StateError
 from .specimen import LARGEST_OFFSET, Specimen
 from .stepping import (
     FREE,

@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..described import described, problems
-from .errors import DesignError
 from .jit import fma, formula
-from .potential import Array
+from .potential import Array, DesignError
 
 FEWEST, MOST = 8, 4096
 """Numbers of forces of a curve."""

@@ -16,8 +16,7 @@ import numpy as np
 
 from ..described import described, fields_in, problems
 from .curve import Curve
-from .errors import DesignError
-from .potential import Array, Potential
+from .potential import Array, DesignError, Potential
 
 RIGIDITY = 10.0
 """Least ratio of substrate stiffness to the metamaterial's that we accept as >>."""

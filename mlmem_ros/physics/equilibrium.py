@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .design import Design
-from .errors import StateError
 from .jit import kernel
-from .potential import Array
+from .potential import Array, StateError
 from .specimen import Specimen
 from .wall import walls
 

@@ -20,8 +20,7 @@ import numpy as np
 
 from .design import Design
 from .equilibrium import energies, metamaterial_force, solve, stiffness, wall_profile
-from .errors import DesignError, StateError
-from .potential import Array
+from .potential import Array, DesignError, StateError
 from .specimen import Specimen
 
 DECAY = 12.0

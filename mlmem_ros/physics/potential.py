@@ -13,7 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import DesignError
+
+class DesignError(ValueError):
+    """A design that is not a mechanical memory: the message names symbol, value and bound."""
+
+
+class StateError(ValueError):
+    """Arrays that are not a state of this chain: wrong shape, not finite, wrong kind."""
+
 
 Array = NDArray[np.float64]
 

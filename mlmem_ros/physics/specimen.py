@@ -13,8 +13,7 @@ import numpy as np
 from ..rng import Stream, generator
 from .curve import Curve
 from .design import Design, strain_shape
-from .errors import DesignError
-from .potential import Array, Potential
+from .potential import Array, DesignError, Potential
 
 ARRAYS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset')
 """The fields of a specimen that have a value for every cell or spring."""

@@ -13,9 +13,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import StateError
 from .methods import NOH_BATHE, Integrator
-from .potential import Array
+from .potential import Array, StateError
 from .specimen import Specimen
 
 STABILITY_MARGIN = 0.95

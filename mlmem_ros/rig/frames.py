@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..described import clipped, described
+from ..described import described, short_repr
 from ..device import DriverError, Settings, SettingsError
 from ..outside import DecodeError, decode, from_json
 from ..physics.potential import Array
@@ -167,7 +167,7 @@ class Parser:
             )
         elif magic != MAGIC:
             if not self._lost:  # or it would be the rest of a damaged frame
-                self.wrong = f'no frame begins with {clipped(self._buffer[:16])}'
+                self.wrong = f'no frame begins with {short_repr(self._buffer[:16])}'
         elif length > MOST_PAYLOAD:
             self.wrong = f'a payload may have at most {MOST_PAYLOAD} bytes; got {length}'
         else:
@@ -245,7 +245,7 @@ class Hello:
         nodes = self.nodes
         if not nodes or list(nodes) != sorted(set(nodes)) or nodes[0] <= 0.0 or nodes[-1] != 1.0:
             raise ValueError(
-                f'nodes must be rising numbers above 0, the last one 1; got {clipped(nodes)}'
+                f'nodes must be rising numbers above 0, the last one 1; got {short_repr(nodes)}'
             )
 
     def payload(self) -> bytes:
@@ -263,7 +263,7 @@ class Hello:
             said = from_json(payload)
             if isinstance(said, dict) and said.get('protocol', VERSION) != VERSION:
                 raise DecodeError(
-                    f'the rig uses protocol version {clipped(said["protocol"])}, this driver '
+                    f'the rig uses protocol version {short_repr(said["protocol"])}, this driver '
                     f'{VERSION}'
                 )
             hello: Hello = decode(cls, said)

@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Around two traps of the middleware: an executor, and signs of life of nodes and their clients.
+"""The middleware: qualities of service, and ways around two traps, for executors and for signs of
+life of nodes and their clients.
 
 rclpy's own function for an executor of events turns on a fault handler, which needs a stderr that
 is a file; notebooks and captured tests have none. DDS has liveliness. But with a finite lease, a
@@ -21,10 +22,11 @@ from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Empty
 
 from .. import packages
+from ..contract import topics
 
 
 def events_executor(context: Context | None = None) -> Executor:
@@ -82,3 +84,19 @@ class Signs:
                         publisher.publish(Empty())
                     except DESTROYED:
                         cls._publishers.discard(publisher)
+
+
+def profile(qos: topics.Qos) -> QoSProfile:
+    """Return the rclpy profile of a quality of service."""
+    history = {'depth': qos.depth} if qos.depth else {'history': HistoryPolicy.KEEP_ALL}
+    return QoSProfile(
+        **history,
+        reliability=ReliabilityPolicy[qos.reliability.upper()],
+        durability=DurabilityPolicy[qos.durability.upper()],
+    )
+
+
+SENSOR_DATA = profile(topics.SENSOR_DATA)
+RELIABLE = profile(topics.RELIABLE)
+LATCHED = profile(topics.LATCHED)
+EVERY_ONE = profile(topics.EVERY_ONE)

@@ -20,7 +20,7 @@ from ..bag.reader import BagReader
 from ..contract import calls, topics
 from ..contract.commands import OF_TOPIC, Make, NoCommand
 from ..contract.values import SHOT_HEAD, numbers
-from ..described import clipped
+from ..described import short_repr
 from ..device import Command, End, Refused, Settings, Shot
 from ..device.instrument import Units
 from ..physics import Design
@@ -166,7 +166,7 @@ def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
         kind, handler = handlers[message.topic]
         with naming(f'{message.topic} at {seconds:.3f} s'):
             if message.type != kind:
-                raise BagError(f'the type must be {kind}; got {clipped(message.type)}')
+                raise BagError(f'the type must be {kind}; got {short_repr(message.type)}')
             handler(seconds, reader.deserialize(message))
     found = digest.Findings()
     if session.header is not None and session.header.format > 1:
@@ -313,7 +313,7 @@ def _shot(data: Array, offset: int) -> Shot:
     if not np.isfinite(head).all() or np.isinf(rows).any() or min(head[[1, 3, 6]]) <= 0.0:
         raise ValueError(
             'end, carrier, amplitude, sigma, wall, strain, interval and the rests must be finite, '
-            f'carrier, sigma and interval above 0; got {clipped(head)}'
+            f'carrier, sigma and interval above 0; got {short_repr(head)}'
         )
     number, omega_c, A, sigma, wall, strain, dt = map(float, head[:7])
     end = End.RIGHT if number else End.LEFT
@@ -347,12 +347,12 @@ def _only_node(reader: BagReader) -> str:
         return found.pop()
     if found:
         raise BagError(
-            f'{reader.path} holds several nodes: name one of {clipped(sorted(found), 300)}'
+            f'{reader.path} holds several nodes: name one of {short_repr(sorted(found), 300)}'
         )
     raise BagError(
         f'{reader.path} must hold a memory node: it has none of the topics '
         f'{", ".join(f"~/{mark}" for mark in marks)}; '
-        f'got {clipped(sorted(reader.topics), 300)}'
+        f'got {short_repr(sorted(reader.topics), 300)}'
     )
 
 

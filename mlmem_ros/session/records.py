@@ -21,7 +21,7 @@ from typing import Any
 from .. import __version__, packages
 from ..bag import jazzy
 from ..bag.errors import BagError
-from ..described import Description, clipped, described, printable
+from ..described import Description, described, printable, short_repr
 from ..device import Calibration, Command, MemoryElement, Refused, Settings, snapshot
 from ..device.commands import KINDS
 from ..device.drivers import steps_per_tick
@@ -198,7 +198,7 @@ class StateHash:
 
     def __post_init__(self) -> None:
         if len(self.hash) != 32:
-            raise ValueError(f'hash must be 32 hexadecimal digits; got {clipped(self.hash)}')
+            raise ValueError(f'hash must be 32 hexadecimal digits; got {short_repr(self.hash)}')
         if self.v.ndim != 1:
             raise ValueError('v must be a list')
 
@@ -247,7 +247,7 @@ def command_of(data: Mapping[str, Any]) -> Command:
     values = dict(data)
     kind = values.pop('kind', None)
     if not isinstance(kind, str) or kind not in KINDS:
-        raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(kind)}')
+        raise Refused(f'command must be one of {", ".join(KINDS)}; got {short_repr(kind)}')
     try:
         command: Command = decode(KINDS[kind], values)
     except DecodeError as error:

@@ -120,7 +120,7 @@ class RunningNode(ABC):
     @cached_property
     def memory(self) -> MemoryClient:
         """A client of it, created on first use."""
-        from ..ros.client.standalone import standalone
+        from ..ros.client.client import standalone
 
         return self.ends.enter_context(standalone(self.element, START))
 

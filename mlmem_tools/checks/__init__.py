@@ -18,8 +18,6 @@ from mlmem_ros.physics import Design
 
 from . import (
     disturb,
-    drift,
-    echo_range,
     echoes,
     launch,
     material,
@@ -27,8 +25,6 @@ from . import (
     schedule,
     steps,
     transducer,
-    wall,
-    waves,
     words,
 )
 from .concern import Finding, Report, Subject
@@ -37,14 +33,10 @@ __all__ = ['Finding', 'Report', 'Verdict', 'check']
 
 CONCERNS = (
     material,
-    waves,
-    wall,
     pinning,
-    drift,
     launch,
     schedule,
     steps,
-    echo_range,
     echoes,
     disturb,
     transducer,
@@ -52,12 +44,11 @@ CONCERNS = (
 )
 """Modules with `check(subject)`, in the order of a report."""
 
-BY_STRAIN = (drift, launch, steps)
+BY_STRAIN = (launch, steps)
 """Those that judge what strain does: without an actuator there is none."""
 
-
-OF_ONE_WALL = (launch, echoes)
-"""Those that judge a launch by strain, and the delays by which one wall is read."""
+OF_ONE_WALL = (launch,)
+"""Those that judge how one wall is launched by strain."""
 
 
 def check(

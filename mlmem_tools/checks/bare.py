@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.move_settings import WriteSettings, peak
-from mlmem_ros.device.pulse_corrections import PulseCorrection, trimmed_write
+from mlmem_ros.device.pulse_corrections import PulseCorrection, corrected_write
 from mlmem_ros.device.reading import BLANK, UNDECODABLE
 from mlmem_ros.physics import (
     Chain,
@@ -87,7 +87,7 @@ def departures(
     *,
     max_rate: float = math.inf,
     dt: float = STEP,
-    trims: Sequence[PulseCorrection] = (),
+    corrections: Sequence[PulseCorrection] = (),
 ) -> Iterator[float]:
     """Yield, for every step up from one level to another, how far the wall is from its defect.
 
@@ -101,7 +101,7 @@ def departures(
         goal: The level of the last step.
         max_rate: Of the actuator, in strain per time unit.
         dt: Time step, where it is stable.
-        trims: Factors on its cycles, by the level to which they go; none: 1.
+        corrections: Factors on its cycles, by the level to which they go; none: 1.
 
     Yields:
         The distance in cells; infinity unless exactly one wall is at rest in the element.
@@ -114,7 +114,7 @@ def departures(
     chain.set_specimen(made)
     chain.place(resting_wall(made, start))
     for level in range(start, goal):
-        own = trimmed_write(write, trims[level + 1]) if trims else write
+        own = corrected_write(write, corrections[level + 1]) if corrections else write
         cycle = Cycle.planned(own, peak(own, design.freed_by_compression(level)), max_rate)
         try:
             play(chain, cycle)

@@ -17,7 +17,7 @@ from typing import Any
 from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.procedures import run
 from mlmem_ros.device.procedures.blocks import wait
-from mlmem_ros.device.procedures.shifting import HALVES, strain
+from mlmem_ros.device.procedures.many_walls import HALVES, strain
 from mlmem_ros.device.register import NEAR, REACH, resting
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.device.words import Code

@@ -119,7 +119,7 @@ class Subject:
     """A design and the settings of its instrument; or one element of the design, and its pulses.
 
     Attributes:
-        trims: Factors on the launch and the steps of a write, by level; none: 1.
+        corrections: Factors on the launch and the steps of a write, by level; none: 1.
 
     Sampled levels are both kinds of site at the start, in the middle and at the end.
     """
@@ -127,7 +127,7 @@ class Subject:
     design: Design
     settings: Settings
     element: Specimen | None = None
-    trims: tuple[PulseCorrection, ...] = ()
+    corrections: tuple[PulseCorrection, ...] = ()
 
     @cached_property
     def made(self) -> Specimen:

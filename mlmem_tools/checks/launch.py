@@ -19,7 +19,7 @@ from mlmem_ros.device.element import MemoryElement
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
 from mlmem_ros.device.procedures.blocks import launch, run
-from mlmem_ros.device.pulse_corrections import trimmed
+from mlmem_ros.device.pulse_corrections import corrected
 from mlmem_ros.device.settings import RegisterSettings
 from mlmem_ros.host.design_check import Verdict
 from mlmem_ros.physics import StateError, walls
@@ -54,8 +54,8 @@ def launched(subject: Subject, name: str) -> float | None:
     few = excerpt(subject.made, 1.0, min(RUN * design.J, design.N)).made
     part = dataclasses.replace(few.design, substrate='rigid')
     few = dataclasses.replace(few, design=part)
-    if name == 'write' and subject.trims:
-        settings = trimmed(settings, subject.trims[0])
+    if name == 'write' and subject.corrections:
+        settings = corrected(settings, subject.corrections[0])
     group: WriteSettings | EraseSettings = getattr(settings, name)
     # The strain of the first cells when the whole element has that of the settings.
     local = design.end_displacement(1.0) * subject.made.strain_shape[part.N - 1] / part.N

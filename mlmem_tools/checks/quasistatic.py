@@ -11,9 +11,8 @@ import numpy as np
 
 from mlmem_ros.physics.design import Design, stiffness_profile
 from mlmem_ros.physics.equilibrium import relax, wall_profile
-from mlmem_ros.physics.errors import StateError
 from mlmem_ros.physics.held_wall import excerpt, hold_walls, uniform
-from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.potential import Array, StateError
 from mlmem_ros.physics.specimen import Specimen
 from mlmem_ros.physics.wall import walls
 

@@ -89,7 +89,7 @@ def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
         goal = min(start + ROW, design.levels - 1)
         try:
             away = list(departures(
-                made, write, start, goal, max_rate=rate, dt=COARSE, trims=subject.trims
+                made, write, start, goal, max_rate=rate, dt=COARSE, corrections=subject.corrections
             ))  # fmt: skip
         except StateError:  # the level pins no wall
             away = [math.inf]

@@ -208,7 +208,7 @@ def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnos
 def check_node(name: str, wait: float) -> Diagnosis:
     """Check whether a memory node answers, for some seconds."""
     from mlmem_ros.contract.calls import RequestError
-    from mlmem_ros.ros.client.standalone import standalone
+    from mlmem_ros.ros.client.client import standalone
 
     what = f'node {name}'
     try:

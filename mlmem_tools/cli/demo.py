@@ -90,8 +90,8 @@ def demo(arguments: argparse.Namespace) -> int:
 def _write_and_read(console: Console, name: str) -> list[Written]:
     from std_msgs.msg import Float64MultiArray
 
-    from mlmem_ros.ros.client.standalone import standalone
-    from mlmem_ros.ros.qos import SENSOR_DATA
+    from mlmem_ros.ros.client.client import standalone
+    from mlmem_ros.ros.middleware import SENSOR_DATA
 
     rows: list[Written] = []
     walls: list[Any] = []
@@ -108,7 +108,7 @@ def _write_and_read(console: Console, name: str) -> list[Written]:
 
 
 def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
-    from mlmem_ros.ros.client.standalone import wait_until
+    from mlmem_ros.ros.client.client import wait_until
 
     begun = time.monotonic()
     client.write(asked).wait()

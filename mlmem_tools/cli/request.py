@@ -38,7 +38,7 @@ def _request(
 
     def run(arguments: argparse.Namespace) -> int:
         from mlmem_ros.contract.calls import RequestError, RequestFailed
-        from mlmem_ros.ros.client.standalone import standalone
+        from mlmem_ros.ros.client.client import standalone
 
         try:
             with standalone(arguments.node) as client:

@@ -122,7 +122,7 @@ def _address(host: str, port: int, token: str) -> str:
 
 
 def _live(node: str, stack: ExitStack) -> Live:
-    from mlmem_ros.ros.client.standalone import standalone
+    from mlmem_ros.ros.client.client import standalone
 
     from ..view.live import Live
 

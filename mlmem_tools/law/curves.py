@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros import law_file
-from mlmem_ros.described import clipped
+from mlmem_ros.described import short_repr
 from mlmem_ros.outside import DecodeError, read
 from mlmem_ros.physics import DesignError
 from mlmem_ros.physics.curve import Curve
@@ -135,7 +135,7 @@ def column(
     if len(found) != 1:
         raise CurveError(
             f'{path}, line {line}: the header must name one of {", ".join(known)}; '
-            f'got {clipped(",".join(names))}'
+            f'got {short_repr(",".join(names))}'
         )
     return found[0]
 
@@ -162,7 +162,7 @@ def numbers(
         if not math.isfinite(value):
             raise CurveError(
                 f'{path}, line {line}: {names[column]} must be a finite number; '
-                f'got {clipped(cells[column])}'
+                f'got {short_repr(cells[column])}'
             )
         found.append(value)
     return found

@@ -80,16 +80,16 @@ class Sensors:
             )
         self.unit, self.zero, self.gain = unit, zero, gain
         self.noise, self.jitter = noise, jitter
-        self._chance = np.random.default_rng(seed)
+        self._rng = np.random.default_rng(seed)
 
     def readings(self, ends: Array) -> Array:
         """Return what is read of displacements in cells, shape (2, n) both."""
         if self.jitter and ends.shape[1] > 1:
-            late = self.jitter * self._chance.standard_normal(ends.shape)
+            late = self.jitter * self._rng.standard_normal(ends.shape)
             ends = ends + late * np.gradient(ends, axis=1)
         read = ends * np.array(self.gain)[:, None]
         if self.noise:
-            read = read + self.noise * self._chance.standard_normal(read.shape)
+            read = read + self.noise * self._rng.standard_normal(read.shape)
         return np.asarray(read / self.unit + np.array(self.zero)[:, None])
 
     def held(self, site: int, motion: Array) -> Array:
@@ -308,16 +308,16 @@ class Line:
 class _Wire:
     """One direction of a line: frames arrive late and in order, or never."""
 
-    def __init__(self, line: Line, chance: random.Random) -> None:
-        self._line, self._chance = line, chance
+    def __init__(self, line: Line, rng: random.Random) -> None:
+        self._line, self._rng = line, rng
         self._under_way: deque[tuple[float, bytes]] = deque()
 
     def push(self, data: bytes) -> None:
         """Put a frame on the line."""
-        line, chance = self._line, self._chance
-        if chance.random() < line.loss:
+        line, rng = self._line, self._rng
+        if rng.random() < line.loss:
             return
-        due = threads.monotonic() + line.latency + chance.uniform(0.0, line.jitter)
+        due = threads.monotonic() + line.latency + rng.uniform(0.0, line.jitter)
         last = self._under_way[-1][0] if self._under_way else 0.0
         self._under_way.append((max(last, due), data))
 
@@ -345,7 +345,7 @@ class Server:
             OSError: The port is not free.
         """
         self._rig, self._line = rig, line
-        self._chance = random.Random(line.seed)
+        self._rng = random.Random(line.seed)
         self._listener = socket.create_server((host, port))
         self.port: int = self._listener.getsockname()[1]
         self.clients = 0
@@ -372,7 +372,7 @@ class Server:
         self._restarts = True
 
     def _serve(self, connection: socket.socket) -> None:
-        inward, outward = _Wire(self._line, self._chance), _Wire(self._line, self._chance)
+        inward, outward = _Wire(self._line, self._rng), _Wire(self._line, self._rng)
         rig, parser = self._rig, Parser()
         rig.begin(outward.push)
         last = begun = threads.monotonic()

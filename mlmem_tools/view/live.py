@@ -18,7 +18,7 @@ from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import action_types
 from mlmem_ros.procedures import WIDE
-from mlmem_ros.ros.qos import RELIABLE
+from mlmem_ros.ros.middleware import RELIABLE
 from mlmem_tools.view.monitor import Status, components, listen
 
 from .about import WANTED, About, grouped

@@ -13,7 +13,7 @@ import numpy as np
 
 from mlmem_ros.contract import calls, topics
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.qos import SENSOR_DATA, profile
+from mlmem_ros.ros.middleware import SENSOR_DATA, profile
 
 WANTED = ('design.N', 'design.J', 'scale.length', 'actuator.max_strain', 'probe.gain_decay')
 """Parameters needed to display messages."""

@@ -19,7 +19,7 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import calls, topics
 from mlmem_ros.contract.commands import OF_REQUEST
-from mlmem_ros.described import clipped
+from mlmem_ros.described import short_repr
 from mlmem_ros.device import (
     Command,
     Disturb,
@@ -123,7 +123,7 @@ def _header(reader: BagReader) -> tuple[str, Header]:
         return message.topic.removesuffix(f'/{HEADER}'), header
     raise BagError(
         f'{reader.path} must hold a session of a memory node, as made by `mlmem record`; '
-        f'got {clipped(sorted(reader.topics), 300)}'
+        f'got {short_repr(sorted(reader.topics), 300)}'
     )
 
 

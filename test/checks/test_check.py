@@ -27,20 +27,16 @@ from mlmem_tools.checks import (
     Verdict,
     check,
     disturb,
-    drift,
-    echo_range,
     echoes,
     launch,
     material,
     pinning,
     schedule,
     steps,
-    wall,
     words,
 )  # fmt: skip
 from mlmem_tools.checks.concern import Subject, sample
-from mlmem_tools.checks.echo_range import echo_strength
-from mlmem_tools.checks.echoes import forecast_echo
+from mlmem_tools.checks.echoes import echo_strength, forecast_echo
 from mlmem_tools.checks.launch import launched
 
 
@@ -131,7 +127,7 @@ def test_a_weak_gradient_leaves_the_wall_to_the_lattice():
 
 
 def test_a_gradient_to_the_left():
-    assert {'gradient', 'peierls_nabarro'} <= failed(part((material, drift), gamma=1e-4))
+    assert {'gradient', 'peierls_nabarro'} <= failed(part((material, pinning), gamma=1e-4))
 
 
 def test_a_pulse_that_hides_the_first_two_levels_leaves_them_unproven():
@@ -194,7 +190,7 @@ def test_the_printed_carrier_is_in_neither_band():
     ],
 )
 def test_a_soft_substrate_traps_the_wall(s_min, substrate, verdict):
-    report = part((drift,), s_min=s_min, s_max=3.0 * s_min, substrate=substrate)
+    report = part((pinning,), s_min=s_min, s_max=3.0 * s_min, substrate=substrate)
     assert report['rigidity'].verdict is verdict
     assert failed(report) == ({'rigidity'} if verdict is Verdict.FAIL else set())
 
@@ -286,7 +282,7 @@ def test_a_single_level_has_no_steps(case_i):
 
 
 def test_a_wide_wall_does_not_fit_a_level():
-    assert 'wall_width' in failed(part((wall,), d=0.0061, J=10, J_s=20, j_0=6.8))
+    assert 'wall_width' in failed(part((material,), d=0.0061, J=10, J_s=20, j_0=6.8))
 
 
 def test_a_trap_too_near_the_end_loses_the_launched_wall():
@@ -354,7 +350,7 @@ def test_the_range_by_closed_forms_is_close_to_the_forecast():
 
 
 def test_too_much_damping_swallows_the_farthest_echo():
-    report = part((echo_range, echoes), eta=0.5)
+    report = part((echoes,), eta=0.5)
     assert {'range_left', 'echo_left', 'range_right', 'echo_right'} <= failed(report)
     assert report['echo_left'].text.endswith(
         'hardly heard: choose a smaller probe.v_th, a faster carrier, less damping or fewer cells'
@@ -371,7 +367,7 @@ def test_a_pulse_outside_the_band_returns_nothing():
 def test_a_threshold_too_low_for_a_sensor_is_a_warning():
     """The threshold falls by exp(-0.01 t), to a millionth before the farthest echo is back."""
     eager = dataclasses.replace(Settings().probe, gain_decay=0.01)
-    report = part((echo_range,), CASE_II, Settings(probe=eager))
+    report = part((echoes,), CASE_II, Settings(probe=eager))
     assert report['range_left'].verdict is Verdict.WARN
     assert 'demanding for a sensor' in report['range_left'].text
     assert report['range_left'].values['range'] > 200.0

@@ -26,7 +26,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.procedures import climbing
+from mlmem_ros.device.procedures import writing
 from mlmem_ros.device.settings import ReadSettings
 from mlmem_ros.outside import decode
 
@@ -233,13 +233,13 @@ def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written
 
 def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
     """The wall does not follow to level 2, while it is learnt."""
-    element, go_to_level = written(1), climbing.go_to_level
+    element, go_to_level = written(1), writing.go_to_level
     known = element.calibration
 
-    def lame(element, place, level, **how):
-        yield from go_to_level(element, place, place if level == 2 else level, **how)
+    def lame(element, place, level, *force, **how):
+        yield from go_to_level(element, place, place if level == 2 else level, *force, **how)
 
-    monkeypatch.setattr(climbing, 'go_to_level', lame)
+    monkeypatch.setattr(writing, 'go_to_level', lame)
     outcome = rig.run(element, Calibrate())
     assert not outcome.success
     assert outcome.error == (

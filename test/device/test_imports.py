@@ -67,7 +67,7 @@ def test_imports_are_found():
     assert element >= {
         'device.memory.Memory',
         'device.factory',
-        'described.clipped',
+        'described.short_repr',
         'physics.Design',
     }
     assert 'device.bad_cells.bad_cells' in imported(ROOT / 'device' / 'memory.py')  # a late one

@@ -18,16 +18,16 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.procedures import climbing
+from mlmem_ros.device.procedures import writing
 from mlmem_ros.device.pulse_corrections import (
     AS_SET,
     QUICKER,
     STRONGER,
     PulseCorrection,
     PulseCorrections,
+    corrected,
     menu,
     schedule_of,
-    trimmed,
 )
 from mlmem_ros.host import state_file
 from mlmem_ros.outside import decode
@@ -82,7 +82,7 @@ def test_an_ideal_element_has_nothing_to_learn():
 
 
 def test_a_step_that_runs_over_skips_no_level(monkeypatch):
-    element, go_to_level, late = new_element(BITS_2), climbing.go_to_level, [1]
+    element, go_to_level, late = new_element(BITS_2), writing.go_to_level, [1]
 
     def too_far(element, place, level, **how):
         yield from go_to_level(element, place, level, **how)
@@ -90,7 +90,7 @@ def test_a_step_that_runs_over_skips_no_level(monkeypatch):
             late.remove(level)
             element.chain.place(resting_wall(element.chain.specimen, level + 1))
 
-    monkeypatch.setattr(climbing, 'go_to_level', too_far)
+    monkeypatch.setattr(writing, 'go_to_level', too_far)
     assert element.perform(Calibrate()).success
     assert not late
     element.calibration.check(BITS_2.design.levels)
@@ -120,11 +120,11 @@ def test_pulses_of_another_schedule_are_ignored(trained):
 
 
 def test_a_trim_scales_times_and_strains_within_the_actuators_limit():
-    settings = trimmed(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
+    settings = corrected(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
     assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
     assert settings.write.ease_to == BITS_2.settings.write.ease_to
     assert settings.write.compression == -BITS_2.settings.actuator.max_strain
-    assert trimmed(BITS_2.settings, AS_SET) == BITS_2.settings
+    assert corrected(BITS_2.settings, AS_SET) == BITS_2.settings
 
 
 def test_slow_cycles_are_tried_faster_and_fast_ones_stronger():

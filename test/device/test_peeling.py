@@ -23,7 +23,7 @@ from mlmem_ros.device import (
     preset,
 )
 from mlmem_ros.device.presets import shifted
-from mlmem_ros.device.procedures.filling import passages
+from mlmem_ros.device.procedures.many_walls import passages
 from mlmem_ros.device.register import resting
 from mlmem_ros.device.waveforms import Cells
 from mlmem_ros.device.words import Code, code_of

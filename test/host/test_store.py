@@ -12,8 +12,9 @@ from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapsho
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog, state_file
+from mlmem_ros.host.building import NullStore
 from mlmem_ros.host.settings import FileSettings, StateSettings
-from mlmem_ros.host.store import NullStore, Store
+from mlmem_ros.host.store import Store
 from mlmem_ros.host.worker import Worker
 from mlmem_ros.physics import CASE_II, StateError
 

@@ -26,11 +26,11 @@ from mlmem_ros import (
     standalone,
 )
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.main import bank_arguments
+from mlmem_ros.ros.middleware import LATCHED
 from mlmem_ros.ros.node import simulator
 from mlmem_ros.ros.node_process import node_arguments
-from mlmem_ros.ros.qos import LATCHED
 from mlmem_ros.testing.running import NodeHere
 
 ELEMENTS = 3

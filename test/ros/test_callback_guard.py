@@ -24,7 +24,7 @@ from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem_ros.host import ThrottledLog
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import events_executor
 from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard

@@ -32,8 +32,8 @@ from mlmem_ros import (
     standalone,
 )
 from mlmem_ros.ros.client import line
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.client.link import Link
-from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.middleware import events_executor
 
 

@@ -14,7 +14,7 @@ from robot import BLANK, SENSOR, Imu, Robot, values
 
 from mlmem_ros.contract.calls import NoAnswer, RequestRefused
 from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults, preset
-from mlmem_ros.ros.client.standalone import standalone, wait_until
+from mlmem_ros.ros.client.client import standalone, wait_until
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.cli.main import main

@@ -18,8 +18,8 @@ from closed_bag import check_closed
 from robot import Robot
 
 from mlmem_ros.device import PRESETS, preset
+from mlmem_ros.host.settings import declarations
 from mlmem_ros.parameter_file import text_of
-from mlmem_ros.ros.node.declarations import declarations
 
 CHECKOUT = Path(__file__).parents[2]
 

@@ -14,8 +14,8 @@ from rclpy.parameter import Parameter
 from robot import Robot
 
 from mlmem_ros.device import PRESETS, SettingsError, preset
+from mlmem_ros.host.settings import declarations
 from mlmem_ros.parameter_file import text_of
-from mlmem_ros.ros.node.declarations import declarations
 
 
 @pytest.fixture(scope='module')

@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import events_executor
 from mlmem_ros.ros.process import profile_variable
 from mlmem_ros.testing.running import FAST_DISCOVERY

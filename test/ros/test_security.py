@@ -13,7 +13,7 @@ import pytest
 from mlmem_ros.contract import services
 from mlmem_ros.contract.calls import RequestFailed, RequestRefused
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.client.standalone import standalone
+from mlmem_ros.ros.client.client import standalone
 from mlmem_ros.ros.node import simulator
 
 POLICY = Path(__file__).parents[2] / 'config' / 'sros2_policy.xml'

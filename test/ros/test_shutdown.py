@@ -21,7 +21,7 @@ from std_msgs.msg import Empty
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.client import link
-from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import SIGN, Signs
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
 from mlmem_ros.ros.node.services import SILENT

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from sampled import sampled
 
-from mlmem_ros.ros.client.standalone import standalone
+from mlmem_ros.ros.client.client import standalone
 from mlmem_tools.cli.main import main
 
 

@@ -90,7 +90,7 @@ SNAPSHOT = {
     'slow': 'where slow signals are without noise (faults.sensor_lag), or null',
     'reading': 'the content as last decoded, or null',
     'unknown': 'why the content is no longer known, and since which tick, or null',
-    'calibration': 'echo delays and trims; see the calibration file',
+    'calibration': 'echo delays and pulse corrections; see the calibration file',
     'calibration_key': 'hash of the design and settings that the calibration is for',
     'statistics': 'counts of writes, reads and strain cycles over the life of the element',
 }
@@ -106,7 +106,7 @@ CALIBRATIONS = {
 CALIBRATION = {
     'left': 'delay table of the left end, or null if it is not read from',
     'right': 'delay table of the right end',
-    'trims': 'trims of the steps; absent if all pulses are as in the settings',
+    'trims': 'pulse corrections of the steps; absent if all pulses are as in the settings',
 }
 """A calibration."""
 
@@ -121,7 +121,7 @@ TABLE = {
 
 TRIMS = {
     'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
-    'schedule': 'hash of the settings that shape the pulses; with others the trims are ignored',
+    'schedule': 'hash of the settings that shape the pulses; with others these are ignored',
     'quick': 'strokes and throws that were planned for this element; absent if all are as set',
     'kinks': 'by level: factors on the speed of a kink; absent for one wall',
 }
@@ -147,6 +147,6 @@ ELEMENT = {
     'chi2': 'misfit per datum',
     'data': 'number of data',
     'untold': 'what the data could not tell',
-    'plan': 'trims of its pulses, as in a calibration; absent: not planned',
+    'plan': 'corrections of its pulses, as in a calibration; absent: not planned',
 }
 """The file of a fitted element."""

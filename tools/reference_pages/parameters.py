@@ -7,7 +7,7 @@ from typing import Any
 
 from mlmem_ros.described import Description
 from mlmem_ros.device.failures import MEANINGS, Meaning
-from mlmem_ros.ros.node.declarations import declarations, is_listed
+from mlmem_ros.host.settings import declarations, is_listed
 
 from .table import table
 

@@ -26,7 +26,7 @@ from rclpy.task import Future
 from std_msgs.msg import Float32MultiArray, UInt8
 
 from mlmem_ros import MemoryClient, NoAnswer, RequestError, RequestRefused
-from mlmem_ros.ros.qos import LATCHED, RELIABLE, SENSOR_DATA
+from mlmem_ros.ros.middleware import LATCHED, RELIABLE, SENSOR_DATA
 
 from .gaits import GAITS
 

@@ -19,8 +19,8 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, UInt8
 
-from mlmem_ros.ros.client.standalone import wait_until
-from mlmem_ros.ros.qos import LATCHED, RELIABLE, SENSOR_DATA
+from mlmem_ros.ros.client.client import wait_until
+from mlmem_ros.ros.middleware import LATCHED, RELIABLE, SENSOR_DATA
 from mlmem_ros.testing import (
     assert_replays,
     assert_written,

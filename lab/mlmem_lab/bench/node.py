@@ -132,7 +132,7 @@ def _entry(key: str, seen: list[tuple[float, float]]) -> Entry:
 
 def _reports(repeats: int) -> list[Seen]:
     from mlmem_ros import MemoryClient
-    from mlmem_ros.ros.client.standalone import standalone
+    from mlmem_ros.ros.client.client import standalone
 
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'

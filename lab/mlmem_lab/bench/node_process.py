@@ -136,7 +136,7 @@ def listen(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
     from sensor_msgs.msg import JointState
     from std_msgs.msg import Float32MultiArray, Float64MultiArray
 
-    from mlmem_ros.ros.client.standalone import standalone
+    from mlmem_ros.ros.client.client import standalone
 
     streams = {'joint_states': JointState, 'field': Float32MultiArray, 'wall': Float64MultiArray}
     with standalone() as memory:

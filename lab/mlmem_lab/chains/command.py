@@ -58,7 +58,7 @@ def chain(arguments: argparse.Namespace) -> int:
     from mlmem_ros.law_file import load
     from mlmem_ros.outside import DecodeError
     from mlmem_ros.physics import DesignError
-    from mlmem_ros.physics.errors import StateError
+    from mlmem_ros.physics.potential import StateError
     from mlmem_tools.law.curves import CurveError
 
     from .tracked import Chain, fit, load_coupling, load_film

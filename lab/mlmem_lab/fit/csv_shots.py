@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.described import clipped
+from mlmem_ros.described import short_repr
 from mlmem_ros.device.end import End, Shot
 from mlmem_ros.outside import DecodeError, read
 
@@ -61,7 +61,7 @@ def _number(text: str, name: str) -> float:
     with suppress(ValueError):
         if math.isfinite(value := float(text)):
             return value
-    raise ValueError(f'{name} must be a finite number; got {clipped(text)}')
+    raise ValueError(f'{name} must be a finite number; got {short_repr(text)}')
 
 
 def save(path: Path, shot: Shot) -> None:

@@ -19,10 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.errors import StateError
 from mlmem_ros.physics.methods import NOH_BATHE, Integrator
 from mlmem_ros.physics.methods.integrator import Cells, Forcing, aligned
-from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.potential import Array, StateError
 from mlmem_ros.physics.stepping import FREE, HeldCell
 
 

@@ -12,8 +12,7 @@ from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
 from mlmem_ros.physics.energy import end_force, energy
 from mlmem_ros.physics.equilibrium import metamaterial_force
-from mlmem_ros.physics.errors import StateError
-from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.potential import Array, StateError
 from mlmem_ros.physics.stepping import Inputs
 
 

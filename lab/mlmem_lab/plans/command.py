@@ -5,7 +5,7 @@
 Steps up get a peak and times, strokes a peak; a stroke or throw that is too near to failure is not
 used from that level. Kicks get a speed, in a register those of walls and those of kinks.
 
-The element is the file that `mlmem fit` writes. The pulses are kept in it, as the trims of a
+The element is the file that `mlmem fit` writes. The pulses are kept in it, as those of a
 calibration are.
 """
 
@@ -21,7 +21,7 @@ from typing import Any
 from mlmem_ros.device import PRESETS, Preset
 from mlmem_ros.device.move_settings import peak
 from mlmem_ros.device.moves import kick_speed
-from mlmem_ros.device.pulse_corrections import kicked, trimmed
+from mlmem_ros.device.pulse_corrections import corrected, kicked
 from mlmem_ros.element_file import load, save
 from mlmem_ros.outside import DecodeError
 from mlmem_ros.parameter_file import ParameterFileError
@@ -53,7 +53,7 @@ def plan(arguments: argparse.Namespace) -> int:
         preset = preset_of(arguments.design) if arguments.design else like(design)
         with Bar(plain_console(aside=True)) as report:
             found = planned(element.timed, preset, report)
-        element = dataclasses.replace(element, plan=found.trims)
+        element = dataclasses.replace(element, plan=found.corrections)
         save(Path(arguments.output or arguments.element), element)
     except (DecodeError, DesignError, OSError) as error:
         return complain('plan', error, 2)
@@ -124,15 +124,19 @@ def _distance(row: Mapping[str, Any]) -> str:
 def _of_kink(step: Step, speed: float) -> dict[str, Any]:
     """Return a kick of a kink as plain values."""
     margin = step.margin if step.margin >= 0.0 else None
-    return {'level': step.level, 'kick': step.trim.speed * speed, 'margin': margin}
+    return {'level': step.level, 'kick': step.correction.speed * speed, 'margin': margin}
 
 
 def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
     """Return a step of a plan as plain values."""
     step = found.steps[level]
-    write = trimmed(preset.settings, step.trim).write
+    write = corrected(preset.settings, step.correction).write
     launched = level == 0
-    kick = step.trim.speed * kick_speed(*preset, level) if kicked(preset.settings, level) else None
+    kick = (
+        step.correction.speed * kick_speed(*preset, level)
+        if kicked(preset.settings, level)
+        else None
+    )
     compress = not launched and preset.design.freed_by_compression(level - 1)
     return {
         'level': level,

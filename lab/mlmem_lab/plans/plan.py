@@ -139,13 +139,13 @@ class Step:
 
     Attributes:
         level: Level to which it takes the wall, from the one below; 0: a launch.
-        trim: Factors on the pulse in the settings.
+        correction: Factors on the pulse in the settings.
         margin: Relative distance of the peak, or of the speed of a kick, from failure, as far as
             it was tried; negative if no pulse was found.
     """
 
     level: int
-    trim: PulseCorrection
+    correction: PulseCorrection
     margin: float
 
 
@@ -154,7 +154,7 @@ class Plan:
     """Pulses to every level.
 
     Attributes:
-        trims: The same for a calibration.
+        corrections: The same for a calibration.
         push: What the push of the settings bears, from every level; 0 if it leaves a wall
             there, NaN for an element that is written by strain.
         kinks: Kicks of kinks to the levels behind which a wall may rest; empty for one wall.
@@ -162,7 +162,7 @@ class Plan:
 
     steps: tuple[Step, ...]
     strokes: tuple[Stroke, ...]
-    trims: PulseCorrections
+    corrections: PulseCorrections
     push: float = math.nan
     kinks: tuple[Step, ...] = ()
 
@@ -207,10 +207,12 @@ def plan(
     settings = preset.settings
     by_strain = not all(kicked(settings, level) for level in range(preset.design.levels))
     found = strokes(specimen, preset, report) if by_strain else []
-    trims = PulseCorrections(
-        tuple(step.trim for step in steps), schedule_of(settings), quick_moves(found, settings)
+    corrections = PulseCorrections(
+        tuple(step.correction for step in steps),
+        schedule_of(settings),
+        quick_moves(found, settings),
     )
-    return Plan(tuple(steps), tuple(found), trims, push)
+    return Plan(tuple(steps), tuple(found), corrections, push)
 
 
 def _of_register(
@@ -229,11 +231,11 @@ def _of_register(
         )
     )
     unused = (1.0,) * (len(walls) - len(kinks))
-    trims = PulseCorrections(
-        tuple(step.trim for step in walls), schedule_of(settings),
-        kinks=(*(step.trim.speed for step in kinks), *unused),
+    corrections = PulseCorrections(
+        tuple(step.correction for step in walls), schedule_of(settings),
+        kinks=(*(step.correction.speed for step in kinks), *unused),
     )  # fmt: skip
-    return Plan(walls, (), trims, kinks=kinks)
+    return Plan(walls, (), corrections, kinks=kinks)
 
 
 def _kick(level: int, speed: float, found: Found) -> Step:
@@ -249,18 +251,20 @@ def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
     best, after = Step(level, PulseCorrection(), -1.0), tried.at(level)
     known = menu(tried.preset.settings, level)
     grid = (PulseCorrection(peak, times) for times, peak in itertools.product(TIMES, PEAKS))
-    for trim in dict.fromkeys((*known, *grid)):
-        reached = tried.arrives(state, level, trim)
+    for correction in dict.fromkeys((*known, *grid)):
+        reached = tried.arrives(state, level, correction)
         if reached is None:
             continue
         margin = 0.0
         for radius in RADII:
-            around = (replace(trim, peak=trim.peak * (1.0 + by)) for by in (-radius, radius))
+            around = (
+                replace(correction, peak=correction.peak * (1.0 + by)) for by in (-radius, radius)
+            )
             if any(tried.arrives(state, level, each) is None for each in around):
                 break
             margin = radius
         if margin > best.margin:
-            best, after = Step(level, trim, margin), reached
+            best, after = Step(level, correction, margin), reached
         if margin >= ENOUGH:
             break
     return best, after
@@ -293,15 +297,15 @@ class _Trial:
             return self.blank()
         return self._chain.state()
 
-    def arrives(self, state: Array, level: int, trim: PulseCorrection) -> Array | None:
+    def arrives(self, state: Array, level: int, correction: PulseCorrection) -> Array | None:
         """Return the state after a pulse if it takes the wall to a level, at rest."""
         memory, chain, design = self._memory, self._chain, self.preset.design
         chain.restore(state, V_N=0.0, steps_done=chain.steps_done)
         memory.transducer.assume_rest()
-        trims = [trim] * design.levels
+        corrections = [correction] * design.levels
         try:
             start = level - 1 if level else BLANK
-            run(memory, go_to_level(memory, start, level, plainly=True, trims=trims))
+            run(memory, go_to_level(memory, start, level, plainly=True, corrections=corrections))
         except (StateError, DesignError):
             memory.stand_still('')
             return None

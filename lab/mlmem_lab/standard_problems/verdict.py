@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mlmem_ros import outside
-from mlmem_ros.described import clipped, printable
+from mlmem_ros.described import printable, short_repr
 from mlmem_ros.outside import DecodeError
 from mlmem_ros.physics import NOH_BATHE, PEFRL
 
@@ -87,7 +87,7 @@ def read_others(path: Path) -> dict[str, Answers]:
     try:
         rows = csv.DictReader(io.StringIO(outside.read(path), newline=''))
         if not {'problem', 'quantity', 'value'} <= set(rows.fieldnames or ()):
-            names = clipped(rows.fieldnames)
+            names = short_repr(rows.fieldnames)
             raise DecodeError(f'it must have the columns problem, quantity, value; got {names}')
         for row in rows:
             try:

@@ -63,10 +63,10 @@ class Bench:
             heard = replace(heard, write=WriteSettings())
         if self.element is None:
             return factory_calibration(self.design, heard)
-        trims = self.element.plan and learnt(
+        corrections = self.element.plan and learnt(
             self.element.plan.steps, self.settings, self.element.plan.quick
         )
-        return replace(_delays(self.element, self.design, heard), trims=trims)
+        return replace(_delays(self.element, self.design, heard), trims=corrections)
 
     def device(self, calibration: Calibration | None = None) -> MemoryElement:
         """Return a blank device; raises as `calibration`."""

@@ -132,7 +132,7 @@ def _probes(element: MemoryElement, many: bool) -> dict[str, Any]:
 
 
 def _register(settings: Settings) -> dict[str, Any]:
-    """Return how a byte is written: see `procedures.kicking.put`."""
+    """Return how a byte is written: see `procedures.many_walls.put`."""
     kick = settings.kick
     return {
         'speeds': [kick.by_level, kick.of_kinks],

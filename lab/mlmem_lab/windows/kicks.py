@@ -205,7 +205,7 @@ def _push(name: str) -> dict[str, Any]:
 
 def count(name: str, procedures: int, seed: int) -> dict[str, Any]:
     """Write random levels, any to any, with an erase now and then; compare with the true wall."""
-    element, chance = new_element(preset(name)), random.Random(seed)
+    element, rng = new_element(preset(name)), random.Random(seed)
     levels = range(element.design.levels)
     near = nearness(element.chain.specimen)
     present = BLANK
@@ -215,7 +215,7 @@ def count(name: str, procedures: int, seed: int) -> dict[str, Any]:
     for k in range(1, procedures + 1):
         before = element.actuator.motion
         if k % ERASES:
-            wanted = chance.choice([level for level in levels if level != present])
+            wanted = rng.choice([level for level in levels if level != present])
             outcome = element.perform(Write(wanted))
         else:
             wanted, outcome = BLANK, element.perform(Erase())

@@ -22,7 +22,7 @@ import numpy as np
 from mlmem_ros.device.actuator import Actuator
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.moves import How, Move, cycle_of, half_period, moves_from
-from mlmem_ros.device.pulse_corrections import QUICK, trimmed
+from mlmem_ros.device.pulse_corrections import QUICK, corrected
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.settings import ActuatorSettings, Settings
 from mlmem_ros.element_file import Element
@@ -175,7 +175,7 @@ def measured(
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
     chain = Simulation.of(design if element is None else element.timed, time).chain
     if element is not None and move.how is How.STEP:
-        settings = trimmed(settings, element.pulses(settings)[move.target])
+        settings = corrected(settings, element.pulses(settings)[move.target])
     eases = _ease(settings, move)
     directions = [each for each in DIRECTIONS if each[:4] != 'ease' or eases]
     changes: list[tuple[float, str, Off]] = [(0.0, '', {})]

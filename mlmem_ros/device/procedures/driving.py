@@ -26,7 +26,7 @@ from ..moves import (
     throw_cycle,
     throws,
 )
-from ..pulse_corrections import PulseCorrection, trimmed
+from ..pulse_corrections import PulseCorrection, corrected
 from ..reading import BLANK, UNDECODABLE, describe_level
 from ..settings import Settings
 from .blocks import (
@@ -66,7 +66,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
     """
     yield from return_to_zero(element)
     if element.register is not None:
-        from .kicking import clear  # few elements hold many walls
+        from .many_walls import clear  # few elements hold many walls
 
         return (yield from clear(element))
     if not plainly and pushes(element.settings):
@@ -208,7 +208,7 @@ def go_to_level(
     nudge: float = 1.0,
     plainly: bool = False,
     strained: bool = True,
-    trims: Sequence[PulseCorrection] | None = None,
+    corrections: Sequence[PulseCorrection] | None = None,
 ) -> Procedure[None]:
     """Drive the wall from the level that was read to another by the fastest moves, open loop.
 
@@ -217,14 +217,14 @@ def go_to_level(
         nudge: Factor on the speed of a kick, within the transducer's limit.
         plainly: Use only steps up and a kink, as in the paper.
         strained: Whether to use the actuator, if there is one.
-        trims: PulseCorrections by the level to which a move goes; by default those learnt.
+        corrections: PulseCorrections by the level to which a move goes; by default those learnt.
 
     Raises:
         ProcedureFailed: There is no way; `NotFollowed` if there is only one by strain, and the
             actuator does not follow.
     """
     design, settings = element.design, element.settings
-    trims = element.calibration.pulses(settings) if trims is None else trims
+    corrections = element.calibration.pulses(settings) if corrections is None else corrections
     settings = paper_way(settings) if plainly else element.calibration.adapt(settings)
     if not strained:
         settings = replace(settings, actuator=replace(settings.actuator, present=False))
@@ -238,7 +238,7 @@ def go_to_level(
             nudge *= settings.push.after
             continue
         if move.how is How.KICK:
-            yield from kick(element, move.target, trims[move.target].speed * nudge)
+            yield from kick(element, move.target, corrections[move.target].speed * nudge)
             continue
         if move.how is How.ERASE:
             yield from erase(element, plainly=plainly)
@@ -246,7 +246,11 @@ def go_to_level(
         last = move is moves[-1] and move.how is not How.LAUNCH
         try:
             yield from _strain(
-                element, gentle(settings) if last else settings, move, trims[move.target], force
+                element,
+                gentle(settings) if last else settings,
+                move,
+                corrections[move.target],
+                force,
             )
         except NotFollowed as failure:
             needy = f'a {move.how.value} to {describe_level(move.target)} needs strain'
@@ -255,15 +259,15 @@ def go_to_level(
 
 
 def _strain(
-    element: Memory, settings: Settings, move: Move, trim: PulseCorrection, force: float
+    element: Memory, settings: Settings, move: Move, correction: PulseCorrection, force: float
 ) -> Procedure[None]:
     design = element.design
     element.begin_cycle()
     if move.how is How.LAUNCH:
-        yield from launch(element, trimmed(settings, trim).write, design.D_s2)
+        yield from launch(element, corrected(settings, correction).write, design.D_s2)
         return
     if move.how is How.STEP:
-        settings = trimmed(settings, trim)
+        settings = corrected(settings, correction)
     elif move.how is How.STROKE:
         settings = element.calibration.adapt(settings, move.start)
     delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0

@@ -45,17 +45,13 @@ def reading(element: Memory) -> float:
 def driving(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
     if element.register is not None:
-        from .kicking import duration, way  # few elements hold many walls
+        from .many_walls import kicking_time, shifting_time, way  # few elements hold many walls
 
         present, code = 0 if present == BLANK else present, element.register.code
         if code.odd:
-            from . import filling
-
-            return filling.duration(
-                element.design, element.settings, code, present, max(0, target)
-            )
+            return shifting_time(element.design, element.settings, code, present, max(0, target))
         planned = way(element.settings, code, present, max(0, target))
-        return duration(element.design, element.settings, *planned)
+        return kicking_time(element.design, element.settings, *planned)
     start = element.design.levels - 1 if present == UNDECODABLE else present
     settings = element.calibration.adapt(element.settings)
     moves = route(element.design, settings, start, target)
@@ -122,7 +118,7 @@ def shifting(element: Memory, half: str) -> float:
     Raises:
         ProcedureFailed: There is no actuator.
     """
-    from .shifting import HALVES, cycle  # hardly anybody asks for it
+    from .many_walls import HALVES, cycle  # hardly anybody asks for it
 
     if not element.settings.actuator.present:
         raise ProcedureFailed('a shift needs an actuator, and there is none (actuator.present)')

@@ -19,8 +19,7 @@ from ..memory import Memory
 from ..reading import BLANK, UNDECODABLE
 from ..words import Code
 from .blocks import Procedure, Result
-from .hearing import hear, record
-from .listening import pulse_echo, quiet
+from .listening import hear, pulse_echo, quiet, record
 
 WELL = 0.25
 """Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels

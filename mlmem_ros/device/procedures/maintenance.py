@@ -23,10 +23,9 @@ from ..moves import pushes
 from ..pulse_corrections import kicked
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
 from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
-from .climbing import climb
 from .driving import erase
 from .listening import listen, look, noise_floor, quiet
-from .writing import restore, write
+from .writing import climb, restore, write
 
 
 def calibrate(element: Memory) -> Procedure[Result]:

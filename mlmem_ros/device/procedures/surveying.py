@@ -123,8 +123,8 @@ def survey(element: Memory) -> Procedure[Result]:
 def _launched(element: Memory) -> Procedure[int]:
     """Launch a wall with the first pulse of the menu that works; return the level meant."""
     known = element.calibration.pulses(element.settings)
-    for trim in (known[0], *menu(element.settings, 0)):
-        yield from go_to_level(element, BLANK, 0, trims=[trim])
+    for correction in (known[0], *menu(element.settings, 0)):
+        yield from go_to_level(element, BLANK, 0, corrections=[correction])
         yield from quiet(element)
         if _inside(element):
             return 0

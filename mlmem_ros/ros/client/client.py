@@ -1,19 +1,27 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory in a robot's code: a client on one of the robot's own nodes."""
+"""The memory in a robot's code: a client on one of the robot's own nodes, or without one."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import numpy as np
+import rclpy
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from ... import packages
@@ -30,6 +38,7 @@ from ...contract.answers import (
     Stepped,
 )
 from ...contract.calls import (
+    NoAnswer,
     RequestRefused,
     carried,
     content,
@@ -39,9 +48,11 @@ from ...contract.calls import (
     parse_self_test,
 )
 from ...contract.services import DEADLINE, action_types
-from ...described import clipped, printable
+from ...described import printable, short_repr
 from ...procedures import PROCEDURES
+from ..middleware import events_executor
 from .goal import Goal
+from .line import Line
 from .link import Call, Connection
 from .reply import Reply, Steps, seconds
 
@@ -73,7 +84,6 @@ class MemoryClient:
         """Build a client on a node; nothing is sent.
 
         Args:
-            node: A node of the robot.
             name: Name of the memory node; a relative one is resolved in the namespace of `node`,
                 and remappings apply.
             patience: How long the memory node may take to appear, in seconds.
@@ -89,9 +99,7 @@ class MemoryClient:
         self._actions = action_types() if actions else {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
-        """Wait until the node is available, at most `timeout` seconds, whatever the client's
-        patience.
-        """
+        """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
         steps = self._call('request', SetParametersAtomically, None, lambda _: None)
         return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
 
@@ -110,7 +118,6 @@ class MemoryClient:
         A read waits for earlier ones of this client, or the node would refuse it as busy.
 
         Args:
-            timeout: Longest wait for the answer in seconds.
             end: The end to probe this time: left, right or both; empty for the node's `read.end`.
         """
         earlier = [each for each in self._reads if not each.freed.done()]
@@ -135,7 +142,6 @@ class MemoryClient:
 
         Args:
             half: compression or tension; empty: that which frees most of what is read.
-            timeout: Longest wait for the answer in seconds.
         """
         return self._goal('shift', Shifted, timeout, half=half)
 
@@ -144,9 +150,7 @@ class MemoryClient:
         return self._request('abort', Done, timeout)
 
     def procedure(self, name: str, timeout: float = 120.0, **arguments: Any) -> Goal[Any]:
-        """Request any procedure of the node by its name, with its arguments; see
-        `mlmem_ros.procedures`.
-        """
+        """Request any procedure by its name, with its arguments: see `mlmem_ros.procedures`."""
         return self._goal(name, ANSWERS.get(name, Decoded), timeout, **arguments)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
@@ -178,7 +182,6 @@ class MemoryClient:
             strains: Strain of every point.
             rates: Strain rate of every point in 1/s, for a smooth profile; none for straight
                 lines.
-            timeout: Longest wait for the answer in seconds.
         """
         points: dict[str, Any] = {
             'times': [float(value) for value in times],
@@ -199,7 +202,6 @@ class MemoryClient:
 
         Args:
             script: The failures, with the fields of `device.failures.Failure`, in order.
-            timeout: Longest wait for the answer in seconds.
 
         Returns:
             A reply when the script has begun; it is refused if the element cannot fail like that.
@@ -220,7 +222,6 @@ class MemoryClient:
             on: Whether to start.
             path: The bag, on the node's machine; if empty, the node's `record.path`. If it exists,
                 the time is added to its name.
-            timeout: Longest wait for the answer in seconds.
         """
         what = 'record' if on else 'stop recording'
         return self._request('record', Recorded, timeout, what, on=bool(on), path=path)
@@ -323,17 +324,75 @@ def _plain(value: Any) -> Any:
 
 
 def _type_of(name: str, value: Any) -> int:
-    """Return the number of the type of a parameter with this value.
-
-    Raises:
-        ValueError: No parameter takes it.
-    """
+    """Return the number of the type of a parameter; raise `ValueError` if none takes the value."""
     try:
         return int(Parameter.Type.from_parameter_value(value).value)
     except TypeError:
         wanted = 'true or false, a number, a text, or a list of one of these'
-        raise ValueError(f'{name} must be {wanted}; got {clipped(value)}') from None
+        raise ValueError(f'{name} must be {wanted}; got {short_repr(value)}') from None
 
 
 def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
     return parse(kind, response.success, response.message)
+
+
+POLL = 0.02
+"""Seconds between two checks of a condition."""
+
+TURN = 10.0
+"""Seconds per spin; this executor must not wait without a time-out."""
+
+
+@contextmanager
+def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryClient]:
+    """Join the ROS graph with a client, its node and a thread that spins it; leave it at the end.
+
+    ::
+
+        with standalone() as memory:
+            memory.write(5).wait()
+
+    It has its own context and no signal handlers, so it does not disturb the program's rclpy.
+    Callbacks of subscriptions created on `memory.node` run in its thread. The memory node may take
+    `patience` seconds to appear.
+    """
+    context = Context()
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node(
+        f'mlmem_client_{os.getpid()}_{time.time_ns() % 10**6}',
+        context=context,
+        use_global_arguments=False,
+        start_parameter_services=False,
+    )
+    executor = events_executor(context)
+    executor.add_node(node)
+    over = Future()
+
+    def turn() -> None:
+        while not over.done():
+            executor.spin_until_future_complete(over, TURN)
+
+    thread = threading.Thread(target=turn, name='mlmem-client', daemon=True)
+    thread.start()
+    try:
+        yield MemoryClient(node, name, patience=patience)
+    finally:
+        over.set_result(None)
+        thread.join()  # an executor must not be shut down while it spins
+        executor.shutdown()
+        Line.of(context).close()
+        node.destroy_node()
+        rclpy.try_shutdown(context=context)
+
+
+def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:
+    """Wait in the program's thread until a condition holds, which callbacks may make true.
+
+    Raises:
+        NoAnswer: It does not become true in time.
+    """
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            raise NoAnswer(f'{what} did not come within {timeout:g} s')
+        time.sleep(POLL)

@@ -17,8 +17,7 @@ from rclpy.task import Future
 from rclpy.timer import Timer
 from std_msgs.msg import Empty
 
-from ..middleware import ALIVE, CLIENTS, DESTROYED, SIGN, Signs
-from ..qos import EVERY_ONE, RELIABLE
+from ..middleware import ALIVE, CLIENTS, DESTROYED, EVERY_ONE, RELIABLE, SIGN, Signs
 from .line import Line, is_destroyed
 
 SILENT = 4.0

@@ -23,7 +23,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future as RclpyFuture
 
 from ...contract.calls import NoAnswer
-from ...described import clipped
+from ...described import short_repr
 from .link import Call, Connection, Link
 
 T = TypeVar('T')
@@ -328,5 +328,5 @@ def seconds(name: str, value: Any) -> float:
         ValueError: It is none.
     """
     if isinstance(value, bool) or not isinstance(value, Real) or not float(value) > 0.0:
-        raise ValueError(f'{name} must be above 0 s; got {clipped(value)}')
+        raise ValueError(f'{name} must be above 0 s; got {short_repr(value)}')
     return float(value)

@@ -26,7 +26,7 @@ from ...contract.services import REQUESTS
 from ...device import Outcome, Refused
 from ...device.mailbox import Request
 from ...host import Host
-from ..qos import EVERY_ONE, RELIABLE
+from ..middleware import EVERY_ONE, RELIABLE
 from .callback_guard import REQUESTER, outcome_of
 
 FEEDBACK_EVERY = 0.05

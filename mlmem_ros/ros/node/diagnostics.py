@@ -22,7 +22,7 @@ from ...host import Host
 from ...physics import stable_step, walls
 from ...physics.energy import energy
 from ...procedures import fitting
-from ..qos import profile
+from ..middleware import profile
 from .callback_guard import CallbackGuard
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR

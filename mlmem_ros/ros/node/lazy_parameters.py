@@ -29,9 +29,9 @@ from rclpy.exceptions import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ...described import Description, clipped
+from ...described import Description, short_repr
 from ...device import SettingsError
-from .declarations import is_listed
+from ...host.settings import is_listed
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""
@@ -129,13 +129,13 @@ class LazyParameters:
         choices = self.choices.get(name)
         if choices is None or value in choices:
             return ''
-        return f'{name} must be one of {", ".join(choices)}; got {clipped(value)}'
+        return f'{name} must be one of {", ".join(choices)}; got {short_repr(value)}'
 
     def check_names(self, names: list[str]) -> None:
         """Raise `ParameterNotDeclaredException` for the first that is of no parameter."""
         for name in names:
             if name and not self._node.has_parameter(name):  # an empty one is refused when checked
-                raise ParameterNotDeclaredException(clipped(name) + self._alike(name))
+                raise ParameterNotDeclaredException(short_repr(name) + self._alike(name))
 
     def _alike(self, name: str) -> str:
         """Return which parameter has a name like this one."""

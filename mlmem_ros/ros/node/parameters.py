@@ -11,17 +11,25 @@ from typing import Any
 from rcl_interfaces.msg import ParameterType, SetParametersResult
 from rclpy.parameter import Parameter
 
-from ...described import clipped, descriptions
+from ...described import descriptions, short_repr
 from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
 from ...device.settings import Settings
 from ...device.timetable import checked_speed
 from ...host import Host
-from ...host.settings import Parameters
+from ...host.settings import (
+    DIGEST,
+    LAW,
+    LIVE,
+    OF_A_PRESET,
+    OF_THE_NODE,
+    Parameters,
+    declarations,
+    groups,
+)
 from ...outside import DecodeError
 from ...physics import DesignError
 from ...physics.curve import Curve
 from ...procedures import as_text, from_text
-from .declarations import DIGEST, LAW, LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups
 from .lazy_parameters import LazyParameters, UnlistedParameters, descriptor
 
 FAULTS = 'faults.'
@@ -138,7 +146,7 @@ class ParameterSet:
         if given is not None and given.value not in ('', present := self.digest()):
             self._node.get_logger().warning(
                 f'the element is not the one whose parameters were saved: its design and settings '
-                f'have the digest {present}, not {clipped(given.value)}'
+                f'have the digest {present}, not {short_repr(given.value)}'
             )
 
     def _group(self, prefix: str, **changed: Any) -> Any:
@@ -213,7 +221,7 @@ class ParameterSet:
         try:
             if text and not from_text(text) < max(1, self._words):
                 last = as_text(self._words - 1)
-                raise SettingsError(f'{WORD} must be from 0x0 to {last}; got {clipped(text)}')
+                raise SettingsError(f'{WORD} must be from 0x0 to {last}; got {short_repr(text)}')
         except ValueError as error:
             raise SettingsError(f'{WORD} {error}') from error
 
@@ -291,7 +299,7 @@ class ParameterSet:
             SettingsError: It may not.
         """
         if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
-            raise SettingsError(f'there is no parameter {clipped(name)}')
+            raise SettingsError(f'there is no parameter {short_repr(name)}')
         live = name in (*LIVE, METHOD) or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
             if self._host.loop is not None and value != self._node.get_parameter(name).value:
@@ -309,7 +317,7 @@ class ParameterSet:
         if name == WORD:
             self._check_word(value)
         if name == DIGEST and value != (digest := self.digest()):
-            raise SettingsError(f'{name} is computed: {digest}; got {clipped(value)}')
+            raise SettingsError(f'{name} is computed: {digest}; got {short_repr(value)}')
         if name == LAW:
             self._law_in(value)
         if name in PATHS and value:
@@ -327,7 +335,7 @@ class ParameterSet:
             return
         self._known.hidden -= self._asked
         with self._host.log.guarded('parameters'):
-            given = ', '.join(f'{each.name} = {clipped(each.value)}' for each in changed)
+            given = ', '.join(f'{each.name} = {short_repr(each.value)}' for each in changed)
             self._host.log.info(f'set {given}', 'parameters')
             if any(map(_is_fault, changed)):
                 self._host.set_faults(self._group('faults'))

@@ -23,8 +23,7 @@ from ...device import Command, Refused, SelfTest, Write, drivers
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
 from ...procedures import PROCEDURES, Procedure
-from ..middleware import CLIENTS, SIGN
-from ..qos import EVERY_ONE
+from ..middleware import CLIENTS, EVERY_ONE, SIGN
 from .callback_guard import REQUESTER, outcome_of
 
 Answered = Awaitable[tuple[bool, str]]

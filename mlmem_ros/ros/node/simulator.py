@@ -24,7 +24,7 @@ from ...contract.services import SIMULATOR, STEPS
 from ...device import Refused
 from ...device.mailbox import Request, Steps
 from ...host import REFUSALS, Host
-from ..qos import EVERY_ONE
+from ..middleware import EVERY_ONE
 from .actions import Action, Goal
 from .callback_guard import outcome_of
 

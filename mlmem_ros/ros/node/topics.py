@@ -25,7 +25,7 @@ from ...contract.values import published
 from ...device import Event, MemoryElement
 from ...host import Host
 from ...host.settings import PublishSettings
-from ..qos import profile
+from ..middleware import profile
 from ..views import ChainMarkers, Contour
 
 if TYPE_CHECKING:

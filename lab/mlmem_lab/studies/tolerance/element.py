@@ -26,9 +26,8 @@ from mlmem_ros.device.errors import ProcedureFailed
 from mlmem_ros.device.procedures import run
 from mlmem_ros.device.procedures.blocks import Procedure, kick, wait
 from mlmem_ros.device.procedures.driving import go_to_level
-from mlmem_ros.device.procedures.hearing import hear
-from mlmem_ros.device.procedures.kicking import put
-from mlmem_ros.device.procedures.listening import look
+from mlmem_ros.device.procedures.listening import hear, look
+from mlmem_ros.device.procedures.many_walls import put
 from mlmem_ros.device.reading import Reading
 from mlmem_ros.device.register import NEAR, resting
 from mlmem_ros.device.settings import Settings
