@@ -38,6 +38,11 @@ def program(*command, **streams):
     return node_process.subprocess.Popen([sys.executable, *map(str, command)], **streams)
 
 
+def hears(process, word):
+    """Read the output of a process up to a line; Fast DDS may print its complaints there, too."""
+    assert f'{word}\n' in iter(process.stdout.readline, ''), f'it ended before it said {word}'
+
+
 @contextlib.contextmanager
 def emulated_rig(*options):
     """Run an emulated rig in its own process; yield its address."""

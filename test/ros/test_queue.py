@@ -9,7 +9,7 @@ from contextlib import ExitStack
 
 import pytest
 import rclpy
-from nodes import SOON, arrived, program, refused
+from nodes import SOON, arrived, hears, program, refused
 from robot import PATIENCE, Robot
 from std_srvs.srv import Trigger
 
@@ -158,15 +158,15 @@ with standalone() as memory:
 @pytest.mark.parametrize('crash', [True, False])
 def test_a_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash):
     lost = tmp_path / 'fast_dds.xml'  # sooner than others, who may stand still
-    lost.write_text(re.sub('(?<=<leaseDuration><sec>)12', '3', FAST_DISCOVERY.read_text()))
+    lost.write_text(re.sub('(?<=<leaseDuration><sec>)12', '5', FAST_DISCOVERY.read_text()))
     pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
     given = os.environ | {profile_variable(os.environ): str(lost)}
     with program('-c', GONE, env=given, **pipes) as passer_by:
-        assert passer_by.stdout.readline() == 'ready\n'
+        hears(passer_by, 'ready')
         (first,) = under_way(memory, others, 2)
         passer_by.stdin.write('\n')
         passer_by.stdin.flush()
-        assert passer_by.stdout.readline() == 'asked\n'
+        hears(passer_by, 'asked')
         arrived(memory, 1)
         last = others[1].request('read', 60.0)
         arrived(memory, 2)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from nodes import QUICK, program
+from nodes import QUICK, hears, program
 from robot import Robot
 from std_msgs.msg import Empty
 
@@ -108,7 +108,7 @@ def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
         stack.callback(silent.send_signal, signal.SIGCONT)  # or nobody could end it
         on_graph = partial(observer.node.count_clients, '/mlmem/request')
         with standalone() as memory:
-            assert silent.stdout.readline() == 'read\n'
+            hears(silent, 'read')
             assert memory.read(timeout=SOON).wait().blank
             silent.send_signal(signal.SIGSTOP)
             node.signal(signal.SIGINT)
