@@ -314,7 +314,7 @@ def test_messages_of_the_base_end_no_rest_and_take_effect_in_their_tick(start):
 
 
 def test_deferred_ticks_are_done_just_as_the_next_is_due(start):
-    """A tick takes 0.1 ms: a run of nine begins 0.9 ms and the time of waking before the tenth, and
+    """A tick takes 0.1 ms: a run of nine begins 0.9 ms and what waking takes before the tenth, and
     does not delay it.
 
     Before it is known how long they take, a run begins a period before that tick.
