@@ -3,7 +3,7 @@
 """Dataclass fields that describe themselves: meaning, unit and range, declared once.
 
 Checks, ROS parameters and the tables of the documentation are made from them. In a message a value
-from outside is `short_repr`: short, printable, and on one line.
+from outside is told by `short_repr`: short, printable, and on one line.
 """
 
 from __future__ import annotations
