@@ -241,32 +241,29 @@ def test_a_failed_write_leaves_a_torn_word_and_may_bypass_one_element(coded):
     assert coded.read().wait().blank
 
 
-def test_a_bank_of_registers_notices_a_write_that_was_torn():
-    """One that is erased reads 0, a digit: so the seal holds a content that is none meanwhile.
-
-    These have the first four levels of a byte.
-    """
+def test_a_bank_of_bytes_notices_a_write_that_was_torn():
+    """An erased byte reads 0, a digit: so the seal holds a content that is none meanwhile."""
     arguments, elements = bank_arguments(
         ['memory_bank', '--elements=2',
-         *node_arguments('/half/mlmem', {**GIVEN, 'design.preset': 'byte', 'design.N': 125})]
+         *node_arguments('/bytes/mlmem', {**GIVEN, 'design.preset': 'byte'})]
     )  # fmt: skip
     with (
-        NodeHere('/half/element_0/mlmem', arguments, elements),
+        NodeHere('/bytes/element_0/mlmem', arguments, elements),
         standalone() as client,
     ):
-        bank = MemoryBank.on(client.node, 2, '/half', base=8, check=1)
-        assert bank.write(6).wait().value == bank.read().wait().value == 6
+        bank = MemoryBank.on(client.node, 2, '/bytes', base=128, check=1)
+        assert bank.write(77).wait().value == bank.read().wait().value == 77
         deaf, seal = bank.elements
         deaf.set_parameters({'faults.sensor_off': True}).wait()
         with pytest.raises(BankFailed, match='rests in neither phase'):
             bank.write(5).wait()
-        assert seal.read().wait().level == 8
+        assert seal.read().wait().level == 128
         deaf.set_parameters({'faults.sensor_off': False}).wait()
         with pytest.raises(TornWord):
             bank.read().wait()
         assert bank.erase().wait().value == bank.read().wait().value == 0
-        with pytest.raises(BankFailed, match='from 0 to 15; got 16, which marks a write'):
-            MemoryBank(bank.elements, base=16, check=1).write(1).wait()
+        with pytest.raises(BankFailed, match='from 0 to 255; got 256, which marks a write'):
+            MemoryBank(bank.elements, base=256, check=1).write(1).wait()
 
 
 def test_a_spare_out_of_range_is_refused(coded):

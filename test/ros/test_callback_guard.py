@@ -175,6 +175,32 @@ def test_nothing_is_read_behind_a_request_of_another_binding(monkeypatch):
     assert not first.gone
 
 
+def test_nodes_whose_names_are_not_known_yet_are_several(monkeypatch):
+    """In one program, in the moment after they have begun: each was taken for the first one, and
+    refused as busy instead of waiting for its turn.
+    """
+    monkeypatch.setattr(callback_guard, '_writer_id', lambda header: header)
+    ends = []
+    node = SimpleNamespace(
+        resolve_service_name=lambda name: f'/mlmem/{name}',
+        get_subscriptions_info_by_topic=lambda name, no_mangle: ends,
+        get_publishers_info_by_topic=lambda name, no_mangle: [],
+    )
+
+    def keys(*names):
+        found = []
+        for number, name in enumerate(names):
+            header = bytes([*range(12), 0, 0, number, 3])
+            ends.append(SimpleNamespace(endpoint_gid=header, node_name=name, node_namespace='/'))
+            found.append(callback_guard.Requester(node, 'read', header).key)
+        ends.clear()
+        return found
+
+    unknown = '_NODE_NAME_UNKNOWN_'  # as Fast DDS has it in a robot's first moments
+    assert len(set(keys(unknown, unknown, 'robot'))) == 3
+    assert len(set(keys('robot', 'robot', 'arm'))) == 2
+
+
 def state(robot):
     return robot.response(
         robot.send('get_state', GetState.Request(), GetState)

@@ -110,6 +110,7 @@ def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
         with standalone() as memory:
             hears(silent, 'read')
             assert memory.read(timeout=SOON).wait().blank
+            observer.wait(lambda: on_graph() == 2, 'both clients, in the eyes of an observer')
             silent.send_signal(signal.SIGSTOP)
             node.signal(signal.SIGINT)
             time.sleep(SILENT + 1.0)

@@ -75,6 +75,10 @@ class _Outcome(NamedTuple):
         return self.future.result()
 
 
+UNNAMED = '_NODE_NAME_UNKNOWN_'
+"""Of which node an endpoint is while the graph knows only the endpoint (rmw_dds_common)."""
+
+
 class Requester:
     """Who sends a request: the node of the service's client, as far as the graph tells.
 
@@ -95,7 +99,8 @@ class Requester:
         for end in self._ends():
             if bytes(end.endpoint_gid)[:16] == self._id:
                 self._seen = True
-                return end.node_namespace, end.node_name, self._id[:12]
+                if end.node_name != UNNAMED:
+                    return end.node_namespace, end.node_name, self._id[:12]
         return self._id or id(self)
 
     @property
