@@ -296,13 +296,9 @@ class Peeled:
                 for by in (-4, -2, 2, 4):
                     found.append([*walls[:n], *(each + by for each in here), *walls[n + many :]])
             found.append([*walls[:n], *walls[n + 2 :]] if n + 2 <= len(walls) else list(walls))
-        walls, levels = list(walls), range(self.code.levels)
-        return [
-            each
-            for each in found
-            if each != walls
-            and (all(level in levels for level in each) if few else self.code.allows(each))
-        ]
+        allowed = set(range(self.code.levels)).issuperset if few else self.code.allows
+        walls = list(walls)
+        return [each for each in found if each != walls and allowed(each)]
 
     def decode(
         self, shots: Sequence[Shot], noise: float, phases: Sequence[int | None], least: float
