@@ -251,7 +251,7 @@ def test_the_rig_in_c_allocates_nothing(source):
         assert f'{word}(' not in source
 
 
-def test_the_rig_in_c_remembers_though_a_driver_was_killed_in_the_middle_of_a_frame(program):
+def test_a_driver_that_was_killed_in_the_middle_of_a_frame_does_not_block_the_next(program):
     """The rig still waits for the rest of the longest frame that it can take."""
     frame = encode(Kind.PLAY, 7, bytes(49_000))
     with wired(program) as (address, _):
@@ -259,6 +259,13 @@ def test_the_rig_in_c_remembers_though_a_driver_was_killed_in_the_middle_of_a_fr
         os.write(port, frame[: len(frame) // 100])
         termios.tcdrain(port)
         os.close(port)
+        element = element_at(address)
+        assert element.perform(Read()).reading.level == -1
+        element.driver.close()
+
+
+def test_the_rig_in_c_remembers(program):
+    with wired(program) as (address, _):
         remembers(address, 0, 'C99')
 
 
