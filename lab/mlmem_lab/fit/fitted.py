@@ -84,6 +84,18 @@ class Fit:
         return float(np.sqrt(np.mean(np.square(noise))))
 
     @cached_property
+    def drifts(self) -> float:
+        """By how much gains that drift would raise twice the logarithm of the evidence."""
+        if has(self.misfit, 'drift'):
+            return 0.0
+        x, every = self.x, np.ones(self.unknowns.size, bool)
+        loose, before = (
+            _evidence(each, each.normal(x, WHOLE, slopes=self.slopes), x, every)
+            for each in (with_term(self.misfit, 'drift'), self.misfit)
+        )
+        return loose - before
+
+    @cached_property
     def missing(self) -> Missing:
         """Which term its model lacks most; see `missing_term`."""
         return missing_term(self)
@@ -295,12 +307,7 @@ def _gains(own: Fit, terms: Sequence[str]) -> tuple[dict[str, float], Misfit, Sl
     """
     misfit, gain = own.misfit, dict[str, float]()
     if 'drift' in terms:
-        every = np.ones(own.unknowns.size, bool)
-        loose, before = (
-            _evidence(each, each.normal(own.x, WHOLE, slopes=own.slopes), own.x, every)
-            for each in (with_term(misfit, 'drift'), misfit)
-        )
-        gain['drift'] = loose - before
+        gain['drift'] = own.drifts
     others = [term for term in terms if term != 'drift']
     if not others:
         return gain, misfit, own.slopes
