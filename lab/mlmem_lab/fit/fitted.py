@@ -274,16 +274,18 @@ def missing_term(own: Fit) -> Missing:
     no more derivatives.
     """
     lacking = [term for term in TERMS if not has(own.misfit, term)]
-    beyond, gain = max(0.0, (own.chi2 - 1.0) * own.data), dict[str, float]()
+    # up to the largest misfit that is allowed, noise may be that much louder than it was measured
+    explained = own.chi2 <= LARGEST
+    beyond, gain = 0.0 if explained else (own.chi2 - 1.0) * own.data, dict[str, float]()
     fuller, slopes = own.misfit, own.slopes
     for terms in ([term for term in lacking if term == 'drift'], lacking):
-        if own.chi2 <= LARGEST or max(gain.values(), default=0.0) <= ALL * beyond:
+        if explained or max(gain.values(), default=0.0) <= ALL * beyond:
             untried = [term for term in terms if term not in gain]
             gains, fuller, slopes = _gains(own, untried)
             gain |= gains
     term = max(gain, key=lambda each: gain[each], default='')
     helps = term and gain[term] > max(SURE, HELPS * beyond)
-    if not helps and own.chi2 > LARGEST and (late := jitter(own)):
+    if not helps and not explained and (late := jitter(own)):
         return Missing('', (
             'what is left differs from sample to sample, more where the ends are faster: samples '
             f'whose times jitter by {late:.0%} of a sample would explain it'
