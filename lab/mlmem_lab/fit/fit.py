@@ -131,6 +131,9 @@ def _best(guesses: Sequence[Misfit], x: Array) -> tuple[Misfit, Array]:
     return best, x
 
 
+BESIDE = 0.5
+"""Cells from its place at which a wall is at another one; it follows what is fitted by less."""
+
 PREDICTED = 2.0
 """Largest misfit per datum of a shot as the others predict it."""
 
@@ -258,10 +261,20 @@ def _explained(found: Fit, told: Report) -> Fit:
 
 
 def _with_more(found: Fit, term: str, stages: Sequence[Stage], told: Report) -> Fit:
-    """Return the fit with one more term, from where it was without."""
-    misfit = with_term(found.misfit, term)
-    slopes = found.missing.slopes
-    return _descend(misfit, widened(found, misfit.unknowns), stages, told, slopes)
+    """Return the fit with one more term, from where it was without: what is missing may have put a
+    wall beside its place.
+    """
+    misfit, slopes = with_term(found.misfit, term), found.missing.slopes
+    x = widened(found, misfit.unknowns)
+    moved = _moving(misfit, x)
+    return _descend(moved, x, stages, told, slopes if moved is misfit else None)
+
+
+def _moving(misfit: Misfit, x: Array) -> Misfit:
+    """Return a misfit with the walls that were beside their places there; the same without any."""
+    again = relocated(misfit, x)
+    pairs = zip(again.shots, misfit.shots, strict=True)
+    return again if any(abs(a.wall - b.wall) > BESIDE for a, b in pairs) else misfit
 
 
 def _where(found: Fit) -> str:
