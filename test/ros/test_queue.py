@@ -15,6 +15,7 @@ from std_srvs.srv import Trigger
 
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import action_types
+from mlmem_ros.device.mailbox import Cancel
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import events_executor
 from mlmem_ros.ros.process import profile_variable
@@ -219,8 +220,9 @@ def test_a_goal_that_waits_can_be_canceled(memory, others):
     write = others[1].write(6)
     arrived(memory, 1)
     assert write.cancel_goal()
-    while not write.done():  # a machine with much to do may deliver it late
-        memory.memory.step().wait()
+    box = memory.node.host.loop._box
+    wait_until(lambda: box.pending(Cancel), 'the cancel', SOON)  # steps would end the first write
+    memory.memory.step().wait()
     with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
         write.wait()
     memory.memory.pause(False).wait()
