@@ -11,8 +11,8 @@ from mlmem_ros.device import MemoryElement, Outcome, Settings, factory_calibrati
 from mlmem_ros.physics import CASE_II, Specimen, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 
-unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=40)
-"""For Hypothesis: 40 cases, the same in every run; a loaded machine is no finding."""
+unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
+"""For Hypothesis: 60 cases, the same in every run; a loaded machine is no finding."""
 
 DESIGN = dataclasses.replace(CASE_II, N=125)
 """Four of the eight levels of the paper's second element, of its cells and at its distances: what

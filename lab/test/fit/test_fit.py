@@ -191,9 +191,10 @@ def test_gains_that_drift_are_noticed_though_cells_bend_to_them(fitted):
 
 
 @pytest.mark.slow
-def test_an_element_that_bends_to_drifting_gains_is_fitted():
-    """That one, behind a driver."""
-    assert surveyed('bits_4', 0.01, 81400, 'gains drift by 0.1 %')['inside'] > 0.9
+@pytest.mark.parametrize(('drift', 'seed'), [('0.1', 81400), ('0.1', 81402), ('0.5', 81404)])
+def test_an_element_that_bends_to_drifting_gains_is_fitted(drift, seed):
+    """Those two behind a driver, and one that had a wall put beside its place."""
+    assert surveyed('bits_4', 0.01, seed, f'gains drift by {drift} %')['inside'] > 0.9
 
 
 def test_a_wall_is_found_before_its_phase_is_known(fitted):
