@@ -22,11 +22,11 @@ demo: setup
 figures: setup-test
 	$(VENV)/mlmem figures
 
-# Numbers and pictures of the pages against the result files, and these against the code.
+# Compares the pages with the result files, and the pictures with the hashes of their bytes.
 figures-check: setup-test
-	$(VENV)/python -m mlmem_lab.numbers --check --code
+	$(VENV)/python -m mlmem_lab.numbers --check
 
-# What is to be made again, by which command, and how long that takes.
+# Lists the results whose modules have changed, with command and time.
 figures-stale: setup-test
 	@$(VENV)/python -m mlmem_lab.numbers --stale
 

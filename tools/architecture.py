@@ -158,4 +158,4 @@ def picture() -> str:
 
 if __name__ == '__main__':
     FILE.write_text(picture(), encoding='utf-8')
-    keep_picture(FILE, 'tools/architecture.py', ['picture by tools.architecture'])
+    keep_picture(FILE, 'tools/architecture.py', ['tools/architecture.py'])

@@ -75,4 +75,4 @@ def picture() -> str:
 
 if __name__ == '__main__':
     FILE.write_text(picture(), encoding='utf-8')
-    keep_picture(FILE, 'tools/schematic.py', ['picture by tools.schematic'])
+    keep_picture(FILE, 'tools/schematic.py', ['tools/schematic.py'])

@@ -95,7 +95,7 @@ def take(browser: Browser, path: Path, theme: str) -> None:
     time.sleep(0.5)
     browser.driver.save_screenshot(str(path))
     Image.open(path).convert('RGB').save(path, optimize=True)
-    keep_picture(path, 'tools/view_pictures.py', ['picture by tools.view_pictures'])
+    keep_picture(path, 'tools/view_pictures.py', ['tools/view_pictures.py', 'mlmem_tools/view'])
 
 
 if __name__ == '__main__':

@@ -17,6 +17,8 @@ from mlmem_ros.physics import Specimen
 from .results import run
 from .windows.flight import ENOUGH, bare, search_kicks
 
+MODULES = ('lab/mlmem_lab/windows',)
+
 DAMPINGS = (250, 200, 168)
 """Damping times 1 / eta that are tried."""
 
@@ -41,4 +43,4 @@ def carried(name: str) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    sys.exit(run('carried', __doc__, carried, entries={'bits_5': ['bits_5']}))
+    sys.exit(run('carried', __doc__, carried, entries=['bits_5'], modules=MODULES))

@@ -104,5 +104,5 @@ def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    entries = {name: [name] for name in REGISTERS}
-    sys.exit(run('costs', __doc__, measured, SEED, joined, entries))
+    modules = ['lab/mlmem_lab/paper/meter.py', 'lab/mlmem_lab/words.py']
+    sys.exit(run('costs', __doc__, measured, SEED, joined, REGISTERS, modules=modules))

@@ -36,4 +36,4 @@ def books(name: str) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    sys.exit(run('elastic', __doc__, books))
+    sys.exit(run('elastic', __doc__, books, modules=['lab/mlmem_lab/paper/meter.py']))

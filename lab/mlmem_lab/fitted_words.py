@@ -34,7 +34,7 @@ from mlmem_ros.physics import Specimen
 from .fit.command import element_of
 from .fit.fit import Misfitting, fit
 from .plans.plan import Plan, plan
-from .results import run, with_reads
+from .results import run
 from .twins.sensed import made, performed
 from .twins.surveyed import NOISE
 from .words import writes
@@ -126,5 +126,8 @@ def _off(twin: Element, truth: Specimen) -> float:
 
 
 if __name__ == '__main__':
-    ENTRIES = {entry: with_reads([BYTE]) for entry in (BYTE, FITTED)}
-    sys.exit(run('fitted_words', __doc__, counted, SEED, entries=ENTRIES))
+    MODULES = [
+        'lab/mlmem_lab/fit', 'lab/mlmem_lab/plans', 'lab/mlmem_lab/twins',
+        'lab/mlmem_lab/words.py',
+    ]  # fmt: skip
+    sys.exit(run('fitted_words', __doc__, counted, SEED, entries=(BYTE, FITTED), modules=MODULES))

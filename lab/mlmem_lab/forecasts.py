@@ -23,4 +23,4 @@ def forecast(name: str) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    sys.exit(run('forecasts', __doc__, forecast))
+    sys.exit(run('forecasts', __doc__, forecast, modules=['mlmem_tools/checks']))

@@ -22,7 +22,7 @@ from mlmem_ros.device.words import Code
 from mlmem_ros.physics.specimen import Scatter
 
 from .reads.count import IN_A_ROW, made
-from .results import run, with_reads
+from .results import run
 from .words import Trouble, between, reads, specimens, troubles, writes
 
 SEED, WRITES, HEALTHY, EACH, BETWEEN = 1, 16, 500, 24, 100
@@ -78,9 +78,6 @@ def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    registers = {
-        name: with_reads([name])
-        for name, (_, settings) in PRESETS.items()
-        if settings.register.shifted
-    }
-    sys.exit(run('long_words', __doc__, counted, SEED, joined, registers))
+    registers = [name for name, (_, settings) in PRESETS.items() if settings.register.shifted]
+    modules = ['lab/mlmem_lab/reads/count.py', 'lab/mlmem_lab/words.py']
+    sys.exit(run('long_words', __doc__, counted, SEED, joined, registers, modules=modules))

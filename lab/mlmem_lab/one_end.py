@@ -29,7 +29,7 @@ from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 
-from .results import APART, run, with_reads
+from .results import APART, run
 
 SEED, DRAWS = 1, 8
 """Of all chance; of every error, level and end."""
@@ -146,5 +146,5 @@ def _sum(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
 
 
 if __name__ == '__main__':
-    presets = {name: with_reads([name]) for name in PRESETS if name not in APART}
+    presets = [name for name in PRESETS if name not in APART]
     sys.exit(run('one_end', __doc__, counted, SEED, joined, presets))

@@ -153,5 +153,4 @@ def _kind(said: int, level: int) -> str:
 
 
 if __name__ == '__main__':
-    entries = {name: [name] for name in PUSHES}
-    sys.exit(run_study('one_transducer', __doc__, counted, SEED, entries=entries))
+    sys.exit(run_study('one_transducer', __doc__, counted, SEED, entries=PUSHES))

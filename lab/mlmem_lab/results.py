@@ -1,14 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Result files: numbers with the command, version, processor, seed and date they belong to.
+"""Result files: numbers with the command, version, processor, seed and date that they belong to.
 
-A file also has a fingerprint of everything behind it: of what a memory does, to a millionth of a
-cell, and what the rules of reading say, if it counted reads; of the code that measured, with all
-that this reaches (`by`, `reach`); of files that it is drawn from. If these are no longer the same,
-the file is older than the code. `PICTURES` has the same of every picture of the pages, and of its
-bytes. What was measured with code that is not committed cannot be made again: such a file says so.
+A result also names the modules that it measured: files and folders of the checkout, which the
+study lists, and for each entry one hash of their contents. If the contents have changed, the
+entry is stale: `make figures-stale` lists it. `PICTURES` has the same for every picture of the
+pages, and a hash of its bytes.
 
-`run` is the command line of the modules that measure presets one by one.
+`run` is the command line of the studies that measure presets one by one.
 """
 
 from __future__ import annotations
@@ -17,50 +16,36 @@ import argparse
 import hashlib
 import json
 import shlex
-import shutil
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import date
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mlmem_ros import __version__, outside
-from mlmem_ros.device import Erase, MemoryElement, Read, Write, new_element, preset
 from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.register import LEFT_OVER, NOISE, forecasts_of
 from mlmem_ros.durable import write_atomically
-from mlmem_ros.physics import Specimen
 from mlmem_tools.cli.output import plain
 
-from . import reach
 from .bench.measure import processor
-from .decisions import decisions
 
-ROOT = reach.ROOT
+ROOT = Path(__file__).parents[2]
+"""The root of the checkout."""
+
 FOLDER = ROOT / 'lab' / 'results'
-"""The committed results, in a checkout."""
+"""The folder of the committed results."""
 
 PICTURES = 'pictures.json'
-"""The one of them that says of every picture of a page what made it."""
+"""The file in `FOLDER` that says of every picture of a page which command drew it."""
 
 SHOWN = ('docs/figures', 'docs/images')
-"""Where these are."""
+"""The folders of the pictures of the pages."""
 
-BY = ' by '
-"""Between what was measured and the code that did: the fingerprint is of the code."""
+DEVICE = ('mlmem_ros/device', 'mlmem_ros/physics')
+"""The modules that every study of a simulated element measures."""
 
 BEGAN = time.monotonic()
-
-LATTICE = 'lattice'
-"""What has a fingerprint beside the presets: the real lattice of `mlmem measured`."""
-
-READ = ', read'
-"""Behind the name of a preset: its fingerprint is of what the rules of reading make of echoes."""
 
 APART = (
     'bits_3', 'bits_8', 'kick_2', 'kick_3', 'kick_4',
@@ -69,119 +54,115 @@ APART = (
 """Presets that are measured only if named: the first is `case_2`, the second takes hours, and the
 others are measured by `mlmem kicks`, `mlmem_lab.words` and `mlmem_lab.long_words`."""
 
-MOST_LEVELS = 64
-"""An element of more has no fingerprint: its factory calibration takes too long."""
+ORIGIN = ('command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes')
+"""The keys that say where a result comes from."""
 
 
 def save(
     path: Path,
     result: Mapping[str, Any],
     command: str,
+    modules: Sequence[str],
+    entries: Iterable[str] = ('all',),
     seed: int | None = None,
-    of: Iterable[str] = (),
     kept: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write a result file; return its path.
+    """Write a result file and return its path.
 
     Args:
-        of: The presets that it measured, `with_reads` if it counted these, `LATTICE`; what
-            measured them (`by`); files of the checkout, by path.
-        kept: The file whose other entries the result has too: they keep their fingerprints.
+        modules: The files and folders of the checkout that the study measured.
+        entries: The parts of the result that were measured now.
+        kept: The former content of the file, if the result keeps some of its entries: these keep
+            their hashes.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
-    told = json.dumps(plain({**_origin(command, of, kept, seed), **result}), indent=1)
+    origin = describe_origin(command, modules, entries, seed, kept or {})
+    text = json.dumps(plain({**origin, **result}), indent=1)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, told + '\n')
+    write_atomically(path, text + '\n')
     return path
 
 
-def keep_picture(picture: Path, command: str, of: Iterable[str] = ()) -> None:
-    """Note what made a picture of a page; of one that is elsewhere, nothing."""
-    name = _in_checkout(picture)
+def keep_picture(picture: Path, command: str, modules: Sequence[str]) -> None:
+    """Note which command drew a picture; a picture that is on no page is not noted."""
+    name = find_in_checkout(picture)
     if name.startswith(SHOWN):
-        made = _origin(command, [name, *of])
-        fingerprint.cache_clear()  # it may have had other bytes a moment ago
-        made['fingerprints'] |= {name: fingerprint(name)}
-        told = load_kept(FOLDER / PICTURES) | {name: made}
-        text = json.dumps({key: told[key] for key in sorted(told)}, indent=1)
+        origin = describe_origin(command, modules, ['all'], None, {})
+        pictures = load_kept(FOLDER / PICTURES)
+        pictures[name] = origin | {'bytes': hash_bytes(picture)}
+        text = json.dumps({key: pictures[key] for key in sorted(pictures)}, indent=1)
         write_atomically(FOLDER / PICTURES, text + '\n')
 
 
-def _in_checkout(path: Path) -> str:
+def find_in_checkout(path: Path) -> str:
+    """Return the path of a file within the checkout; empty if the file is elsewhere."""
     path = path.resolve()
     return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else ''
 
 
-ORIGIN = (
-    'command', 'version', 'processor', 'seed', 'date', 'seconds', 'fingerprints', 'uncommitted',
-    'accepted',
-)  # fmt: skip
-"""What a file says of itself."""
-
-
-def _origin(
-    command: str, of: Iterable[str], kept: Mapping[str, Any] | None = None, seed: int | None = None
+def describe_origin(
+    command: str,
+    modules: Sequence[str],
+    entries: Iterable[str],
+    seed: int | None,
+    kept: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return what a file says of itself, but what it does not know."""
-    kept, of = kept or {}, list(of)
-    was = kept.get('fingerprints', {})
-    origin = {
+    """Return the values of `ORIGIN`."""
+    current = hash_modules(modules)
+    return {
         'command': command,
         'version': __version__,
         'processor': processor(),
         'seed': seed,
         'date': date.today().isoformat(),
         'seconds': max(kept.get('seconds', 0), round(time.monotonic() - BEGAN)),
-        'fingerprints': was | {name: fingerprint(name) for name in of},
+        'modules': list(modules),
+        'hashes': kept.get('hashes', {}) | dict.fromkeys(entries, current),
     }
-    told = {'uncommitted': uncommitted()}
-    if not was.keys() <= set(of):  # a part of it was not made again
-        told['accepted'] = kept.get('accepted', [])
-    return origin | {key: value for key, value in told.items() if value}
 
 
-def by(maker: Callable[..., Any], *entries: str) -> list[str]:
-    """Return what a file has fingerprints of: the code of what measured each of these entries."""
-    module = maker.__module__
-    if module == '__main__':  # python3 -m
-        module = str(getattr(sys.modules[module].__spec__, 'name', module))
-    return [f'{entry}{BY}{module}:{maker.__qualname__}' for entry in entries]
+def find_stale_entries(result: Mapping[str, Any]) -> list[str]:
+    """Return the entries of a result whose modules have changed, or are gone."""
+    current = hash_modules(result['modules'])
+    return [name for name, found in result['hashes'].items() if not current or found != current]
 
 
-def accept(path: Path, why: str, name: str | None = None) -> list[str]:
-    """Take a result, or a picture by its name, for that of today's code; return what differed.
-
-    It is not made again: the file says so until it is.
-    """
-    told = load(path)
-    entry = told if name is None else told[name]
-    if old := outdated(entry):
-        entry['fingerprints'] |= {each: fingerprint(each) for each in old}
-        entry['accepted'] = [*entry.get('accepted', ()), f'{date.today().isoformat()}: {why}']
-        write_atomically(path, json.dumps(told, indent=1) + '\n')
-    return old
+def hash_modules(modules: Iterable[str]) -> str:
+    """Return one hash of the contents of files and folders; empty if one of them is missing."""
+    contents = hashlib.blake2b(digest_size=8)
+    for path in (ROOT / module for module in modules):
+        if not path.exists():
+            return ''
+        for file in sorted(path.rglob('*.py')) if path.is_dir() else [path]:
+            contents.update(_read_content(file))
+    return contents.hexdigest()
 
 
-def uncommitted() -> list[str]:
-    """Return the files of code of this checkout that differ from its last commit."""
-    git = shutil.which('git')
-    if git is None or not (ROOT / '.git').exists():
-        return []
-    asked = [git, 'status', '--porcelain', '--', '*.py', '*.c', '*.csv']
-    lines = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True).stdout.splitlines()
-    return [line[3:] for line in lines]
+def hash_bytes(file: Path) -> str:
+    """Return a hash of the bytes of a file; empty if the file is missing."""
+    if not file.exists():
+        return ''
+    return hashlib.blake2b(file.read_bytes(), digest_size=8).hexdigest()
+
+
+def _read_content(file: Path) -> bytes:
+    """Return the bytes of a file, or the numbers of a result file."""
+    if file.parent != FOLDER:
+        return file.read_bytes()
+    numbers = {key: value for key, value in load(file).items() if key not in ORIGIN}
+    return json.dumps(numbers, sort_keys=True).encode()
 
 
 Measure = Callable[[str], Any]
-"""What is found of an entry."""
+"""Returns what a study finds of an entry."""
 
 Joined = Callable[[Mapping[str, Any], str, Any], dict[str, Any]]
-"""A result: what a file has, in which what was found of an entry replaces what it had of it."""
+"""Returns the result of a file after one entry was measured anew."""
 
 Draw = Callable[[Mapping[str, Any]], Any]
-"""Makes a Matplotlib figure of a result."""
+"""Returns a Matplotlib figure of a result."""
 
 
 def run(
@@ -190,155 +171,81 @@ def run(
     measure: Measure,
     seed: int | None = None,
     joined: Joined | None = None,
-    entries: Mapping[str, Sequence[str]] | None = None,
+    entries: Iterable[str] = tuple(PRESETS),
     draw: Draw | None = None,
+    modules: Sequence[str] = (),
     arguments: Sequence[str] | None = None,
 ) -> int:
-    """Measure entries by name, and keep each in the module's result file as soon as it is done.
+    """Measure entries by name, and keep each in the result file as soon as it is done.
 
     Args:
-        module: Its name, such as `times`, whose last part is that of the file.
-        measure: What it does with an entry.
-        joined: Default: `presets` of the file holds each by name.
-        entries: What can be measured, and which fingerprints that has beside the code's; default:
-            every preset by itself.
+        module: The name of the study, such as `times`; its last part names the result file.
+        measure: The function that measures one entry.
+        joined: By default, `presets` in the file holds each entry by name.
+        entries: The names of what can be measured.
+        modules: Files of the checkout that the study measures, in addition to the device and its
+            own file.
 
     Returns:
-        0; 1 if the file cannot be read or written; 2 if the code is not committed.
+        0; 1 if the file cannot be read or written.
     """
     path = FOLDER / f'{module.rpartition(".")[2]}.json'
+    known = list(entries)
     parser = argparse.ArgumentParser(f'python3 -m mlmem_lab.{module}', description=about)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    known = entries or {name: [name] for name in PRESETS}
     parser.add_argument(
         'entries', nargs='*', metavar='ENTRY',
-        help=f'of {", ".join(known)}; none: all that the file has. What it has of others is kept',
+        help=f'of {", ".join(known)}; none: all that the file has. The file keeps the others',
     )  # fmt: skip
     if draw is not None:
-        parser.add_argument('--figure', type=Path, metavar='PNG', help='draw the file, no more')
-    told = parser.parse_args(arguments)
-    asked = told.entries
-    if unknown := sorted(set(asked) - set(known)):
+        parser.add_argument('--figure', type=Path, metavar='PNG', help='only draw the file')
+    options = parser.parse_args(arguments)
+    if unknown := sorted(set(options.entries) - set(known)):
         parser.error(f'an entry must be one of {", ".join(known)}; got {unknown[0]}')
-    if draw is not None and told.figure is not None:
-        _draw(draw, path, told.figure, f'{parser.prog} --figure {told.figure}')
+    own_file = f'lab/mlmem_lab/{module.replace(".", "/")}.py'
+    if draw is not None and options.figure is not None:
+        command = f'{parser.prog} --figure {options.figure}'
+        _draw_picture(draw, path, options.figure, command, own_file)
         return 0
-    if changed := uncommitted():
-        text = 'commit first: a result of code that is not committed cannot be made again'
-        print(f'{parser.prog}: {text} ({", ".join(changed)})', file=sys.stderr)
-        return 2
-    again: list[str] = []
+    measured = [*DEVICE, own_file, *modules]
     try:
-        for name in asked or _measured(load_kept(path), known):
+        for name in options.entries or _list_entries(load_kept(path), known):
             found = measure(name)
             print(name, found, flush=True)
             kept = load_kept(path)
-            result = (joined or _by_name)(kept, name, found)
-            names = shlex.join(dict.fromkeys([*_measured(kept, known), name]))
-            again += [*known[name], *by(measure, name)]
-            save(path, result, f'{parser.prog} {names}', seed, again, kept)
+            result = (joined or _join_by_name)(kept, name, found)
+            names = shlex.join(dict.fromkeys([*_list_entries(kept, known), name]))
+            save(path, result, f'{parser.prog} {names}', measured, [name], seed, kept)
     except (OSError, ValueError) as error:
         print(f'{parser.prog}: {path} could not be made; {error}', file=sys.stderr)
         return 1
     return 0
 
 
-def _measured(result: Mapping[str, Any], known: Iterable[str]) -> list[str]:
-    """Return the entries of a result file."""
-    there = [name.rpartition(BY)[0] for name in result.get('fingerprints', {}) if BY in name]
-    return [name for name in dict.fromkeys(there) if name in known]
+def _list_entries(result: Mapping[str, Any], known: Iterable[str]) -> list[str]:
+    """Return the entries of a result file that can be measured."""
+    return [name for name in result.get('hashes', {}) if name in known]
 
 
-def _draw(draw: Draw, path: Path, picture: Path, command: str) -> None:
+def _draw_picture(draw: Draw, path: Path, picture: Path, command: str, own_file: str) -> None:
     from .studies.style import styled
 
     with styled():
         draw(load(path)).savefig(picture, metadata={'Software': None})
-    keep_picture(picture, command, [*by(draw, 'picture'), _in_checkout(path)])
+    keep_picture(picture, command, [own_file, find_in_checkout(path)])
 
 
-def _by_name(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+def _join_by_name(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     return {'presets': kept.get('presets', {}) | {name: found}}
 
 
-def with_reads(presets: Iterable[str]) -> list[str]:
-    """Return what a count of their reads measured: the presets, and how they are read."""
-    return [each for name in presets for each in (name, name + READ)]
-
-
 def load(path: Path) -> dict[str, Any]:
-    """Return a result file."""
+    """Return the content of a result file."""
     result = json.loads(outside.read(path))
     assert isinstance(result, dict), path
     return result
 
 
 def load_kept(path: Path) -> dict[str, Any]:
-    """Return a result file, whose other entries a new result keeps; nothing if there is none."""
+    """Return the content of a result file that a new result keeps; empty if there is no file."""
     return load(path) if path.exists() else {}
-
-
-def outdated(result: Mapping[str, Any]) -> list[str]:
-    """Return what a result measured and the code does otherwise by now.
-
-    Code or a file that was not found when the result was made is among it.
-    """
-    made = result.get('fingerprints', {})
-    lost = {name for name, found in made.items() if found is None and (BY in name or '/' in name)}
-    return [name for name, found in made.items() if name in lost or found != fingerprint(name)]
-
-
-@cache
-def fingerprint(name: str) -> str | None:
-    """Return a hash of what a preset, or `LATTICE`, does, or with `READ` behind it what it reads;
-    of code, of a file; None for too large an element, and for what is gone.
-    """
-    if BY in name:
-        return reach.code(name.rpartition(BY)[2])
-    if '/' in name:
-        return _content(ROOT / name)
-    hashed = hashlib.blake2b(digest_size=8)
-    if name == LATTICE:
-        from .measured.runs import Case
-        from .measured.wave import Losses, launch, shell
-
-        wave = launch(Case(22.5, 7.0), shell(3.971), Losses(0.02, 0.01))
-        hashed.update(np.round(wave.u, 6).tobytes())
-        return hashed.hexdigest()
-    name, reads, _ = name.partition(READ)
-    if name not in PRESETS or preset(name).design.levels > MOST_LEVELS:
-        return None
-    if reads:
-        hashed.update(repr(decisions(name)).encode())
-        design, settings = preset(name)
-        if settings.register.spacing:
-            parts = forecasts_of(Specimen(design), settings).parts
-            rules = LEFT_OVER, NOISE, settings.register.min_margin
-            hashed.update(repr((np.round(parts / parts.max(), 4).tolist(), rules)).encode())
-        return hashed.hexdigest()
-    element = new_element(preset(name))
-    few = min(2, element.design.levels - 1)
-    for level in (*range(few + 1), 0):
-        element.perform(Write(level))
-        hashed.update(_seen(element))
-    for command in (Read(), Erase()):
-        element.perform(command)
-        hashed.update(_seen(element))
-    return hashed.hexdigest()
-
-
-def _content(file: Path) -> str | None:
-    """Return a hash of a file; of a result file, of what was found."""
-    if not file.exists():
-        return None
-    told = file.read_bytes()
-    if file.parent == FOLDER:
-        found = {key: value for key, value in load(file).items() if key not in ORIGIN}
-        told = json.dumps(found, sort_keys=True).encode()
-    return hashlib.blake2b(told, digest_size=8).hexdigest()
-
-
-def _seen(element: MemoryElement) -> bytes:
-    """Return ticks and configuration, without last bits."""
-    rounded = np.round(element.chain.configuration, 6) + 0.0  # or 0 has two signs
-    return element.ticks.to_bytes(8, 'little') + rounded.tobytes()

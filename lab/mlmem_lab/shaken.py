@@ -28,11 +28,10 @@ from mlmem_ros.device import (
     Settings,
     preset,
 )
-from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.physics import Design, Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 
-from .results import run, with_reads
+from .results import run
 from .studies.bench import Bench
 from .studies.tolerance.estimate import Rate
 
@@ -277,5 +276,5 @@ def joined(kept: Mapping[str, Any], name: str, found: Sequence[Any]) -> dict[str
 
 
 if __name__ == '__main__':
-    presets = {name: with_reads([name]) for name in PRESETS}
-    sys.exit(run('shaken', __doc__, counted, SEED, joined, presets))
+    modules = ['lab/mlmem_lab/studies']
+    sys.exit(run('shaken', __doc__, counted, SEED, joined, modules=modules))

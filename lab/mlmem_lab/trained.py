@@ -112,5 +112,5 @@ def draw(result: Mapping[str, Any]) -> Any:
 
 
 if __name__ == '__main__':
-    entries = {name: [name] for name in COUNTED}
-    sys.exit(run('trained', __doc__, counted, SEED, entries=entries, draw=draw))
+    modules = ['lab/mlmem_lab/studies/bench.py']
+    sys.exit(run('trained', __doc__, counted, SEED, None, COUNTED, draw, modules))

@@ -129,4 +129,4 @@ def joined(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[s
 
 
 if __name__ == '__main__':
-    sys.exit(run('validity', __doc__, trials, joined=joined))
+    sys.exit(run('validity', __doc__, trials, joined=joined, modules=['lab/mlmem_lab/rk4.py']))

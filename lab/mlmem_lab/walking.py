@@ -25,7 +25,7 @@ from mlmem_ros.device import Disturb, MemoryElement, Read, Write, new_element, p
 from mlmem_ros.physics.potential import Array
 
 from .reads.count import true_level
-from .results import ROOT, run, with_reads
+from .results import ROOT, run
 
 PACES = (1e-4, 2e-4, 3e-4, 1e-3)
 """Seconds of a time unit; the first is the default of `scale.time`."""
@@ -154,5 +154,6 @@ MARKERS = 'o^s'
 COLOURS = ('#0072b2', '#d55e00', '#009e73')
 
 if __name__ == '__main__':
-    presets = {name: [*with_reads([name]), BODY] for name in ('byte', 'kick_3', 'case_2')}
-    sys.exit(run('walking', __doc__, counted, SEED, joined, presets, draw))
+    presets = ('byte', 'kick_3', 'case_2')
+    modules = [BODY, 'lab/mlmem_lab/reads/count.py']
+    sys.exit(run('walking', __doc__, counted, SEED, joined, presets, draw, modules))

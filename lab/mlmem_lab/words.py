@@ -28,7 +28,7 @@ from mlmem_ros.physics.equilibrium import BESIDE, resting_walls
 from mlmem_ros.physics.specimen import Scatter, scattered
 
 from .reads.count import IN_A_ROW, made, true_level
-from .results import run, with_reads
+from .results import run
 
 SEED, READS, BETWEEN, WRITES, COUNT, SPECIMENS = 1, 2000, 500, 2600, 200, 10
 """Reads of every kind; of a wall between levels; writes as designed; writes of each scatter; and
@@ -263,9 +263,10 @@ def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    registers = {
-        name: with_reads([name])
+    registers = [
+        name
         for name, (_, settings) in PRESETS.items()
         if settings.register.spacing and not settings.register.shifted
-    }
-    sys.exit(run('words', __doc__, counted, SEED, joined, registers))
+    ]
+    modules = ['lab/mlmem_lab/reads/count.py']
+    sys.exit(run('words', __doc__, counted, SEED, joined, registers, modules=modules))

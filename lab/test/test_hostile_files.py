@@ -193,8 +193,7 @@ OWN = {
     'mlmem_lab.bench': 'what it wrote itself, and the system',
     'mlmem_lab.measured': 'committed curves and films',
     'mlmem_lab.numbers': 'committed pages',
-    'mlmem_lab.reach': 'the source',
-    'mlmem_lab.results': 'committed results',
+    'mlmem_lab.results': 'committed results, and the source',
     'mlmem_lab.studies.campaign.execution': 'ledgers, which it wrote itself',
 }
 """Other modules or packages that open something, and what."""

@@ -21,7 +21,7 @@ from mlmem_lab.reads.count import (
     total,
     true_level,
 )
-from mlmem_lab.results import APART, by, fingerprint, with_reads
+from mlmem_lab.results import APART, find_stale_entries, hash_modules
 from mlmem_ros.device import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_tools.checks import Report
@@ -102,25 +102,22 @@ def test_all_presets_but_those_apart_are_counted():
 
 
 def test_the_command_keeps_what_the_file_has_of_other_elements(tmp_path, capsys, quick):
-    """Among it their fingerprints: what is stale stays so."""
+    """Among it their hashes: what is stale stays so."""
     path = tmp_path / 'reads.json'
     assert mlmem_reads('bits_1', '--rows', 1, '--output', path) == 0
     first = json.loads(path.read_text())
     assert first['elements']['all']['reads'] == 3 * IN_A_ROW  # at three steps
-    first['fingerprints'] = {'bits_1': 'old'}
+    first['hashes'] = {'bits_1': 'old'}
     path.write_text(json.dumps(first))
     assert mlmem_reads('levels_2', '--rows', 2, '--output', path, '--json') == 0
     both = json.loads(path.read_text())
     assert list(both['elements']) == ['bits_1', 'levels_2', 'all']
     assert both['elements']['all']['reads'] == (3 + 4) * IN_A_ROW
-    [code] = by(rows, 'levels_2')
-    assert both['fingerprints'] == {'bits_1': 'old', code: fingerprint(code)}
+    current = hash_modules(both['modules'])
+    assert both['hashes'] == {'bits_1': 'old', 'levels_2': current}
     assert both['command'].count('mlmem reads') == 2
     assert mlmem_reads('bits_1', '--rows', 1, '--output', path) == 0
-    now = {
-        name: fingerprint(name) for name in [code, *with_reads(['bits_1']), *by(rows, 'bits_1')]
-    }
-    assert json.loads(path.read_text())['fingerprints'] == now
+    assert find_stale_entries(json.loads(path.read_text())) == []
     assert 'undecodable' in capsys.readouterr().out
 
 

@@ -32,7 +32,7 @@ from mlmem_tools.cli.output import complain, plain_console, print_json
 )
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
-    from ..results import by, load_kept, save
+    from ..results import DEVICE, load_kept, save
     from . import load, select
 
     console = plain_console(aside=arguments.json)
@@ -50,7 +50,7 @@ def bench(arguments: argparse.Namespace) -> int:
             console.print(f'{name:10} {load(name).TITLE}', highlight=False)
         return 0
     arguments.output.mkdir(parents=True, exist_ok=True)
-    results, tables, of = [], {}, []
+    results, tables = [], {}
     for name in selected:
         benchmark = load(name)
         with console.status(f'{name}: {benchmark.TITLE}'):
@@ -63,7 +63,6 @@ def bench(arguments: argparse.Namespace) -> int:
             console.print(f'{file}\n', highlight=False)
             if comparison.name != 'node':
                 tables[comparison.name] = comparison.rows()
-                of += by(benchmark.run, comparison.name)
             elif arguments.result is not None:
                 from .node import keep_column
 
@@ -73,5 +72,6 @@ def bench(arguments: argparse.Namespace) -> int:
     if result is not None and tables:
         kept = load_kept(result)
         told = {'tables': kept.get('tables', {}) | tables}
-        save(result, told, 'mlmem bench --result FILE', of=of, kept=kept)
+        modules = [*DEVICE, 'mlmem_ros/bag', 'lab/mlmem_lab/bench']
+        save(result, told, 'mlmem bench --result FILE', modules, tables, kept=kept)
     return 0

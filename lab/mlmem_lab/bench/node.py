@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 from mlmem_ros.contract.services import action_types
 
-from ..results import by, load_kept, save
+from ..results import load_kept, save
 from .measure import QUIET, Comparison, Entry, Spread, describe_host
 from .node_process import NodeProcess, beyond, echo_service, listen, receive, write
 
@@ -201,7 +201,8 @@ def keep_column(comparison: Comparison, file: Path) -> None:
         for name, (goal, value) in found.items()
     }
     rows |= {name: row for name, row in kept.items() if name not in rows}
-    save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE', of=by(run, 'node'))
+    modules = ['mlmem_ros', 'lab/mlmem_lab/bench']
+    save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE', modules)
 
 
 def _cell(entry: Entry) -> str:

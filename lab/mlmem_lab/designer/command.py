@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mlmem_ros.device.end import End
-from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.law_file import load as load_law
 from mlmem_ros.parameter_file import load, text_of
@@ -24,7 +23,7 @@ from mlmem_tools.cli.command import element_of
 from mlmem_tools.cli.design import print_capacity, print_report
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import by, load_kept, save, with_reads
+from ..results import DEVICE, load_kept, save
 from ..studies.campaign import CampaignError
 from ..studies.campaign.terminal import evaluated
 from ..studies.proof import Proof, Tally
@@ -176,8 +175,9 @@ def _show(
         made += '' if arguments.sample is None else f' --sample {arguments.sample}'
         made = f'{kept["command"]} && {made}' if kept else made
         proven = {name: dict(proof) for name, proof in zip(names, proofs, strict=True)}
-        of = with_reads(name for name in names if name in PRESETS) + by(Proof, *names)
-        save(result_file, {'presets': kept.get('presets', {}) | proven}, made, of=of, kept=kept)
+        proven = kept.get('presets', {}) | proven
+        modules = [*DEVICE, 'lab/mlmem_lab/studies/proof.py']
+        save(result_file, {'presets': proven}, made, modules, names, kept=kept)
     return 0 if passed else 1
 
 

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from .study import Study
 
 
+MODULES = ('mlmem_ros/physics', 'lab/mlmem_lab/lattices', 'lab/mlmem_lab/measured')
+
 LOOKS = {'curves': 'curves alone', 'unseen': 'left out', 'seen': 'with its data'}
 """What is known of a lattice that is predicted."""
 
@@ -53,7 +55,7 @@ LOOKS = {'curves': 'curves alone', 'unseen': 'left out', 'seen': 'with its data'
 )
 def measured(arguments: argparse.Namespace) -> int:
     """Predict; return 0, 1 when a file could not be written, 2 for a wrong argument."""
-    from ..results import LATTICE, by, keep_picture, save
+    from ..results import keep_picture, save
     from .runs import ATTRIBUTION
     from .study import draw_all, studied
 
@@ -76,13 +78,12 @@ def measured(arguments: argparse.Namespace) -> int:
     if folder is not None:
         made = f'mlmem measured --chains {study.chains} --seed {study.seed}'
         made += ' --full' if arguments.full else ''
-        of = [LATTICE, *by(studied, 'study')]
         result = {'attribution': ATTRIBUTION, **study.as_dict()}
         try:
-            file = save(folder / 'measured.json', result, made, study.seed, of)
+            file = save(folder / 'measured.json', result, made, MODULES, seed=study.seed)
             files = [file, *draw_all(study, folder)]
             for picture in files[1:]:
-                keep_picture(picture, f'{made} --output {folder}', [*of, *by(draw_all, 'picture')])
+                keep_picture(picture, f'{made} --output {folder}', MODULES)
         except OSError as error:
             return complain('measured', f'a file could not be written; {error}', 1)
         console.print('  '.join(map(str, files)), soft_wrap=True)
@@ -93,7 +94,7 @@ def measured(arguments: argparse.Namespace) -> int:
 
 def _curves(arguments: argparse.Namespace, console: Console) -> int:
     """Predict from force curves; return the exit status."""
-    from ..results import by, save
+    from ..results import save
     from .curves import studied, unseen
     from .runs import ATTRIBUTION
 
@@ -126,8 +127,8 @@ def _curves(arguments: argparse.Namespace, console: Console) -> int:
         )
         try:
             said = {'attribution': ATTRIBUTION, **result}
-            of = by(study, 'study')
-            file = save(arguments.output / f'{name}.json', said, made, arguments.seed, of)
+            file = arguments.output / f'{name}.json'
+            save(file, said, made, MODULES, seed=arguments.seed)
         except OSError as error:
             return complain('measured', f'a file could not be written; {error}', 1)
         console.print(str(file), soft_wrap=True)

@@ -183,14 +183,14 @@ def _draw(axes: Any, row: dict[str, Any]) -> None:
 
 def main() -> None:
     """Draw the picture of the page from the committed results: both are made by the command."""
-    from ..results import FOLDER, ROOT, by, keep_picture, load
+    from ..results import FOLDER, ROOT, keep_picture, load
 
     files = 'curves.json', 'unseen.json'
     study, left = (load(FOLDER / name) for name in files)
-    of = [*by(draw, 'picture'), *(f'lab/results/{name}' for name in files)]
+    modules = ['lab/mlmem_lab/measured/curves.py', *(f'lab/results/{name}' for name in files)]
     picture, drawing = draw(study, left, ROOT / 'docs' / 'images')
     drawing.unlink()  # a page shows the other one
-    keep_picture(picture, 'python3 -m mlmem_lab.measured.curves', of)
+    keep_picture(picture, 'python3 -m mlmem_lab.measured.curves', modules)
 
 
 if __name__ == '__main__':

@@ -23,7 +23,7 @@ import numpy as np
 from mlmem_tools.cli.command import JOBS, JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import BY, ROOT, SHOWN, keep_picture, save
+from ..results import DEVICE, ROOT, SHOWN, keep_picture, save
 from ..studies.campaign import cores
 from ..studies.campaign.terminal import mapped
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
@@ -43,9 +43,8 @@ def load_all(output: Path, figures: Iterable[Figure] = FIGURES) -> dict[str, Dat
 def save_verdicts(output: Path, quality: Quality, folder: Path) -> Path:
     """Write the result file of a complete run into a folder; return its path."""
     command = 'mlmem figures' + quality.pick(' --draft', ' --pages')
-    measured = dict.fromkeys(name for figure in FIGURES for name in figure.of)
-    of = [*measured, *(each for figure in FIGURES for each in _code(figure))]
-    return save(folder / 'paper.json', verdicts(load_all(output)), command, None, of)
+    modules = [*DEVICE, 'lab/mlmem_lab/paper']
+    return save(folder / 'paper.json', verdicts(load_all(output)), command, modules)
 
 
 def keep(figure: Figure, output: Path) -> None:
@@ -53,11 +52,8 @@ def keep(figure: Figure, output: Path) -> None:
     if figure.ending:
         picture = ROOT / SHOWN[0] / f'{figure.stem}.{figure.ending}'
         shutil.copyfile(output / FOLDER / picture.name, picture)
-        keep_picture(picture, f'mlmem figures {figure.name} --pages', [*figure.of, *_code(figure)])
-
-
-def _code(figure: Figure) -> list[str]:
-    return [f'{figure.name}{BY}{figure.compute.__module__}']
+        own_file = f'lab/mlmem_lab/paper/figures/{figure.stem}.py'
+        keep_picture(picture, f'mlmem figures {figure.name} --pages', [*figure.modules, own_file])
 
 
 def verdicts(data: Mapping[str, Data]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..results import DEVICE
 from ..studies.style import save_figure, styled
 
 Data = dict[str, Any]
@@ -108,14 +109,14 @@ class Figure:
         name: What a person types, as '2a'.
         seconds: Rough cost at full quality: the long ones begin first.
         summary: Makes of the data what a result file keeps.
-        of: The presets that it shows.
+        modules: What it measures or draws, beside its own file: paths of the checkout.
         ending: Of the picture on a page; empty if there is none.
     """
 
     name: str
     title: str
     seconds: float
-    of: tuple[str, ...] = ('case_2',)
+    modules: tuple[str, ...] = DEVICE
     claims: list[Claim] = field(default_factory=list)
     summary: Callable[[Data], Mapping[str, Any]] | None = None
     ending: str = ''

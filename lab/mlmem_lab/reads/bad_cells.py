@@ -159,5 +159,4 @@ def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    presets = {name: [name] for name in EVERY}
-    sys.exit(run('reads.bad_cells', __doc__, measure, SEED, joined, presets))
+    sys.exit(run('reads.bad_cells', __doc__, measure, SEED, joined, EVERY))

@@ -61,7 +61,7 @@ Task = tuple[str, Callable[[], Counts]]
 )
 def reads(arguments: argparse.Namespace) -> int:
     """Count; return 0, 1 if anything was wrong or a file not written, 2 for a wrong argument."""
-    from ..results import by, load_kept, save, with_reads
+    from ..results import DEVICE, load_kept, save
 
     if min(arguments.rows, arguments.every, arguments.workers) < 1 or arguments.specimens < 0:
         return complain('reads', '--rows, --every and --workers must be at least 1', 2)
@@ -79,8 +79,6 @@ def reads(arguments: argparse.Namespace) -> int:
     result = {'elements': found | {'all': total(found)}}
     _print(console, result['elements'])
     if arguments.output is not None:
-        of = with_reads(name for name in asked if not name.startswith(DESIGNED))
-        of += by(bad_cells if arguments.cells else rows, *asked)
         try:
             kept = load_kept(arguments.output)
             both = {
@@ -90,7 +88,9 @@ def reads(arguments: argparse.Namespace) -> int:
             } | found
             made = _made(arguments, kept.get('command', '') if len(both) > len(found) else '')
             more = {'elements': both | {'all': total(both)}}
-            console.print(save(arguments.output, more, made, arguments.seed, of, kept))
+            modules = [*DEVICE, 'lab/mlmem_lab/reads/count.py']
+            save(arguments.output, more, made, modules, asked, arguments.seed, kept)
+            console.print(arguments.output)
         except (OSError, ValueError) as error:
             return complain('reads', f'the result could not be written; {error}', 1)
     if arguments.json:

@@ -21,7 +21,7 @@ from mlmem_ros.device import EchoReceived, Erase, Outcome, Read, Write, new_elem
 from mlmem_ros.device.echo import Echo, threshold
 from mlmem_ros.physics import CASE_II
 
-from ..results import ROOT, by, keep_picture
+from ..results import DEVICE, ROOT, keep_picture
 from . import style
 from .trace import Trace, watch
 
@@ -181,7 +181,8 @@ def main(folder: Path) -> None:
             path, save_all=True, append_images=drawn[1:], duration=[each for _, each in frames],
             loop=0, optimize=True,
         )  # fmt: skip
-        keep_picture(path, 'python3 -m mlmem_lab.studies.film', by(picture, 'picture'))
+        modules = [*DEVICE, 'lab/mlmem_lab/studies/film.py']
+        keep_picture(path, 'python3 -m mlmem_lab.studies.film', modules)
         print(f'{path}: {path.stat().st_size} bytes')
 
 

@@ -15,7 +15,7 @@ from mlmem_ros.device.instrument import Units
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import SessionData
 
-from ..results import by, keep_picture
+from ..results import keep_picture
 from . import style
 
 ROWS = 8
@@ -42,7 +42,8 @@ def draw(session: SessionData, path: str | Path) -> Path:
     """
     with style.styled():
         figure_of(session).savefig(path)
-    keep_picture(Path(path), f'mlmem inspect SESSION --plot {path}', by(draw, 'picture'))
+    modules = ['lab/mlmem_lab/studies/session_figure.py']
+    keep_picture(Path(path), f'mlmem inspect SESSION --plot {path}', modules)
     return Path(path)
 
 

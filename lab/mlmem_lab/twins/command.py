@@ -23,7 +23,7 @@ from mlmem_ros.device.presets import PRESETS
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import BY, by, load_kept, save
+from ..results import DEVICE, load_kept, save
 from ..studies.campaign.terminal import mapped
 from .surveyed import KINDS, surveyed
 from .surveyed import summary as summary_of_fits
@@ -184,14 +184,9 @@ def _keep(path: Path, part: str, kind: Mapping[str, Any], rows: Mapping[int, Row
     parts = {name: list(kept.get(name, ())) for name in PARTS}
     place = next((k for k, each in enumerate(parts[part]) if _same(each, kind)), len(parts[part]))
     parts[part][place : place + 1] = [entry]
-    presets = dict.fromkeys(e['preset'] for entries in parts.values() for e in entries)
     told = ' '.join([part, *(str(entry[key]) for key in SAME if key in entry)])
-    fingerprints = kept.get('fingerprints', {}).items()
-    kept['fingerprints'] = {
-        name: each for name, each in fingerprints if BY in name or name in presets
-    }
-    of = [entry['preset'], *by(PARTS[part].one, told)]
-    save(path, parts, made(parts, path.name), None, of, kept)
+    modules = [*DEVICE, 'lab/mlmem_lab/fit', 'lab/mlmem_lab/twins']
+    save(path, parts, made(parts, path.name), modules, [told], kept=kept)
 
 
 def made(parts: Mapping[str, Sequence[Mapping[str, Any]]], name: str) -> str:

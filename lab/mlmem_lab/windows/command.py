@@ -31,7 +31,7 @@ from mlmem_ros.physics import INTEGRATORS
 from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import APART, by, load_kept, save
+from ..results import APART, DEVICE, load_kept, save
 from ..studies.campaign.terminal import mapped
 from . import sent
 from .sent import Sent
@@ -112,8 +112,8 @@ def windows(arguments: argparse.Namespace) -> int:
             both = kept.get('presets', {}) | result
             made = ' '.join(['mlmem windows', *both])
             whole = {'drawn': bound(both), 'presets': both}
-            of = [*presets, *by(measured, *presets)]
-            console.print(save(output, whole, made, seed, of, kept))
+            modules = [*DEVICE, 'lab/mlmem_lab/windows']
+            console.print(save(output, whole, made, modules, presets, seed, kept))
         except (OSError, ValueError) as error:
             return complain('windows', f'the result could not be written; {error}', 1)
     if arguments.json:

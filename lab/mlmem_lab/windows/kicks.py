@@ -29,7 +29,7 @@ from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..landscapes import KickedWall, edges, modes
-from ..results import by, keep_picture, load, load_kept, save
+from ..results import DEVICE, keep_picture, load, load_kept, save
 from ..studies import style
 from ..studies.bench import nearness
 from ..studies.campaign.terminal import mapped
@@ -107,8 +107,8 @@ def kicks(arguments: argparse.Namespace) -> int:
         try:
             every = {'presets': known | found}
             made = f'mlmem kicks {" ".join(every["presets"])} --writes {arguments.writes}'
-            of = [*names, *by(measured, *names)]
-            save(arguments.output, every, made, arguments.seed, of, kept)
+            modules = [*DEVICE, 'lab/mlmem_lab/windows']
+            save(arguments.output, every, made, modules, names, arguments.seed, kept)
         except (OSError, ValueError) as error:
             return complain('kicks', f'the result could not be written; {error}', 1)
     if arguments.json:
@@ -138,7 +138,7 @@ def _figure(arguments: argparse.Namespace) -> int:
     else:
         draw(results, picture)
     told = ' '.join(['mlmem kicks', *names[:1], f'--output {path} --figure {picture}'])
-    keep_picture(picture, told, [*by(draw_maps if names else draw, 'picture'), f'{path}'])
+    keep_picture(picture, told, ['lab/mlmem_lab/windows/kicks.py', f'{path}'])
     return 0
 
 

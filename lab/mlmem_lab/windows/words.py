@@ -22,7 +22,7 @@ from mlmem_ros.device.move_settings import KickSettings
 from mlmem_ros.device.register import levels_of, resting
 from mlmem_ros.physics import Chain, Specimen, StateError
 
-from ..results import FOLDER, by, save
+from ..results import DEVICE, FOLDER, save
 from .flight import drive, rest_of
 
 NAMES = ('byte',)
@@ -103,7 +103,7 @@ def main() -> int:
     """Measure, and write the result; return the exit status."""
     result = {'presets': {name: {'kicks': windows(name)} for name in NAMES}}
     command = 'python3 -m mlmem_lab.windows.words'
-    save(FILE, result, command, 0, [*NAMES, *by(windows, *NAMES)])
+    save(FILE, result, command, [*DEVICE, 'lab/mlmem_lab/windows'], NAMES, seed=0)
     return 0
 
 

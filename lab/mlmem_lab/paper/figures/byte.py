@@ -19,9 +19,7 @@ from mlmem_ros.physics import Specimen
 from ...studies import style
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure(
-    'byte', 'Many walls in one element: a byte is written and heard', seconds=60, of=('byte',)
-)
+FIGURE = Figure('byte', 'Many walls in one element: a byte is written and heard', seconds=60)
 
 WORD = 0xA7
 

@@ -22,7 +22,6 @@ FIGURE = Figure(
     'energy',
     'The energy of a write, and where it becomes heat',
     seconds=30,
-    of=('case_2', 'fast'),
 )
 
 SCHEDULES = {'plain': 'case_2', 'fast': 'fast'}

@@ -18,7 +18,6 @@ FIGURE = Figure(
     '1c',
     'Fig. 1c: potential, stiffness and wall profiles',
     seconds=1,
-    of=('case_1', 'case_2'),
 )
 
 

@@ -26,7 +26,6 @@ FIGURE = Figure(
     '2a',
     'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz',
     seconds=3,
-    of=('case_1',),
 )
 
 STRAINS = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])

@@ -21,7 +21,6 @@ FIGURE = Figure(
     '2b',
     'Fig. 2b: position of a pinned wall under growing strain',
     seconds=5,
-    of=('case_1',),
 )
 
 SITES = (81.0, 100.0, 119.0)

@@ -19,7 +19,6 @@ FIGURE = Figure(
     '2c',
     'Fig. 2c: stiffness of the substrate',
     seconds=1,
-    of=('case_1',),
 )
 
 

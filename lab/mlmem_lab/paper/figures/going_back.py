@@ -28,7 +28,6 @@ FIGURE = Figure(
     'back',
     'A wall that goes back: a throw, a stroke, and their windows',
     seconds=90,
-    of=('case_2', 'bits_4'),
 )
 
 THROWN, STRUCK = 5, 11

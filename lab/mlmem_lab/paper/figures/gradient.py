@@ -19,7 +19,6 @@ FIGURE = Figure(
     'gradient',
     'A wall in the uniform gradient: speed and profile',
     seconds=3,
-    of=('case_1',),
 )
 
 DESIGN = dataclasses.replace(CASE_I, beta=0.0)

@@ -16,9 +16,7 @@ from ...studies import style
 from ...studies.trace import Trace, wall_path, watch
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure(
-    'kicked', 'Every level written by a kick, after a push', seconds=15, of=('kick_3',)
-)
+FIGURE = Figure('kicked', 'Every level written by a kick, after a push', seconds=15)
 
 LEVELS = (7, 0, 6, 1, 5, 2, 4, 3)
 """Written in this order, so that most are far from the one before; then the element is erased."""

@@ -14,7 +14,7 @@ from ...studies.trace import Trace, watch
 from ..figure import Data, Figure, Quality
 from .mov_s1 import filmed
 
-FIGURE = Figure('bytes', 'Film: two bytes in one element', seconds=20, of=('byte',))
+FIGURE = Figure('bytes', 'Film: two bytes in one element', seconds=20)
 
 WORDS = (0xA7, 0x5A)
 """Written in this order; most walls of the second are where the first has none."""

@@ -10,7 +10,7 @@ from ..figure import Data, Figure, Quality
 from . import kicked
 from .mov_s1 import filmed
 
-FIGURE = Figure('kicks', 'Film: eight kicks, each after a push', seconds=30, of=('kick_3',))
+FIGURE = Figure('kicks', 'Film: eight kicks, each after a push', seconds=30)
 
 
 @FIGURE.data

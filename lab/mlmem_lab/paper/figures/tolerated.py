@@ -13,7 +13,7 @@ from ..figure import Data, Figure, Quality
 
 FIGURE = Figure(
     'tolerated', 'What more capacity costs in tolerance', seconds=1,
-    of=('lab/results/tolerance.json',),
+    modules=('lab/results/tolerance.json',),
 )  # fmt: skip
 
 BITS = {'case_2': 3, 'kick_3': 3, 'byte': 8, 'register_4': 11}

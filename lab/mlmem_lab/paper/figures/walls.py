@@ -22,7 +22,6 @@ from ..figure import Data, Figure, Quality
 
 FIGURE = Figure(
     'walls', 'What a wall reflects, and how many an element holds', seconds=10,
-    of=('byte', 'register_4', 'register_5', 'register_8'),
 )  # fmt: skip
 
 LEVEL = 3

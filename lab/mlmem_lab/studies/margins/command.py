@@ -98,13 +98,12 @@ def _report(
     console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, arguments: argparse.Namespace
 ) -> None:
     """Save table, margins and map, and print a summary."""
-    from mlmem_ros.device.presets import PRESETS
     from mlmem_ros.durable import write_atomically
 
-    from ...results import by, keep_picture
+    from ...results import DEVICE, keep_picture
     from ..campaign import save_table
     from ..style import save_figure, styled
-    from . import Shmoo, draw, measure
+    from . import draw, measure
 
     margins = measure(shmoo, rows)
     files = [save_table(rows, folder / 'points.csv'), folder / 'margins.json']
@@ -115,8 +114,7 @@ def _report(
         shutil.copyfile(folder / 'map.png', arguments.figure)
         made = f'mlmem margins --x {arguments.x} --y {arguments.y} --size {arguments.size} '
         made += f'--design {arguments.design} --figure {arguments.figure}'
-        of = [*([arguments.design] if arguments.design in PRESETS else ()), *by(Shmoo, 'points')]
-        keep_picture(arguments.figure, made, [*of, *by(draw, 'picture')])
+        keep_picture(arguments.figure, made, [*DEVICE, 'lab/mlmem_lab/studies'])
     for line in (*_words(margins), '  '.join(map(str, files))):
         console.print(line, highlight=False, soft_wrap=True)
     if arguments.json:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from .study import Tolerance
 
 
+MODULES = ('mlmem_ros/device', 'mlmem_ros/physics', 'lab/mlmem_lab/studies/tolerance')
+
 AMOUNTS = 10
 
 OPTIONS = (
@@ -120,17 +122,12 @@ def _report(
     with styled():
         files += save_figure(draw(study, rows), arguments.output / 'tolerance')
     if arguments.figure is not None:
-        from mlmem_ros.device.presets import PRESETS
-
-        from ...results import by, keep_picture
+        from ...results import keep_picture
 
         shutil.copyfile(arguments.output / 'tolerance.png', arguments.figure)
         made = f'mlmem tolerance --design {arguments.design} --most {arguments.most}'
         made += ' --screen' * arguments.screen + f' --figure {arguments.figure}'
-        of = [*([arguments.design] if arguments.design in PRESETS else ())]
-        keep_picture(
-            arguments.figure, made, [*of, *by(type(study), 'batches'), *by(draw, 'picture')]
-        )
+        keep_picture(arguments.figure, made, MODULES)
     console.print('  '.join(map(str, files)), highlight=False, soft_wrap=True)
     rates: dict[str, dict[str, dict[str, Any]]] = {
         kind: {tried: {'amount': amount, 'text': text} for tried, (amount, text) in found.items()}
@@ -147,14 +144,12 @@ def _report(
 
 def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     """Add the rates of this design to a result file."""
-    from mlmem_ros.device.presets import PRESETS
-
-    from ...results import by, load_kept, outdated, save
-    from .study import Tolerance
+    from ...results import find_stale_entries, load_kept, save
 
     kept = load_kept(arguments.result)
     name, designs = str(arguments.design), kept.get('designs', {})
-    known = {} if name in outdated(kept) else designs.get(name, {})
+    stale = not kept or name in find_stale_entries(kept)
+    known = {} if stale else designs.get(name, {})
     rates = {kind: known.get(kind, {}) | found for kind, found in rates.items()}
     designs = designs | {name: known | rates}
     tried = ' '.join(('', '--tried', *arguments.tried)) if arguments.tried else ''
@@ -162,9 +157,8 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     made += f' --amounts {arguments.amounts}' if arguments.amounts != AMOUNTS else ''
     made += f' --most {arguments.most}' + ' --screen' * arguments.screen
     commands = dict.fromkeys([*filter(None, kept.get('command', '').split(' && ')), made])
-    of = [*([name] if name in PRESETS else ()), *by(Tolerance, name)]
     made = ' && '.join(commands)
-    save(arguments.result, {'designs': designs}, made, arguments.seed, of, kept)
+    save(arguments.result, {'designs': designs}, made, MODULES, [name], arguments.seed, kept)
 
 
 def _run_point(console: Console, study: Tolerance, point: int, as_json: bool) -> int:
