@@ -110,18 +110,6 @@ class Reset:
 
 
 @dataclass(frozen=True)
-class Shift:
-    """Push every wall whose turn it is by one level, by strain."""
-
-    half: str = described(
-        '',
-        'half of the cycle, which frees walls at every second level and kinks at the others; '
-        'empty: that which frees most of what was read',
-        choices=('', 'compression', 'tension'),
-    )
-
-
-@dataclass(frozen=True)
 class Survey:
     """Pulse the element in several states and record both ends, then restore the content."""
 
@@ -137,7 +125,7 @@ class Abort:
     why: str = ''
 
 
-Procedures = Write | Read | Erase | Calibrate | SelfTest | Locate | Reset | Shift | Survey | Abort
+Procedures = Write | Read | Erase | Calibrate | SelfTest | Locate | Reset | Survey | Abort
 """Commands that take time; their outcome is reported at the end."""
 
 
@@ -217,13 +205,6 @@ PROCEDURES = {
         'replace a simulated element by a fresh blank one: for cells driven out of their phases',
         'maintenance.reset',
         'reading',
-        action=False,
-    ),
-    'shift': Procedure(
-        Shift,
-        'move every wall whose turn it is by one level, by half a cycle of strain, and read',
-        'many_walls.shift',
-        'shifting',
         action=False,
     ),
     'survey': Procedure(

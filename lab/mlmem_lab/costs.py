@@ -28,10 +28,7 @@ from .words import drawn
 
 SEED = 1
 
-WRITES = {'register_8': 4}
-"""Those of others are `MANY`; in register_8 each takes minutes of a processor."""
-
-MANY = 30
+WRITES = 30
 
 REST, DECODED = 25.0, 5
 """Lifetimes of waves that an element rests before it is read; reads whose decoding is timed."""
@@ -39,7 +36,7 @@ REST, DECODED = 25.0, 5
 UNIT = 1e-4
 """Seconds of a time unit at the default scale, and joules of k_r a^2 in soft cells of 1 cm."""
 
-REGISTERS = ('case_2', 'kick_3', 'byte', 'register_4', 'register_5', 'register_8')
+REGISTERS = ('case_2', 'kick_3', 'byte', 'register_4', 'register_5')
 
 
 def measured(name: str) -> dict[str, float]:
@@ -47,7 +44,7 @@ def measured(name: str) -> dict[str, float]:
     random = np.random.Generator(np.random.PCG64(SEED))
     element = new_element(preset(name))
     meter = fit_meter(element)
-    count, bits, before = WRITES.get(name, MANY), math.log2(element.words), 0
+    count, bits, before = WRITES, math.log2(element.words), 0
     element.perform(Write(before))
     ticks, failed, heat = element.ticks, 0, float(meter.books()[2])
     for _ in range(count):
@@ -75,7 +72,7 @@ def _reads(element: MemoryElement, content: int) -> dict[str, float]:
         'ticks of a read': reads[0].ticks, 'of another': reads[1].ticks,
     }  # fmt: skip
     if (reader := element.register) is not None:
-        found['listening'] = len(reader.ends) * reader.listener.ticks
+        found['listening'] = reader.listener.ticks
         found['seconds of decoding'] = min(_decoding(element) for _ in range(DECODED))
     return found
 

@@ -266,7 +266,7 @@ if __name__ == '__main__':
     registers = [
         name
         for name, (_, settings) in PRESETS.items()
-        if settings.register.spacing and not settings.register.shifted
+        if settings.register.spacing
     ]
     modules = ['lab/mlmem_lab/reads/count.py']
     sys.exit(run('words', __doc__, counted, SEED, joined, registers, modules=modules))

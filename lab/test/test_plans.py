@@ -20,7 +20,7 @@ from mlmem_ros.device.presets import Preset, preset
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.element_file import Element
 from mlmem_ros.parameter_file import ParameterFileError
-from mlmem_ros.physics import DesignError, Scatter, Specimen, scattered
+from mlmem_ros.physics import Scatter, scattered
 
 DESIGN, SET = preset('case_2')
 NOT_FROM = {
@@ -91,11 +91,6 @@ def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
         written[kicks] = [outcome.success for outcome in outcomes].count(True)
     assert written[settings] <= 4
     assert written[known.kicks(settings)] == 8
-
-
-def test_a_register_that_is_shifted_is_not_planned():
-    with pytest.raises(DesignError, match='all its kicks are to level 0'):
-        plan(Specimen(preset('register_8').design), preset('register_8'))
 
 
 def test_a_throw_is_judged_with_its_own_peak(found):

@@ -150,13 +150,6 @@ class Located(Decoded):
 
 
 @dataclass(frozen=True)
-class Shifted(Decoded):
-    """The answer of shift: the content after it."""
-
-    half: str = told('string', 'of the strain: compression or tension')
-
-
-@dataclass(frozen=True)
 class Surveyed(Decoded):
     """The answer of survey: the restored content, and what was recorded."""
 
@@ -219,7 +212,6 @@ ANSWERS: dict[str, type[Answer]] = {
     'calibrate': Calibrated,
     'self_test': SelfTested,
     'locate': Located,
-    'shift': Shifted,
     'survey': Surveyed,
     'abort': Done,
 }

@@ -14,7 +14,6 @@ from ..procedures import (
     Read,
     Reset,
     SelfTest,
-    Shift,
     Survey,
     Write,
     describe_level,
@@ -48,7 +47,7 @@ __all__ = [
     'DelayTable', 'Disturb', 'Driver', 'DriverError', 'DriverHangs', 'EchoReceived', 'End',
     'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Inject', 'Locate', 'Loop', 'MemoryElement',
     'Outcome', 'Preset', 'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'SelfTest',
-    'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shift', 'Shot', 'Survey',
+    'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey',
     'Unknown', 'Write', 'describe_level', 'factory_calibration', 'new_element', 'preset',
 ]  # fmt: skip
 

@@ -85,10 +85,10 @@ class BadCells(Forecasts):
         return float(self.nearest[told].min())
 
     def decode(
-        self, shots: Sequence[Shot], noise: float, phases: Sequence[int | None], least: float
+        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
     ) -> Reading:
         """Return the level, as `Forecasts.decode`; one that cannot be used is undecodable."""
-        reading = super().decode(shots, noise, phases, least)
+        reading = super().decode(shot, noise, phases, least)
         if reading.level == UNDECODABLE and reading.walls:
             return replace(reading, level_margin=0.0, reason=f'there are {reading.walls} walls')
         if why := self.lost.get(reading.level):

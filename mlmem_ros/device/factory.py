@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from ..physics import Design, Specimen, StateError
 from ..physics.equilibrium import blank, resting_wall
 from ..physics.potential import Array
-from ..physics.waves import group_velocity
 from .calibration import Calibration, DelayTable
 from .decoding import primary
 from .drivers import Simulation
@@ -36,22 +35,7 @@ if TYPE_CHECKING:
 @lru_cache(maxsize=64)  # shared by equal instruments
 def factory_calibration(design: Design, settings: Settings) -> Calibration:
     """Return the echo delays of an ideal element; raises as `calibration_of`."""
-    if settings.register.shifted:
-        return _passages(design, settings)
     return calibration_of(Specimen(design), design, settings)
-
-
-def _passages(design: Design, settings: Settings) -> Calibration:
-    """Return about when echoes of each level come: a register is read by waveforms, and needs to
-    know only how long waves are under way.
-    """
-    probe = settings.register.probe
-    slowest = min(float(group_velocity(probe.omega_c, k)) for k in (design.k_s1, design.k_s2))
-    left, right = (
-        tuple(2.0 * end.distance(design, level) / slowest for level in range(design.levels))
-        for end in End
-    )
-    return Calibration(DelayTable(left), DelayTable(right, 2.0 * design.N / slowest))
 
 
 def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibration:

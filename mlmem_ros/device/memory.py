@@ -29,11 +29,7 @@ from .settings import Settings
 
 if TYPE_CHECKING:
     from .bad_cells import BadCells
-    from .peeling import Peeled
     from .register import Forecasts, Register
-
-MOST_COUNTED = 2**14
-"""Contents up to which writes are counted of each: more are hardly written twice."""
 
 _count = partial(described, low=0, high=2**62)
 
@@ -42,9 +38,7 @@ _count = partial(described, low=0, high=2**62)
 class MemoryStatistics:
     """Counts over the life of an element, saved with its content."""
 
-    level_writes: list[int] = described(
-        MISSING, 'successful writes by level; of none above `MOST_COUNTED` of them', low=0
-    )
+    level_writes: list[int] = described(MISSING, 'successful writes by level', low=0)
     level_ticks: list[int] = described(MISSING, 'total ticks they took, by level', low=0)
     writes: int = _count(0, 'writes that were not aborted')
     first_try: int = _count(0, 'of these, those that succeeded at the first attempt')
@@ -60,8 +54,7 @@ class MemoryStatistics:
     @classmethod
     def of(cls, words: int) -> MemoryStatistics:
         """Return the statistics of a new element with so many contents."""
-        counted = words if words <= MOST_COUNTED else 0
-        return cls([0] * counted, [0] * counted)
+        return cls([0] * words, [0] * words)
 
     def count(self, outcome: Outcome) -> None:
         """Count the outcome of a procedure that was not aborted."""
@@ -81,10 +74,9 @@ class MemoryStatistics:
             self.failures += 1
             return
         self.first_try += outcome.attempts == 1
-        if self.level_writes:
-            level = outcome.reading.level
-            self.level_writes[level] += 1
-            self.level_ticks[level] += outcome.end_tick - outcome.start_tick
+        level = outcome.reading.level
+        self.level_writes[level] += 1
+        self.level_ticks[level] += outcome.end_tick - outcome.start_tick
 
     def as_dict(self) -> dict[str, float]:
         """Return flat values for diagnostics: the counts, and the mean ticks of a write by level.
@@ -143,13 +135,13 @@ class Memory(Instrument):
         self.reading: Reading | None = None
         self.unknown: Unknown | None = None
         self.loudest: Mapping[End, float] = {}
-        self.register: Register | Peeled | None = None
+        self.register: Register | None = None
         self.twin: Specimen | None = None
         self.bad_cells: BadCells | None = None
         if settings.register.spacing:
-            from .peeling import reader  # few elements hold many walls
+            from .register import ideal_forecasts  # few elements hold many walls
 
-            self.register = reader(design, settings)
+            self.register = ideal_forecasts(design, settings)
         if settings.element.bad_cells:
             from .bad_cells import bad_cells  # nor do many have known bad cells
 
@@ -158,10 +150,10 @@ class Memory(Instrument):
         self._events: list[Event] = []
 
     def adopt(self, twin: Specimen) -> None:
-        """Forecast what a register answers by its twin; raises as `peeling.reader_of`."""
-        from .peeling import reader_of  # most have none
+        """Forecast what a register answers by its twin; raises as `register.forecasts_of`."""
+        from .register import forecasts_of  # most have none
 
-        self.register, self.twin = reader_of(twin, self.settings), twin
+        self.register, self.twin = forecasts_of(twin, self.settings), twin
 
     @property
     def words(self) -> int:
@@ -169,7 +161,7 @@ class Memory(Instrument):
         return self.design.levels if self.register is None else self.register.code.words
 
     @property
-    def waveforms(self) -> Forecasts | Peeled | None:
+    def waveforms(self) -> Forecasts | None:
         """The forecasts with which waveforms are compared; None if it is read by delays."""
         return self.bad_cells if self.register is None else self.register
 

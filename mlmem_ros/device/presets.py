@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -134,41 +133,6 @@ def _register(
         read=ReadSettings(patience=50.0 / eta),
         register=register,
     )
-    return Preset(design, settings)
-
-
-def shifted(levels: int, ramp: float = 1000.0, settle: float = 600.0) -> Preset:
-    """Return an element of nine cells a level into which walls are shifted by strain.
-
-    Args:
-        levels: Number of levels.
-        ramp: Of every cycle, up and down: a wall far out must not be shaken loose, and a kink has
-            to arrive before the strain is gone.
-        settle: Rest after every cycle.
-    """
-    eta, tail = 1 / 500, 54
-    design = Design(
-        N=9 * (levels + 1) + tail, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380,
-        eta=eta, tail=tail,
-    )  # fmt: skip
-    times = ramp, 60.0, 0.0, 0.5, ramp, settle
-    settings = Settings(
-        actuator=ActuatorSettings(
-            max_strain=0.05, max_rate=1e-4, hand_rate=hand_rate(design.N)
-        ),
-        write=WriteSettings(
-            *times, compression=-0.0195, tension=0.0225, shaped=True, final_settle=8.0 / eta
-        ),
-        erase=EraseSettings(*times, compression=-0.0195, tension=0.012),
-        kick=KickSettings('0.001', kinks='0.001', settle=400.0),
-        probe=ProbeSettings(gain_decay=eta / 2),
-        probe_right=replace(Settings().probe_right, gain_decay=eta / 2),
-        read=ReadSettings(patience=50.0 / eta),
-        register=RegisterSettings(
-            spacing=3, shifted=True, omega_c=1.6, A=0.0005, sigma=24.0,
-            listen=float(math.ceil(2.5 * (design.N + 40.0))), decode=2.0 * design.N,
-        ),
-    )  # fmt: skip
     return Preset(design, settings)
 
 
@@ -362,7 +326,6 @@ PRESETS |= {
             late=1.0, settle=1500.0,
         ),
     ),
-    'register_8': shifted(155),
     'kick_2': _kicked(_damped(
         N=99, right=(0.692, 16.0, 1.1e-3), patience=2700.0, tick=20.0,
         write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),

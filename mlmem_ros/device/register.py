@@ -14,7 +14,7 @@ import contextlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -138,10 +138,7 @@ class Forecasts:
         contents: What the element may hold, one a row of `parts`.
         parts: In the band, shape (contents, 4 lines); see `Listener`.
         listener: Makes parts.
-        ends: Whose pulses are heard.
     """
-
-    ends: tuple[End, ...] = (End.LEFT,)
 
     def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
         self.contents, self.parts, self.listener = contents, parts, listener
@@ -195,7 +192,7 @@ class Forecasts:
         )  # fmt: skip
 
     def decode(
-        self, shots: Sequence[Shot], noise: float, phases: Sequence[int | None], least: float
+        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
     ) -> Reading:
         """Return the content of what both ends did after a pulse, given the noise before and the
         phases of the ends.
@@ -206,9 +203,8 @@ class Forecasts:
         words changes none; a greater one is the difference of two words, or is refused.
         """
         nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
-        if reason := unheard(shots, noise > self.quiet, phases):
+        if reason := unheard(shot, noise > self.quiet, phases):
             return replace(nothing, reason=reason)
-        (shot,) = shots
         part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
         found = self.match(part, phases[End.LEFT.row] or 0)
         content, allowed = found.content, LEFT_OVER * found.nearest
@@ -229,7 +225,7 @@ class Forecasts:
         )  # fmt: skip
 
 
-def unheard(shots: Sequence[Shot], loud: bool, phases: Sequence[int | None]) -> str:
+def unheard(shot: Shot, loud: bool, phases: Sequence[int | None]) -> str:
     """Return why what the ends did tells nothing, whatever it was; '' if it may.
 
     Args:
@@ -240,7 +236,7 @@ def unheard(shots: Sequence[Shot], loud: bool, phases: Sequence[int | None]) -> 
         return f'the {list(End)[phases.index(None)]} end rests in neither phase'
     if phases[End.RIGHT.row] == 1:
         return 'the right end is active: a wall has left the element'
-    if not all(np.isfinite(shot.samples).all() for shot in shots):
+    if not np.isfinite(shot.samples).all():
         return 'listening was interrupted'
     return 'the ends move too much to hear every wall' if loud else ''
 
@@ -297,6 +293,12 @@ def forecasts_of(made: Specimen, settings: Settings) -> Register:
         active = np.stack(others)[:, [0, -1]] > made.design.D_barrier
         found.keep_from(ends.heard(made, others), active[:, 0] != active[:, 1])
     return found
+
+
+@lru_cache(maxsize=8)
+def ideal_forecasts(design: Design, settings: Settings) -> Register:
+    """Return the forecasts of an ideal element in every word; raises as `forecasts_of`."""
+    return forecasts_of(Specimen(design), settings)
 
 
 def _surroundings(made: Design, code: Code) -> NDArray[np.int64]:

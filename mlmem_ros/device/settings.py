@@ -124,21 +124,10 @@ class RegisterSettings(Checked):
     spacing: int = described(
         0, 'least distance of two walls in levels; 0: the element holds one wall', low=0, high=255
     )
-    shifted: bool = described(
-        False,
-        'walls enter at level 0, and cycles of strain shift all of them on: they rest at odd '
-        'distances, and are read from both ends inward',
-    )
     omega_c: float = _carrier(1.7, 'carrier at which a wall returns a part and passes the rest')
     A: float = _length(0.01, 'amplitude of the pulse', low=1e-9, high=0.5)
     sigma: float = _time(16.0, 'standard deviation of its envelope', low=0.1, high=1e4)
     listen: float = _time(900.0, 'time for which both ends are recorded after it', high=1e5)
-    decode: float = _time(
-        0.0,
-        'time after listening at which its answer counts: it is decoded beside the loop, which '
-        'waits if that takes longer; 0: in the loop, at once',
-        high=1e5,
-    )
     min_margin: float = _margin(
         0.5, 'least margin: 1 for the forecast of a word, 0 half-way to that of another'
     )

@@ -16,10 +16,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..physics import PEFRL, Specimen
-from ..physics.equilibrium import BESIDE, resting_walls
 from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, cells, product, rows
 from .drivers import steps_per_tick
@@ -40,55 +38,6 @@ WIDER = 5.0
 PERIOD, DECAY = 1.4, 6.0
 """Period of the forecast, over the time of listening, and by which exponent it decays in that:
 what would come after it is added to what comes before, by less than a thousandth."""
-
-
-APART = 8
-"""Distance in levels beyond which a wall changes nothing of another's cells."""
-
-AROUND = 4
-"""The same on one side: from there on the cells are those of the ground state."""
-
-
-class Cells:
-    """Stiffness of the cells of an element with walls and kinks anywhere.
-
-    Their displacements are those of the ground states, and around each wall what it adds.
-    """
-
-    def __init__(self, made: Specimen) -> None:
-        design = made.design
-        self.design, self.made = design, made
-        self.reach = AROUND * design.J
-        self._ground = np.array([design.D_s1, design.D_s2])
-        self.flat = np.array([made.alpha * made.potential.stiffness(D) for D in self._ground])
-        self._added = np.zeros((2, design.levels, design.N))
-        for kind in (0, 1):
-            for start in range(APART):
-                self._add(kind, range(start, design.levels, APART))
-
-    def _add(self, kind: int, levels: Sequence[int]) -> None:
-        """Find what walls at levels add, of which the last is a wall (0) or a kink (1)."""
-        design = self.design
-        places = [design.defect(level) + BESIDE for level in levels]
-        v = resting_walls(self.made, places, kind) - self.made.offsets
-        kinds = [(kind + len(levels) - 1 - n) % 2 for n in range(len(levels))]
-        for level, each in zip(levels, kinds, strict=True):
-            site = design.defect(level)
-            near = slice(max(0, site - self.reach), site + self.reach)
-            plain = self._ground[np.where(design.sites <= site, 1 - each, each)]
-            self._added[each, level, near] = (v - plain)[near]
-
-    def stiffness(
-        self, part: slice, words: Sequence[Sequence[tuple[int, int]]], phases: NDArray[np.int64]
-    ) -> Array:
-        """Return the stiffness of a part in some words, shape (m, cells), given levels and kinds
-        of the walls that reach into it, and the phase of each of its cells.
-        """
-        configuration = self._ground[phases]
-        for one, walls in zip(configuration, words, strict=True):
-            for level, kind in walls:
-                one += self._added[kind, level, part]
-        return np.asarray(self.made.alpha[part] * self.made.potential.stiffness(configuration))
 
 
 class Listener:
@@ -185,15 +134,6 @@ class Ends:
         held = ratio * self._pulse
         ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
         return np.asarray(ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :])
-
-    def tones_of(self, motion: Array, dt: float) -> Complex:
-        """Return what a recorded motion, shape (n,), has of the tones of the forecast."""
-        few = math.isqrt(len(motion) - 1) + 1  # samples of a row: exp(a + b) is exp(a) exp(b)
-        rows = np.zeros((few, few))
-        rows.flat[: len(motion)] = motion
-        tau = np.outer(-1j * dt * self.tones.omega, np.arange(float(few)))
-        within = np.exp(tau) @ rows.T
-        return np.asarray(dt * np.exp(tau[:, 1]) * (within * np.exp(few * tau)).sum(axis=1))
 
     def parts(self, lower: Complex) -> Array:
         """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape

@@ -22,8 +22,7 @@ MOST_WORDS = 2**14
 
 
 class Code(NamedTuple):
-    """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19),
-    at odd distances only if they are shifted.
+    """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19).
 
     With a spacing of 1 the levels are the bits of the number. Otherwise words are numbered in the
     order of their highest levels, as binary numbers are.
@@ -31,7 +30,6 @@ class Code(NamedTuple):
 
     levels: int
     spacing: int
-    odd: bool = False
 
     @property
     def words(self) -> int:
@@ -40,9 +38,7 @@ class Code(NamedTuple):
 
     def below(self, level: int) -> range:
         """Return the levels of which the next wall below one may have any, the lowest first."""
-        step = 2 if self.odd else 1
-        last = level - self.spacing
-        return range(last % step, last + 1, step)
+        return range(max(0, level - self.spacing + 1))
 
     def walls(self, word: int) -> tuple[int, ...]:
         """Return the levels of a word, the lowest first."""
@@ -71,9 +67,7 @@ class Code(NamedTuple):
         return inside and all(one in self.below(other) for one, other in pairwise(walls))
 
     def sets(self) -> NDArray[np.bool_]:
-        """Return at which levels walls are, for every word, shape (words, levels), unless their
-        distances are odd.
-        """
+        """Return at which levels walls are, for every word, shape (words, levels)."""
         left = np.arange(self.words)
         found = np.zeros((self.words, self.levels), dtype=np.bool_)
         below = 1 + np.cumsum((0, *_tops(self)))
@@ -109,15 +103,7 @@ def code_of(design: Design, settings: Settings) -> Code | None:
     """
     if not (spacing := settings.register.spacing):
         return None
-    code = Code(design.levels, spacing, settings.register.shifted)
-    if code.odd:
-        sent = settings.kick.by_level[:1], settings.kick.of_kinks[:1]
-        if not (settings.actuator.present and all(map(any, sent))):
-            raise SettingsError(
-                'a register that is shifted needs an actuator, and kicks of a wall and of a kink '
-                'to level 0: kick.speeds and kick.kinks'
-            )
-        return code
+    code = Code(design.levels, spacing)
     for name, speeds in (('speeds', settings.kick.by_level), ('kinks', settings.kick.of_kinks)):
         if len(speeds) < design.levels or not all(speeds[: design.levels]):
             raise SettingsError(

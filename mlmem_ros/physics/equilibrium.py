@@ -187,23 +187,22 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
 
 
 def resting_walls(
-    specimen: Specimen, positions: Sequence[float], right: int = 0, *, iterations: int = 200
+    specimen: Specimen, positions: Sequence[float], *, iterations: int = 200
 ) -> Array:
     """Return the displacements of an unstrained element with walls and kinks in turn, where they
     come to rest from some positions. Stuck cells are in the phase of their place.
 
     Args:
         positions: In sites.
-        right: Phase on the right of all: 0 is s1.
         iterations: As `relax`: a wall that is pinned where it is takes few.
 
     Raises:
         StateError: As `relax`.
     """
     design = specimen.design
-    share = np.full(design.N, float(right))  # of the active phase
+    share = np.zeros(design.N)  # of the active phase
     step = design.D_s2 - design.D_s1
-    for phase, position in enumerate(sorted(positions, reverse=True), right + 1):
+    for phase, position in enumerate(sorted(positions, reverse=True), 1):
         left = (wall_profile(design, position) - design.D_s1) / step
         share = share * (1.0 - left) + phase % 2 * left
     held = _held(specimen)

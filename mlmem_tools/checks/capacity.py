@@ -1,34 +1,26 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How many words an element holds: of one wall, of many that kicks place, of many that shift.
+"""How many words an element holds: of one wall, and of many that kicks place.
 
-Walls and kinks rest beside each other from a least distance on, and keep apart in motion from
-another. Both are found by trying: pairs at every level, as many at a time as do not feel each
-other, and the densest words.
+Walls and kinks rest beside each other from a least distance on. It is found by trying: pairs at
+every level, as many at a time as do not feel each other, and the densest words.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.procedures import run
-from mlmem_ros.device.procedures.blocks import wait
-from mlmem_ros.device.procedures.many_walls import HALVES, strain
-from mlmem_ros.device.register import NEAR, REACH, resting
+from mlmem_ros.device.register import REACH, resting
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.device.words import Code
-from mlmem_ros.physics import Design, Specimen, StateError, walls
+from mlmem_ros.physics import Design, Specimen, StateError
 from mlmem_ros.procedures import EXACT, as_text
 
 FARTHEST = 9
 """Largest least distance that is tried, in levels."""
-
-CALM = 2.0
-"""Damping times after half a cycle before the next begins."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +51,9 @@ class Capacity:
 
 
 def capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
-    """Yield what an element holds by one wall, by kicks, and by shifting."""
+    """Yield what an element holds by one wall, and by kicks."""
     yield Capacity('one wall', None, design.levels + 1)
-    apart = least(lambda distance: _rest(design, distance), 1)
+    apart = next((n for n in range(1, FARTHEST + 1) if _rest(design, n)), None)
     reached = _reached(design, settings)
     assumed = '' if reached else 'if kicks reach every level'
     levels = reached or design.levels
@@ -71,19 +63,6 @@ def capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
         if 0 < reached < design.levels:
             assumed = f'kicks reach {reached} of {design.levels} levels'
         yield Capacity('kicks', apart, Code(levels, apart).words, assumed)
-    if not settings.actuator.present:
-        yield Capacity('shifting', None, 1, 'there is no actuator (actuator.present)')
-        return
-    step = least(lambda distance: _keep_step(design, settings, distance), 2)
-    if step is None:
-        yield Capacity('shifting', None, 1, 'walls and kinks keep step at no distance')
-    else:
-        yield Capacity('shifting', step, Code(design.levels, step, odd=True).words)
-
-
-def least(holds: Callable[[int], bool], step: int) -> int | None:
-    """Return the least distance, from 1 in steps, that holds; None if none does."""
-    return next(filter(holds, range(1, FARTHEST + 1, step)), None)
 
 
 def samples(design: Design, distance: int, top: int) -> Iterator[tuple[int, ...]]:
@@ -123,28 +102,4 @@ def _rest(design: Design, distance: int) -> bool:
                 resting(made, word)
     except StateError:
         return False
-    return True
-
-
-def _keep_step(design: Design, settings: Settings, distance: int) -> bool:
-    """Return whether walls and kinks at a distance, simulated, move two levels in a compression
-    and a tension.
-    """
-    even = design.freed_by_compression(0)
-    for word in samples(design, distance, design.levels - 2):
-        element = Instrument(design, settings)
-        try:
-            element.chain.place(resting(Specimen(design), word))
-        except StateError:
-            return False
-        element.transducer.assume_rest()
-        for half in HALVES if even else reversed(HALVES):
-            run(element, strain(element, settings, half, kinks=True))
-            run(element, wait(element, CALM / design.eta if design.eta else 0.0))
-        wanted = [design.defect(level + 2) for level in word]
-        found = sorted(wall.position for wall in walls(design, element.chain.configuration))
-        if len(found) != len(wanted) or any(
-            abs(one - other) > NEAR for one, other in zip(found, wanted, strict=True)
-        ):
-            return False
     return True

@@ -12,13 +12,10 @@ import numpy as np
 
 from mlmem_ros.device.errors import SettingsError
 from mlmem_ros.device.factory import rehearsed as forecasts_with
-from mlmem_ros.device.peeling import Peeled
-from mlmem_ros.device.register import forecasts_of, resting
+from mlmem_ros.device.register import forecasts_of
 from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.waveforms import BAND
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import Design, StateError
-from mlmem_ros.physics.waves import group_velocity
+from mlmem_ros.physics import Design
 
 from .concern import Finding, Subject, graded, judged
 
@@ -36,9 +33,6 @@ def check(subject: Subject) -> Iterator[Finding]:
     settings = subject.settings
     if not settings.register.spacing:
         return
-    if settings.register.shifted:
-        yield from _shifted(subject)
-        return
     try:
         found = forecasts_of(subject.made, settings)
     except SettingsError as error:
@@ -55,37 +49,6 @@ def check(subject: Subject) -> Iterator[Finding]:
         'two words, or one and walls between levels, answer it nearly alike: choose another '
         'register.omega_c, a shorter register.sigma, or a greater register.spacing',
         SOURCE,
-    )
-
-
-def _shifted(subject: Subject) -> Iterator[Finding]:
-    """Yield the finding on the words of a register that is shifted: as many walls as there may be
-    rest.
-    """
-    source = 'least distances are run-length limits; many walls are not in the paper'
-    try:
-        found = Peeled(subject.made, subject.settings)
-        resting(subject.made, found.code.walls(found.code.words - 1))
-    except (SettingsError, StateError) as error:
-        yield Finding('words', {}, '', Verdict.FAIL, str(error), source)
-        return
-    settings, design = subject.settings.register, subject.design
-    fast, phases = settings.omega_c + BAND / settings.sigma, (design.k_s1, design.k_s2)
-    values = {
-        'words': float(found.code.words),
-        'levels': float(found.code.levels),
-        'last echo': design.N / min(float(group_velocity(fast, k)) for k in phases),
-    }
-    yield graded(
-        'words',
-        values,
-        '',
-        Verdict.PASS if values['last echo'] < settings.listen else Verdict.WARN,
-        'as many walls rest as a word may have, and an echo of the middle returns in time',
-        'the slowest part of the pulse comes back from the middle after the end of listening, so '
-        'words with many walls are undecodable: lower register.omega_c, or increase '
-        'register.sigma or register.listen',
-        source,
     )
 
 

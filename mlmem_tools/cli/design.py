@@ -12,8 +12,8 @@ they can be a memory with such springs and masses, with which gradient, and, wit
 how many levels (2, 4, 8 ... 256). If not, it says why.
 
 `check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
-depends on, and says what goes wrong if one fails; then how much it holds by one wall, by many that
-kicks put in place, and by many that strain shifts. `prove` simulates such designs: every level is
+depends on, and says what goes wrong if one fails; then how much it holds by one wall, and by many
+that kicks put in place. `prove` simulates such designs: every level is
 written and read back, lower ones are written, and every level is erased; results are kept, so the
 same command continues after a kill. All but `check` needs the laboratory, the package mlmem_lab.
 

@@ -184,7 +184,7 @@ def _script(given: argparse.Namespace) -> Any:
     }]  # fmt: skip
 
 
-ENDLESS = dict.fromkeys(('calibrate', 'self_test', 'survey', 'write', 'erase', 'shift'), math.inf)
+ENDLESS = dict.fromkeys(('calibrate', 'self_test', 'survey', 'write', 'erase'), math.inf)
 """Work that takes the longer, the longer the element is: the node's end is noticed anyway."""
 
 TYPES: dict[str, Callable[[str], Any]] = {'int': whole, 'str': str}

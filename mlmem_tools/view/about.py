@@ -40,7 +40,6 @@ WANTED = (
     'actuator.hand_rate',
     *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in HEARD),
     'register.spacing',
-    'register.shifted',
     'register.omega_c',
     'element.bad_cells',
     'scale.time',
@@ -116,7 +115,7 @@ class About:
         design = Design(**given)
         register = groups['register']
         spacing = register['spacing']
-        code = Code(design.levels, spacing, register['shifted']) if spacing else None
+        code = Code(design.levels, spacing) if spacing else None
         by_delays = not (spacing or groups['element']['bad_cells'])  # see `by_waveforms`
         words = code.words if code else design.levels
         stride = math.ceil(design.N / ROWS)
@@ -135,7 +134,6 @@ class About:
             and {
                 'tops': [as_text(b - a) for a, b in pairwise((*code.each, code.words))],
                 'spacing': spacing,
-                'odd': register['shifted'],
             },
             'defects': [design.defect(level) for level in range(design.levels)],
             'phases': [design.D_s1, design.D_s2],

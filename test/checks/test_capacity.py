@@ -7,32 +7,24 @@ import json
 import pytest
 
 from mlmem_ros.device import preset
-from mlmem_ros.device.words import Code
 from mlmem_tools import checks
 from mlmem_tools.checks.capacity import Capacity, capacities
 from mlmem_tools.cli.main import main
 
 
-def test_with_a_distance_of_three_a_level_holds_the_logarithm_of_the_plastic_number():
-    """Padovan's numbers grow by the root of x^3 = x + 1 each."""
-    assert Code(401, 3, odd=True).words / Code(400, 3, odd=True).words == pytest.approx(
-        1.324717957
-    )
-
-
 @pytest.mark.parametrize(
-    ('name', 'kicks', 'shifts'),
+    ('name', 'kicks'),
     [
-        ('case_2', (1, 256), (3, 20)),
-        ('bits_4', (2, 2584), (3, 199)),
-        ('bits_5', (2, 5_702_887), (3, 17990)),
+        ('case_2', (1, 256)),
+        ('bits_4', (2, 2584)),
+        ('bits_5', (2, 5_702_887)),
     ],
 )
-def test_distances_and_words_of_presets(name, kicks, shifts):
-    """As prototypes found them at rest; in motion, with the greater peaks of write and erase."""
+def test_distances_and_words_of_presets(name, kicks):
+    """As prototypes found them at rest."""
     one, *many = capacities(*preset(name))
     assert one.words == preset(name).design.levels + 1
-    assert [(each.distance, each.words) for each in many] == [kicks, shifts]
+    assert [(each.distance, each.words) for each in many] == [kicks]
 
 
 def test_it_follows_the_check_of_a_design(capsys, monkeypatch):
@@ -46,7 +38,6 @@ def test_it_follows_the_check_of_a_design(capsys, monkeypatch):
         'bits': 11.0,
         'why': '',
     }
-    assert 'no actuator' in found['shifting']['why']
     assert main(['design', 'check', 'byte', '--brief']) == 0
     assert '256' in capsys.readouterr().out
 

@@ -14,7 +14,6 @@ from scipy.integrate import quad
 
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
 from mlmem_ros.device.end import End
-from mlmem_ros.device.presets import shifted
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
 from mlmem_ros.outside import decode
 from mlmem_ros.parameter_file import load
@@ -33,7 +32,6 @@ from mlmem_tools.checks import (
     pinning,
     schedule,
     steps,
-    words,
 )  # fmt: skip
 from mlmem_tools.checks.concern import Subject, sample
 from mlmem_tools.checks.echoes import echo_strength, forecast_echo
@@ -396,19 +394,8 @@ def test_256_levels_are_checked_within_half_a_minute():
     assert time.process_time() - begin < 30.0
 
 
-@pytest.mark.parametrize(
-    ('omega_c', 'sigma', 'verdict'), [(1.6, 24.0, Verdict.PASS), (1.65, 16.0, Verdict.WARN)]
-)
-def test_the_slowest_echo_of_the_middle_returns_before_listening_ends(omega_c, sigma, verdict):
-    """Where it did not, one random word of eight was undecodable."""
-    design, settings = shifted(24)
-    register = dataclasses.replace(settings.register, omega_c=omega_c, sigma=sigma, listen=600.0)
-    found = words.check(Subject(design, dataclasses.replace(settings, register=register)))
-    assert [each.verdict for each in found] == [verdict]
-
-
 def test_a_register_is_not_judged_by_what_one_wall_needs():
-    """Walls of a long one are sent by kicks, and are read by waveforms."""
+    """Its walls are sent by kicks, and are read by waveforms."""
     found = {finding.name for finding in check(*preset('byte')).findings}
     assert 'words' in found
     assert not {'launch_write', 'echo_left', 'apart'} & found

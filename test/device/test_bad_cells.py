@@ -172,10 +172,10 @@ def test_an_end_that_is_late_changes_no_level(heard, end, late):
     What the right end records is silence, which may be late.
     """
     bad_cells, given = heard
-    for level, ((shot,), *rest) in zip(bad_cells.usable, given, strict=True):
+    for level, (shot, *rest) in zip(bad_cells.usable, given, strict=True):
         samples, n = shot.samples.copy(), round(late / shot.dt)
         samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
-        reading = bad_cells.decode([replace(shot, samples=samples)], *rest)
+        reading = bad_cells.decode(replace(shot, samples=samples), *rest)
         assert reading.level == (level if end is End.RIGHT else UNDECODABLE)
 
 

@@ -266,10 +266,10 @@ def heard():
 def test_a_late_end_changes_no_word(heard, end, late):
     """What an end hears comes later by up to the way to the next level and back, 56 units."""
     byte, given = heard
-    for (shot,), *rest in given:
+    for shot, *rest in given:
         samples, n = shot.samples.copy(), round(late / shot.dt)
         samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
-        reading = byte.register.decode([replace(shot, samples=samples)], *rest)
+        reading = byte.register.decode(replace(shot, samples=samples), *rest)
         assert reading.level == UNDECODABLE
 
 

@@ -75,7 +75,6 @@ SERVICES = {
     'calibrate': Trigger,
     'locate': Trigger,
     'reset': Trigger,
-    'shift': Trigger,
     'survey': Trigger,
     'self_test': SelfTest,
     'abort': Trigger,

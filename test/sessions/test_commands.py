@@ -23,7 +23,6 @@ from mlmem_ros.device import (
     SetFaults,
     SetMethod,
     SetStrain,
-    Shift,
     Survey,
     Write,
 )
@@ -34,7 +33,7 @@ COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),
     FollowTrajectory((0.1,), (0.1 + 0.2,), (-5e-324,), 'substrate'),
     Write(7), Read(), Read('right'), Erase(), Calibrate(), SelfTest(), Locate(), Reset(),
-    Shift(), Shift('tension'), Survey(),
+    Survey(),
     Abort(), Abort('the device is shut down'),
     SetMethod('kick'), Disturb(1.0 / 3.0), SetFaults(Faults()),
     SetFaults(Faults(sensor_noise=0.1, weak_cell=7)), Inject('[]'),

@@ -24,11 +24,11 @@ for (const [code, word, level] of JSON.parse(process.argv[1]))
 
 @pytest.mark.skipif(shutil.which('node') is None, reason='needs node')
 def test_walls_are_set_and_cleared():
-    """In 8 levels, 16 at two or more apart, and 170, of more than 2^64 words, at odd distances."""
+    """In 8 levels, and in 16 at two or more apart."""
     chance, asked, expected = random.Random(5), [], []
-    for code in (Code(8, 1), Code(16, 2), Code(170, 3, odd=True)):
+    for code in (Code(8, 1), Code(16, 2)):
         tops = [hex(b - a) for a, b in pairwise((*code.each, code.words))]
-        told = {'tops': tops, 'spacing': code.spacing, 'odd': code.odd}
+        told = {'tops': tops, 'spacing': code.spacing}
         for _ in range(40):
             word, level = chance.randrange(code.words), chance.randrange(code.levels)
             asked.append([told, hex(word), level])

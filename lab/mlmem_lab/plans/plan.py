@@ -182,9 +182,6 @@ def plan(
     range of speeds that leads to the level.
 
     The preset is its design as built, and the settings of its instrument.
-
-    Raises:
-        DesignError: It is a register that is shifted.
     """
     if preset.settings.register.spacing:
         return _of_register(specimen, preset.settings, report)
@@ -219,10 +216,6 @@ def _of_register(
     specimen: Specimen, settings: Settings, report: Callable[[str, float], object] | None
 ) -> Plan:
     """Return the kicks of walls and kinks for an element that holds many."""
-    if settings.register.shifted:
-        raise DesignError(
-            'a register that is shifted is not planned: all its kicks are to level 0'
-        )
     kick = settings.kick
     walls, kinks = (
         tuple(_kick(level, speeds[level], each) for level, each in enumerate(found))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..echo import TAIL
-from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..moves import ringing, route
 from ..reading import BLANK, UNDECODABLE
@@ -35,9 +34,7 @@ def expect(element: Memory, duration: float) -> None:
 def reading(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
     if element.waveforms is not None:
-        waveforms = element.waveforms
-        listening = len(waveforms.ends) * waveforms.listener.ticks * element.tick
-        return listening + element.settings.register.decode
+        return element.waveforms.listener.ticks * element.tick
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
     return element.settings.read.rest + longest + TAIL
 
@@ -45,11 +42,9 @@ def reading(element: Memory) -> float:
 def driving(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
     if element.register is not None:
-        from .many_walls import kicking_time, shifting_time, way  # few elements hold many walls
+        from .many_walls import kicking_time, way  # few elements hold many walls
 
         present, code = 0 if present == BLANK else present, element.register.code
-        if code.odd:
-            return shifting_time(element.design, element.settings, code, present, max(0, target))
         planned = way(element.settings, code, present, max(0, target))
         return kicking_time(element.design, element.settings, *planned)
     start = element.design.levels - 1 if present == UNDECODABLE else present
@@ -110,20 +105,6 @@ def looking(element: Memory, end: str) -> float:
 def erasing(element: Memory) -> float:
     """Return the time of an erase."""
     return writing(element, known(element), BLANK)
-
-
-def shifting(element: Memory, half: str) -> float:
-    """Return the time of a shift.
-
-    Raises:
-        ProcedureFailed: There is no actuator.
-    """
-    from .many_walls import HALVES, cycle  # hardly anybody asks for it
-
-    if not element.settings.actuator.present:
-        raise ProcedureFailed('a shift needs an actuator, and there is none (actuator.present)')
-    kinks = element.register is not None
-    return cycle(element.settings, half or HALVES[0], kinks=kinks).duration + reading(element)
 
 
 def releasing(element: Memory) -> float:

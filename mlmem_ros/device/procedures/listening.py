@@ -12,12 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import threads
 from ..commands import LISTENING, QUIETING
 from ..echo import TAIL, Echo, EchoDetector, pulse_duration, threshold
 from ..end import End, Shot
@@ -28,7 +26,6 @@ from ..reading import UNDECODABLE, Reading
 from .blocks import Procedure, Result, catch_up, wait
 
 if TYPE_CHECKING:
-    from ..peeling import Peeled
     from ..register import Forecasts
 
 NOISE_SHARE = 2.0
@@ -312,39 +309,23 @@ have 5e-5 of their amplitude then."""
 
 
 def hear(element: Memory) -> Procedure[Reading]:
-    """Fire the pulse of a read at each end to be heard, and decode; raises as `record`.
-
-    Decoding that takes long is done beside the loop. Its answer counts in the tick that
-    `register.decode` says, however soon it is there, so a replay has it in the same one.
-    """
+    """Fire the pulse of a read at the left end, and decode; raises as `record`."""
     forecasts = element.waveforms
     assert forecasts is not None
-    shots, loudest = list[Shot](), 0.0
-    for end in forecasts.ends:
-        try:
-            shot, noise = yield from record(element, forecasts, end)
-        except Astray as error:
-            return element.hear_nothing(str(error))
-        shots.append(shot)
-        loudest = max(loudest, noise)
+    try:
+        shot, noise = yield from record(element, forecasts)
+    except Astray as error:
+        return element.hear_nothing(str(error))
     settings = element.settings.register
     detector = EchoDetector(settings.probe, element.driver.dt)
-    detector.feed(shots[0].samples[End.LEFT.row] - shots[0].rest[End.LEFT.row])
+    detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
     phases = element.phase(End.LEFT), element.phase(End.RIGHT)
-    decode = partial(forecasts.decode, shots, loudest, phases, settings.min_margin)
-    if not settings.decode:
-        return element.hear_word(decode(), detector.echo(End.LEFT))
-    answer = threads.aside(decode)
-    until = element.ticks + math.ceil(settings.decode / element.tick)
-    while element.ticks < until:
-        yield until - element.ticks
-    return element.hear_word(answer.result(), detector.echo(End.LEFT))
+    reading = forecasts.decode(shot, noise, phases, settings.min_margin)
+    return element.hear_word(reading, detector.echo(End.LEFT))
 
 
-def record(
-    element: Memory, forecasts: Forecasts | Peeled, end: End = End.LEFT
-) -> Procedure[tuple[Shot, float]]:
-    """Wait until the ends are quiet in the band of the pulse, fire that of an end, and record
+def record(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float]]:
+    """Wait until the ends are quiet in the band of the pulse, fire it at the left one, and record
     both. Of an element that rests, a moment tells; otherwise a passage.
 
     Returns:
@@ -352,7 +333,7 @@ def record(
 
     Raises:
         ProcedureFailed: They do not become quiet within `read.patience`.
-        Astray: The end rests in neither phase.
+        Astray: The left end rests in neither phase.
     """
     transducer = element.transducer
     listener, probe = forecasts.listener, element.settings.register.probe
@@ -382,9 +363,9 @@ def record(
                 f'was {math.sqrt(loud / forecasts.quiet):.3g} times as loud as it may be {since} '
                 f'ticks ago; they must be quiet for {passage}'
             )
-    element.require_phase(end)
+    element.require_phase(End.LEFT)
     element.progress.phase = LISTENING
-    recorder = transducer.shoot(end, probe)
+    recorder = transducer.shoot(End.LEFT, probe)
     until = element.ticks + listener.ticks + element.driver.lag
     while element.ticks < until:
         yield until - element.ticks

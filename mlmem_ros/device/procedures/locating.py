@@ -98,7 +98,7 @@ def _stuck(element: Memory, echo: Echo) -> Procedure[int]:
         return 0
     shot, noise = yield from record(element, forecasts)
     least = element.settings.register.min_margin
-    return max(0, forecasts.decode([shot], noise, (0, 0), least).level)
+    return max(0, forecasts.decode(shot, noise, (0, 0), least).level)
 
 
 def _level(element: Memory) -> Procedure[Result]:

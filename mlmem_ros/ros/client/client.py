@@ -34,7 +34,6 @@ from ...contract.answers import (
     Paused,
     Recorded,
     SelfTested,
-    Shifted,
     Stepped,
 )
 from ...contract.calls import (
@@ -136,14 +135,6 @@ class MemoryClient:
     def self_test(self, timeout: float = 120.0) -> Goal[SelfTested]:
         """Write and read every level, test actuator and transducers, and restore the content."""
         return self._goal('self_test', SelfTested, timeout)
-
-    def shift(self, half: str = '', timeout: float = 60.0) -> Goal[Shifted]:
-        """Push every wall whose turn it is by one level, by a half of a strain cycle.
-
-        Args:
-            half: compression or tension; empty: that which frees most of what is read.
-        """
-        return self._goal('shift', Shifted, timeout, half=half)
 
     def abort(self, timeout: float = 10.0) -> Reply[Done]:
         """Stop the running procedure and bring the strain to zero."""

@@ -34,15 +34,14 @@ DECAY = 1e-7
 """Of the waves in time, which tells those that go on from those that come back."""
 
 WAYS = {
-    'one wall, 25 cells a level': (25, None, False),
-    'one wall, 9': (9, None, False),
-    'any level, 25 (kicks)': (25, 1, False),
-    'every second level, 9 (at rest)': (9, 2, False),
-    'odd distances from 3 on, 9 (shifting)': (9, 3, True),
+    'one wall, 25 cells a level': (25, None),
+    'one wall, 9': (9, None),
+    'any level, 25 (kicks)': (25, 1),
+    'every second level, 9 (at rest)': (9, 2),
 }
-"""Cells a level, least distance in levels, and whether distances are odd, by what is written."""
+"""Cells a level, and least distance in levels, by what is written."""
 
-SHIPPED = ('case_2', 'byte', 'register_4', 'register_5', 'register_8')
+SHIPPED = ('case_2', 'byte', 'register_4', 'register_5')
 
 MOST = 1500
 """Longest element, in cells."""
@@ -96,18 +95,18 @@ def compute(quality: Quality) -> Data:
     }
 
 
-def _bits(N: int, J: int, distance: int | None, odd: bool) -> float:
+def _bits(N: int, J: int, distance: int | None) -> float:
     """Return the bits of an element of so many cells, with a level every J."""
     levels = max(1, N // J - 1)
     if distance is None:
         return math.log2(levels + 1)
-    return math.log2(Code(levels, distance, odd).words)
+    return math.log2(Code(levels, distance).words)
 
 
 def _shipped(name: str) -> tuple[float, float]:
     design, settings = preset(name)
-    spacing, odd = settings.register.spacing, settings.register.shifted
-    words = Code(design.levels, spacing, odd).words if spacing else design.levels
+    spacing = settings.register.spacing
+    words = Code(design.levels, spacing).words if spacing else design.levels
     return float(design.N), math.log2(words)
 
 
@@ -124,13 +123,13 @@ def draw(data: Data) -> Any:
     mirror.set(xlabel=r'carrier $\omega_c$', ylabel='amplitude that comes back', ylim=(1e-3, 1.0))
     mirror.legend(loc='upper center')
     style.label(mirror, 'a', 'a wall at level 3 as a mirror')
-    colors = (style.FAINT, style.FAINT, style.INK, style.S1, style.S2)
+    colors = (style.FAINT, style.FAINT, style.INK, style.S1)
     for (name, (J, *_)), bits, color in zip(WAYS.items(), data['bits'], colors, strict=True):
         dashed = '--' if J == 9 and color == style.FAINT else '-'
         room.loglog(data['cells'], bits, color=color, ls=dashed, label=name)
     for name, (N, bits) in zip(SHIPPED, data['shipped'], strict=True):
         room.plot(N, bits, 'o', color=style.MARK, ms=4)
-        left = name in ('register_4', 'register_8')
+        left = name == 'register_4'
         style.note(
             room, name, (N, bits), (-6, 3) if left else (6, -9), ha='right' if left else 'left'
         )

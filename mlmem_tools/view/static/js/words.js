@@ -4,10 +4,8 @@
 // A code is that of mlmem_ros.device.register.Code: `tops` has how many words have each level as their highest, as texts.
 
 /** Return the levels of which the next wall below one may have any, the lowest first. */
-function below(level, { spacing, odd }) {
-  const found = [];
-  for (let other = level - spacing; other >= 0; other -= odd ? 2 : 1) found.unshift(other);
-  return found;
+function below(level, { spacing }) {
+  return [...Array(Math.max(0, level - spacing + 1)).keys()];
 }
 
 /** Return the levels of a word, a number or a text, the lowest first. */
