@@ -136,8 +136,7 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
             begun += not isinstance(command, NO_END)
         all_ended()
     recorded = [ending(values) for _, values in session.outcomes]
-    lost = [*session.lost, *(f'{each} were altered' for each in session.altered)]
-    return Played(ended, recorded, lost, hints)
+    return Played(ended, recorded, session.lost, hints)
 
 
 def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:

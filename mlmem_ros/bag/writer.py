@@ -15,7 +15,7 @@ from typing import IO, cast
 from mcap.writer import LIBRARY_IDENTIFIER, IndexType, Writer
 
 from .. import durable
-from . import digest, jazzy
+from . import jazzy
 from .contents import (
     FILE_NAME,
     LIBRARY,
@@ -150,7 +150,6 @@ class BagWriter:
         max_bytes: int = 0,
         max_duration: float = 0.0,
         custom_data: Mapping[str, str] | None = None,
-        digests: str = '',
     ) -> None:
         """Create the bag.
 
@@ -161,7 +160,6 @@ class BagWriter:
             max_duration: Begin a new file once the current one spans this many seconds of
                 log time; 0 never does.
             custom_data: What ``metadata.yaml`` stores for the application.
-            digests: Name of the topic for hashes over all messages, see `digest`; empty: none.
 
         Raises:
             BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, the path
@@ -185,12 +183,6 @@ class BagWriter:
         self._metadata(root=True)  # refuses bad custom data before anything is created
         self._create_directory()
         self._open_file()
-        self._digests: _Channel | None = None
-        self._running = digest.Running()
-        self._latest = 0
-        if digests:
-            self.add_topic(digests, digest.TYPE)
-            self._digests = self._channels[digests]
 
     def __enter__(self) -> BagWriter:
         return self
@@ -276,7 +268,6 @@ class BagWriter:
         self._require_open()
         if self.unsynced:
             with self._storage():
-                self._put_digest()
                 self._file.sync()
                 self._write_metadata()
         self.unsynced = False
@@ -292,7 +283,6 @@ class BagWriter:
         try:
             if self._error is None:
                 with self._storage():
-                    self._put_digest(closed=True)
                     self._close_file()
                     self._write_metadata()
         finally:
@@ -348,19 +338,9 @@ class BagWriter:
         self._file.write(channel.id, cdr, log_time, publish_time)
         self._files[-1].add(log_time)
         channel.message_count += 1
-        self._latest = log_time
-        if channel is not self._digests:
-            self._running.add(channel.info, log_time, cdr)
         if channel.latch:
             channel.last = cdr, publish_time
         self.unsynced = True
-
-    def _put_digest(self, closed: bool = False) -> None:
-        """Write what makes any later change of the messages since the last one noticed."""
-        if self._digests is not None and self.message_count:
-            due = self._running.digest(closed)
-            self._put(self._digests, digest.message(due), self._latest, self._latest)
-            self._running.go_on(due)
 
     def _split_is_due(self, log_time: int) -> bool:
         newest = self._files[-1]

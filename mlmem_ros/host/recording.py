@@ -279,7 +279,6 @@ def opened(
         path,
         max_bytes=settings.max_bytes,
         max_duration=settings.max_duration,
-        digests=own(plan, records.DIGEST),
     )
     for topic in plan.topics:
         qos = offered(topic.qos.reliability, topic.qos.durability)

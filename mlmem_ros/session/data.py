@@ -13,20 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bag import digest
 from ..bag.contents import LOST, Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import calls, topics
 from ..contract.commands import OF_TOPIC, Make, NoCommand
-from ..contract.values import SHOT_HEAD, numbers
+from ..contract.values import SHOT_HEAD
 from ..described import short_repr
 from ..device import Command, End, Refused, Settings, Shot
 from ..device.instrument import Units
 from ..physics import Design
 from .records import (
     COMMAND,
-    DIGEST,
     DROPPED,
     HEADER,
     STATE_HASH,
@@ -38,7 +36,6 @@ from .records import (
     read_header,
     read_state_hash,
 )
-from .streams import START, StreamMessage
 
 Array = NDArray[np.float64]
 
@@ -78,8 +75,6 @@ class SessionData:
         end_displacement: Displacement of the substrate's end in metres.
         contents: What the content was, in words: seconds, text, and its keys and values.
         lost: What cannot be read, or was dropped from the recording: one line each.
-        altered: What is not as it was recorded, by the digests of the bag: one line each.
-        streams: Numbers of the streams that a replay compares, by topic; see `streams`.
     """
 
     node: str
@@ -97,8 +92,6 @@ class SessionData:
     contents: list[tuple[float, str, dict[str, str]]] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
-    altered: list[str] = field(default_factory=list)
-    streams: dict[str, list[StreamMessage]] = field(default_factory=dict)
 
     @property
     def design(self) -> Design:
@@ -168,11 +161,7 @@ def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
             if message.type != kind:
                 raise BagError(f'the type must be {kind}; got {short_repr(message.type)}')
             handler(seconds, reader.deserialize(message))
-    found = digest.Findings()
-    if session.header is not None and session.header.format > 1:
-        found = digest.check(reader, f'{node}/{DIGEST}')
-    session.lost = [*(list(_lost(reader, node)) or found.lost), *collector.dropped()]
-    session.altered = found.altered
+    session.lost = [*_lost(reader, node), *collector.dropped()]
     return session
 
 
@@ -187,7 +176,6 @@ class _Collector:
         self._session = session
         self._level_is_due = False  # for the last echo
         self._dropped = 0
-        self._hashed = START
 
     def handlers(self) -> dict[str, tuple[str, Handler]]:
         """Return the type and the handler of every topic below the node's name."""
@@ -205,8 +193,6 @@ class _Collector:
                     (topics.WAVEFORM, self._waveform),
                     (topics.LEVEL, self._level),
                     (topics.CONTENT, self._content),
-                    (topics.RANGE, self._range),
-                    (topics.WALL, self._wall),
                     (topics.OUTCOME, self._outcome),
                     *((topic, self._command(OF_TOPIC[topic.name])) for topic in topics.COMMANDS),
                 )
@@ -226,7 +212,6 @@ class _Collector:
 
     def _hash(self, _: float, message: Any) -> None:
         self._session.hashes.append(read_state_hash(message.data))
-        self._hashed = self._session.hashes[-1].tick
 
     def _field(self, seconds: float, message: Any) -> None:
         configuration = np.asarray(message.data, dtype=np.float32)
@@ -235,22 +220,10 @@ class _Collector:
             raise BagError(f'data must have {len(known[0])} cells; got {len(configuration)}')
         self._session.field_time.append(seconds)
         known.append(configuration)
-        self._stream(topics.FIELD, configuration)
-
-    def _range(self, _: float, message: Any) -> None:
-        self._stream(topics.RANGE, [message.range])
-
-    def _wall(self, _: float, message: Any) -> None:
-        self._stream(topics.WALL, message.data)
-
-    def _stream(self, topic: topics.Topic, content: Any) -> None:
-        self._session.streams.setdefault(topic.name, []).append((self._hashed, content))
 
     def _joint_states(self, seconds: float, message: Any) -> None:
         self._session.end_displacement.append(calls.displacement(message))
         self._session.strain_time.append(seconds)
-        parts = message.position, message.velocity, message.effort
-        self._stream(topics.JOINT_STATES, np.concatenate(parts))
 
     def _echo(self, seconds: float, message: Any) -> None:
         t, v_m, v_c = calls.echo(message)
@@ -260,10 +233,8 @@ class _Collector:
     def _waveform(self, _: float, message: Any) -> None:
         shot = _shot(np.asarray(message.data, dtype=np.float64), message.layout.data_offset)
         self._session.shots.append(shot)
-        self._stream(topics.WAVEFORM, numbers(shot))
 
     def _level(self, _: float, message: Any) -> None:
-        self._stream(topics.LEVEL, [message.data])
         self._set_level(int(message.data))
 
     def _set_level(self, level: int) -> None:
@@ -275,14 +246,12 @@ class _Collector:
     def _content(self, seconds: float, message: Any) -> None:
         values = calls.values_of(message)
         self._session.contents.append((seconds, message.message, values))
-        self._stream(topics.CONTENT, (message.message, values))
 
     def _outcome(self, seconds: float, message: Any) -> None:
         values = calls.values_of(message)
         if _is_decoded(values):  # from the echo just before
             self._set_level(calls.level_of(values))
         self._session.outcomes.append((seconds, values))
-        self._stream(topics.OUTCOME, (message.message, values))
         self._level_is_due = False
 
     def _count_dropped(self, _: float, message: Any) -> None:

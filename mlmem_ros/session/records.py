@@ -28,7 +28,6 @@ from ..device.drivers import steps_per_tick
 from ..outside import ANY, DecodeError, decode, from_json
 from ..physics import ARITHMETIC, Design, Specimen
 from ..physics.potential import Array
-from .streams import PERIODIC
 
 FORMAT = 2
 """Version of this format; sessions of format 1 have no digests."""
@@ -37,7 +36,6 @@ HEADER = 'session'
 COMMAND = 'session/command'
 STATE_HASH = 'session/state_hash'
 DROPPED = 'session/dropped'
-DIGEST = 'session/digest'
 """Topics of a session below the node's name, besides those that the node publishes."""
 
 STRING = 'std_msgs/msg/String'
@@ -149,7 +147,7 @@ class Header:
             raise ValueError(f'settings: {error}') from error
         if self.forecast:
             self.forecast.check(self.design.levels)
-        _ = self.hash_every, self.publish_every
+        _ = self.hash_every
 
     @property
     def made(self) -> Specimen:
@@ -159,20 +157,8 @@ class Header:
     @property
     def hash_every(self) -> int:
         """Ticks between two hashes."""
-        return self._ticks('record.hash_every', 500, 1, MOST_HASH_EVERY)
-
-    @property
-    def publish_every(self) -> Mapping[str, int]:
-        """Ticks between two messages of a periodic stream, by topic; 0: never."""
-        return {
-            topic.name: self._ticks(topic.interval, 0, 0, 10**6)
-            for topic in PERIODIC
-            if topic.interval in self.parameters
-        }
-
-    def _ticks(self, name: str, default: int, low: int, high: int) -> int:
-        given = Description('', low=low, high=high)
-        return int(decode(int, self.parameters.get(name, default), name, given))
+        name, given = 'record.hash_every', Description('', low=1, high=MOST_HASH_EVERY)
+        return int(decode(int, self.parameters.get(name, 500), name, given))
 
     @property
     def simulated(self) -> bool:

@@ -5,18 +5,23 @@
 from __future__ import annotations
 
 import itertools
+import math
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from ..bag.errors import BagError
+from ..contract import topics, values
+from ..contract.answers import ended
 from ..device import (
     Calibration,
     Command,
     DelayTable,
     EchoReceived,
+    Event,
     MemoryElement,
     Outcome,
     Refused,
@@ -27,8 +32,7 @@ from ..device.instrument import LONGEST_RUN
 from ..physics import StateError
 from .data import SessionData
 from .records import MOST_HASH_EVERY, Header, StateHash, naming, versions
-from .report import Difference, ReplayReport, ending
-from .streams import START, Streams
+from .report import ComparedEvents, Difference, ReplayReport, ending
 
 Progress = Callable[[int, int], None]
 """Called periodically with the ticks done and the ticks to do."""
@@ -40,6 +44,15 @@ PROGRESS_EVERY = 500
 """Ticks between two calls of a progress callback."""
 
 
+CONTENTS: dict[topics.Topic, Callable[[Any], Any]] = {
+    topics.ECHO: lambda echo: np.stack((echo.t, echo.v_m, echo.v_c)).astype(np.float32),
+    topics.WAVEFORM: values.numbers,
+    topics.OUTCOME: lambda outcome: values.texts(ended(outcome)),
+    topics.CONTENT: values.content,
+}
+"""What is compared of the events on each topic: numbers, or texts."""
+
+
 def element_of(session: SessionData) -> MemoryElement:
     """Return the device of a session in the state where the session began.
 
@@ -49,8 +62,7 @@ def element_of(session: SessionData) -> MemoryElement:
     header = session.require_header()
     if not header.simulated:
         raise BagError(
-            'a session of a real element cannot be replayed, since its state is unknown; '
-            'mlmem inspect decodes its echoes again'
+            'a session of a real element cannot be replayed, since its state is unknown'
         )
     unknown = DelayTable(tuple(float(level) for level in range(header.design.levels)))
     with naming('the initial state in the session header'):
@@ -68,7 +80,7 @@ def element_of(session: SessionData) -> MemoryElement:
 
 
 def replay(session: SessionData, progress: Progress | None = None) -> ReplayReport:
-    """Run a session again and compare states, echoes and levels.
+    """Run a session again and compare states, levels and events.
 
     Raises:
         BagError: The header is missing or invalid, the records are implausible, or the material
@@ -80,8 +92,7 @@ def replay(session: SessionData, progress: Progress | None = None) -> ReplayRepo
     player = _Player(element, report, session)
     silence = longest_silence(header)
     player.play(session.stamped, last_tick(session, element.ticks, silence), progress)
-    # A killed recorder leaves no hash at the end.
-    player.finish(session, ticks=silence)
+    player.reach_recorded_events(header.hash_every)  # a killed recorder leaves no hash at the end
     return report
 
 
@@ -109,7 +120,7 @@ def replay_commands(
         )
     stamped = [(first + round(time / tick_seconds), given) for time, given in session.commands]
     player.play(stamped, max([first, *(tick + 1 for tick, _ in stamped)]), progress)
-    player.finish()
+    player.finish_procedure()
     return report
 
 
@@ -119,19 +130,12 @@ class _Player:
     def __init__(self, element: MemoryElement, report: ReplayReport, session: SessionData) -> None:
         self._element = element
         self._report = report
-        self._echoes = session.echoes
+        self._events = _recorded_events(session, texts=not report.other_build)
         self._hashes = {recorded.tick: recorded for recorded in session.hashes}
         self._stops = sorted(self._hashes)
-        self._streams: Streams | None = None
-        if (header := session.header) is not None:
-            self._streams = Streams(
-                session.streams,
-                header.publish_every,
-                report.streams,
-                last_hash=max(self._hashes, default=START),
-                whole=report.whole,
-                texts=not report.other_build,
-            )
+        report.events = {
+            topic.name: ComparedEvents(len(recorded)) for topic, recorded in self._events.items()
+        }
 
     def play(
         self, stamped: Sequence[tuple[int, Command]], last: int, progress: Progress | None
@@ -153,18 +157,18 @@ class _Player:
                 reported = now
                 progress(now - first, last - first)
 
-    def finish(self, session: SessionData | None = None, ticks: int = MOST_TICKS) -> None:
-        """Advance until the running procedure has ended, or all echoes of a session have been
-        received; at most so many ticks.
-        """
-        last = self._element.ticks + ticks
+    def finish_procedure(self) -> None:
+        """Advance until the running procedure has ended."""
+        last = self._element.ticks + MOST_TICKS
         while self._element.procedure and self._element.ticks < last:
-            report = self._report
-            if session and (
-                len(report.levels) >= len(session.echoes)
-                and len(report.outcomes) >= len(session.outcomes)
-            ):
-                return
+            self._run(last)
+
+    def reach_recorded_events(self, ticks: int) -> None:
+        """Advance until all recorded events were computed, at most so many ticks."""
+        last = self._element.ticks + ticks
+        while self._element.ticks < last and any(
+            each.compared < each.recorded for each in self._report.events.values()
+        ):
             self._run(last)
 
     def _apply(self, given: Command) -> None:
@@ -179,20 +183,17 @@ class _Player:
         begun = self._element.ticks
         place = bisect_right(self._stops, begun)
         stop = min([last, *self._stops[place : place + 1]])
-        if self._streams is not None:
-            stop = min(stop, begun + self._streams.until_due(begun))
         try:
             events = self._element.advance(min(LONGEST_RUN, stop - begun))
         except (StateError, ArithmeticError) as error:
             raise BagError(f'tick {self._element.ticks} cannot be replayed: {error}') from error
         for event in events:
             if isinstance(event, EchoReceived):
-                self._compare_echo(event)
+                self._report.levels.append(event.reading.level)
             elif isinstance(event, Outcome):
                 self._report.outcomes.append(event)
+            self._compare_event(event)
         self._report.ticks += self._element.ticks - begun
-        if self._streams is not None:
-            self._streams.tick(self._element, events)
         self._look()
 
     def _look(self) -> None:
@@ -201,25 +202,20 @@ class _Player:
         if recorded is not None:
             self._compare_state(recorded)
 
-    def _compare_echo(self, event: EchoReceived) -> None:
-        index = len(self._report.levels)
-        self._report.levels.append(event.reading.level)
-        if index >= len(self._echoes):
-            return
-        recorded, echo = self._echoes[index], event.echo
-        there = np.stack((recorded.t, recorded.v_m, recorded.v_c))
-        here = np.stack((echo.t, echo.v_m, echo.v_c)).astype(np.float32)  # as it was published
-        if here.shape != there.shape:
-            self._report.other_echoes += 1
-            return
-        difference = float(np.abs(here - there).max())
-        self._report.equal_echoes += difference == 0.0
-        self._report.echo_difference = max(self._report.echo_difference, difference)
+    def _compare_event(self, event: Event) -> None:
+        """Compare what an event publishes with the next of the recording on each topic."""
+        for topic, content in values.published(event, self._element).items():
+            compared = self._report.events.get(topic.name)
+            if compared is None or compared.compared == compared.recorded:
+                continue
+            recorded = self._events[topic][compared.compared]
+            difference = difference_of(recorded, CONTENTS[topic](content))
+            compared.compared += 1
+            compared.equal += difference == 0.0
+            compared.difference = max(compared.difference, difference)
 
     def _compare_state(self, recorded: StateHash) -> None:
         self._report.hashes += 1
-        if self._streams is not None:
-            self._streams.hashed(recorded.tick)
         if snapshot.digest(self._element) == recorded.hash:
             self._report.equal_hashes += 1
             return
@@ -229,13 +225,41 @@ class _Player:
             self._report.difference = Difference(self._element.ticks, by)
 
 
+def _recorded_events(session: SessionData, texts: bool) -> dict[topics.Topic, list[Any]]:
+    """Return the recorded contents of the topics that have events.
+
+    Args:
+        texts: Whether to return texts, which another build may word or round otherwise.
+    """
+    found: dict[topics.Topic, list[Any]] = {
+        topics.ECHO: [np.stack((echo.t, echo.v_m, echo.v_c)) for echo in session.echoes],
+        topics.WAVEFORM: [values.numbers(shot) for shot in session.shots],
+    }
+    if texts:
+        found[topics.OUTCOME] = [dict(each) for _, each in session.outcomes]
+        found[topics.CONTENT] = [(text, each) for _, text, each in session.contents]
+    return {topic: recorded for topic, recorded in found.items() if recorded}
+
+
+def difference_of(recorded: Any, computed: Any) -> float:
+    """Return the greatest difference of numbers; infinite for other texts or another shape."""
+    if not isinstance(recorded, np.ndarray):
+        return 0.0 if recorded == computed else math.inf
+    if recorded.shape != computed.shape:
+        return math.inf
+    if np.array_equal(recorded, computed, equal_nan=True):
+        return 0.0
+    with np.errstate(invalid='ignore'):
+        difference = float(np.abs(recorded - computed).max())
+    return math.inf if math.isnan(difference) else difference
+
+
 def _report_of(session: SessionData) -> ReplayReport:
     """Return a report that holds only what was recorded and what is missing."""
     return ReplayReport(
         recorded_levels=[echo.level for echo in session.echoes],
         recorded_endings=[ending(values) for _, values in session.outcomes],
         lost=session.lost,
-        altered=session.altered,
     )
 
 

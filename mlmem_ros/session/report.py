@@ -12,7 +12,33 @@ from ..bag.contents import NOT_CLOSED
 from ..contract.answers import ended
 from ..device import BLANK, UNDECODABLE, Outcome
 from ..procedures import WIDE
-from .streams import ROUNDING, Compared
+
+ROUNDING = 1e-6
+"""Greatest difference, in cells, that another build's rounding can cause.
+
+Rounding every displacement at every tick, by four times a processor's rounding, changes the golden
+sessions by less than 1e-12 cells. A greater difference has another cause.
+"""
+
+VERDICTS = {
+    'exact': 'exact: the same bits',
+    'agrees': 'the levels agree',
+    'nothing_to_compare': 'NOTHING TO COMPARE: the bag has neither ~/outcome, nor ~/echo and '
+    '~/level, nor states of a session',
+    'incomplete': 'NOT WHOLE: part of the recording is lost, perhaps with commands, and what '
+    'remains does not replay to what was recorded',
+    'levels_differ': 'THE LEVELS DIFFER from those that were recorded',
+    'commands_rejected': 'THE BITS DIFFER, commands that took effect are refused; all levels '
+    'agree',
+    'states_differ': 'THE BITS DIFFER by more than rounding: design, settings or commands are not '
+    'the recorded ones; all levels agree',
+    'events_differ': 'THE EVENTS DIFFER from what the states give',
+    'rounding_differs': 'THE BITS DIFFER; all levels agree',
+}
+"""The verdicts of a replay, by their codes."""
+
+ROUNDED = f'the levels agree, and the bits but for rounding (less than {ROUNDING:g} cells)'
+"""The verdict `agrees` on another build."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +55,33 @@ class Difference:
 
 
 @dataclass
+class ComparedEvents:
+    """How the recorded events of one topic agree with those that the replay computes, in order.
+
+    Attributes:
+        recorded: Events recorded.
+        compared: Those for which the replay has computed one.
+        equal: Those that are the same to the bit.
+        difference: Greatest difference of a number, infinite if there are more or fewer numbers.
+    """
+
+    recorded: int = 0
+    compared: int = 0
+    equal: int = 0
+    difference: float = 0.0
+
+    @property
+    def exact(self) -> bool:
+        """Whether every recorded event was computed again to the bit."""
+        return self.equal == self.recorded
+
+    @property
+    def rounded(self) -> bool:
+        """Whether every recorded event was computed again up to another build's rounding."""
+        return self.compared == self.recorded and self.difference <= ROUNDING
+
+
+@dataclass
 class ReplayReport:
     """Result of a replay.
 
@@ -39,13 +92,9 @@ class ReplayReport:
         state_difference: Greatest difference of a displacement at any of them, in cells.
         levels: Levels decoded by the replay, in order.
         recorded_levels: Recorded levels, by echo; None where there was none.
-        equal_echoes: Recorded echoes that the replay reproduced bit for bit.
-        echo_difference: Greatest difference between a recorded and a replayed echo, in cells.
-        other_echoes: Recorded echoes with another number of samples than the replayed ones.
         recorded_endings: How they ended in the recording; see `ending`.
-        streams: How the published streams of a session agree, by topic.
+        events: How the recorded events agree, by topic.
         lost: What is missing from the recording, one line each.
-        altered: What is not as it was recorded, one line each.
         foreign: Whether another recorder wrote the bag: then levels are compared, not bits.
         other_build: Differences in the versions that the bits may depend on.
     """
@@ -59,14 +108,10 @@ class ReplayReport:
     state_difference: float = 0.0
     levels: list[int] = field(default_factory=list)
     recorded_levels: Sequence[int | None] = ()
-    equal_echoes: int = 0
-    echo_difference: float = 0.0
-    other_echoes: int = 0
     outcomes: list[Outcome] = field(default_factory=list)
     recorded_endings: Sequence[str] = ()
-    streams: dict[str, Compared] = field(default_factory=dict)
+    events: dict[str, ComparedEvents] = field(default_factory=dict)
     lost: Sequence[str] = ()
-    altered: Sequence[str] = ()
     foreign: bool = False
     other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
 
@@ -93,22 +138,16 @@ class ReplayReport:
 
     @property
     def exact(self) -> bool:
-        """Whether all recorded states, echoes, levels and streams are the same to the bit."""
-        same = self.difference is None and self.echo_difference == 0.0 and not self.other_echoes
-        return same and self.levels_agree and all(each.exact for each in self.streams.values())
+        """Whether all recorded states, levels and events are the same to the bit."""
+        same = self.difference is None and self.levels_agree
+        return same and all(each.exact for each in self.events.values())
 
     @property
-    def rounded(self) -> bool:
-        """Whether states and echoes differ by no more than another build's rounding."""
-        difference = max(self.state_difference, self.echo_difference)
-        return difference <= ROUNDING and not self.other_echoes
-
-    @property
-    def other_streams(self) -> list[str]:
-        """The streams that differ by more than the build explains."""
+    def other_events(self) -> list[str]:
+        """The topics whose events differ by more than the build explains."""
         return [
             f'~/{name}'
-            for name, each in self.streams.items()
+            for name, each in self.events.items()
             if not (each.exact or (self.other_build and each.rounded))
         ]
 
@@ -116,13 +155,15 @@ class ReplayReport:
     def passed(self) -> bool:
         """Whether there was something to compare, and all of it agrees as guaranteed.
 
-        Levels must always agree; a session's states and echoes to the bit on the build that
-        recorded it, and to rounding on another. Nothing may have been altered since.
+        Levels must always agree; a session's states and events to the bit on the build that
+        recorded it, and to rounding on another.
         """
-        if self.altered or not self.compared or not self.levels_agree:
+        if not self.compared or not self.levels_agree:
             return False
-        close = self.exact or (bool(self.other_build) and self.rounded and not self.other_streams)
-        return self.foreign or (close and not self.refused)
+        states = self.difference is None or (
+            bool(self.other_build) and self.state_difference <= ROUNDING
+        )
+        return self.foreign or (states and not self.other_events and not self.refused)
 
     @property
     def whole(self) -> bool:
@@ -130,39 +171,41 @@ class ReplayReport:
         return not self.lost
 
     @property
+    def code(self) -> str:
+        """The verdict as one of the keys of `VERDICTS`."""
+        if not self.compared:
+            return 'nothing_to_compare'
+        if self.passed:
+            return 'exact' if self.exact and not self.foreign else 'agrees'
+        if any(NOT_CLOSED not in line for line in self.lost):
+            return 'incomplete'
+        if not self.levels_agree:
+            return 'levels_differ'
+        if self.refused:
+            return 'commands_rejected'
+        if self.state_difference > ROUNDING:
+            return 'states_differ'
+        return 'events_differ' if self.other_events else 'rounding_differs'
+
+    @property
     def verdict(self) -> str:
         """The verdict in one sentence, with any reason against it in capitals."""
-        if not self.compared:
-            return (
-                'NOTHING TO COMPARE: the bag has neither ~/outcome, nor ~/echo and ~/level, '
-                'nor states of a session'
-            )
-        if not self.levels_agree:
-            return 'THE LEVELS DIFFER from those that were recorded'
-        if self.altered:
-            return f'ALTERED since it was recorded: {self.altered[0]}'
-        if not self.passed:
-            if self.rounded and not self.refused and (streams := self.other_streams):
-                return f'THE STREAMS DIFFER from what the states give: {", ".join(streams)}'
-            return f'THE BITS DIFFER{self._beyond}; all levels agree'
-        agree = 'the levels agree'
-        if not self.foreign:
-            other = (
-                f'the levels agree, and the bits but for rounding (less than {ROUNDING:g} cells)'
-            )
-            agree = 'exact: the same bits' if self.exact else other
-        return remains(self.lost) + agree
+        if self.passed:
+            agree = VERDICTS[self.code] if self.exact or self.foreign else ROUNDED
+            return remains(self.lost) + agree
+        listed = f': {", ".join(self.other_events)}' if self.code == 'events_differ' else ''
+        return VERDICTS[self.code] + listed
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report as plain values, for programs."""
         return {
             'verdict': self.verdict,
+            'code': self.code,
             'passed': self.passed,
             'whole': self.whole,
             'exact': self.exact,
             'foreign': self.foreign,
             'lost': list(self.lost),
-            'altered': list(self.altered),
             'ticks': self.ticks,
             'commands': self.commands,
             'refused': self.refused,
@@ -171,23 +214,11 @@ class ReplayReport:
                 'greatest_difference': self.state_difference,
                 'first_difference': self.difference and self.difference.tick,
             },
-            'echoes': {
-                'recorded': len(self.recorded_levels), 'equal': self.equal_echoes,
-                'greatest_difference': self.echo_difference, 'other_length': self.other_echoes,
-            },
-            'streams': {name: asdict(each) for name, each in self.streams.items()},
+            'events': {name: asdict(each) for name, each in self.events.items()},
             'levels': {'recorded': list(self.recorded_levels), 'replayed': self.levels},
             'procedures': {'recorded': list(self.recorded_endings), 'replayed': self.endings},
             'other_build': {name: list(pair) for name, pair in self.other_build.items()},
         }  # fmt: skip
-
-    @property
-    def _beyond(self) -> str:
-        if self.refused:
-            return ', commands that took effect are refused'
-        if self.rounded:
-            return ''
-        return ' by more than rounding: design, settings or commands are not the recorded ones'
 
 
 def remains(lost: Sequence[str]) -> str:

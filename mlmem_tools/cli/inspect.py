@@ -53,7 +53,7 @@ def inspect(arguments: argparse.Namespace) -> int:
         else:
             reader = BagReader(arguments.bag)
             found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
-            whole = found['agree'] and not found['lost'] and not found['altered']
+            whole = found['agree'] and not found['lost']
     except BagError as error:
         return complain('inspect', error, 2)
     if arguments.json:
@@ -110,7 +110,6 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
 def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
-    from rich.text import Text
 
     from mlmem_ros.session.data import load
     from mlmem_ros.session.records import as_dict
@@ -124,8 +123,6 @@ def _inspect_session(
         console.print(
             printable(f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
         )
-    for each in session.altered:
-        console.print(Text('altered  ', 'red'), printable(each), sep='')
     _list_commands(console, session)
     _list_procedures(console, session)
     _list_unknown(console, session)
@@ -145,7 +142,6 @@ def _inspect_session(
         ],
         'echoes': echoes,
         'agree': all(echo['agrees'] for echo in echoes),
-        'altered': session.altered,
         'picture': picture,
     }
 

@@ -115,7 +115,6 @@ def describe(report: ReplayReport) -> list[str]:
     lines = [f'replayed    {report.ticks} ticks, {report.commands} commands']
     lines += [f'refused     at {refusal}' for refusal in report.refused]
     lines += [f'lost        {loss}' for loss in report.lost]
-    lines += [f'altered     {each}' for each in report.altered]
     for name, (then, here) in report.other_build.items():
         lines.append(f'build       {name} was {then}, is {here}')
     if report.hashes:
@@ -126,18 +125,14 @@ def describe(report: ReplayReport) -> list[str]:
                 f'{report.difference.by:.3g} cells, greatest {report.state_difference:.3g}'
             )
         lines.append(line)
-    if echoes := len(report.recorded_levels):
-        line = f'echoes      {report.equal_echoes} of {echoes} equal'
-        if report.equal_echoes < echoes:
-            line += f', greatest difference {report.echo_difference:.3g} cells'
-        if report.other_echoes:
-            line += f', {report.other_echoes} with another number of samples'
-        if silent := echoes - min(echoes, len(report.levels)):
-            line += f', {silent} missing in the replay'
+    if report.events:
+        events = [
+            f'~/{name} {each.equal} of {each.recorded}' for name, each in report.events.items()
+        ]
+        line = f'events      {", ".join(events)} equal'
+        if differences := [each.difference for each in report.events.values() if each.difference]:
+            line += f'; greatest difference {max(differences):.3g} cells'
         lines.append(line)
-    if report.streams:
-        streams = [f'~/{name} {each}' for name, each in report.streams.items()]
-        lines.append(f'streams     {", ".join(streams)} equal')
     lines += _compared('levels', report.recorded_levels, report.levels)
     lines += _compared('procedures', report.recorded_endings, report.endings)
     return [*lines, report.verdict]

@@ -105,7 +105,7 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
     assert found['/mlmem/content'][2]['message'].startswith('unknown since tick ')
     report = replay(load(bag))
     assert report.exact
-    assert report.streams['content'].equal == report.streams['level'].equal == 4
+    assert report.events['content'].equal == report.events['content'].recorded == 4
     assert report.hashes >= 10
     assert report.levels == [-1, 1, 1, 1, 1]  # a wall is heard from both ends
     assert len(heard['echo']) == ECHOES

@@ -3,10 +3,16 @@
 """A session recorded without a node replays to the bit."""
 
 import json
+import random
+import shutil
+from pathlib import Path
 
 import pytest
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+from sampled import sampled
 
 from mlmem_ros import __version__
+from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.device import Faults, Refused, SetFaults, SetStrain, Write, new_element
@@ -77,3 +83,45 @@ def test_no_session_begins_in_the_middle_of_a_procedure():
     element.advance()
     with pytest.raises(Refused):
         records.header(element, NODE, {})
+
+
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_session_copied_by_another_tool_replays(recorded, tmp_path, storage):
+    writing = Writer(tmp_path / 'copy', version=9, storage_plugin=storage)
+    with Reader(tmp_path / 'bag') as reader, writing as writer:
+        copies = {
+            each.id: writer.add_connection(
+                each.topic, each.msgtype, msgdef=each.msgdef.data, rihs01=each.digest
+            )
+            for each in reader.connections
+        }
+        for each, time, cdr in reader.messages():
+            writer.write(copies[each.id], time, cdr)
+    found = load(tmp_path / 'copy')
+    assert found.lost == []
+    assert replay(found).exact
+
+
+@pytest.mark.parametrize(
+    ('name', 'count'),
+    sampled(
+        [('bag_0.mcap', 50), ('metadata.yaml', 20), ('bag_0.mcap', 2000), ('metadata.yaml', 500)],
+        lambda each: each[1] < 100,
+    ),
+)
+def test_session_with_a_flipped_bit_is_not_whole(recorded, tmp_path, name, count):
+    """The CRCs of the file and its copy of `metadata.yaml` cover every byte."""
+    copy = Path(shutil.copytree(tmp_path / 'bag', tmp_path / 'copy'))
+    whole = (copy / name).read_bytes()
+    chance = random.Random(1)
+    # the end of a file has many lengths and offsets
+    ends = range(len(whole) - 40, len(whole), 1 if count >= 500 else 3)
+    for place in [*chance.sample(range(len(whole)), count), *ends]:
+        flipped = bytearray(whole)
+        flipped[place] ^= 1 << chance.randrange(8)
+        (copy / name).write_bytes(flipped)
+        try:
+            found = load(copy).lost
+        except BagError as error:
+            found = [str(error)]
+        assert found, f'byte {place} of {len(whole)}'

@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from mlmem_ros import element_file
-from mlmem_ros.bag import digest, jazzy, writer
+from mlmem_ros.bag import jazzy, writer
 from mlmem_ros.device import Read, new_element, preset, pulse_corrections, snapshot
 from mlmem_ros.host import design_check, state_file
 from mlmem_ros.physics import Specimen
@@ -66,9 +66,6 @@ def files_page() -> str:
         _keys(keys.SESSION[records.COMMAND], ['tick', 'kind', *arguments]),
         f'### `~/{records.STATE_HASH}`',
         _keys(keys.SESSION[records.STATE_HASH], hashed),
-        f'### `~/{records.DIGEST}`',
-        _about(digest),
-        _keys(keys.SESSION[records.DIGEST], dataclasses.asdict(digest.Digest())),
         '### Metadata',
         table(["key of a channel's metadata", 'meaning'], channel),
         table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),

@@ -13,7 +13,6 @@ TOPICS = {
     records.STATE_HASH: 'hashes of the state, every `record.hash_every` ticks; the last ends the '
     'session',
     records.DROPPED: 'running count of messages dropped from the recording (std_msgs/UInt64)',
-    records.DIGEST: 'hashes of all messages of the bag, one with every sync; the last closes it',
 }
 """Topics of a session below the node's name, besides those that the node publishes."""
 
@@ -42,13 +41,6 @@ SESSION = {
         'tick': 'ticks that the device has done',
         'hash': "BLAKE2b hash of the material's state and clock, 32 hexadecimal digits",
         'v': 'exact displacement of every cell, as hexadecimal numbers',
-    },
-    records.DIGEST: {
-        'number': 'digests before it',
-        'messages': 'messages since the one before',
-        'sha256': 'SHA-256 of the one before and of these messages: topic, type, log time, '
-        'length, bytes',
-        'closed': 'whether it ends the bag',
     },
 }
 """The JSON objects on them."""
