@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The doctor names problems and their cure, whatever is missing."""
 
+import errno
+import os
 import subprocess
 import sys
 from collections import namedtuple
@@ -10,7 +12,7 @@ import pytest
 
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import INTEGRATORS
+from mlmem_ros.physics import INTEGRATORS, jit
 from mlmem_tools.cli import checkup, doctor
 from mlmem_tools.cli.checkup import Diagnosis
 from mlmem_tools.cli.main import main
@@ -88,11 +90,25 @@ def test_where_ros_logs_go(tmp_path, monkeypatch):
     assert str(checkup.log_folder()) == '/home/robot/logs'
 
 
-def test_an_unwritable_compile_cache(monkeypatch, tmp_path):
-    assert checkup.check_compile_cache().verdict in (PASS, WARN)
-    monkeypatch.setattr(checkup, '_writable', lambda _: False)
+def full_disk(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize(
+    ('name', 'replaced', 'seen', 'advice'),
+    [
+        ('cache_folder', lambda _: None, 'Permission denied', 'NUMBA_CACHE_DIR'),
+        ('check_cache_space', full_disk, 'No space left on device', 'NUMBA_CACHE_DIR'),
+        ('torn_caches', lambda: ['solve.nbi'], 'torn: solve.nbi', 'mlmem doctor --warm'),
+    ],
+)
+def test_compile_cache_that_cannot_be_used_is_a_warning(name, replaced, seen, advice, monkeypatch):
+    assert checkup.check_compile_cache().verdict is PASS
+    monkeypatch.setattr(jit, name, replaced)
     found = checkup.check_compile_cache()
-    assert (found.verdict, 'NUMBA_CACHE_DIR' in found.advice) == (WARN, True)
+    assert found.verdict is WARN
+    assert seen in found.seen
+    assert advice in found.advice
 
 
 def test_without_ros_it_says_how_to_install_it(monkeypatch, capsys):

@@ -22,21 +22,21 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import inspect
+import logging
+import os
 import platform
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FunctionType
-from typing import Any, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast
 
 import llvmlite.binding
 import numba
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.dispatcher import Dispatcher
 
-from .. import packages
-
-packages.look('numba')
-
-from numba.core.caching import FunctionCache  # noqa: E402
-from numba.core.dispatcher import Dispatcher  # noqa: E402
+LOG = logging.getLogger(__name__)
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -48,6 +48,9 @@ ARITHMETIC = 'fused 2'
 
 SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 """How a loop is compiled."""
+
+CACHE_BYTES = 4 * 2**20
+"""Size that the cache of all loops may have."""
 
 WIDEST = '"prefer-vector-width"="512"'
 """Attribute of a function: on many AVX-512 processors LLVM uses half the width by default."""
@@ -63,7 +66,8 @@ def kernel(function: Function) -> Function:
     compiled: Any = numba.njit(**SETTINGS)(function)
     # Where neither the package nor a home folder is writable, it is compiled each time.
     with contextlib.suppress(RuntimeError):
-        compiled._cache = _Cache(cast(FunctionType, function))
+        compiled._cache = cache = _Cache(cast(FunctionType, function))
+        CACHES.append(cache)
     return cast(Function, compiled)
 
 
@@ -148,37 +152,118 @@ def cache_folder(compiled: Callable[..., Any]) -> Path | None:
     return None if path is None else Path(path)
 
 
+def torn_caches() -> list[str]:
+    """Return the names of the loops whose cache cannot be loaded."""
+    return [cache.files.index_name for cache in CACHES if cache.files.has_torn_file()]
+
+
+def check_cache_space(folder: Path, size: int = CACHE_BYTES) -> None:
+    """Write and remove a file as large as a full cache; raise `OSError` if that fails."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(bytes(size))
+
+
+CACHES: list[_Cache] = []
+"""Those of all loops loaded so far."""
+
+
+class _CacheFile(IndexDataCacheFile):
+    """The files of one loop's cache, which reach the disk before they get their names.
+
+    numba renames a file that may not be on the disk yet: a power cut then leaves an empty one.
+    """
+
+    @contextlib.contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[Any]:
+        with super()._open_for_write(filepath) as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+
+    def _load_index(self) -> Any:
+        """Return the index; empty if it names a type that has moved or gone."""
+        try:
+            return super()._load_index()  # type: ignore[no-untyped-call]
+        except (ImportError, AttributeError):
+            return {}
+
+    @property
+    def index_name(self) -> str:
+        """Name of the index."""
+        return Path(self._index_path).name
+
+    def has_torn_file(self) -> bool:
+        """Return whether the index, or machine code that it names, cannot be loaded."""
+        try:
+            for name in self._load_index().values():
+                with contextlib.suppress(FileNotFoundError):
+                    self._load_data(name)  # type: ignore[no-untyped-call]
+        except Exception:  # a torn pickle raises anything
+            return True
+        return False
+
+    def discard(self) -> None:
+        """Forget all machine code of the loop; without an index none of it is found."""
+        Path(self._index_path).unlink(missing_ok=True)
+
+
 class _Cache(FunctionCache):
-    """numba's disk cache, whose keys also cover the functions inlined into a loop and NUMBA_OPT.
+    """numba's disk cache, which a torn file or a full disk does not stop, and whose keys also
+    cover the functions inlined into a loop and NUMBA_OPT.
 
     numba itself checks only the loop's own file, and would keep using an outdated formula, or code
     that was not optimised. It also reads an index of types that another edition of this package or
     of a law named otherwise, and fails.
     """
 
+    full: ClassVar[set[str]] = set()  # folders that could not be written; each is reported once
+
     def __init__(self, function: FunctionType) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
         texts = (path.read_bytes() for path in sorted({Path(__file__), *_sources(function)}))
         self._digest = hashlib.sha256(b''.join(texts)).hexdigest()
-        index: Any = self._cache_file
-        self._read, index._load_index = index._load_index, self._index
+        stamp = self._impl.locator.get_source_stamp()
+        self.files = _CacheFile(self._cache_path, self._impl.filename_base, stamp)  # type: ignore[no-untyped-call]
+        self._cache_file = self.files
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return cached machine code, or None; a torn cache is discarded, so that the loop is
+        compiled anew.
+        """
+        try:
+            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except Exception as error:  # a torn pickle raises anything
+            self.files.discard()
+            name, why = self._py_func.__qualname__, f'{type(error).__name__} {error}'.strip()
+            LOG.warning('compiling %s anew: its cache cannot be loaded (%s)', name, why)
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Cache machine code; where that fails, warn once: the next start compiles it again."""
+        try:
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        except OSError as error:
+            if self.cache_path not in self.full:
+                self.full.add(self.cache_path)
+                LOG.warning(
+                    'compiled kernels cannot be cached in %s (%s): every start takes some seconds '
+                    'longer; free some space, or set NUMBA_CACHE_DIR',
+                    self.cache_path, error.strerror,
+                )  # fmt: skip
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
         laws = sorted({hashlib.sha256(text).hexdigest() for text in map(_text, _laws(sig))})
         return (*key, self._digest, *laws, int(cast(Any, numba.config).OPT))
 
-    def _index(self) -> dict[Any, Any]:
-        """Return the index; empty if it names a type that has moved or gone."""
-        try:
-            return dict(self._read())
-        except (ImportError, AttributeError):
-            return {}
-
     def holds(self, types: tuple[Any, ...], codegen: Any) -> bool:
         """Return whether machine code for these types is cached."""
-        kept = self._cache_file._load_index()  # type: ignore[no-untyped-call]
-        return self._index_key(types, codegen) in kept
+        key = self._index_key(types, codegen)
+        try:
+            return self.files.load(key) is not None  # type: ignore[no-untyped-call]
+        except Exception:  # a torn pickle raises anything
+            return False
 
 
 def _laws(types: Any) -> Iterator[FunctionType]:

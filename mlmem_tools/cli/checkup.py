@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import shutil
@@ -42,7 +43,9 @@ LAST_SAFE_DOMAIN = 101
 
 ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
 
-CACHE_ADVICE = 'set NUMBA_CACHE_DIR to a writable folder'
+CACHE_ADVICE = 'set NUMBA_CACHE_DIR to a writable folder with some megabytes of free space'
+
+TORN_ADVICE = 'the next start compiles them anew; to do it now: mlmem doctor --warm'
 
 PROCESSOR_ADVICE = 'use one from 2013 or later; a virtual machine must expose it (CPU model: host)'
 
@@ -120,15 +123,23 @@ def _tested(found: Diagnosis, library: str) -> Diagnosis:
 
 
 def check_compile_cache() -> Diagnosis:
-    """Check whether compiled kernels can be cached."""
+    """Check whether compiled kernels can be cached, and whether those cached can be loaded."""
     from mlmem_ros.physics import NOH_BATHE
-    from mlmem_ros.physics.jit import cache_folder
+    from mlmem_ros.physics.jit import cache_folder, check_cache_space, torn_caches
 
     what = 'compiled kernels'
-    if (folder := cache_folder(NOH_BATHE.advance)) is not None and _writable(folder):
-        return Diagnosis(what, PASS, f'kept in {folder}')
-    seen = 'cannot be cached: every start takes some seconds longer'
-    return Diagnosis(what, WARN, seen, CACHE_ADVICE)
+    folder = cache_folder(NOH_BATHE.advance)
+    try:
+        if folder is None:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        check_cache_space(folder)
+    except OSError as error:
+        seen = f'cannot be cached ({error.strerror}): every start takes some seconds longer'
+        return Diagnosis(what, WARN, seen, CACHE_ADVICE)
+    if torn := torn_caches():
+        seen = f'torn: {", ".join(torn)} in {folder}'
+        return Diagnosis(what, WARN, seen, TORN_ADVICE)
+    return Diagnosis(what, PASS, f'kept in {folder}')
 
 
 def check_processor() -> Diagnosis:

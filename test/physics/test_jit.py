@@ -3,7 +3,9 @@
 """The compiler settings: no GIL, no fast-math, and a machine where nothing can be cached."""
 
 import dataclasses
+import errno
 import importlib.util
+import os
 import pickle
 import re
 from pathlib import Path
@@ -55,6 +57,7 @@ def test_without_a_place_for_a_cache_the_loops_still_compile(monkeypatch):
 def module(tmp_path, monkeypatch):
     """Return a function that freshly loads a module with this text; the cache is empty."""
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path / 'cache'))
+    monkeypatch.setattr(jit, 'CACHES', [])
 
     def load(name, text):
         source = tmp_path / f'{name}.py'
@@ -82,7 +85,7 @@ def load(module):
 
 
 def test_a_cached_loop_is_recognised_by_its_argument_types(load):
-    """Without loading it."""
+    """It is not compiled then."""
     first = load(2.0)
     assert not jit.in_cache(first, 1.0)
     assert first(1.0) == 2.0
@@ -123,3 +126,38 @@ def test_an_index_of_another_edition_is_not_read(load, gone):
     index.write_bytes(pickle.dumps(first._cache._cache_file._version) + gone)
     assert load(2.0)(1.0) == 2.0
     assert jit.in_cache(load(2.0), 1.0)
+
+
+@pytest.fixture
+def files(load):
+    """The index and the data file of a cached loop."""
+    index = Path(load(2.0)._cache.files._index_path)
+    assert load(2.0)(1.0) == 2.0
+    return {'nbi': index, 'nbc': next(index.parent.glob('*.nbc'))}
+
+
+@pytest.mark.parametrize('kind', ['nbi', 'nbc'])
+@pytest.mark.parametrize('share', [0.0, 0.5])
+def test_a_torn_cache_is_compiled_anew_and_reported_once(load, files, kind, share, caplog):
+    """A power cut leaves an empty or a half file; numba alone fails at every start."""
+    whole = files[kind].read_bytes()
+    files[kind].write_bytes(whole[: int(share * len(whole))])
+    torn = load(2.0)
+    assert not jit.in_cache(torn, 1.0)
+    assert torn._cache.files.has_torn_file()
+    assert torn(1.0) == 2.0
+    assert [line for line in caplog.messages if 'its cache cannot be loaded' in line]
+    caplog.clear()
+    assert jit.in_cache(load(2.0), 1.0)
+    assert load(2.0)(1.0) == 2.0
+    assert not caplog.messages
+
+
+def test_a_full_disk_leaves_loops_uncached_and_warns_once(load, monkeypatch, caplog):
+    def write(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, 'fsync', write)
+    assert [load(factor)(1.0) for factor in (2.0, 3.25)] == [2.0, 3.25]
+    (line,) = caplog.messages
+    assert 'No space left on device' in line
