@@ -263,10 +263,6 @@ def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
 
 
 if __name__ == '__main__':
-    registers = [
-        name
-        for name, (_, settings) in PRESETS.items()
-        if settings.register.spacing
-    ]
+    registers = [name for name, (_, settings) in PRESETS.items() if settings.register.spacing]
     modules = ['lab/mlmem_lab/reads/count.py']
     sys.exit(run('words', __doc__, counted, SEED, joined, registers, modules=modules))
