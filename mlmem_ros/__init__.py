@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 __version__ = '1.0.0'
 
 __all__ = [
-    'BankFailed', 'Calibrated', 'Corrected', 'Decoded', 'Done', 'LostWord', 'MemoryBank',
+    'BankCheckFailed', 'BankFailed', 'BankValue', 'Calibrated', 'Decoded', 'Done', 'MemoryBank',
     'MemoryClient', 'MemoryNode', 'NoAnswer', 'Reply', 'RequestError', 'RequestFailed',
-    'RequestRefused', 'SelfTested', 'TornWord', 'Word', '__version__', 'standalone',
+    'RequestRefused', 'SelfTested', '__version__', 'standalone',
 ]  # fmt: skip
 
 _HOMES = {
@@ -42,7 +42,7 @@ _HOMES = {
 }
 """Modules, and the names they define."""
 
-_TOOLS = ('Corrected', 'LostWord', 'MemoryBank', 'TornWord', 'Word')
+_TOOLS = ('BankCheckFailed', 'BankValue', 'MemoryBank')
 """Names that `mlmem_tools` defines."""
 
 

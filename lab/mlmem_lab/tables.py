@@ -18,9 +18,6 @@ from .windows.window import DIRECTIONS, kind, moves
 
 Rows = list[Sequence[str]]
 
-BANK, LOST = 16, 1e-6
-"""Bytes of a bank, and which share of its words may be lost."""
-
 MOVES = {
     'write': 'step up',
     'throw': 'throw',
@@ -361,27 +358,23 @@ def tolerance_words(result: Mapping[str, Any]) -> Rows:
 
 
 def tolerance_blind(result: Mapping[str, Any]) -> Rows:
-    """Return how words fail that are kicked in and not verified, how reads of them fail, what
-    capacity is kept, and how many check bytes repair them.
+    """Return how words fail that are kicked in and not verified, how reads of them fail, and
+    what capacity is kept.
     """
-    from .studies.tolerance.estimate import check_digits
-
     ways = 'far', 'short', 'annihilated', 'lost'
     found = result['designs']['byte']['alpha']
     rows: Rows = [[
         'scatter of alpha', 'words written', *ways, 'written and read', 'undecodable',
-        'another word', 'by pairs', 'bits kept', f'check bytes of {BANK}',
+        'another word', 'by pairs', 'bits kept',
     ]]  # fmt: skip
     written = {one['amount']: one for one in found['word']['how']}
     for read in found['blind']['how']:
         if (wrote := written.get(read['amount'])) is None or read['bits'] == 0.0:
             continue
-        erased, wrong = (read[name] / read['tried'] for name in ('undecodable', 'silent'))
-        checks = check_digits(BANK, erased, wrong, LOST) if erased else BANK
         rows.append([
             f'{read["amount"]:.2g}', str(wrote['tried']), *(str(wrote[way]) for way in ways),
             *(str(read[name]) for name in ('tried', 'undecodable', 'silent', 'paired')),
-            f'{read["bits"]:.2f}', str(checks) if checks < BANK else '-',
+            f'{read["bits"]:.2f}',
         ])  # fmt: skip
     return rows
 

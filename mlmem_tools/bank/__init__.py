@@ -1,3 +1,3 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Several elements as one word, with check digits."""
+"""One value in several elements, with a check digit."""

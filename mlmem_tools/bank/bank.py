@@ -1,315 +1,210 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Several elements as one word: n digits of base p, one in each element, and corrections."""
+"""One value in several elements: each holds one digit, the last one holds a check digit."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from rclpy.node import Node
 
 from mlmem_ros.contract.answers import Decoded
-from mlmem_ros.contract.calls import BankFailed, RequestError, RequestFailed, RequestRefused
+from mlmem_ros.contract.calls import BankFailed, RequestError
 from mlmem_ros.procedures import BLANK
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.link import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps
 
-from .word_code import Phase, WordCode, WordError
-
 
 @dataclass(frozen=True)
-class Corrected:
-    """A digit that the code corrected.
-
-    Attributes:
-        read: The level it reported; -1 if blank, None if it could not be read.
-        digit: What it should hold.
-        why: Why it could not be read; empty if it could.
-    """
-
-    element: str
-    read: int | None
-    digit: int
-    why: str = ''
-
-
-@dataclass(frozen=True)
-class Word:
+class BankValue:
     """The content of a bank.
 
     Attributes:
-        digits: Level of every element, the least significant first, check digits last; -1 if
-            blank.
-        base: Levels used per element.
-        answers: Every element's answer, in the same order; None if it could not be read.
-        check: Number of check digits.
-        corrected: The digits that differ from what their elements hold.
+        value: The stored number; None if all elements are blank.
+        digits: The content of every element, the least significant digit first, the check digit
+            last.
+        recovered: The full name of the element that could not be read and whose digit was
+            computed from the others; empty if all were read. A recovered value is not checked.
     """
 
+    value: int | None
     digits: tuple[int, ...]
-    base: int
-    answers: tuple[Decoded | None, ...]
-    check: int = 0
-    corrected: tuple[Corrected, ...] = ()
-
-    @property
-    def blank(self) -> bool:
-        """Whether no element holds a level."""
-        return all(digit == BLANK for digit in self.digits)
-
-    @property
-    def value(self) -> int | None:
-        """The word as a number, or None if an element is blank."""
-        if BLANK in self.digits:
-            return None
-        value = 0
-        for digit in reversed(self._data):
-            value = value * self.base + digit
-        return value
-
-    def __str__(self) -> str:
-        """Return the digits as a person writes them: most significant first, no check digits."""
-        return ' '.join('-' if digit == BLANK else str(digit) for digit in reversed(self._data))
-
-    @property
-    def _data(self) -> tuple[int, ...]:
-        return self.digits[: len(self.digits) - self.check]
+    recovered: str = ''
 
 
-def word_of(
-    code: WordCode,
-    names: Sequence[str],
-    answers: Mapping[int, Decoded],
-    errors: Mapping[int, RequestError],
-) -> Word:
-    """Return the answers of elements, and why none came, both by index, as one word.
+class BankCheckFailed(RequestError):
+    """The digits of a bank do not sum to zero: a write was torn, or an element is wrong.
 
-    Raises:
-        BankFailed: An element could not be read or holds no digit, and there is no code.
-        WordError: The digits are not a word.
+    Attributes:
+        digits: The content of every element as read, the check digit last.
     """
-    errors, seal = {**errors}, len(names) - 1
-    torn = code.check and seal in answers and answers[seal].level == code.base
-    for place, said in answers.items():
-        if said.level >= code.base and not (torn and place == seal):
-            errors[place] = RequestError(f'level {said.level} is not a digit of base {code.base}')
-    failed = BankFailed({names[place]: error for place, error in errors.items()}, len(names))
-    if errors and not code.check:
-        raise failed
-    read = [answers[place].level if place in answers else None for place in range(len(names))]
-    if torn:
-        read[seal] = BLANK
-    try:
-        digits = code.decode(read)
-    except WordError as error:
-        raise error from failed if errors else None
-    corrected = tuple(
-        Corrected(names[place], level, digit, f'{errors.get(place, "")}')
-        for place, (level, digit) in enumerate(zip(read, digits, strict=True))
-        if level != digit
-    )
-    heard = tuple(answers.get(place) for place in range(len(names)))
-    return Word(digits, code.base, heard, code.check, corrected)
 
-
-SHORTEST = 0.1
-"""Seconds that an element gets to answer at least, however late the others were."""
+    def __init__(self, digits: Sequence[int]) -> None:
+        text = ' '.join(map(str, digits))
+        super().__init__(
+            f'the digits {text} do not match the check digit: a write was torn, or an element is '
+            'wrong; write the value again'
+        )
+        self.digits = tuple(digits)
 
 
 class MemoryBank:
-    """Writes and reads one word in several elements at once.
+    """Writes and reads one number in several elements at once.
 
     Requests go to all elements at the same time, so a bank takes as long as its slowest element.
-    The replies are used like those of a `MemoryClient`, and raise `BankFailed`.
+    The replies are used like those of a `MemoryClient`, and raise `BankFailed`, which names the
+    elements that failed.
 
-    Without check digits, a power failure during a write goes unnoticed: some elements hold the new
-    digit, others the old one. With check digits (`check`), the last elements hold those of a code.
-    It corrects wrong or unreadable digits as far as it can, and reports them in `Word.corrected`;
-    a read raises `TornWord` if a write was interrupted, and `LostWord` if the code cannot correct
-    the word. `bank.word_code` describes the code and its probability of error. A write then
-    takes three phases: erase the last element, write the others, write the last one. Only one
-    client at a time may write. An erased element with many walls reads 0, which is a digit: there
-    the last one holds `base` meanwhile, and must have more contents than that.
+    The digits of all elements, the check digit included, sum to 0 modulo `base`. So a read
+    detects one wrong element for certain, and recovers one element that cannot be read. A torn
+    write (some elements hold the new digit, others the old one) is detected for certain where
+    one element has another age than all others, else in all but one of `base` cases.
 
     Attributes:
-        elements: The clients, the least significant digit first, check digits last.
-        code: Encodes words as digits, with `base` and `check`.
+        elements: The clients, the least significant digit first, the check digit last.
+        base: The number of contents of an element that are used.
+        size: The number of values, which go from 0 to size - 1.
     """
 
-    def __init__(self, elements: Sequence[MemoryClient], base: int = 8, check: int = 0) -> None:
+    def __init__(self, elements: Sequence[MemoryClient], base: int = 8) -> None:
         """Make a bank of elements.
 
         Args:
-            elements: Clients on the same node, the least significant digit first.
-            base: Levels of every element, or how many of them to use; at least 2.
-            check: How many of the elements, the last ones, hold check digits. Two correct one
-                wrong or two unreadable elements. The base must then be a power of two, greater
-                than the number of elements.
+            elements: Clients on the same node, the least significant digit first; the last one
+                holds the check digit.
+            base: How many contents of every element are used: at most those that it has.
 
         Raises:
-            ValueError: There is no such word.
-            ModuleNotFoundError: The library of the code is missing (the extra `code`).
+            ValueError: There are fewer than two elements, or two contents.
         """
-        if not elements:
-            raise ValueError('elements must be at least one; got none')
-        self.code = WordCode(len(elements), base, check)
+        if len(elements) < 2:
+            raise ValueError(f'elements must be at least 2; got {len(elements)}')
+        if base < 2:
+            raise ValueError(f'base must be at least 2; got {base!r}')
         self.elements = tuple(elements)
+        self.base = base
+        self.size = base ** (len(elements) - 1)
         self._names = tuple(element.name for element in elements)
-        names = f'{self._names[0]} ... {self._names[-1]}'
-        self._connection = Connection(elements[0].node, names, 0.0)
-        self._change: Reply[Word] | None = None
+        peer = f'{self._names[0]} ... {self._names[-1]}'
+        self._connection = Connection(elements[0].node, peer, 0.0)
 
     @classmethod
-    def on(
-        cls, node: Node, elements: int, namespace: str = '/bank', base: int = 8, check: int = 0
-    ) -> MemoryBank:
+    def on(cls, node: Node, elements: int, namespace: str = '/bank', base: int = 8) -> MemoryBank:
         """Return the bank that `bank.launch.py` or `memory_bank` starts with these arguments;
-        `base` and `check` as in `MemoryBank`.
+        `base` as in `MemoryBank`.
         """
-        names = [f'{namespace.rstrip("/")}/element_{place}/mlmem' for place in range(elements)]
-        return cls([MemoryClient(node, name, actions=False) for name in names], base, check)
+        names = [f'{namespace.rstrip("/")}/element_{i}/mlmem' for i in range(elements)]
+        return cls([MemoryClient(node, name, actions=False) for name in names], base)
 
-    @property
-    def base(self) -> int:
-        """How many levels an element has."""
-        return self.code.base
-
-    @property
-    def size(self) -> int:
-        """Number of words, which go from 0 to size - 1."""
-        return self.code.size
-
-    @property
-    def bits(self) -> int:
-        """Whole bits that a word holds."""
-        return self.size.bit_length() - 1
-
-    def digits(self, word: int) -> tuple[int, ...]:
-        """Return the digits of a word, the least significant first, check digits last.
+    def encode(self, value: int) -> tuple[int, ...]:
+        """Return the digits of a value, the least significant first, the check digit last.
 
         Raises:
-            ValueError: The word is not a whole number from 0 to `size` - 1.
+            ValueError: The value is not a whole number from 0 to `size` - 1.
         """
-        return self.code.digits(word)
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < self.size:
+            raise ValueError(
+                f'value must be a whole number from 0 to {self.size - 1}; got {value!r}'
+            )
+        digits = [value // self.base**i % self.base for i in range(len(self.elements) - 1)]
+        return (*digits, -sum(digits) % self.base)
+
+    def decode(self, contents: Sequence[int | None]) -> BankValue:
+        """Return the value that the contents of the elements mean.
+
+        Args:
+            contents: The content of every element; -1 where it is blank, None where it could not
+                be read, which must be at most one.
+
+        Raises:
+            BankCheckFailed: The contents do not match the check digit.
+        """
+        digits = [content for content in contents if content is not None]
+        if set(digits) == {BLANK}:
+            return BankValue(None, (BLANK,) * len(contents))
+        if not all(0 <= digit < self.base for digit in digits):
+            raise BankCheckFailed(digits)
+        recovered = ''
+        if len(digits) < len(contents):
+            lost = contents.index(None)
+            recovered = self._names[lost]
+            digits.insert(lost, -sum(digits) % self.base)
+        if sum(digits) % self.base != 0:
+            raise BankCheckFailed(digits)
+        value = sum(digit * self.base**i for i, digit in enumerate(digits[:-1]))
+        return BankValue(value, tuple(digits), recovered)
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until all elements are available, at most `timeout` seconds."""
 
         def steps() -> Steps[None]:
-            replies = {place: each.ready(timeout) for place, each in enumerate(self.elements)}
-            _, errors = yield from _together(replies)
-            if errors:
-                raise self._failed(errors)
+            replies = [element.ready(timeout) for element in self.elements]
+            yield from self._wait_for_all(replies, lost_allowed=0)
 
         return Reply(self._connection, 'ready', steps(), timeout + 5.0)
 
-    def write(self, word: int, timeout: float = 60.0, *, spare: int = 0) -> Reply[Word]:
-        """Write a word, every digit verified by an echo.
+    def write(self, value: int, timeout: float = 60.0) -> Reply[BankValue]:
+        """Write a value; every element verifies its digit by an echo.
 
         Args:
-            word: 0 ... `size` - 1.
+            value: 0 ... `size` - 1.
             timeout: Longest wait for the answer in seconds.
-            spare: How many elements may fail, at most half as many as check digits; the last
-                must not. They are reported in `Word.corrected`.
 
         Raises:
-            ValueError: The word or `spare` is out of range.
+            ValueError: The value is out of range.
         """
-        if not 0 <= spare <= self.code.check // 2:
-            raise ValueError(f'spare must be from 0 to {self.code.check // 2}; got {spare!r}')
-        return self._changing(f'write {word}', self.digits(word), timeout, spare)
+        digits = self.encode(value)
 
-    def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Word]:
-        """Read the word; `end` is the one to probe this time, as in `MemoryClient.read`."""
+        def steps() -> Steps[BankValue]:
+            writes = zip(self.elements, digits, strict=True)
+            replies = [element.write(digit, timeout) for element, digit in writes]
+            return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
 
-        def steps() -> Steps[Word]:
-            replies = {p: each.read(timeout, end=end) for p, each in enumerate(self.elements)}
-            answers, errors = yield from _together(replies)
-            return word_of(self.code, self._names, answers, errors)
+        return Reply(self._connection, f'write {value}', steps(), timeout + 5.0)
+
+    def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[BankValue]:
+        """Read the value; `end` is the one to probe this time, as in `MemoryClient.read`."""
+
+        def steps() -> Steps[BankValue]:
+            replies = [element.read(timeout, end=end) for element in self.elements]
+            return self.decode((yield from self._wait_for_all(replies, lost_allowed=1)))
 
         return Reply(self._connection, 'read', steps(), timeout + 5.0)
 
-    def erase(self, timeout: float = 60.0) -> Reply[Word]:
-        """Make all elements blank, waiting at most `timeout` seconds for the answer."""
-        return self._changing('erase', (BLANK,) * len(self.elements), timeout)
+    def erase(self, timeout: float = 60.0) -> Reply[BankValue]:
+        """Erase all elements; an erased register holds 0, and so does a bank of registers."""
 
-    def _changing(
-        self, what: str, digits: Sequence[int], timeout: float, spare: int = 0
-    ) -> Reply[Word]:
-        """Write digits, phase by phase: each begins when the previous one is confirmed."""
-        until, seal = time.monotonic() + timeout, len(self.elements) - 1
+        def steps() -> Steps[BankValue]:
+            replies = [element.erase(timeout) for element in self.elements]
+            return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
 
-        def phase(levels: Phase) -> Mapping[int, Reply[Any]]:
-            remaining = max(SHORTEST, until - time.monotonic())
-            return {
-                place: self.elements[place].erase(remaining)
-                if level == BLANK
-                else self.elements[place].write(level, remaining)
-                for place, level in levels.items()
-                if place not in failed
-            }
+        return Reply(self._connection, 'erase', steps(), timeout + 5.0)
 
-        def check() -> None:
-            if len(failed) > spare or seal in failed:
-                raise self._failed(failed)
+    def _wait_for_all(
+        self, replies: Sequence[Reply[Any]], lost_allowed: int
+    ) -> Steps[list[int | None]]:
+        """Return the content that every element reports, None for one that failed.
 
-        def steps() -> Steps[Word]:
-            if under_way:
-                raise RequestRefused({'error': 'busy: the bank is being written'})
-            said: dict[int, Decoded] = {}
-            if self.code.check:  # notice an absent element before breaking the seal
-                looks = {place: each.read(timeout) for place, each in enumerate(self.elements)}
-                _, errors = yield from _together(looks)
-                failed.update({p: e for p, e in errors.items() if type(e) is not RequestFailed})
-                check()
-            phases = list(self.code.phases(digits))
-            while phases:
-                levels = phases.pop(0)
-                answers, errors = yield from _together(phase(levels))
-                if seal in errors and levels[seal] == self.base:
-                    why = 'which marks a write that is under way: use a smaller base'
-                    errors = {seal: RequestRefused({'error': f'{errors[seal]}, {why}'})}
-                said |= answers
-                failed.update(errors)
-                check()
-                begun = self.code.check and levels == {seal: BLANK} and phases
-                if begun and said[seal].level != BLANK:  # it holds many walls
-                    phases = [{seal: self.base}, *phases]
-                    phases += [{seal: BLANK}] if digits[seal] == BLANK else []
-            return word_of(self.code, self._names, said, failed)
-
-        failed: dict[int, RequestError] = {}
-        before = self._change
-        under_way = self.code.check and before and not before.done()
-        reply = Reply(self._connection, what, steps(), timeout + 5.0)
-        if not under_way:
-            self._change = reply
-        return reply
-
-    def _failed(self, errors: Mapping[int, RequestError]) -> BankFailed:
-        return BankFailed(
-            {self._names[place]: errors[place] for place in errors}, len(self._names)
-        )
-
-
-def _together(
-    replies: Mapping[int, Reply[Any]],
-) -> Steps[tuple[dict[int, Any], dict[int, RequestError]]]:
-    """Return answers and errors of the elements, by index, when all have ended."""
-    try:
-        yield list(replies.values())
-    finally:  # cancel the parts, too
-        for reply in replies.values():
-            reply.cancel()
-    answers: dict[int, Any] = {}
-    errors: dict[int, RequestError] = {}
-    for place, reply in replies.items():
+        Raises:
+            BankFailed: More elements failed than `lost_allowed`.
+        """
         try:
-            answers[place] = reply.result(0)
-        except RequestError as error:
-            errors[place] = error
-    return answers, errors
+            yield replies
+        finally:  # whoever cancels the reply of the bank cancels those of the elements
+            for reply in replies:
+                reply.cancel()
+        errors: dict[str, RequestError] = {}
+        contents: list[int | None] = []
+        for name, reply in zip(self._names, replies, strict=True):
+            try:
+                answer = reply.result(0)
+                contents.append(answer.level if isinstance(answer, Decoded) else None)
+            except RequestError as error:
+                errors[name] = error
+                contents.append(None)
+        if len(errors) > lost_allowed:
+            raise BankFailed(errors, len(replies))
+        return contents

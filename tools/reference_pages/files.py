@@ -17,7 +17,6 @@ from mlmem_ros.device import Read, new_element, preset, pulse_corrections, snaps
 from mlmem_ros.host import design_check, state_file
 from mlmem_ros.physics import Specimen
 from mlmem_ros.session import records
-from mlmem_tools.bank import word_code
 
 from . import keys
 from .table import table
@@ -44,7 +43,6 @@ def files_page() -> str:
     channel = [[f'`{key}`', meaning] for key, meaning in keys.CHANNEL.items()]
     custom = [[f'`{key}`', meaning] for key, meaning in keys.CUSTOM_DATA.items()]
     own = [[f'`~/{name}`', meaning] for name, meaning in keys.TOPICS.items()]
-    fields = [[str(base), f'`{number:#x}`'] for base, number in word_code.POLYNOMIALS.items()]
     parts = [
         '# Files',
         'The parameters of the node name its files, which are below `files.root` if that is set. '
@@ -102,10 +100,6 @@ def files_page() -> str:
         'YAML as for any ROS node: `/**`, `ros__parameters`, and below it the '
         '[parameters](parameters.md) that differ from the preset in `design.preset`. A launch '
         'file takes one as `config:=FILE`; `mlmem design --output FILE` writes one.',
-        '## Words of a bank',
-        'They are not in a file: the elements hold the digits. A digit of base 2^m is an element '
-        'of the field GF(2^m) with this primitive polynomial:',
-        table(['base', 'polynomial'], fields),
     ]
     return '\n\n'.join(parts) + '\n'
 

@@ -12,7 +12,6 @@ from mlmem_lab.studies.tolerance.estimate import (
     Fragility,
     Rate,
     bits_kept,
-    check_digits,
     fit,
     foot,
     pooled,
@@ -77,16 +76,6 @@ def test_a_channel_that_erases_and_mistakes_words_keeps_its_mutual_information()
     assert bits_kept(words, undecodable, wrong) == pytest.approx(information, abs=1e-9)
     assert bits_kept(words, 0.0, 0.0) == 8.0
     assert bits_kept(words, 1.0, 0.0) == 0.0
-
-
-def test_check_digits_repair_one_undecodable_digit_each_and_half_a_wrong_one():
-    """Random words of 12 digits, counted: as many are lost as may be, and more with one less."""
-    random, share = np.random.default_rng(1), 0.01
-    drawn = random.choice(3, (100_000, 12), p=(0.9, 0.07, 0.03)).sum(axis=1)
-    checks = check_digits(12, 0.07, 0.03, share)
-    assert (drawn > checks).mean() < share + 0.001  # three standard errors of the count
-    assert (drawn > checks - 1).mean() > share - 0.001
-    assert check_digits(12, 0.0, 0.0, share) == 0
 
 
 def test_trials_that_fail_together_count_as_one():

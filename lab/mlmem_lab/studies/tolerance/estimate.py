@@ -183,16 +183,3 @@ def bits_kept(words: int, undecodable: float, wrong: float) -> float:
     p = wrong / told
     doubt = float(np.sum(entr([p, 1.0 - p]))) / np.log(2.0)
     return max(0.0, told * float(np.log2(words) - doubt - p * np.log2(words - 1)))
-
-
-def check_digits(digits: int, undecodable: float, wrong: float, lost: float) -> int:
-    """Return how many of the digits of a Reed-Solomon code must be check digits, for at most a
-    share of the words to be lost.
-
-    Every undecodable digit needs one, every wrong one two; digits fail independently.
-    """
-    needed = np.ones(1)
-    for _ in range(digits):
-        needed = np.convolve(needed, (1.0 - undecodable - wrong, undecodable, wrong))
-    beyond = np.cumsum(needed[::-1])[::-1][1:]
-    return int(np.count_nonzero(beyond > lost))
