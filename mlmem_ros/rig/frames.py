@@ -104,17 +104,16 @@ class Played(NamedTuple):
 
 def encode(kind: int, number: int, payload: bytes = b'') -> bytes:
     """Return a frame as bytes."""
-    frame = _header(kind, number, len(payload)) + payload
+    head = HEADER.pack(MAGIC, kind, number, len(payload), 0)[:-2]
+    frame = head + struct.pack('<H', zlib.crc32(head) & 0xFFFF) + payload
     return frame + CHECK.pack(zlib.crc32(frame))
-
-
-def _header(kind: int, number: int, length: int) -> bytes:
-    check = zlib.crc32(HEADER.pack(MAGIC, kind, number, length, 0)[:-2])
-    return HEADER.pack(MAGIC, kind, number, length, check & 0xFFFF)
 
 
 class Parser:
     """Finds frames in a stream of bytes, and skips the rest.
+
+    The time it takes grows with the number of bytes alone: what follows the header of a damaged
+    frame is searched for frames, but not again what follows a damaged frame within that one.
 
     Attributes:
         skipped: Bytes outside any frame.
@@ -125,54 +124,69 @@ class Parser:
         self.skipped = 0
         self.wrong = ''
         self._lost = False  # whether the last bytes were skipped
-        self._buffer = b''
+        self._buffer = bytearray()
+        self._searched = 0  # bytes at the start of the buffer that belong to a damaged frame
 
     def feed(self, data: bytes) -> list[Frame]:
         """Return the frames that these bytes complete."""
         self._buffer += data
-        found = []
-        while len(self._buffer) >= HEADER.size:
-            if (size := self._size()) > len(self._buffer):
+        found, start = [], 0
+        while len(self._buffer) - start >= HEADER.size:
+            size = self._read_size(start)
+            if start + size > len(self._buffer):
                 break
-            raw, check = self._buffer[: size - CHECK.size], self._buffer[size - CHECK.size : size]
-            if size and CHECK.pack(zlib.crc32(raw)) == check:
-                _, kind, number, *_ = HEADER.unpack_from(raw)
-                found.append(Frame(kind, number, raw[HEADER.size :]))
-                self._buffer, self._lost = self._buffer[size:], False
+            if size and (frame := self._read_frame(start, size)):
+                found.append(frame)
+                start += size
+                self._lost = False
             else:
-                self._complain(size, raw, check)
-                self._lost = True
-                start = self._buffer.find(MAGIC[:1], 1)
-                start = len(self._buffer) if start < 0 else start
-                self.skipped += start
-                self._buffer = self._buffer[start:]
+                start = self._skip(start, size)
+        del self._buffer[:start]
+        self._searched = max(0, self._searched - start)
         return found
 
-    def _size(self) -> int:
-        """Return the size of the frame at the start of the buffer, or 0 if there is none."""
-        magic, kind, number, length, _ = HEADER.unpack_from(self._buffer)
-        if magic != MAGIC or length > MOST_PAYLOAD:
-            return 0
-        whole = self._buffer.startswith(_header(kind, number, length))
-        return HEADER.size + length + CHECK.size if whole else 0
-
-    def _complain(self, size: int, raw: bytes, check: bytes) -> None:
-        """Keep what is wrong with the bytes at the start of the buffer."""
-        magic, kind, number, length, head = HEADER.unpack_from(self._buffer)
-        if size:
-            said = int.from_bytes(check, 'little')
-            self.wrong = (
-                f'a frame of kind {kind} and {length} bytes ends with the CRC {said:#010x}; '
-                f'expected {zlib.crc32(raw):#010x}'
-            )
-        elif magic != MAGIC:
+    def _read_size(self, start: int) -> int:
+        """Return the size of the frame that begins there, or 0 if its header is invalid."""
+        magic, _, _, length, check = HEADER.unpack_from(self._buffer, start)
+        if magic != MAGIC:
             if not self._lost:  # or it would be the rest of a damaged frame
-                self.wrong = f'no frame begins with {short_repr(self._buffer[:16])}'
-        elif length > MOST_PAYLOAD:
+                begin = bytes(self._buffer[start : start + 16])
+                self.wrong = f'no frame begins with {short_repr(begin)}'
+            return 0
+        if length > MOST_PAYLOAD:
             self.wrong = f'a payload may have at most {MOST_PAYLOAD} bytes; got {length}'
+            return 0
+        expected = zlib.crc32(self._buffer[start : start + HEADER.size - 2]) & 0xFFFF
+        if check != expected:
+            self.wrong = f'a header ends with the CRC {check:#06x}; expected {expected:#06x}'
+            return 0
+        return HEADER.size + int(length) + CHECK.size
+
+    def _read_frame(self, start: int, size: int) -> Frame | None:
+        """Return the frame that begins there, or None if it is damaged."""
+        raw = bytes(self._buffer[start : start + size - CHECK.size])
+        _, kind, number, length, _ = HEADER.unpack_from(raw)
+        (check,) = CHECK.unpack_from(self._buffer, start + len(raw))
+        if check != (expected := zlib.crc32(raw)):
+            self.wrong = (
+                f'a frame of kind {kind} and {length} bytes ends with the CRC {check:#010x}; '
+                f'expected {expected:#010x}'
+            )
+            return None
+        return Frame(kind, number, raw[HEADER.size :])
+
+    def _skip(self, start: int, size: int) -> int:
+        """Return where the next frame may begin, after an invalid header or a damaged frame."""
+        if size and start < self._searched:
+            end = start + size
         else:
-            *_, due = HEADER.unpack(_header(kind, number, length))
-            self.wrong = f'a header ends with the CRC {head:#06x}; expected {due:#06x}'
+            self._searched = max(self._searched, start + size)
+            end = self._buffer.find(MAGIC, start + 1)
+            if end < 0:  # the last byte may be the first half of a magic
+                end = len(self._buffer) - self._buffer.endswith(MAGIC[:1])
+        self.skipped += end - start
+        self._lost = True
+        return end
 
 
 def play(first: int, samples: int, V_N: Array, site: int, motion: Array, kind: str) -> bytes:
@@ -204,6 +218,12 @@ def played(payload: bytes, kind: str) -> Played:
     return Played(first, ends.reshape(2, samples), missed, force)
 
 
+MAX_TICK_SAMPLES = 1 << 14
+"""Samples of a tick at most, so that a hello cannot claim memory without limit."""
+
+MAX_NODES = 16
+"""Set-points of a sample at most."""
+
 STRAIN = 'strain'
 """What a rig with an actuator can do. Without one its element is written by kicks and pushes."""
 
@@ -213,7 +233,7 @@ NEEDED = ('left', 'right')
 FORMATS = ('<f4', '<f8')
 
 _number = partial(described, MISSING, low=1e-15, high=1e15)
-_count = partial(described, MISSING, low=1, high=2**31 - 1)
+_count = partial(described, MISSING, low=1)
 
 
 @dataclass(frozen=True)
@@ -223,17 +243,18 @@ class Hello:
     protocol: int = described(MISSING, 'version of the protocol', low=VERSION, high=VERSION)
     name: str = described(MISSING, 'its name')
     dt: float = _number('time units from sample to sample')
-    samples: int = _count('samples of a tick: time.tick / dt')
+    samples: int = _count('samples of a tick: time.tick / dt', high=MAX_TICK_SAMPLES)
     seconds: float = _number('seconds of a sample by its clock: scale.time dt')
     length: float = _number('m of a unit of displacement: scale.length if that is a cell')
-    buffer: int = _count('samples of set-points it can hold')
+    buffer: int = _count('samples of set-points it can hold', high=2**31 - 1)
     force: float = described(1.0, 'N of a unit of force', low=1e-15, high=1e15)
     zero: tuple[float, float] = described(
         (0.0, 0.0), 'readings of the left and the right end at displacement 0'
     )
     nodes: tuple[float, ...] = described(
         (1.0,),
-        'when in a sample it takes set-points: a list of rising numbers above 0, the last one 1',
+        f'when in a sample it takes set-points: a list of at most {MAX_NODES} rising numbers '
+        'above 0, the last one 1',
     )
     numbers: str = described('<f8', 'type of set-points and samples', choices=FORMATS)
     can: tuple[str, ...] = described(
@@ -243,6 +264,8 @@ class Hello:
 
     def __post_init__(self) -> None:
         nodes = self.nodes
+        if len(nodes) > MAX_NODES:
+            raise ValueError(f'nodes must be at most {MAX_NODES} numbers; got {len(nodes)}')
         if not nodes or list(nodes) != sorted(set(nodes)) or nodes[0] <= 0.0 or nodes[-1] != 1.0:
             raise ValueError(
                 f'nodes must be rising numbers above 0, the last one 1; got {short_repr(nodes)}'

@@ -8,21 +8,22 @@ jitter and losses.
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import random
 import select
 import socket
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from mlmem_ros import threads
+from mlmem_ros.described import Description
 from mlmem_ros.device import Driver, DriverError, Settings, SettingsError
 from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.physics import Chain, Design, HeldCell
+from mlmem_ros.outside import DecodeError, decode, from_json
+from mlmem_ros.physics import Chain, Design, HeldCell, StateError
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.rig.frames import (
     NEEDED,
@@ -30,7 +31,6 @@ from mlmem_ros.rig.frames import (
     SAMPLES,
     STRAIN,
     VERSION,
-    Frame,
     Hello,
     Kind,
     Parser,
@@ -178,16 +178,17 @@ class EmulatedRig:
         self._ticks: deque[_Tick] = deque()
         self._due = self._waited = 0.0
         self._next = self._played = self._missed = 0
-        self._playing = False
+        self._playing = self._stopped = False
         self._held: tuple[int, float] | None = None  # the held end and its position
 
     def let_go(self) -> None:
-        """Ramp the strain to zero and let the element come to rest."""
+        """Ramp the strain to zero and let the element come to rest, unless it is beyond that."""
         element, nodes = self.element, len(self.element.nodes)
         falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / element.dt))
         if element.V_N:
-            element.advance(element.V_N * falling)
-            element.advance(np.zeros(nodes * round(SETTLE / element.dt)))
+            with contextlib.suppress(StateError):
+                element.advance(element.V_N * falling)
+                element.advance(np.zeros(nodes * round(SETTLE / element.dt)))
 
     @property
     def playing(self) -> bool:
@@ -195,27 +196,55 @@ class EmulatedRig:
         return bool(self._ticks)
 
     def take(self, data: bytes) -> None:
-        """Take bytes off the line."""
+        """Take bytes off the line; answer a frame that cannot be served with a FAULT."""
         for frame in self._link.feed(data):
-            if frame.kind == Kind.HELLO:
-                self._restart(json.loads(frame.payload)['ahead'])
-                self._link.send(Kind.HELLO, self._hello.payload())
-            elif frame.kind == Kind.PLAY:
-                self._store(frame)
+            with self._faults_reported():
+                if frame.kind == Kind.HELLO:
+                    self._restart(_read_lead(frame.payload))
+                    self._link.send(Kind.HELLO, self._hello.payload())
+                elif frame.kind == Kind.PLAY:
+                    self._store(frame.payload)
 
-    def _store(self, frame: Frame) -> None:
-        first, samples, site, driven = PLAY.unpack_from(frame.payload)
-        numbers = np.frombuffer(frame.payload, self._hello.numbers, offset=PLAY.size)
-        numbers, nodes = numbers.astype(np.float64), len(self._hello.nodes)
+    @contextlib.contextmanager
+    def _faults_reported(self) -> Iterator[None]:
+        """Stop and send a FAULT if the block raises what is wrong with a frame."""
+        try:
+            yield
+        except ValueError as error:  # StateError and DecodeError, too
+            self._restart(0.0)
+            self._stopped = True
+            self._link.send(Kind.FAULT, str(error).encode())
+
+    def _store(self, payload: bytes) -> None:
+        """Keep the set-points of a PLAY until they are due.
+
+        Raises:
+            ValueError: They cannot be played.
+        """
+        nodes, itemsize = len(self._hello.nodes), np.dtype(self._hello.numbers).itemsize
+        if len(payload) < PLAY.size:
+            raise ValueError(f'a PLAY must have at least {PLAY.size} bytes; got {len(payload)}')
+        first, samples, site, driven = PLAY.unpack_from(payload)
+        count = nodes * samples
+        if len(payload) - PLAY.size != (count + 2 * driven) * itemsize:
+            raise ValueError(
+                f'a PLAY of {samples} samples and {driven} set-points of a held end must have '
+                f'{PLAY.size + (count + 2 * driven) * itemsize} bytes; got {len(payload)}'
+            )
+        if first != self._next:
+            raise ValueError(f'the next set-points must be those of {self._next}; got {first}')
         ticks, rest = divmod(samples, self._samples)
-        full = len(self._ticks) * self._samples + samples > BUFFER
-        if first != self._next or rest or len(numbers) != nodes * samples + 2 * driven or full:
-            self._link.send(Kind.FAULT, b'set-points that cannot be played')
-            return
-        self._next += samples
-        V_N, motion = numbers[: nodes * samples], numbers[nodes * samples :].reshape(2, driven)
+        if rest:
+            raise ValueError(f'samples must be whole ticks of {self._samples}; got {samples}')
+        if len(self._ticks) * self._samples + samples > BUFFER:
+            raise ValueError(f'set-points of more than {BUFFER} samples are waiting')
+        if driven > count:
+            raise ValueError(f'an end must be held for at most {count} set-points; got {driven}')
+        numbers = np.frombuffer(payload, self._hello.numbers, offset=PLAY.size).astype(np.float64)
+        V_N, motion = numbers[:count], numbers[count:].reshape(2, driven)
         if site:
             motion = self.sensors.held(site, motion)
+        self._next += samples
         for number in range(ticks):
             part = slice(number * nodes * self._samples, (number + 1) * nodes * self._samples)
             held = motion[:, part]
@@ -224,6 +253,11 @@ class EmulatedRig:
 
     def pass_time(self, seconds: float) -> None:
         """Advance by the time of an exact clock: play what is due and send the samples."""
+        with self._faults_reported():
+            if not self._stopped:
+                self._advance(seconds)
+
+    def _advance(self, seconds: float) -> None:
         if self._at_once:
             self._play(len(self._ticks))
             return
@@ -258,10 +292,11 @@ class EmulatedRig:
     def _pass(self, tick: _Tick) -> Array:
         V_N, held_cell = tick
         whole = held_cell is not None and held_cell.motion.shape[1] == len(V_N)
+        ends = self.element.advance(V_N, held_cell)
         self._held = (
             (held_cell.site, float(held_cell.motion[0, -1])) if held_cell and whole else None
         )
-        return self.element.advance(V_N, held_cell)
+        return ends
 
     def _idle(self, ticks: int) -> None:
         """Hold the set-points while there is nothing to play; the element moves on."""
@@ -275,6 +310,18 @@ class EmulatedRig:
                 )
             self.element.advance(V_N, held_cell)
         self._missed += ticks * self._samples
+
+
+def _read_lead(payload: bytes) -> float:
+    """Return the seconds by which the driver that sent a HELLO is ahead.
+
+    Raises:
+        DecodeError: It is no such HELLO.
+    """
+    greeting = from_json(payload)
+    if not isinstance(greeting, dict) or 'ahead' not in greeting:
+        raise DecodeError("the driver's hello must be an object with ahead")
+    return float(decode(float, greeting['ahead'], 'ahead', Description('', low=0.0, high=1e9)))
 
 
 WAKE = 0.002

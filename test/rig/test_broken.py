@@ -256,7 +256,9 @@ def test_a_rig_refuses_set_points_out_of_order():
     line = Line(emulated())
     element = driven(line)
     element.driver._sent += 40
-    with pytest.raises(DriverError, match='has stopped: set-points that cannot be played'):
+    with pytest.raises(
+        DriverError, match='has stopped: the next set-points must be those of 200; got 240'
+    ):
         live(element)
 
 

@@ -1,0 +1,150 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem rig` answers every frame that it cannot serve with one FAULT, and serves the next client.
+
+And what a damaged or malicious stream costs whoever reads it.
+"""
+
+import json
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import DriverError
+from mlmem_ros.rig.frames import PLAY, Hello, Kind, Parser, encode, play
+
+from .lines import emulated
+
+HELLO = encode(Kind.HELLO, 0, json.dumps({'protocol': 1, 'ahead': 0.0}).encode())
+NONE = np.empty((2, 0))
+TIMEOUT_S = 30.0
+
+
+def set_points(displacement=0.0, *, first=0, samples=80, site=0, motion=NONE, more=b''):
+    """Return a hello, and a PLAY of one tick of `mlmem rig`."""
+    V_N = np.full(400, displacement)
+    return HELLO + encode(Kind.PLAY, 1, play(first, samples, V_N, site, motion, '<f8') + more)
+
+
+BAD_FRAMES = {
+    'hello_text': (encode(Kind.HELLO, 0, b'hi'), 'must be JSON'),
+    'hello_encoding': (encode(Kind.HELLO, 0, b'\xff\xfe{'), 'must be JSON'),
+    'hello_list': (encode(Kind.HELLO, 0, b'[1]'), 'must be an object'),
+    'hello_without_lead': (encode(Kind.HELLO, 0, b'{}'), 'must be an object with ahead'),
+    'hello_lead_text': (encode(Kind.HELLO, 0, b'{"ahead": "x"}'), 'ahead must be a finite'),
+    'hello_lead_null': (encode(Kind.HELLO, 0, b'{"ahead": null}'), 'ahead must be a finite'),
+    'play_head': (HELLO + encode(Kind.PLAY, 1, b'abc'), f'at least {PLAY.size} bytes; got 3'),
+    'play_odd_bytes': (set_points(more=b'xyz'), 'must have 3220 bytes; got 3223'),
+    'play_samples': (set_points(samples=160), 'must have 6420 bytes; got 3220'),
+    'play_first': (set_points(first=80), 'must be those of 0; got 80'),
+    'play_nan': (set_points(np.nan), 'V_N must be finite'),
+    'play_100_cells': (set_points(100.0), 'a cell left the range'),
+    'play_1e300_cells': (set_points(1e300), 'stopped being finite'),
+    'held_site': (set_points(site=7, motion=np.zeros((2, 400))), 'site must be 1 or N'),
+    'held_too_long': (set_points(site=1, motion=np.zeros((2, 800))), 'at most 400 set-points'),
+    'held_nan': (set_points(site=1, motion=np.full((2, 400), np.nan)), 'motion must be finite'),
+    'held_100_cells': (set_points(site=1, motion=np.full((2, 400), 100.0)), 'a cell left'),
+}
+
+
+@pytest.fixture(scope='module')
+def port():
+    """The TCP port of `mlmem rig`, whose standard error stays empty."""
+    process = subprocess.Popen(
+        [Path(sys.executable).with_name('mlmem'), 'rig'],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        yield int(process.stdout.readline().rpartition(':')[2])
+        assert process.poll() is None
+    finally:
+        process.kill()
+        _, errors = process.communicate()
+    assert not errors
+
+
+def receive(port, data, kind):
+    """Send bytes to a rig; return the payload of the first frame of a kind in its answer."""
+    parser = Parser()
+    with socket.create_connection(('127.0.0.1', port), timeout=TIMEOUT_S) as connection:
+        connection.sendall(data)
+        while answer := connection.recv(1 << 16):
+            for frame in parser.feed(answer):
+                if frame.kind == kind:
+                    return frame.payload
+    raise AssertionError('the rig has closed the connection')
+
+
+@pytest.mark.parametrize('name', BAD_FRAMES)
+def test_rig_bad_frame_sends_one_fault(port, name):
+    data, words = BAD_FRAMES[name]
+    assert words in receive(port, data, Kind.FAULT).decode()
+    assert Hello.of(receive(port, HELLO, Kind.HELLO)).name == 'emulated'
+
+
+def test_rig_element_that_fails_when_idle_sends_one_fault():
+    """It is strained so hard that it diverges only after the set-points have been played."""
+    rig, sent = emulated(), []
+    rig._at_once = False
+    rig.begin(sent.append)
+    V_N = np.full(200, 30.0)
+    rig.take(HELLO + encode(Kind.PLAY, 1, play(0, 40, V_N, 0, NONE, '<f8')))
+    for _ in range(5):
+        rig.pass_time(400 * rig.tick_seconds)
+    (fault,) = [frame for frame in Parser().feed(b''.join(sent)) if frame.kind == Kind.FAULT]
+    assert b'strained or shaken too hard' in fault.payload
+    rig.begin(sent.append)
+    rig.take(HELLO)
+    assert Parser().feed(sent[-1])[0].kind == Kind.HELLO
+
+
+def seconds_to_parse(data):
+    parser, begun = Parser(), time.process_time()
+    found = parser.feed(data)
+    return time.process_time() - begun, parser, found
+
+
+@pytest.mark.parametrize(
+    'payload',
+    [
+        b'm' * (1 << 20),
+        b'mR' * (1 << 16),
+        encode(Kind.SAMPLES, 1, bytes(1 << 18))[:17] * 4096,  # headers that promise 256 KiB
+    ],
+    ids=['half magics', 'magics', 'headers'],
+)
+def test_parser_damaged_frame_takes_linear_time(payload):
+    """A core of a slow machine parses over 50 kB/s; quadratic time is 2 to 2000 times as long."""
+    damaged = encode(Kind.SAMPLES, 0, payload)[:-1] + b'?'
+    good = encode(Kind.SAMPLES, 1, b'abc')
+    filler = bytes(1 << 19)  # as long as what the last of the headers promises
+    seconds, parser, found = seconds_to_parse(damaged + filler + good)
+    assert seconds < len(damaged) / 5e4
+    assert found == [(Kind.SAMPLES, 1, b'abc')]
+    assert parser.skipped == len(damaged) + len(filler)
+
+
+def test_parser_frame_in_pieces_takes_linear_time():
+    frame = encode(Kind.SAMPLES, 0, bytes(1 << 20))
+    parser, begun = Parser(), time.process_time()
+    found = [each for at in range(0, len(frame), 32) for each in parser.feed(frame[at : at + 32])]
+    assert time.process_time() - begun < 2.0  # 33 000 pieces; copying them all takes 4 s
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize(
+    ('changes', 'words'),
+    [
+        ({'samples': 40_000_000, 'dt': 5e-7}, 'samples must be a whole number from 1 to 16384'),
+        ({'nodes': [k / 200_000 for k in range(1, 200_001)]}, 'nodes must be at most 16 numbers'),
+    ],
+)
+def test_hello_that_claims_much_memory_is_refused(changes, words):
+    values = json.loads(emulated()._hello.payload()) | changes
+    with pytest.raises(DriverError, match=words):
+        Hello.of(json.dumps(values).encode())
