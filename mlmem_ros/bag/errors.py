@@ -14,10 +14,14 @@ from ..outside import LONGEST
 class BagError(Exception):
     """A bag could not be written, read or repaired; the text, as short as that of a
     `DecodeError`, says why and what to do.
+
+    Attributes:
+        code: The reason in one word for programs, such as `other_format`.
     """
 
-    def __init__(self, message: str) -> None:
+    def __init__(self, message: str, code: str = 'invalid') -> None:
         super().__init__(printable(message, LONGEST))
+        self.code = code
 
 
 @contextmanager

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The memory element as an instrument: it uses the material, but neither ROS nor the true wall."""
 
-from typing import Any
-
 from ..procedures import (
     BLANK,
     UNDECODABLE,
@@ -50,9 +48,3 @@ __all__ = [
     'SetFaults', 'SetMethod', 'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey',
     'Unknown', 'Write', 'describe_level', 'factory_calibration', 'new_element', 'preset',
 ]  # fmt: skip
-
-
-def __getattr__(name: str) -> Any:
-    if name == 'Heard':  # its name in 1.0
-        return EchoReceived
-    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -183,13 +183,12 @@ class Calibration:
         left: Table of the left end, or None if it is not read from: in a long element only the
             right end hears the echoes, since waves are faster there.
         right: Table of the right end, which also detects a blank element.
-        trims: Corrections of launch and steps, or None if all are as in the settings. Named as in
-            files, so that those of 1.0 are read.
+        pulse_corrections: Corrections of launch and steps, or None if all are as in the settings.
     """
 
     left: DelayTable | None
     right: DelayTable
-    trims: PulseCorrections | None = None
+    pulse_corrections: PulseCorrections | None = None
 
     @property
     def ends(self) -> tuple[End, ...]:
@@ -208,15 +207,18 @@ class Calibration:
                 raise SettingsError(
                     f'the calibration must have {levels} levels, like the design; got {count}'
                 )
-        if self.trims is not None and (count := len(self.trims.steps)) != levels:
-            raise SettingsError(f'trims must be {levels}, one for every level; got {count}')
+        known = self.pulse_corrections
+        if known is not None and (count := len(known.steps)) != levels:
+            raise SettingsError(
+                f'pulse_corrections must be {levels}, one for every level; got {count}'
+            )
 
     def pulses(self, settings: Settings) -> list[PulseCorrection]:
         """Return the corrections of launch and steps, by the level to which they take the wall.
 
         Those that were learnt with another schedule do not apply.
         """
-        known = self.trims
+        known = self.pulse_corrections
         if known is None or known.schedule != schedule_of(settings):
             return [AS_SET] * len(self.right.delays)
         return list(known.steps)
@@ -224,7 +226,7 @@ class Calibration:
     @property
     def quick(self) -> QuickMoves | None:
         """Strokes and throws that were planned for this element."""
-        return self.trims.quick if self.trims else None
+        return self.pulse_corrections.quick if self.pulse_corrections else None
 
     def adapt(self, settings: Settings, start: int | None = None) -> Settings:
         """Return settings with this element's strokes and throws, see `QuickMoves.adapt`, and
@@ -254,8 +256,10 @@ class Calibration:
     def as_dict(self) -> dict[str, Any]:
         """Return both tables for a file, and the corrections if there are any."""
         left = self.left and self.left.as_dict()
-        learnt = {'trims': self.trims.as_dict()} if self.trims else {}
-        return {'left': left, 'right': self.right.as_dict(), **learnt}
+        found = {'left': left, 'right': self.right.as_dict()}
+        if self.pulse_corrections:
+            found['pulse_corrections'] = self.pulse_corrections.as_dict()
+        return found
 
 
 def calibration_key(design: Design, settings: Settings) -> str:

@@ -10,7 +10,7 @@ import itertools
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, field
+from dataclasses import MISSING, dataclass
 from functools import partial
 from typing import Any
 
@@ -27,23 +27,14 @@ from .decoding import primary
 from .element import MemoryElement
 from .end import End
 from .errors import Refused
-from .faults import NOTHING, Faults
+from .faults import Faults
 from .memory import MemoryStatistics
 from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading, Unknown
 from .transducer import Returns
 
-LINKAGE = {
-    'told': 'commanded', 'drive': 'encoder_strain', 'strain': 'strain', 'slipping': 'slipping'
-}  # fmt: skip
-"""Keys of `linkage`, and the fields of its state."""
-
 MOST = 1e12
 """Largest accepted displacement, velocity or acceleration: far beyond any real one."""
-
-
-BEFORE_1_1 = Returns(0.0, 0, 0)
-"""What sessions of 1.0 know of an end: nothing since now."""
 
 _tick = partial(described, low=0, high=2**62)
 
@@ -56,22 +47,22 @@ class Saved:
     calibration: Calibration
     statistics: MemoryStatistics
     actuator: Mapping[str, Any]
-    linkage: Mapping[str, Any]
+    linkage: TransmissionState
     base: BaseState
     faults: Faults
     reading: Reading | None
+    unknown: Unknown | None
     recent: Array
+    late: Array
+    slow: Array | None
+    returns: Mapping[End, Returns]
+    script: Sequence[tuple[int, Faults]]
     ticks: int = _tick(MISSING, 'ticks done')
+    last_moved: int = described(MISSING, 'tick of the last motion', high=2**62)
     calibration_key: str = ''
     steps: int = _tick(0, 'steps done')
     V_N: float = 0.0
     state: Array | None = None
-    returns: Mapping[End, Returns] = field(default_factory=dict)
-    stirred: int | None = None
-    unknown: Unknown | None = None
-    late: Array | None = None
-    slow: Array | None = None
-    script: Sequence[tuple[int, Faults]] = ()
 
 
 def take(element: MemoryElement) -> dict[str, Any]:
@@ -103,15 +94,13 @@ def take(element: MemoryElement) -> dict[str, Any]:
             end.value: dataclasses.asdict(each.returns)
             for end, each in element.transducer.reverberation.items()
         },
-        'stirred': element.last_moved,
+        'last_moved': element.last_moved,
         'actuator': {
             **dataclasses.asdict(element.actuator.motion),
             'strain': element.actuator.strain,
             'elapsed': element.actuator.elapsed,
         },
-        'linkage': {
-            key: getattr(element.transmission.state, name) for key, name in LINKAGE.items()
-        },
+        'linkage': dataclasses.asdict(element.transmission.state),
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
         'script': [[tick, dataclasses.asdict(faults)] for tick, faults in element.script],
@@ -156,9 +145,6 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             element.statistics = statistics
             return
         motion, strain, elapsed = _motion(saved.actuator)
-        transmission = decode(
-            TransmissionState, {LINKAGE[key]: it for key, it in saved.linkage.items()}, 'linkage'
-        )
         for _, faults in saved.script:
             element.specimen(faults)
         specimen = element.specimen(saved.faults)
@@ -170,9 +156,12 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         reading, levels = saved.reading, element.words
         if reading and not UNDECODABLE <= reading.level < levels:
             raise ValueError(f'level must be from {UNDECODABLE} to {levels - 1}')
-        stirred = saved.ticks if saved.stirred is None else saved.stirred
-        if stirred > saved.ticks:
-            raise ValueError(f'stirred must be a past tick; got {stirred} at tick {saved.ticks}')
+        if saved.last_moved > saved.ticks:
+            raise ValueError(
+                f'last_moved must be a past tick; got {saved.last_moved} at tick {saved.ticks}'
+            )
+        if saved.returns.keys() != set(End):
+            raise ValueError('returns must be of both ends')
     except (KeyError, ValueError, Refused) as error:
         why = printable(str(error), 300)
         raise StateError(f'this is not a snapshot of a device: {why}') from error
@@ -180,30 +169,29 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         'its steps per tick (time.tick, time.integrator)': saved.steps
         == saved.ticks * element.steps_per_tick,
         'its recent samples': saved.recent.shape == element.transducer.recent.shape,
-        'its late samples': saved.late is None
-        or saved.late.shape in ((2, 0), (2, element.sensors.delay(saved.faults))),
+        'its late samples': saved.late.shape in ((2, 0), (2, element.sensors.delay(saved.faults))),
         'its slow signals': saved.slow is None or saved.slow.shape == (2,),
         'its state': bool((np.abs(state) <= MOST).all()),
-        'its strain': transmission.commanded == strain
-        and math.isclose(saved.V_N, element.design.end_displacement(transmission.strain)),
+        'its strain': saved.linkage.commanded == strain
+        and math.isclose(saved.V_N, element.design.end_displacement(saved.linkage.strain)),
     }
     if wrong := [what for what, right in agree.items() if not right]:
         raise StateError(f'this is not a snapshot of such a device: {", ".join(wrong)} must agree')
     element.chain.restore(state, V_N=saved.V_N, steps_done=saved.steps)
     element.chain.set_specimen(specimen)
     element.transmission.state, element.base.state, element.faults = (
-        transmission,
+        saved.linkage,
         saved.base,
         saved.faults,
     )
     element.script = saved.script
-    element.sensors.late = NOTHING if saved.late is None else saved.late
+    element.sensors.late = saved.late
     element.sensors.slow = saved.slow
     element.transducer.recent = saved.recent
     element.transducer.release()
     for end, each in element.transducer.reverberation.items():
-        each.returns = saved.returns.get(end, BEFORE_1_1)
-    element.last_moved = stirred
+        each.returns = saved.returns[end]
+    element.last_moved = saved.last_moved
     element.actuator.motion = motion
     element.actuator.strain, element.actuator.elapsed = strain, elapsed
     element.calibration = calibration if same_pulses else element.calibration

@@ -192,4 +192,4 @@ def _calibration(element: MemoryElement, twin: Element, log: ThrottledLog) -> Ca
     except SettingsError as error:
         log.warning(f'device.twin: {error}; delays are those of the design')
         delays = factory_calibration(design, settings)
-    return replace(delays, trims=twin.plan)
+    return replace(delays, pulse_corrections=twin.plan)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
-from typing import Any
-
 from .chain import Chain, kernel_in_cache
 from .design import CASE_I, CASE_II, Design
 from .jit import ARITHMETIC
@@ -19,9 +17,3 @@ __all__ = [
     'default_step', 'kernel_in_cache', 'level_of', 'scattered', 'stable_step', 'substep_times',
     'wall_energy', 'walls',
 ]  # fmt: skip
-
-
-def __getattr__(name: str) -> Any:
-    if name == 'Drive':  # its name in 1.0, for drivers of others
-        return HeldCell
-    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

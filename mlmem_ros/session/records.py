@@ -29,8 +29,8 @@ from ..outside import ANY, DecodeError, decode, from_json
 from ..physics import ARITHMETIC, Design, Specimen
 from ..physics.potential import Array
 
-FORMAT = 2
-"""Version of this format; sessions of format 1 have no digests."""
+FORMAT = 1
+"""Version of this format; a session of another one is rejected."""
 
 HEADER = 'session'
 COMMAND = 'session/command'
@@ -123,7 +123,7 @@ _TICK = Description('ticks done', low=0, high=MOST_TICKS)
 class Header:
     """The start of a session, by the keys in its file."""
 
-    format: int = described(MISSING, 'version of the format', low=1, high=FORMAT)
+    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
     design: Design = described(MISSING, 'the element')
     settings: Settings = described(MISSING, "the instrument's settings")
     initial: Mapping[str, Any] = described(MISSING, 'its state, which `snapshot.restore` checks')
@@ -134,8 +134,6 @@ class Header:
     twin: Specimen | None = described(None, 'the twin by which a register was read')
     node: str = ''
     seed: int = 0
-    packages: Any = None
-    """Of version 1.0, for information."""
 
     def __post_init__(self) -> None:
         for name, given in (('specimen', self.specimen), ('twin', self.twin)):
@@ -200,7 +198,7 @@ def naming(where: str) -> Iterator[None]:
     try:
         yield
     except BagError as error:
-        raise BagError(f'{where}: {error}') from error
+        raise BagError(f'{where}: {error}', error.code) from error
     except (
         *(ArithmeticError, AttributeError, LookupError, TypeError, ValueError),
         *(RecursionError, MemoryError, Refused),
@@ -209,8 +207,13 @@ def naming(where: str) -> Iterator[None]:
 
 
 def read_header(text: str) -> Header:
-    """Parse the header from JSON; raises `BagError`."""
-    header: Header = _read(Header, text)
+    """Parse the header from JSON; raises `BagError`, for another format with `other_format`."""
+    values = _read(dict[str, Any], text)
+    if values.get('format') != FORMAT:
+        raise BagError(
+            f'format must be {FORMAT}; got {short_repr(values.get("format"))}', 'other_format'
+        )
+    header: Header = _read(Header, values)
     return header
 
 

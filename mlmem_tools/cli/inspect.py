@@ -19,7 +19,7 @@ from mlmem_ros.procedures import EXACT, WIDE, as_text
 
 from . import laboratory
 from .command import JSON, command, option
-from .output import complain, plain_console, plain_table, print_json
+from .output import complain_of_bag, plain_console, plain_table, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,7 +55,7 @@ def inspect(arguments: argparse.Namespace) -> int:
             found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
             whole = found['agree'] and not found['lost']
     except BagError as error:
-        return complain('inspect', error, 2)
+        return complain_of_bag('inspect', error, arguments.json)
     if arguments.json:
         print_json(found)
     return 0 if whole else 1

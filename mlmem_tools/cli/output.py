@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from mlmem_ros.bag.errors import BagError
+
 
 SPEED_PERIOD = 120.0
 """Seconds over which speed is averaged to predict the remaining time."""
@@ -81,6 +83,13 @@ def complain(command: str, error: object, status: int) -> int:
     outcome_known()
     print(printable(f'mlmem {command}: {error}'), file=sys.stderr)
     return status
+
+
+def complain_of_bag(command: str, error: BagError, as_json: bool) -> int:
+    """Print why a bag cannot be used, with `--json` also as an object with its code; return 2."""
+    if as_json:
+        print_json({'error': str(error), 'code': error.code})
+    return complain(command, error, 2)
 
 
 def print_json(result: Any) -> None:

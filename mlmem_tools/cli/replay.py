@@ -22,7 +22,7 @@ from mlmem_ros.described import printable
 
 from .command import JSON, command, option
 from .interrupts import outcome_known
-from .output import complain, print_json
+from .output import complain, complain_of_bag, print_json
 
 if TYPE_CHECKING:
     from mlmem_ros.session.replay import Progress
@@ -60,7 +60,9 @@ def replay(arguments: argparse.Namespace) -> int:
 
     try:
         return _into_node(arguments) if arguments.ros else _through_device(arguments)
-    except (BagError, DesignError) as error:
+    except BagError as error:
+        return complain_of_bag('replay', error, arguments.json)
+    except DesignError as error:
         return complain('replay', error, 2)
 
 

@@ -26,6 +26,7 @@ from mlmem_ros.device import (
     new_element,
     snapshot,
 )
+from mlmem_ros.device.actuator import TransmissionState
 from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import OfMaterial, with_faults
 from mlmem_ros.device.move_settings import WriteSettings
@@ -457,6 +458,9 @@ def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
     assert rig.bits(first) == rig.bits(second)
 
 
+LINKAGE = dataclasses.asdict(TransmissionState())
+
+
 @pytest.mark.parametrize(
     ('part', 'values'),
     [
@@ -464,8 +468,8 @@ def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
         ('faults', {'sensor_noise': -1.0}),
         ('faults', {'rust': 1.0}),
         ('faults', None),
-        ('linkage', {'told': 0.0, 'drive': math.nan, 'strain': 0.0, 'slipping': False}),
-        ('linkage', {'told': 0.01, 'drive': 0.0, 'strain': 0.0, 'slipping': False}),
+        ('linkage', {**LINKAGE, 'encoder_strain': math.nan}),
+        ('linkage', {**LINKAGE, 'commanded': 0.01}),
         ('base', {'acceleration': math.inf}),
         ('base', {'acceleration': 'x'}),
         ('base', {'silence': 'x'}),

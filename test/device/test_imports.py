@@ -8,7 +8,6 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import mlmem_ros
-from mlmem_ros import device, physics
 from mlmem_ros.physics import wall
 
 WALL = wall.__name__
@@ -81,10 +80,3 @@ def test_no_file_imports_itself_indirectly():
         for name, f in names.items()
     }
     TopologicalSorter(graph).prepare()  # raises CycleError
-
-
-def test_names_of_1_0_go_on_for_a_minor_release():
-    assert physics.Drive is physics.HeldCell
-    assert device.Heard is device.EchoReceived
-    assert not hasattr(physics, 'Drove')
-    assert not hasattr(device, 'Hears')

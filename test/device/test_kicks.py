@@ -211,7 +211,7 @@ def test_a_level_that_no_kick_reaches_is_learnt_by_a_step():
     odd.chain.set_specimen(scattered(design, Scatter(offset=3e-3), 7))
     learnt = odd.perform(Calibrate())
     assert learnt.success, learnt.error
-    steps = odd.calibration.trims.steps
+    steps = odd.calibration.pulse_corrections.steps
     assert [at for at, step in enumerate(steps) if not step.speed] == [1]
     known = odd.calibration.adapt(odd.settings)
     assert [move.how for move in route(design, known, BLANK, 1)] == [How.KICK, How.STEP]
@@ -301,7 +301,7 @@ def test_a_calibration_learns_the_speeds_of_an_element_with_one_per_cent_of_diso
     driver = Simulation.of(made, settings.time)
     learning = MemoryElement(design, settings, calibration('kick_2'), driver)
     assert learning.perform(Calibrate()).success
-    learnt = learning.calibration.trims
+    learnt = learning.calibration.pulse_corrections
     assert learnt.steps[0].speed < 0.8  # as set, the first level would be missed
     for target in (0, 3, 1, 2):
         assert learning.perform(Write(target)).success
@@ -318,7 +318,7 @@ def test_a_wall_that_swings_in_its_place_teaches_nothing():
     learning = MemoryElement(design, settings, calibration('kick_3'), driver)
     outcome = learning.perform(Calibrate())
     assert outcome.success, outcome.error
-    assert learning.calibration.trims is None
+    assert learning.calibration.pulse_corrections is None
     kicks = learning.design.levels
     assert learning.statistics.cycles <= 2 * kicks + 2  # a push between two kicks, one to restore
 

@@ -63,7 +63,7 @@ def trained():
 
 def test_steps_that_fail_are_learnt(trained):
     assert wrong_writes(made_by_chance()) == [2, 3]
-    assert set(trained.calibration.trims.steps) - {AS_SET}
+    assert set(trained.calibration.pulse_corrections.steps) - {AS_SET}
     assert not wrong_writes(trained)
 
 
@@ -71,14 +71,14 @@ def test_nothing_is_learnt_with_a_single_pulse():
     alone = dataclasses.replace(BITS_2.settings.write, pulses=1)
     element = made_by_chance(dataclasses.replace(BITS_2.settings, write=alone))
     element.perform(Calibrate())
-    assert element.calibration.trims is None
+    assert element.calibration.pulse_corrections is None
 
 
 def test_an_ideal_element_has_nothing_to_learn():
     element = new_element(BITS_2)
     assert element.perform(Calibrate()).success
-    assert element.calibration.trims is None
-    assert 'trims' not in element.calibration.as_dict()
+    assert element.calibration.pulse_corrections is None
+    assert 'pulse_corrections' not in element.calibration.as_dict()
 
 
 def test_a_step_that_runs_over_skips_no_level(monkeypatch):
@@ -110,7 +110,7 @@ def test_what_was_learnt_outlives_the_process_to_the_bit(trained, tmp_path):
 
 def test_pulses_of_another_schedule_are_ignored(trained):
     learnt, settings = trained.calibration, BITS_2.settings
-    assert learnt.pulses(settings) == list(learnt.trims.steps)
+    assert learnt.pulses(settings) == list(learnt.pulse_corrections.steps)
     for change in ({'ramp': 150.0}, {'tension': 0.025}, {'start_strain': 0.021}):
         other = dataclasses.replace(settings.write, **change)
         changed = dataclasses.replace(settings, write=other)
@@ -133,21 +133,27 @@ def test_slow_cycles_are_tried_faster_and_fast_ones_stronger():
 
 
 @pytest.mark.parametrize(
-    ('trims', 'message'),
+    ('corrections', 'message'),
     [
-        (7, 'trims must be an object; got 7'),
-        ({'steps': []}, 'trims lacks schedule'),
+        (7, 'pulse_corrections must be an object; got 7'),
+        ({'steps': []}, 'pulse_corrections lacks schedule'),
         ({'steps': [[1.0]], 'schedule': ''}, r'steps\[0\] must be an object'),
-        ({'steps': [[1.0, 'x', 1.0]], 'schedule': ''}, r'trims.steps\[0\].times must be'),
+        (
+            {'steps': [[1.0, 'x', 1.0]], 'schedule': ''},
+            r'pulse_corrections.steps\[0\].times must be',
+        ),
         ({'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''}, 'peak must be'),
         ({'steps': [[1.0, 0.0, 1.0]], 'schedule': ''}, 'times must be'),
-        ({'steps': [[1.0, 1.0, 1.0]], 'schedule': 7}, 'trims.schedule must be a text; got 7'),
+        (
+            {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
+            'corrections.schedule must be a text; got 7',
+        ),
         ({'steps': [[1.0, 1.0, 1.0]], 'schedule': ''}, '4, one for every level; got 1'),
     ],
     ids=str,
 )
-def test_a_file_without_valid_trims_is_refused(trained, tmp_path, trims, message):
-    values = {**trained.calibration.as_dict(), 'trims': trims}
+def test_file_with_invalid_pulse_corrections_is_rejected(trained, tmp_path, corrections, message):
+    values = {**trained.calibration.as_dict(), 'pulse_corrections': corrections}
     with pytest.raises(ValueError, match=message):
         decode(Calibration, values).check(BITS_2.design.levels)
     path = tmp_path / 'file'

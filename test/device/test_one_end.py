@@ -177,7 +177,7 @@ def test_levels_that_sound_the_same_at_an_end_are_told_of_and_not_read():
 
 
 def test_a_calibration_of_one_end_alone_proves_nothing():
-    """As in old sessions: its error turns any level into any other, and none confirms it."""
+    """Its error turns any level into any other, and none confirms it."""
     design, settings = preset('bits_2')
     known = factory_calibration(design, settings)
     found = exchanged(design, settings, dataclasses.replace(known, left=None))

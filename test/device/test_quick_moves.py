@@ -33,7 +33,7 @@ def element_of(name, peaks):
     trims = PulseCorrections(
         (AS_SET,) * element.design.levels, schedule_of(settings), planned(peaks, settings)
     )
-    element.calibration = replace(element.calibration, trims=trims)
+    element.calibration = replace(element.calibration, pulse_corrections=trims)
     return element
 
 

@@ -231,16 +231,3 @@ def test_a_restored_device_goes_on_to_the_bit_amid_reverberation(moment):
         element.told += [rig.plain(rig.run(element, Write(3)))]
     assert first.told == second.told
     assert rig.bits(first) == rig.bits(second)
-
-
-def test_a_snapshot_that_knows_nothing_of_waves_expects_them():
-    """As of a session before version 1.1: a read first waits until a pulse would be back."""
-    values = snapshot.take(rig.device(2))
-    del values['returns'], values['stirred']
-    element = rig.device()
-    snapshot.restore(element, values)
-    assert not is_quiet(element)
-    element.apply(Read())
-    while not element.transducer.driving:
-        element.advance()
-    assert element.ticks * element.tick >= max(element.passage(end) for end in End)

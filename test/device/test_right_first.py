@@ -47,7 +47,7 @@ def test_it_is_written_read_and_calibrated():
         outcome = run(element, command)
         assert outcome.success, outcome.error
         assert outcome.reading.level == 1
-    assert element.calibration.trims is None, 'there was nothing to learn'
+    assert element.calibration.pulse_corrections is None, 'there was nothing to learn'
 
 
 @pytest.mark.parametrize('end', ['left', 'right', 'both', ''])

@@ -175,7 +175,8 @@ DAMAGE = [
     ('statistics.level_writes', [0] * 3), ('statistics.level_ticks', 3),
     ('returns', 7), ('returns.left', {}), ('returns.left.bound', NAN),
     ('returns.left.bound', -1.0), ('returns.right.since', -1), ('returns.right.seen', 'x'),
-    ('stirred', NAN), ('stirred', 10**9),
+    ('returns', {}), ('late', ...),
+    ('last_moved', NAN), ('last_moved', 10**9), ('last_moved', ...),
     ('ticks', ...), ('state', ...), ('recent', ...), ('reading', ...), ('calibration', ...),
 ]  # fmt: skip
 """Entries of a snapshot and what they are replaced by; ... takes them out."""

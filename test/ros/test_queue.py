@@ -207,10 +207,10 @@ def test_feedback_says_the_place(memory, client, others):
     for wanted, (told, level) in zip((2, 3), asyncio.run(both()), strict=True):
         assert level == wanted
         waited = [each for each in told if each.phase == 'waiting']
-        places = [getattr(each, 'place', wanted - 1) for each in waited]  # of an older build
+        places = [each.place for each in waited]
         assert places[0] == wanted - 1
         assert places == sorted(places, reverse=True)
-        assert all(getattr(each, 'place', 0) == 0 for each in told if each.phase != 'waiting')
+        assert all(each.place == 0 for each in told if each.phase != 'waiting')
         assert told[-1].phase != 'waiting'
 
 

@@ -56,7 +56,7 @@ class Tool:
 
 
 def test_a_part_of_the_package_is_none(monkeypatch):
-    """Such as an older build: a node starts without it."""
+    """A node starts without it."""
     monkeypatch.delattr(action, 'SimulateSteps')
     assert simulator.types() is None
 

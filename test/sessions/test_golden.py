@@ -39,14 +39,6 @@ def test_a_golden_session_replays(replay_session, bag, levels, done):
     assert [each.removesuffix(': ') for each in outcomes] == done
 
 
-def test_a_session_of_format_1_replays(replay_session):
-    """Recorded by version 1.0's format, before there were digests: it is never recorded again."""
-    session = replay_session(DATA / 'format_1')
-    assert session.session.header.format == 1
-    session.assert_agrees()
-    assert session.report.hashes == 1
-
-
 def test_a_replay_says_where_and_by_how_much_it_differs():
     """Move the first command by one tick: the bits differ from the next hash on."""
     session = load(DATA / 'life')

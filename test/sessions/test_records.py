@@ -58,7 +58,7 @@ def test_what_was_written_is_read(element, header):
 @pytest.mark.parametrize(
     ('path', 'value', 'words'),
     [
-        (('format',), 3, 'format must be a whole number from 1 to 2; got 3'),
+        (('format',), 3, 'format must be 1; got 3'),
         (('design',), [], 'design must be an object; got []'),
         (('design', 'N'), 10**9, 'design.N must be a whole number from 3 to 100000'),
         (('design', 'd'), 1e999, 'Infinity is not JSON'),

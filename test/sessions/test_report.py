@@ -202,10 +202,13 @@ def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsy
     assert 'no level' in capsys.readouterr().out
 
 
-def test_a_header_of_another_format_is_refused(session, tmp_path, capsys):
-    status, told = replayed(capsys, with_header(session, tmp_path / 'bag', format=3))
-    assert status == 2
-    assert 'format must be a whole number from 1 to 2; got 3' in told
+def test_session_of_another_format_is_rejected(session, tmp_path, capsys):
+    """Also if it has keys that this format does not have."""
+    bag = with_header(session, tmp_path / 'bag', format=2, moves=[])
+    assert main(['replay', str(bag), '--json']) == 2
+    told = capsys.readouterr()
+    assert json.loads(told.out)['code'] == 'other_format'
+    assert 'format must be 1; got 2' in told.err
 
 
 @pytest.mark.parametrize('edited', ['settings__probe__sigma', 'settings__write__compression'])

@@ -53,7 +53,7 @@ def test_the_delays_of_an_element_that_has_learnt_its_pulses_are_sent(tmp_path):
     """Its right end alone is read from."""
     element = new_element(preset('bits_1'))
     trims = PulseCorrections((AS_SET,) * element.design.levels, 'a schedule')
-    element.calibration = replace(element.calibration, left=None, trims=trims)
+    element.calibration = replace(element.calibration, left=None, pulse_corrections=trims)
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic(f'/mlmem/{records.HEADER}', records.STRING)
         header = records.header(element, '/mlmem', {})

@@ -30,7 +30,7 @@ def files_page() -> str:
         snapshot.take(element),
         pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,) * 2, '', quick, (1.0,) * 2),
     )
-    calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
+    calibrated = dataclasses.replace(element.calibration, pulse_corrections=learnt).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     known = element_file.Element(
         dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, plan=learnt
@@ -86,7 +86,7 @@ def files_page() -> str:
         'A delay table:',
         _keys(keys.TABLE, calibrated['right']),
         'PulseCorrections:',
-        _keys(keys.TRIMS, calibrated['trims']),
+        _keys(keys.TRIMS, calibrated['pulse_corrections']),
         'Strokes and throws that were planned for one element:',
         _keys(keys.QUICK, quick.as_dict()),
         '## Fitted element',

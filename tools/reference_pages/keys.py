@@ -72,7 +72,7 @@ SNAPSHOT = {
     'substrate',
     'recent': 'last samples of both ends, from which their rest positions are taken',
     'returns': 'what is known of the waves that either end may still see',
-    'stirred': 'tick since when substrate, base and material have not moved or changed',
+    'last_moved': 'tick since when substrate, base and material have not moved or changed',
     'actuator': 'strain, and the motion under way',
     'linkage': 'state of the transmission between actuator and substrate',
     'base': 'acceleration of the base, and when it was last heard of',
@@ -98,7 +98,7 @@ CALIBRATIONS = {
 CALIBRATION = {
     'left': 'delay table of the left end, or null if it is not read from',
     'right': 'delay table of the right end',
-    'trims': 'pulse corrections of the steps; absent if all pulses are as in the settings',
+    'pulse_corrections': 'corrections of the steps; absent if all pulses are as in the settings',
 }
 """A calibration."""
 
@@ -106,8 +106,8 @@ TABLE = {
     'delays': 'echo delay of every level, in time units',
     'blank': 'echo delay of a blank element in time units, or null if it gives no echo',
     'shapes': 'for every level the times at which its echo crosses 0.8 and 1.25 of the threshold, '
-    'null where it does not, and its greatest v_c over the threshold; absent in tables of older '
-    'releases',
+    'null where it does not, and its greatest v_c over the threshold; absent if not '
+    'known',
 }
 """A delay table."""
 

@@ -66,7 +66,7 @@ class Bench:
         corrections = self.element.plan and learnt(
             self.element.plan.steps, self.settings, self.element.plan.quick
         )
-        return replace(_delays(self.element, self.design, heard), trims=corrections)
+        return replace(_delays(self.element, self.design, heard), pulse_corrections=corrections)
 
     def device(self, calibration: Calibration | None = None) -> MemoryElement:
         """Return a blank device; raises as `calibration`."""

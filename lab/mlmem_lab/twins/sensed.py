@@ -194,7 +194,9 @@ def foretell(name: str, element: MemoryElement, known: Element) -> None:
         delays = calibration_of(known.timed, design, settings)
     except SettingsError:  # some level has no echo: those of the design
         delays = factory_calibration(design, settings)
-    element.forecast = replace(delays, trims=plan(known.specimen, PRESETS[name]).corrections)
+    element.forecast = replace(
+        delays, pulse_corrections=plan(known.specimen, PRESETS[name]).corrections
+    )
 
 
 def performed(element: MemoryElement, command: Procedures) -> tuple[Outcome, list[Event]]:

@@ -54,7 +54,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
         reading = yield from listen(element)
-    learnt = element.calibration.trims is not None
+    learnt = element.calibration.pulse_corrections is not None
     present, seen, nudge = reading.level, [], 1.0
     method = element.settings.write.method
     strained = element.settings.actuator.present
@@ -193,7 +193,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
             raise ProcedureFailed(why or f'no pulse takes the wall to level {aim} again')
     quick = element.calibration.quick
     found = learnt((lesson.correction for lesson in lessons), settings, quick)
-    element.calibration = replace(element.calibration, trims=found)
+    element.calibration = replace(element.calibration, pulse_corrections=found)
     return heard
 
 

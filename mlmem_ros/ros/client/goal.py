@@ -16,7 +16,6 @@ from rcl_interfaces.srv import SetParametersAtomically
 from unique_identifier_msgs.msg import UUID
 
 from ...contract.calls import RequestRefused, answer_of
-from ...contract.services import DEADLINE, fields
 from .link import Call, Connection
 from .reply import Reply, Steps, Turn
 
@@ -57,11 +56,7 @@ class Goal(Reply[T]):
         self._taken = self._unwanted = False
         self._news: deque[Any] = deque()
         self._turn: Turn | None = None
-        known = fields(action.Goal) if action else ()
-        given = {each: value for each, value in arguments.items() if each in known}
-        if not arguments.keys() <= given.keys() | {DEADLINE}:  # it is of an older build
-            action = self._action = None
-        goal = action and action.Goal(**given)
+        goal = action and action.Goal(**arguments)
         steps = self._converse(after, name, goal, kind, service)
         super().__init__(connection, what or name, steps, timeout)
         Future.add_done_callback(self, self._tell)

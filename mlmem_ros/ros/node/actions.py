@@ -179,9 +179,8 @@ class Action:
 
     def _begin(self, goal: Any) -> Request[Any]:
         """Make the request behind a goal, which is any goal message of this action."""
-        known = services.fields(goal)  # of an older build, maybe
-        wanted = {name: getattr(goal, name) for name in REQUESTS[self._name] if name in known}
-        wait = getattr(goal, 'deadline', 0.0)
+        wanted = {name: getattr(goal, name) for name in REQUESTS[self._name]}
+        wait = goal.deadline
         try:
             if not wait >= 0.0:
                 raise Refused(f'deadline must be a number of seconds, or 0; got {wait:g}')
@@ -266,9 +265,7 @@ class Action:
         """Publish the feedback of a goal, by name of its fields."""
         message = self._kind.Impl.FeedbackMessage()
         message.goal_id = goal.info.goal_id
-        known = services.fields(self._kind.Feedback)  # of an older build, maybe
-        said = {name: value for name, value in feedback.items() if name in known}
-        message.feedback = self._kind.Feedback(**said)
+        message.feedback = self._kind.Feedback(**feedback)
         self._feedback.publish(message)
 
     def _publish_status(self) -> None:
