@@ -69,8 +69,7 @@ def test_a_session_as_json(capsys):
         'erase',
         'read',
     ]
-    assert [echo['recorded'] for echo in found['echoes']][:3] == [None, None, 2]
-    assert found['agree']
+    assert [echo['level'] for echo in found['echoes']][:3] == [None, None, 2]
     assert found['lost'] == []
 
 
@@ -105,9 +104,7 @@ def test_the_tables_of_a_session_fit(capsys, monkeypatch):
         'messages',
         'procedure',
         'margins',
-        'recorded',
-        'threshold',
-        'confidence',
+        'echoes',
     ):
         assert any(word in line.split() for line in lines), word
 

@@ -191,9 +191,3 @@ def name_of(command: Command) -> str:
     """Return the request for a command, one of `REQUESTS`."""
     (name,) = (name for name, kind in OF_REQUEST.items() if type(command) is kind)
     return name
-
-
-def arguments_of(command: Command) -> dict[str, Any]:
-    """Return the arguments of the request for a command."""
-    types = REQUESTS[name_of(command)]
-    return {name: getattr(command, name) for name in types if hasattr(command, name)}

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded bag of a memory node as values: to replay, list, draw and decode again."""
+"""A recorded bag of a memory node as values: to replay, list and draw."""
 
 from __future__ import annotations
 

@@ -1,15 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem inspect`: list what a bag holds and what was lost, and decode its echoes again.
+"""`mlmem inspect`: list what a bag holds and what was lost.
 
-Needs no ROS. Lists topics, commands, procedures and levels; decodes every recorded echo from its
-waveform. Exit status 0: whole and in agreement; 1: something is lost or differs; 2: unreadable.
+Needs no ROS. Lists topics, commands, procedures and levels. Exit status 0: whole; 1: something is
+lost; 2: unreadable.
 """
 
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @command(
-    'list a session bag, decode its echoes again, plot or repair it',
+    'list a session bag, plot or repair it',
     option('bag', type=Path, help='bag directory or file'),
     option('--node', default='', help='which node of the bag, if there are several'),
     option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
@@ -53,7 +52,7 @@ def inspect(arguments: argparse.Namespace) -> int:
         else:
             reader = BagReader(arguments.bag)
             found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
-            whole = found['agree'] and not found['lost']
+            whole = not found['lost']
     except BagError as error:
         return complain_of_bag('inspect', error, arguments.json)
     if arguments.json:
@@ -141,7 +140,6 @@ def _inspect_session(
             {'time': time, **values} for time, _, values in session.contents if 'since' in values
         ],
         'echoes': echoes,
-        'agree': all(echo['agrees'] for echo in echoes),
         'picture': picture,
     }
 
@@ -221,49 +219,16 @@ def _rounded(text: str) -> str:
 
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
-    if session.header is None or not session.echoes or session.settings.by_waveforms:
-        return []  # what is heard is compared as a whole
-    from rich.text import Text
-
-    from mlmem_tools.redecode import redecode
-
-    settings, calibration = session.settings, session.header.calibration
-    table = plain_table(
-        'echoes, decoded again from their waveforms',
-        '>time', 'end', '>recorded', '>again', '>delay', '>level margin', '>threshold margin',
-        '>confidence',
-    )  # fmt: skip
-    found = []
-    for echo in session.echoes:
-        again = redecode(echo, settings, calibration)
-        right = again.agrees(echo.level)
-        table.add_row(
-            f'{echo.time:.3f} s',
-            again.end,
-            'no level' if echo.level is None else _level(echo.level),
-            Text(_level(again.level), 'green' if right else 'red'),
-            'none' if again.delay is None else f'{again.delay:.2f}',
-            f'{again.level_margin:.2f}',
-            f'{again.threshold_margin:.2f}',
-            f'{again.confidence:.2f}',
-        )
-        found.append(
-            {
-                'time': echo.time,
-                'recorded': echo.level,
-                **dataclasses.asdict(again),
-                'confidence': again.confidence,
-                'agrees': right,
-            }
-        )
-    console.print(table)
-    return found
-
-
-def _level(level: int | None) -> str:
+    """List the level that was published with every echo."""
     from mlmem_ros.device import describe_level
 
-    return 'no echo' if level is None else describe_level(level)
+    table = plain_table('echoes', '>time', '>level')
+    for echo in session.echoes:
+        level = 'no level' if echo.level is None else describe_level(echo.level)
+        table.add_row(f'{echo.time:.3f} s', level)
+    if session.echoes:
+        console.print(table)
+    return [{'time': echo.time, 'level': echo.level} for echo in session.echoes]
 
 
 def _add(table: Any, *cells: str) -> None:

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem replay`: run a session's commands again and compare with what was recorded.
 
-Without ROS and as fast as possible, through its own device; with --ros, into a running node at the
-recorded pace. Exit status 0: nothing is missing from the recording and everything agrees (to the
-bit on the build that recorded, otherwise in every level and up to rounding; from a node, in how
-every procedure ended); 1: it does not, or there was nothing to compare; 2: the bag cannot be
+Without ROS and as fast as possible, through its own device. Exit status 0: nothing is missing from
+the recording and everything agrees (to the bit on the build that recorded, otherwise in every
+level and up to rounding); 1: it does not, or there was nothing to compare; 2: the bag cannot be
 replayed. With --incomplete a recording that was cut off passes if what there is of it agrees.
 """
 
@@ -27,7 +26,6 @@ from .output import complain, complain_of_bag, print_json
 if TYPE_CHECKING:
     from mlmem_ros.session.replay import Progress
     from mlmem_ros.session.report import ReplayReport
-    from mlmem_tools.play import Played
 
 
 OTHERS = 'case_2'
@@ -38,13 +36,12 @@ MOST_LISTED = 20
 
 
 @command(
-    'run a recorded session again and compare, without ROS or into a running node',
+    'run a recorded session again without ROS, and compare',
     option('bag', type=Path, help="session bag, or any bag with the node's command topics"),
     option('--node', default='', help='which node of the bag, if there are several'),
     option(
         '--preset', help=f'element for a bag written by another recorder; {OTHERS} unless given'
     ),
-    option('--ros', metavar='NAME', help='play into the running node of this name'),
     option(
         '--incomplete',
         action='store_true',
@@ -59,7 +56,7 @@ def replay(arguments: argparse.Namespace) -> int:
     from mlmem_ros.physics import DesignError
 
     try:
-        return _into_node(arguments) if arguments.ros else _through_device(arguments)
+        return _through_device(arguments)
     except BagError as error:
         return complain_of_bag('replay', error, arguments.json)
     except DesignError as error:
@@ -86,30 +83,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
         print_json(report.as_dict())
     else:
         _print(describe(report))
-    return _status(report, arguments)
-
-
-def _into_node(arguments: argparse.Namespace) -> int:
-    from mlmem_ros.contract.calls import RequestError
-    from mlmem_ros.session.data import load
-    from mlmem_tools.play import play
-
-    session = load(arguments.bag, arguments.node)
-    try:
-        with _progress() as progress:
-            played = play(session, arguments.ros, progress)
-    except RequestError as error:
-        return complain('replay', error, 2)
-    outcome_known()
-    if arguments.json:
-        print_json(played.as_dict())
-    else:
-        _print(describe_played(played))
-    return _status(played, arguments)
-
-
-def _status(found: ReplayReport | Played, arguments: argparse.Namespace) -> int:
-    return 0 if found.passed and (found.whole or arguments.incomplete) else 1
+    return 0 if report.passed and (report.whole or arguments.incomplete) else 1
 
 
 def describe(report: ReplayReport) -> list[str]:
@@ -138,16 +112,6 @@ def describe(report: ReplayReport) -> list[str]:
     lines += _compared('levels', report.recorded_levels, report.levels)
     lines += _compared('procedures', report.recorded_endings, report.endings)
     return [*lines, report.verdict]
-
-
-def describe_played(played: Played) -> list[str]:
-    """Return lines on how a session went in a running node."""
-    return [
-        *(f'lost        {loss}' for loss in played.lost),
-        *_compared('procedures', played.recorded, played.ended),
-        *(f'beforehand  {hint}' for hint in played.hints),
-        played.verdict,
-    ]
 
 
 def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:

@@ -8,21 +8,14 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from robot import BLANK, Robot
 
 from mlmem_ros import MemoryClient
-from mlmem_ros.device import Read
 from mlmem_ros.ros.node_process import child
 from mlmem_ros.session.data import load
 from mlmem_tools.cli.main import main
-from mlmem_tools.cli.replay import describe_played
-from mlmem_tools.play import play
-
-LIFE = Path(__file__).parent.parent / 'data' / 'life'
 
 
 def complaint(status, told, said):
@@ -78,30 +71,6 @@ def test_a_procedure_of_the_table_is_a_command_and_a_service(memory, robot, insi
     answer = robot.trigger('locate')
     assert answer.success
     assert answer['position'] == pytest.approx(36.0, abs=1.0)
-
-
-def test_replay_into_a_node_names_the_differences(memory, robot):
-    """The session read a blank element at a tenth of the speed; this one holds a level."""
-    session = load(LIFE)
-    session.stamped = [(0, Read())]
-    session.outcomes = [(0.1, {'procedure': 'read', 'level': '-1'})]
-    assert robot.write(0).success
-    played = play(session, memory.element, lambda done, total: None)
-    assert (played.recorded, played.ended) == (['read blank'], ['read 0'])
-    assert not played.passed
-    told = '\n'.join(describe_played(played))
-    assert 'procedures  0 of 1 agree: read 0' in told
-    assert f'{memory.element} held another content: level 0; in the recording, blank' in told
-    assert f'scale.time of {memory.element} is 1e-05; when it was recorded, 0.0001' in told
-    assert 'THE LEVELS DIFFER' in told
-    assert 'see what differed beforehand' in told
-
-    assert robot.trigger('erase').success
-    played = play(session, memory.element, lambda done, total: None)
-    assert played.passed
-    assert 'content' not in '\n'.join(played.hints)
-    session.lost = ['a chunk']
-    assert 'NOT WHOLE' in describe_played(replace(played, lost=session.lost))[-1]
 
 
 def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside, monkeypatch):

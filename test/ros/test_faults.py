@@ -13,12 +13,11 @@ from nodes import QUICK, arrived
 from robot import BLANK, SENSOR, Imu, Robot, values
 
 from mlmem_ros.contract.calls import NoAnswer, RequestRefused
-from mlmem_ros.device import Disturb, Faults, Inject, Read, SetFaults, preset
+from mlmem_ros.device import Disturb, Inject, SetFaults, preset
 from mlmem_ros.ros.client.client import standalone, wait_until
-from mlmem_ros.session.data import SessionData, load
+from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.cli.main import main
-from mlmem_tools.play import play
 
 DESIGN = preset(QUICK['design.preset']).design
 PAGE = Path(__file__).parents[2] / 'docs' / 'faults.md'
@@ -140,23 +139,6 @@ def test_a_client_sets_faults_and_gets_the_reason_of_a_refusal(robot):
         ):
             memory.set_parameters({'faults.weak_cell': 300}).wait()
         memory.set_parameters({'faults.weak_cell': 0, 'faults.weak_factor': 0.5}).wait()
-
-
-def test_faults_and_disturbances_are_played_into_a_node(robot):
-    assert robot.write(1).success
-    told = [
-        (0.0, SetFaults(Faults(sensor_noise=1e-6, seed=3))),
-        (0.1, Disturb(1e-7)),
-        (0.2, SetFaults(Faults())),
-        (0.3, Read()),
-        (0.4, Read('right')),
-    ]
-    robot.received('outcome')
-    session = SessionData(robot.element, None, commands=told)
-    heard = play(session, robot.element, lambda done, total: None).ended
-    assert heard == ['read 1', 'read 1']
-    robot.latest('outcome', lambda status: values(status)['end'] == 'right')
-    assert robot.get('faults.sensor_noise') == 0.0
 
 
 def shake(robot, acceleration, pending):

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Replay of other recorders' bags, of damaged ones and of bags without a session."""
 
-import dataclasses
 import shutil
 from pathlib import Path
 
@@ -13,14 +12,12 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import BLANK, UNDECODABLE, new_element
-from mlmem_ros.device.echo import pulse_duration
+from mlmem_ros.device import new_element
 from mlmem_ros.device.instrument import Units
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import element_of, replay, replay_commands
+from mlmem_ros.session.replay import replay, replay_commands
 from mlmem_tools.cli.main import main
-from mlmem_tools.redecode import redecode
 
 from .tampering import Tampered
 
@@ -194,53 +191,6 @@ def test_a_bag_of_several_nodes_needs_a_name(tmp_path):
     with pytest.raises(BagError, match="'/a', '/b'"):
         load(tmp_path / 'bag')
     assert len(load(tmp_path / 'bag', '/b').commands) == 1
-
-
-def test_every_recorded_echo_decodes_again_from_its_waveform():
-    session = load(DATA / 'life')
-    calibration = element_of(session).calibration
-    for echo in session.echoes:
-        again = redecode(echo, session.settings, calibration)
-        assert again.agrees(echo.level)
-        if echo.level == BLANK:
-            assert again.end == 'right'
-        # v_c is computed from v_m, both rounded to 32 bits: delays agree to a sample.
-    (read,) = [values for _, values in session.reads('left')]
-    echo = session.reads('left')[0][0]
-    again = redecode(echo, session.settings, calibration)
-    step = float(np.median(np.diff(echo.t)))
-    assert again.delay == pytest.approx(float(read['delay']), abs=1.01 * step)
-
-
-def test_silence_decodes_to_no_level_and_contradicts_what_was_read():
-    session = load(DATA / 'life')
-    heard = session.echoes[0]
-    pulse = np.where(heard.t <= pulse_duration(session.settings.probe), heard.v_m, 0.0)
-    silent = dataclasses.replace(heard, v_m=pulse)
-    again = redecode(silent, session.settings, element_of(session).calibration)
-    assert (again.delay, again.level) == (None, None)
-    assert again.threshold_margin < 1.0
-    assert not again.agrees(2)
-    assert again.agrees(UNDECODABLE)
-
-
-@pytest.mark.parametrize(('stuck', 'status'), [((), 1), ((217,), 0)])
-def test_a_wrong_recorded_level_is_found_by_inspect(capsys, monkeypatch, stuck, status):
-    """Tamper with one decoded level: inspect says so and fails. With a cell known to be stuck it
-    is read by waveforms, of which delays say nothing.
-    """
-    from mlmem_ros.session import data
-
-    def tampered(reader, node=''):
-        session = load(reader, node)
-        session.echoes[1] = dataclasses.replace(session.echoes[1], level=5)
-        known = session.settings.with_stuck(stuck)
-        session.header = dataclasses.replace(session.header, settings=known)
-        return session
-
-    assert main(['inspect', str(DATA / 'life')]) == 0
-    monkeypatch.setattr(data, 'load', tampered)
-    assert main(['inspect', str(DATA / 'life')]) == status
 
 
 def test_a_truncated_session_is_repaired_and_replayed(tmp_path, capsys):
