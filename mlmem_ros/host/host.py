@@ -23,7 +23,7 @@ from ..device.mailbox import Asked
 from ..device.open_requests import Stamped
 from ..device.timetable import Pacer
 from ..physics import StateError
-from .building import built
+from .building import Built, built
 from .requests import Requests
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
@@ -46,6 +46,8 @@ class Host(Requests):
 
     Attributes:
         residual_monitor: Compares its reads with a twin's forecast; None without one.
+        preparing: What is being done to configure the device; empty if nothing is.
+        held_up: What its time waits for, such as /clock; empty if for nothing.
     """
 
     def __init__(
@@ -66,6 +68,7 @@ class Host(Requests):
         self.log = ThrottledLog(log)
         super().__init__(Sessions(self.log, now))
         self.residual_monitor: ResidualMonitor | None = None
+        self.preparing = self.held_up = ''
         self._unsaved = False  # the content, at the end of the last life
         self._cut_short = 0  # recordings
         self._name = name
@@ -97,7 +100,23 @@ class Host(Requests):
         Raises:
             One of `REFUSALS`: Nothing is changed.
         """
-        element, store, monitor = built(given, self.log, self._disk, self._name, blank)
+        return self.adopt(self.build(given, blank), blank)
+
+    def build(self, given: Parameters, blank: bool = False) -> Built:
+        """Check the design and build the device, in any thread; `adopt` or `discard` it then.
+
+        Raises:
+            One of `REFUSALS`: Nothing is open.
+        """
+        return built(given, self.log, self._disk, self._name, blank)
+
+    def discard(self, device: Built) -> None:
+        """Release a device that is not adopted."""
+        self._release(device.store, device.element)
+
+    def adopt(self, device: Built, blank: bool = False) -> MemoryElement:
+        """Put a device that was built into service."""
+        element, store, monitor = device
         self.stopped = ''
         self._rescue.restore(None if blank else element)
         self.element, self._store, self.residual_monitor = element, store, monitor
@@ -209,16 +228,19 @@ class Host(Requests):
 
     def release(self) -> None:
         """Release the device."""
-        if self._store is not None:
-            self._store.close()
-        if self.element is not None:
+        self._release(self._store, self.element)
+        self.element = self._store = self.residual_monitor = None
+
+    def _release(self, store: Store | NullStore | None, element: MemoryElement | None) -> None:
+        if store is not None:
+            store.close()
+        if element is not None:
             with self.log.guarded('releasing the element'):
                 try:
-                    self.element.driver.close()
+                    element.driver.close()
                 except DriverError as error:
                     self.log.error(str(error))
                     self.log.cause(error)
-        self.element = self._store = self.residual_monitor = None
 
     def close(self) -> None:
         """Shut down, whatever the device is doing: stop, save and release it."""

@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import atexit
 import threading
+from collections.abc import Callable
 from typing import ClassVar
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor
@@ -23,7 +25,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Empty
 
 from .. import packages
 from ..contract import topics
@@ -47,6 +48,9 @@ def events_executor(context: Context | None = None) -> Executor:
 ALIVE, CLIENTS = 'alive', 'clients'
 """Topics of the node and of its clients, below its name. The graph forgets killed ones late."""
 
+NOT_SERVING = DiagnosticStatus.STALE
+"""Level of a heartbeat of a node that prepares: requests wait until it serves."""
+
 EVERY = 1.0
 """Seconds between two signs."""
 
@@ -59,16 +63,19 @@ DESTROYED = InvalidHandle, rclpy_implementation.RCLError
 class Signs:
     """Gives the signs of this process, from a thread of their own: executors may be busy."""
 
-    _publishers: ClassVar[set[Publisher]] = set()
+    _publishers: ClassVar[dict[Publisher, Callable[[], DiagnosticStatus]]] = {}
     _lock = threading.Lock()
     _over = threading.Event()
     _thread = threading.Thread()
 
     @classmethod
-    def give(cls, node: Node, topic: str) -> None:
-        """Give signs on a topic until the node is destroyed."""
+    def give(
+        cls, node: Node, topic: str, status: Callable[[], DiagnosticStatus] = DiagnosticStatus
+    ) -> None:
+        """Give signs on a topic until the node is destroyed, each with its present status."""
         with cls._lock:
-            cls._publishers.add(node.create_publisher(Empty, topic, SIGN))
+            publisher = node.create_publisher(DiagnosticStatus, topic, SIGN)
+            cls._publishers[publisher] = status
             if not cls._thread.is_alive():
                 cls._thread = threading.Thread(target=cls._run, name='mlmem-alive', daemon=True)
                 cls._thread.start()
@@ -79,11 +86,11 @@ class Signs:
         atexit.register(cls._over.set)
         while not cls._over.wait(EVERY):
             with cls._lock:
-                for publisher in list(cls._publishers):
+                for publisher, status in list(cls._publishers.items()):
                     try:
-                        publisher.publish(Empty())
+                        publisher.publish(status())
                     except DESTROYED:
-                        cls._publishers.discard(publisher)
+                        del cls._publishers[publisher]
 
 
 def profile(qos: topics.Qos) -> QoSProfile:

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A process of ours before it loads ROS: the signals that it notes, and its profile for Fast DDS.
 
-A start first ends and then heeds a signal, for it may be in the middle of anything. But kernels
-take many seconds to compile, and launch kills what has not ended 15 s after Ctrl-C.
+A start heeds a signal between two turns of its executor, for it may be in the middle of anything.
 
 With the profile clients find a node soon, its histories begin small, and the start of a bank takes
 a time that grows with its elements, not with their square. Its file says how.
@@ -14,30 +13,15 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import traceback
-from collections.abc import Iterator, Mapping, MutableMapping
-from contextlib import contextmanager
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 HEEDED = signal.SIGINT, signal.SIGTERM
 
-CALLED_BY_C = '_raw_object_cache_notify', '_raw_object_cache_getbuffer'
-"""What LLVM calls in Python while it compiles, by llvmlite."""
-
-
-class Stopped(BaseException):
-    """A signal has come while kernels were compiled.
-
-    It is no `Exception`: numba takes those of its own compilation for errors of the program.
-    """
-
 
 class Signals(list[int]):
     """The signals that have come, in their order."""
-
-    _ends = False
 
     def heed(self) -> None:
         """Take note of SIGINT and SIGTERM from now on."""
@@ -49,32 +33,8 @@ class Signals(list[int]):
         for number in HEEDED:
             signal.signal(number, signal.SIG_IGN)
 
-    @contextmanager
-    def ending(self) -> Iterator[None]:
-        """Let a signal that comes, or has come, end the body in the main thread by `Stopped`."""
-        if self:
-            raise Stopped
-        self._ends = True
-        try:
-            yield
-        finally:
-            self._ends = False
-            if self:
-                sys.setprofile(None)
-
     def _handle(self, number: int, _: Any) -> None:
         self.append(number)
-        if self._ends:
-            sys.setprofile(self._end)
-
-    def _end(self, frame: FrameType, *_: Any) -> None:
-        """Raise `Stopped` at a call or return of a function, but of none that C has called: there
-        it would be printed, and forgotten.
-        """
-        if not any(each.f_code.co_name in CALLED_BY_C for each, _ in traceback.walk_stack(frame)):
-            self._ends = False  # a second signal does not disturb the first's clearing up
-            sys.setprofile(None)
-            raise Stopped
 
 
 RECEIVED = Signals()

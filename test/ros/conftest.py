@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import signal
 import sys
+import threading
 
 import pytest
+from nodes import SOON
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -70,11 +72,14 @@ def refused(capfd):
     from mlmem_ros.ros.node_process import node_arguments
 
     def refused(parameters=None, *, name='mlmem', file=None, options=(), warned=False):
-        given = node_arguments(name, parameters, file)
+        given, stop = node_arguments(name, parameters, file), []
         capfd.readouterr()
+        ends = threading.Timer(SOON, stop.append, [signal.SIGTERM])  # if it starts after all
+        ends.start()
         try:
-            assert run(['memory_node', *given, *options], stop=[signal.SIGTERM]) == NOT_STARTED
+            assert run(['memory_node', *given, *options], stop) == NOT_STARTED
         finally:
+            ends.cancel()
             rclpy.try_shutdown()
         said = capfd.readouterr().err.splitlines()
         assert not [line for line in said if line.startswith('Traceback')], said

@@ -1,9 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wait for the compiler is reported repeatedly, and not at all with a warm cache."""
+"""A node that compiles says so in its log, on its heartbeat and in its diagnostics."""
 
 import logging
-import threading
 from types import SimpleNamespace
 
 import pytest
@@ -16,43 +15,38 @@ TEXT = 'compiling the kernels of the rigid substrate (pefrl)'
 
 
 @pytest.fixture
+def host():
+    return SimpleNamespace(preparing='')
+
+
+@pytest.fixture
 def cached(monkeypatch):
     """Set whether the kernels are in the compiler's cache: cached(True)."""
     return lambda answer: monkeypatch.setattr(starting, 'kernel_in_cache', lambda *_: answer)
 
 
-def test_cached_kernels_are_not_reported(cached, caplog):
+def test_preparation_with_cached_kernels_is_not_logged(cached, host, caplog):
     cached(True)
-    told = []
-    with (
-        caplog.at_level('INFO'),
-        starting.telling_compilation(NODE, CASE_II, 'pefrl', told.append),
-    ):
-        pass
-    assert told == []
+    with caplog.at_level('INFO'), starting.report_preparation(NODE, host, CASE_II, 'pefrl'):
+        assert host.preparing == 'preparing the device'
+    assert host.preparing == ''
     assert caplog.messages == []
 
 
-def test_compiling_is_reported_until_it_ends(cached, caplog, monkeypatch):
+def test_preparation_that_compiles_is_logged_and_reported(cached, host, caplog):
     cached(False)
-    monkeypatch.setattr(starting, 'REMINDER', 0.001)
-    told, thrice = [], threading.Event()
-
-    def report(text):
-        told.append(text)
-        if len(told) == 3:
-            thrice.set()
-
-    with caplog.at_level('INFO'), starting.telling_compilation(NODE, CASE_II, 'pefrl', report):
-        assert thrice.wait(10.0)
-    assert set(told) == {TEXT}
+    with caplog.at_level('INFO'), starting.report_preparation(NODE, host, CASE_II, 'pefrl'):
+        assert host.preparing == TEXT
+    assert host.preparing == ''
     assert caplog.messages[0].startswith(TEXT)
     assert caplog.messages[1].startswith('compiled in')
-    assert 'mlmem-compiling' not in [thread.name for thread in threading.enumerate()]
 
 
-def test_a_failure_ends_the_reminders(cached):
+def test_preparation_that_fails_is_over(cached, host):
     cached(False)
-    with pytest.raises(RuntimeError), starting.telling_compilation(NODE, CASE_II, 'pefrl', print):
+    with (
+        pytest.raises(RuntimeError),
+        starting.report_preparation(NODE, host, CASE_II, 'pefrl'),
+    ):
         raise RuntimeError
-    assert 'mlmem-compiling' not in [thread.name for thread in threading.enumerate()]
+    assert host.preparing == ''

@@ -174,7 +174,7 @@ def test_a_loop_tells_why_it_stopped_or_what_it_lost():
         statistics=statistics, element=TICKING, failure=None, paused=False,
         pacer=SteadyPacer(),
     )  # fmt: skip
-    component = Pace(SimpleNamespace(refused=0, log=log))
+    component = Pace(SimpleNamespace(refused=0, held_up='', log=log))
     assert component.health(loop) == Health(WARN, '2 ticks of time were skipped', ANY)
     assert component.health(loop) == Health(OK, 'running', ANY)
     for statistics.overruns in (3, 4, 5, 8):
@@ -193,7 +193,7 @@ def test_the_rate_of_a_loop_at_rest_counts_the_ticks_that_it_slept_through(monke
     """It sleeps for up to two seconds. Ticks of before the first report are none of its rate."""
     clock = iter([0.0, 1.0, 2.0, 3.0, 4.0])
     monkeypatch.setattr(diagnostics.time, 'monotonic', lambda: next(clock))
-    component = Pace(SimpleNamespace(refused=0, log=SimpleNamespace(caught=0)))
+    component = Pace(SimpleNamespace(refused=0, held_up='', log=SimpleNamespace(caught=0)))
     statistics = LoopStatistics(ticks=500)
     loop = SimpleNamespace(
         statistics=statistics, paused=False, failure=None, element=TICKING, pacer=SteadyPacer()

@@ -2,16 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The managed node: its transitions, its saved content, and the clocks that pace it."""
 
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as FuturesTimeout
 
 import pytest
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from nodes import QUICK
+from nodes import QUICK, SOON
 from robot import Robot
 from rosgraph_msgs.msg import Clock
 
-from mlmem_ros.host import state_file
+from mlmem_ros import standalone
+from mlmem_ros.host import Host, state_file
 
 BY_HAND = {'autostart': False}
 
@@ -214,3 +218,46 @@ def test_a_design_that_fails_its_check_is_refused_or_named(start):
         robot.set(design__check='warn')
         assert change(robot, Transition.TRANSITION_CONFIGURE)
         assert 'design check: peierls_nabarro' in node.output
+
+
+@pytest.fixture
+def slow_build(monkeypatch):
+    """Let a device take a time to build, as with a cold cache; return what lets it go on."""
+    built, go_on = Host.build, threading.Event()
+
+    def build(*arguments):
+        assert go_on.wait(SOON)
+        return built(*arguments)
+
+    monkeypatch.setattr(Host, 'build', build)
+    yield go_on
+    go_on.set()
+
+
+def test_a_node_that_prepares_answers_get_state_at_once(start, slow_build):
+    """nav2's lifecycle manager waits 5 s for the state; kernels take longer to compile."""
+    start({'autostart': False})
+    with Robot() as robot:
+        configure = Transition(id=Transition.TRANSITION_CONFIGURE)
+        request = ChangeState.Request(transition=configure)
+        configured = robot.send('change_state', request, ChangeState)
+        begun = time.monotonic()
+        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+        assert time.monotonic() - begun < 5.0
+        assert not configured.done()
+        slow_build.set()
+        assert robot.response(configured).success
+        assert state(robot) == State.PRIMARY_STATE_INACTIVE
+
+
+def test_a_request_to_a_node_that_prepares_waits_for_it(start, slow_build, capfd):
+    """Longer than its time-out, and says what it waits for."""
+    with standalone(patience=SOON) as memory, ThreadPoolExecutor() as threads:
+        starting = threads.submit(start)
+        read = memory.read(timeout=4.0)
+        with pytest.raises(FuturesTimeout):
+            read.result(8.0)
+        slow_build.set()
+        assert read.wait().level == -1
+        starting.result()
+    assert 'read waits for /mlmem: preparing the device' in capfd.readouterr().err

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from nodes import QUICK, hears, program
 from robot import Robot
-from std_msgs.msg import Empty
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
@@ -145,7 +145,7 @@ def test_signs_of_life_end_with_their_node(context):
         for name in ('first', 'second')
     )
     heard = []
-    first.create_subscription(Empty, '/of_second', heard.append, SIGN)
+    first.create_subscription(DiagnosticStatus, '/of_second', heard.append, SIGN)
     executor = rclpy.executors.SingleThreadedExecutor(context=context)
     executor.add_node(first)
     Signs.give(first, '/of_first')

@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """`use_sim_time`: the clock of a simulator, which may jump either way."""
 
+import re
 import threading
-from contextlib import contextmanager
+import time
+from contextlib import ExitStack, contextmanager
 
 import pytest
 from robot import Robot, values
 from rosgraph_msgs.msg import Clock
 from sampled import sampled
 
+from mlmem_ros import NoAnswer
+from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.cli.main import main
@@ -27,13 +31,14 @@ class Simulator:
     def __init__(self, robot, now, step=4e-3):
         self.now = now
         self._step = step
+        self.period = 2e-3
         self._publisher = robot.node.create_publisher(Clock, '/clock', 10)
         robot.wait(self._publisher.get_subscription_count, 'a subscriber of /clock')
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run)
 
     def _run(self):
-        while not self._end.wait(2e-3):
+        while not self._end.wait(self.period):
             self.now += self._step
             self.show()
 
@@ -93,8 +98,29 @@ def test_a_clock_that_jumps_forward_loses_no_time(start, jump):
     assert 'the clock has jumped: the device goes on without a gap' in node.output
 
 
-def test_a_clock_in_steps_too_large_to_follow_is_reported(start):
-    start({'use_sim_time': True})
-    with Robot() as robot, Simulator(robot, 100.0, step=1.0).running():
-        level, _ = health(robot, 'the clock advances in steps of more than 0.5 s')
+@pytest.mark.parametrize(
+    ('period', 'why'),
+    [
+        (None, 'use_sim_time is set but no /clock has arrived yet'),
+        (0.0, '/clock does not advance'),
+        (1.0, 'the clock advances in steps of more than 0.5 s'),
+    ],
+)
+def test_a_clock_that_does_not_run_is_reported_within_5_s(start, period, why, capfd):
+    """By the client, in the log and in diagnostics; a step of 1 s a second, or none."""
+    node = start({'use_sim_time': True})
+    with Robot() as robot, ExitStack() as stack:
+        if period is not None:
+            clock = Simulator(robot, 100.0, 1.0)
+            clock.period = period or 3600.0
+            stack.enter_context(clock.running())
+            clock.show()
+        begun = time.monotonic()
+        write = node.memory.write(1, timeout=6.0)
+        level, _ = health(robot, why)
+        wait_until(lambda: f'write 1 waits for /mlmem: {why}' in capfd.readouterr().err, why)
         assert level == b'\1'
+        assert why in node.output
+        assert time.monotonic() - begun < 5.0
+        with pytest.raises(NoAnswer, match=re.escape(why)):
+            write.wait()

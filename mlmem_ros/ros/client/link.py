@@ -5,20 +5,25 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.timer import Timer
-from std_msgs.msg import Empty
 
-from ..middleware import ALIVE, CLIENTS, DESTROYED, EVERY_ONE, RELIABLE, SIGN, Signs
+from ..middleware import ALIVE, CLIENTS, DESTROYED, EVERY_ONE, NOT_SERVING, RELIABLE, SIGN, Signs
 from .line import Line, is_destroyed
+
+REPORT_PERIOD_S = 5.0
+"""Time between two log lines on what a memory node waits for."""
 
 SILENT = 4.0
 """Seconds without a sign of life after which a memory node is given up."""
@@ -52,6 +57,15 @@ class Connection:
         self.line = Line.of(node.context)
         self._link: Link | None = None
         self._lock = threading.Lock()
+        self._reported = '', -math.inf  # what the node waits for, and when that was logged
+
+    def report_wait(self, link: Link, what: str, seconds: float) -> None:
+        """Log what the memory node waits for while a request has waited for some seconds."""
+        now, text = time.monotonic(), link.held_up
+        before, logged = self._reported
+        if text and (text != before or now - logged >= REPORT_PERIOD_S):
+            self._reported = text, now
+            self.node.get_logger().info(f'{what} waits for {self.peer}: {text} ({seconds:.0f} s)')
 
     def wake(self, _: Any = None) -> None:
         """Have the robot's executor, if there is one, resume its coroutines.
@@ -108,7 +122,20 @@ class Link:
         self._met = self._heard = False
         self.node = line.join(self, robot)
         Signs.give(self.node, f'{peer}/{CLIENTS}')
-        self._signs = self.node.create_subscription(Empty, f'{peer}/{ALIVE}', self._on_sign, SIGN)
+        self._status = DiagnosticStatus()
+        self._signs = self.node.create_subscription(
+            DiagnosticStatus, f'{peer}/{ALIVE}', self._on_sign, SIGN
+        )
+
+    @property
+    def serving(self) -> bool:
+        """Whether the memory node serves requests, as far as is known; else it prepares."""
+        return bool(self._status.level != NOT_SERVING)
+
+    @property
+    def held_up(self) -> str:
+        """What the memory node says that it waits for or prepares; empty if it only serves."""
+        return str(self._status.message)
 
     @property
     def broken(self) -> bool:
@@ -181,7 +208,7 @@ class Link:
         """
         self._line.leave(self)
 
-    def _on_sign(self, _: Empty) -> None:
+    def _on_sign(self, status: DiagnosticStatus) -> None:
         """Take note of a sign of life.
 
         A node that comes back before anybody asks whether it is silent has stood still as well,
@@ -190,4 +217,4 @@ class Link:
         now = self._line.awake
         if self._heard and now - self._since > SILENT:
             self._lost = True
-        self._since, self._heard = now, True
+        self._since, self._heard, self._status = now, True, status

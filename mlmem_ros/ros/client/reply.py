@@ -83,7 +83,8 @@ class Reply(Future[T]):
         self._connection, self._what, self._steps = connection, what, steps
         self._timeout = seconds('timeout', timeout)
         self._patience = min(connection.patience if patience is None else patience, timeout)
-        self._until = time.monotonic() + self._timeout
+        self._begun = self._looked = time.monotonic()
+        self._until = self._begun + self._timeout  # later, if the node prepares meanwhile
         self.freed: Future[None] = Future()
         self._step: Call | Sequence[Future[Any]] = ()
         self._asked = self._seen = 0.0  # since when the step is due; when its service was there
@@ -250,6 +251,11 @@ class Reply(Future[T]):
         """Send what could not be sent yet, give up what is hopeless or late; return whether there
         is more to come.
         """
+        if (link := self._link) is not None and not self.done():
+            self._connection.report_wait(link, self._what, now - self._begun)
+            if not link.serving:
+                self._until += now - self._looked
+        self._looked = now
         try:
             self._send()
             if reason := self._hopeless(now):
@@ -259,7 +265,8 @@ class Reply(Future[T]):
             self._end(gone or error)
         if now > self._until:
             late = f'did not answer {self._what} within {self._timeout:g} s'
-            self._fail(NoAnswer(f'{self._connection.peer} {late}'))
+            why = f': {link.held_up}' if link is not None and link.held_up else ''
+            self._fail(NoAnswer(f'{self._connection.peer} {late}{why}'))
             if not (self._lasting and self._reached()) or now > self._until + LATE:
                 self._end()
         return not self.freed.done()

@@ -151,11 +151,13 @@ class CallbackGuard:
 
     Attributes:
         waiting: Ids of the requests not answered yet.
+        held: Done when requests to services of our own may go on; None if they may.
     """
 
     def __init__(self, node: Node, log: ThrottledLog) -> None:
         self.waiting: set[int] = set()
         self.answered = 0
+        self.held: Future[None] | None = None
         self._node = node
         self._log = log
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -189,6 +191,8 @@ class CallbackGuard:
 
         async def serve(request: Any, response: Any) -> Any:
             try:
+                if own and self.held is not None:
+                    await outcome_of(self.held)
                 answer = callback(request, response)
                 return await answer if inspect.isawaitable(answer) else answer
             except Exception as error:

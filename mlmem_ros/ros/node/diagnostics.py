@@ -208,6 +208,8 @@ class Pace:
             refused = {'refused': self._host.refused}
             if self._host.stopped:
                 return Health(ERROR, self._host.stopped, refused)
+            if self._host.preparing:
+                return Health(OK, self._host.preparing, refused)
             return dataclasses.replace(INACTIVE, values=refused)
         statistics = loop.statistics
         lost, self._overruns = statistics.overruns - self._overruns, statistics.overruns
@@ -234,14 +236,10 @@ class Pace:
             return Health(ERROR, str(loop.failure), values)
         jumps = loop.pacer.jumps
         jumped, self._jumps = jumps - (jumps if self._jumps is None else self._jumps), jumps
-        if jumped == 1:
-            self._host.log.info('the clock has jumped: the device goes on without a gap')
-        if jumped > 1:
-            slack = loop.pacer.slack
-            return Health(
-                WARN, f'the clock advances in steps of more than {slack:g} s: time stands still',
-                values,
-            )  # fmt: skip
+        if self._host.held_up:
+            return Health(WARN, self._host.held_up, values)
+        if jumped:
+            self._host.log.info('the clock has jumped: the device goes on without a gap', 'clock')
         if lost > 0:
             text = f'{statistics.overruns} ticks of time were skipped'
             if statistics.overruns >= 2 * self._logged:  # log it each time it has doubled
@@ -302,10 +300,6 @@ class Diagnostics:
             DiagnosticArray, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos)
         )
         callback_guard.every(PERIOD, DIAGNOSTICS.name, self._report)
-
-    def announce(self, text: str) -> None:
-        """Report what keeps the node from reporting by itself; from any thread."""
-        self._publish({'loop': Health(OK, text)})
 
     def _report(self) -> None:
         loop = self._host.loop

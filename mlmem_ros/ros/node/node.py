@@ -5,31 +5,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
 from typing import Any, NamedTuple
 
+from diagnostic_msgs.msg import DiagnosticStatus
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
+from ... import threads
 from ...contract.services import SERVICES
 from ...device import DriverError, Event, Refused
 from ...device.timetable import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
+from ...host.building import Built
+from ...host.settings import Parameters
 from ...host.worker import Log
-from ..middleware import ALIVE, Signs
+from ..middleware import ALIVE, NOT_SERVING, Signs
 from .actions import Actions
-from .callback_guard import CallbackGuard
+from .callback_guard import CallbackGuard, outcome_of
 from .diagnostics import Diagnostics
 from .lazy_parameters import UnlistedParameters
 from .parameters import ParameterSet
 from .services import Clients, Services, session_plan
-from .simulator import Simulator
-from .starting import DuplicateNameCheck, Retries, telling_compilation
+from .simulator import SimTimePacer, Simulator
+from .starting import DuplicateNameCheck, Retries, report_preparation
 from .topics import Publishers, Subscriptions
 
 REQUESTED = {'send_goal', *(service.name for service in SERVICES)}
 """Services whose clients want something of the element, unlike those of its parameters."""
+
+CONFIGURE = Transition.TRANSITION_CONFIGURE
 
 TEND = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
@@ -112,7 +122,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         except BaseException:
             self.destroy_node()
             raise
-        Signs.give(self, f'~/{ALIVE}')
+        Signs.give(self, f'~/{ALIVE}', self._heartbeat)
         self._asking = Clients(self)  # rclpy has _clients
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
@@ -122,14 +132,26 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         self._duplicate_name_check = DuplicateNameCheck(self, self.host.log, callback_guard)
         self._published: Publishers | None = None
         self._starting = self._blank = self._held = False
-        self._awaits_clock = True
-        self._sim_time: Pacer | None = None
+        self._sim_time: SimTimePacer | None = None
         self._refusal: Exception | None = None
+        self._building: Future[Built] | None = None  # the device, in a thread of its own
+        self._prepared: Future[None] | None = None  # done, in the executor, when it is built
         self._retries = Retries(
             self, self.host, lambda: float(self.get_parameter('device.retry').value)
         )
         callback_guard.every(TEND, 'checking disks and clock', self._on_timer)
+        for service in self.services:
+            if service.srv_name.endswith('/change_state'):
+                service.callback = self._change_state_when_prepared(service.callback)
         callback_guard.guard_services()
+
+    def _heartbeat(self) -> DiagnosticStatus:
+        """Return what the node's clients are told of it; from any thread."""
+        name, host = self.get_fully_qualified_name(), self.host
+        if host.preparing:
+            return DiagnosticStatus(level=NOT_SERVING, name=name, message=host.preparing)
+        level = DiagnosticStatus.WARN if host.held_up else DiagnosticStatus.OK
+        return DiagnosticStatus(level=level, name=name, message=host.held_up)
 
     def quick_log(self) -> Log:
         """Return where the lines of requests and of the loop go."""
@@ -169,6 +191,77 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             One of `REFUSALS`: The transition that failed.
         """
         self._pass(self.trigger_configure, self.trigger_activate)
+
+    def hold_requests(self) -> None:
+        """Let requests wait until `release_requests`, while the node starts by itself."""
+        self._callback_guard.held = Future()
+
+    def release_requests(self) -> None:
+        """Let requests go on, those that wait first."""
+        held, self._callback_guard.held = self._callback_guard.held, None
+        if held is not None:
+            held.set_result(None)
+
+    @property
+    def preparing(self) -> bool:
+        """Whether a device is being built by `prepare`."""
+        return self._building is not None and not self._building.done()
+
+    def prepare(self) -> Future[None]:
+        """Build the device in a thread of its own, for the next `configure` to take.
+
+        Kernels take many seconds to compile and a rig may take as long to answer: meanwhile the
+        executor, which must spin in another thread, answers other requests.
+
+        Raises:
+            SettingsError: The parameters do not make a memory.
+        """
+        if self._prepared is None:
+            given = self._given.values()
+            self._given.locked = True
+            self._prepared = Future[None]()
+            self._building = threads.aside(lambda: self._build(given))
+            self._building.add_done_callback(self._have_executor_settle)
+        return self._prepared
+
+    def _have_executor_settle(self, _: object) -> None:
+        if (executor := self.executor) is not None:
+            executor.create_task(self._settle)
+
+    def _settle(self) -> None:
+        prepared, self._prepared, self._given.locked = self._prepared, None, False
+        if prepared is not None:
+            prepared.set_result(None)
+
+    def _change_state_when_prepared(self, change_state: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a callback that prepares the node before it configures it."""
+
+        async def serve(request: ChangeState.Request, response: ChangeState.Response) -> Any:
+            label, number = request.transition.label, request.transition.id
+            configures = label == 'configure' or (not label and number == CONFIGURE)
+            if self.unconfigured and (configures or self._prepared is not None):
+                with suppress(*REFUSALS):  # which the transition says
+                    await outcome_of(self.prepare())
+            try:
+                return change_state(request, response)
+            finally:
+                self._discard()
+
+        return serve
+
+    def _discard(self) -> None:
+        """Release a device that was built, but not configured."""
+        if (building := self._building) is not None and building.done():
+            self._building = None
+            if building.exception() is None:
+                self.host.discard(building.result())
+
+    def _build(self, given: Parameters, blank: bool = False) -> Built:
+        if not self._retries.waiting:
+            self.get_logger().info('preparing the device')
+        integrator = given.settings.time.integrator
+        with report_preparation(self, self.host, given.design, integrator):
+            return self.host.build(given, blank)
 
     def _pass(
         self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
@@ -220,6 +313,8 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         """Stop time if it runs, save the content, close the session file."""
         with self.host.log.guarded('closing'):
             self.host.close()
+        self._discard()
+        self.release_requests()
         self._release()
 
     def destroy_node(self) -> None:
@@ -278,11 +373,9 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
 
     def _configure(self) -> None:
         given = self._given.values()
-        if not self._retries.waiting:
-            self.get_logger().info('preparing the device')
-        integrator = given.settings.time.integrator
-        with telling_compilation(self, given.design, integrator, self._diagnostics.announce):
-            element = self.host.configure(given, self._blank)
+        building, self._building = self._building, None
+        built = self._build(given, self._blank) if building is None else building.result()
+        element = self.host.adopt(built, self._blank)
         self._given.lock(element.words)
         self._published = Publishers(self, element, given.publish, self.host)
         words = f'{element.words} words, ' if given.settings.register.spacing else ''
@@ -304,18 +397,13 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             lambda: 0 if self._published is None else self._published.taken.period,
             self._held,
         )
-        self._awaits_clock = True
         self.host.log.info('active: time is paused' if self._held else 'active: time runs')
 
     def _pacer(self) -> Pacer:
         """Return the clock that time follows: the machine's, or with `use_sim_time` /clock."""
-        if not self.get_parameter('use_sim_time').value:
-            return SteadyPacer()
-        if self._sim_time is None:
-            from .simulator import SimTimePacer
-
-            self._sim_time = SimTimePacer(self.get_clock())
-        return self._sim_time
+        simulated = self.get_parameter('use_sim_time').value
+        self._sim_time = SimTimePacer(self.get_clock()) if simulated else None
+        return self._sim_time or SteadyPacer()
 
     def _deactivate(self) -> None:
         self.host.deactivate()
@@ -355,10 +443,13 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         self._mind_failure()
         self.host.on_timer()
         self._retries.on_timer()
-        simulated = self.get_parameter('use_sim_time').value
-        if simulated and self._awaits_clock and self.host.loop is not None:
-            self._awaits_clock = False  # logged once per activation
-            if not self.get_clock().now().nanoseconds:
-                self.host.log.warning(
-                    'use_sim_time is set but no /clock has arrived yet: time stands still'
-                )
+        self._look_at_clock()
+
+    def _look_at_clock(self) -> None:
+        """Say in `host.held_up` if simulated time stands still; log that once."""
+        before, problem = self.host.held_up, ''
+        if self._sim_time is not None and self.host.loop is not None:
+            problem = self._sim_time.problem()
+        if problem not in ('', before):
+            self.host.log.warning(problem)
+        self.host.held_up = problem

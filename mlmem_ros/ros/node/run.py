@@ -8,8 +8,9 @@ Their executor survives any message, and signals wake it.
 from __future__ import annotations
 
 import contextlib
-import ctypes
+import faulthandler
 import gc
+import os
 import signal
 import socket
 import threading
@@ -28,7 +29,7 @@ from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
 from ..middleware import events_executor
-from ..process import RECEIVED, Stopped
+from ..process import RECEIVED
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
@@ -37,6 +38,9 @@ could not be saved. (2 is a wrong command line.)"""
 
 POLL = 10.0
 """Seconds per turn of the executor, which must not wait without a time-out."""
+
+SIGNAL_PERIOD_S = 0.1
+"""Time between two looks for signals while a node prepares."""
 
 QUIET = 0.5
 """Seconds without a client after which none is expected any more."""
@@ -48,7 +52,8 @@ MOMENT = 0.01
 """Seconds in which the executor takes what has arrived."""
 
 LEAVE = 5.0
-"""Seconds for leaving the ROS graph. All is saved by then: a middleware that hangs is cut off."""
+"""Seconds for leaving the ROS graph. All is saved by then: a middleware that hangs is cut off,
+with a traceback and exit status 1."""
 
 DELIVERY = 0.2
 """Seconds for the middleware to deliver these answers before it is shut down."""
@@ -64,12 +69,7 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
     """
     try:
-        nodes, executor = begin(arguments, elements=elements)
-    except Stopped:
-        RECEIVED.ignore()
-        get_logger('mlmem').info('shut down before the kernels were compiled')
-        rclpy.try_shutdown()
-        return ENDED
+        nodes, executor = begin(arguments, elements=elements, stop=stop)
     except (*REFUSALS, ParameterException, ImportError) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
@@ -95,7 +95,10 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
             turn(executor, stop)
             linger(nodes, executor, stop)
         RECEIVED.ignore()
-        return end(nodes, executor, lambda status: exit_within(LEAVE, status))
+        status = end(nodes, executor, lambda: exit_within(LEAVE))
+    if any(node.preparing for node in nodes):  # Python cannot end while LLVM compiles
+        os._exit(status)
+    return status
 
 
 def begin(
@@ -103,8 +106,9 @@ def begin(
     context: Context | None = None,
     kind: type[MemoryNode] = MemoryNode,
     elements: Sequence[Element] = ONE,
+    stop: Sequence[int] = (),
 ) -> tuple[list[MemoryNode], GuardedExecutor]:
-    """Return nodes with their executor, active if they autostart.
+    """Return nodes with their executor, active if they autostart and `stop` stays empty.
 
     If one of several cannot start, it logs why and the others run.
 
@@ -124,7 +128,7 @@ def begin(
                 executor.add_node(node, node.host.log)
                 nodes.append(node)
                 if node.get_parameter('autostart').value:
-                    node.begin()
+                    _start(node, executor, stop)
             except Exception as error:
                 refused.append(error)
                 if len(refused) == len(elements):
@@ -145,6 +149,18 @@ def _made(kind: type[MemoryNode], context: Context | None, element: Element) -> 
     given = dict(element)
     namespace = given.pop('namespace', None)
     return kind(context=context, namespace=namespace, parameters=given)
+
+
+def _start(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]) -> None:
+    """Prepare a node while its executor answers other requests, then begin; or until a signal."""
+    node.hold_requests()
+    prepared = node.prepare()
+    prepared.add_done_callback(lambda _: executor.interrupt())
+    while not (prepared.done() or stop):
+        executor.turn(SIGNAL_PERIOD_S)
+    if not stop:
+        node.begin()
+        node.release_requests()
 
 
 def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
@@ -173,7 +189,7 @@ def linger(nodes: Sequence[MemoryNode], executor: GuardedExecutor, stop: Sequenc
 def end(
     nodes: Sequence[MemoryNode],
     executor: GuardedExecutor,
-    leaving: Callable[[int], None] = lambda status: None,
+    leaving: Callable[[], object] = lambda: None,
 ) -> int:
     """Save, answer all requests, then call `leaving`, and leave the ROS graph; return the exit
     status.
@@ -192,7 +208,7 @@ def end(
     for node in nodes:
         node.get_logger().info('shut down; not all was saved' if node.host.lost else 'shut down')
     status = NOT_SAVED if any(node.host.lost for node in nodes) else ENDED
-    leaving(status)
+    leaving()
     executor.shutdown()
     for node in nodes:
         node.destroy_node()
@@ -221,8 +237,6 @@ class GuardedExecutor:
         """Run callbacks for a time, or until interrupted."""
         try:
             self._events.spin_until_future_complete(self._interrupted, seconds)
-        except Stopped:  # what it stopped in the middle of is not needed any more
-            return
         except Exception as error:  # the executor forgets requests that came with it
             for node, log in self._logs.items():
                 _refuse(log, error)
@@ -284,39 +298,9 @@ def _catch_up(node: Node, log: ThrottledLog) -> None:
                 service.send_response(answer, header)
 
 
-SIGEV_THREAD = 2
-"""Notify by calling a function in a new thread; see sigevent(3type)."""
-
-
-class _Event(ctypes.Structure):
-    """`struct sigevent` of Linux on 64-bit machines."""
-
-    _fields_ = (
-        ('value', ctypes.c_int64),
-        ('signal', ctypes.c_int),
-        ('notify', ctypes.c_int),
-        ('function', ctypes.c_void_p),
-        ('rest', ctypes.c_char * 40),
-    )
-
-
-class _Times(ctypes.Structure):
-    """`struct itimerspec`: the interval, and the first time, in s and ns."""
-
-    _fields_ = tuple((name, ctypes.c_long) for name in ('again', 'again_ns', 'first', 'first_ns'))
-
-
-def exit_within(seconds: float, status: int) -> None:
-    """End this process with an exit status (0 to 255) after a time in seconds, unless it has ended
-    by then.
-
-    Where the system has no such timer, nothing happens.
+def exit_within(seconds: float) -> None:
+    """End this process with its traceback and exit status 1 after a time in seconds, unless it has
+    ended by then.
     """
-    with contextlib.suppress(AttributeError, OSError):
-        system = ctypes.CDLL(None)
-        clock = system if hasattr(system, 'timer_create') else ctypes.CDLL('librt.so.1')
-        leave = ctypes.cast(system._exit, ctypes.c_void_p)
-        event = _Event(status, 0, SIGEV_THREAD, leave)
-        timer, times = ctypes.c_void_p(), _Times(0, 0, int(seconds), int(seconds % 1.0 * 1e9))
-        if clock.timer_create(time.CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0:
-            clock.timer_settime(timer, 0, ctypes.byref(times), None)
+    with contextlib.suppress(RuntimeError, ValueError, OSError):  # without a stderr
+        faulthandler.dump_traceback_later(seconds, exit=True)

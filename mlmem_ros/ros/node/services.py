@@ -11,10 +11,10 @@ from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
-from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 
 from ...contract import answers, messages, topics
@@ -43,7 +43,9 @@ class Clients:
         self._node = node
         self._met: set[bytes] = set()
         self._last = time.monotonic()
-        self._signs = node.create_subscription(Empty, f'~/{CLIENTS}', self._on_sign, SIGN)
+        self._signs = node.create_subscription(
+            DiagnosticStatus, f'~/{CLIENTS}', self._on_sign, SIGN
+        )
 
     def count(self, services: Iterable[str]) -> int:
         """Return how many clients services have. While one can be heard, all count."""
@@ -60,7 +62,7 @@ class Clients:
         ends = self._node.get_publishers_info_by_topic(topic, **options)
         return {bytes(end.endpoint_gid)[:12] for end in ends}
 
-    def _on_sign(self, _: Empty) -> None:
+    def _on_sign(self, _: DiagnosticStatus) -> None:
         self._last = time.monotonic()
 
 

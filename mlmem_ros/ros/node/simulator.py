@@ -9,6 +9,7 @@ where it is not installed, `~/pause` and `~/step` are there alone.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from importlib import import_module
@@ -217,6 +218,10 @@ POLL = 1e-3
 """Seconds of wall time between two checks of the clock."""
 
 
+STANDSTILL_S = 2.0
+"""Time for which the clock must have stood before that is reported."""
+
+
 class SimTimePacer:
     """Follows the node's clock, which /clock advances, mostly by 1 to 100 ms at a time.
 
@@ -235,6 +240,8 @@ class SimTimePacer:
         self._jumped: int | None = 0  # the same, or None while the clock is set
         slack = Duration(seconds=self.slack)
         back = Duration(seconds=-self.slack)
+        self._ran_to = self._seen = 0.0
+        self._ran_at = self._seen_at = time.monotonic()
         self._handle = clock.create_jump_callback(  # valid as long as we refer to it
             JumpThreshold(min_forward=slack, min_backward=back, on_clock_change=False),
             pre_callback=self._before_jump,
@@ -252,6 +259,21 @@ class SimTimePacer:
     def wait(self, changed: Condition, seconds: float) -> None:
         """Return soon: whether and how fast ROS time runs is unknown."""
         changed.wait(POLL)
+
+    def problem(self) -> str:
+        """Return why time has stood for a while, empty if it runs; call it once a second."""
+        now, seen, here = self.now(), self._clock.now().nanoseconds, time.monotonic()
+        if now != self._ran_to:
+            self._ran_to, self._ran_at = now, here
+        if seen != self._seen:
+            self._seen, self._seen_at = seen, here
+        if here - self._ran_at < STANDSTILL_S:
+            return ''
+        if not seen:
+            return 'use_sim_time is set but no /clock has arrived yet: time stands still'
+        if here - self._seen_at >= STANDSTILL_S:
+            return '/clock does not advance: time stands still'
+        return f'the clock advances in steps of more than {self.slack:g} s: time stands still'
 
     def _before_jump(self) -> None:
         self._before, self._jumped = self._jumped or 0, None

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,7 +15,6 @@ from rclpy.node import Node
 from ...device import DriverError, DriverHangs
 from ...host import REFUSALS, Host, ThrottledLog
 from ...physics import INTEGRATORS, Design, kernel_in_cache
-from ..process import RECEIVED
 from .callback_guard import CallbackGuard
 
 
@@ -89,42 +87,20 @@ def _lost(why: BaseException | None) -> bool:
     return isinstance(why, DriverError) and not isinstance(why, DriverHangs)
 
 
-REMINDER = 1.0
-"""Seconds between two reports: a subscriber may have missed the first."""
-
-
 @contextmanager
-def telling_compilation(
-    node: Node, design: Design, integrator: str, report: Callable[[str], None]
-) -> Iterator[None]:
-    """Log it if the body must compile the kernels of a design and a method first.
-
-    Then also call `report` with the text, at once and repeatedly, from another thread.
-
-    Raises:
-        Stopped: A signal has come, and this process is ours.
-    """
-    if kernel_in_cache(design, INTEGRATORS[integrator]):
-        yield
-        return
-    text = f'compiling the kernels of the {design.substrate} substrate ({integrator})'
-    node.get_logger().info(f'{text} (once; it takes some seconds)')
-    begun, over = time.monotonic(), threading.Event()
-
-    def remind() -> None:
-        report(text)
-        while not over.wait(REMINDER):
-            report(text)
-
-    reminder = threading.Thread(target=remind, name='mlmem-compiling', daemon=True)
-    reminder.start()
+def report_preparation(node: Node, host: Host, design: Design, integrator: str) -> Iterator[None]:
+    """Say in `host.preparing` what the body does, and log it if it must compile kernels first."""
+    host.preparing, begun = 'preparing the device', time.monotonic()
     try:
-        with RECEIVED.ending():
-            yield
+        if not (cached := kernel_in_cache(design, INTEGRATORS[integrator])):
+            kernels = f'the kernels of the {design.substrate} substrate ({integrator})'
+            host.preparing = f'compiling {kernels}'
+            node.get_logger().info(f'{host.preparing} (once; it takes some seconds)')
+        yield
     finally:
-        over.set()
-        reminder.join()
-    node.get_logger().info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
+        host.preparing = ''
+    if not cached:
+        node.get_logger().info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
 
 
 PERIOD = 0.5
