@@ -116,18 +116,29 @@ def from_yaml(text: str, *, texts: bool = False) -> Any:
             elif isinstance(event, yaml.AliasEvent):  # 1 for a scalar's; not of what holds it
                 nodes += sizes.get(event.anchor, 1)
                 if event.anchor in (anchor for anchor, _ in inside):
-                    raise ValueError('it holds itself')
+                    raise DecodeError('it must be YAML; it holds itself')
             if len(inside) > DEEPEST or nodes > MOST_VALUES:
                 what = 'nested too deeply' if len(inside) > DEEPEST else 'too large'
-                raise ValueError(f'it is {what}')
+                raise DecodeError(f'it must be YAML; it is {what}')
         single = loader(text)
         try:
             return single.get_single_data()
         finally:
             single.dispose()
+    except DecodeError:
+        raise
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        why = printable(' '.join(str(error).split()), 200)
-        raise DecodeError(f'it must be YAML; {why}') from error
+        raise DecodeError(f'it must be YAML; {_place_in_yaml(error)}') from error
+
+
+def _place_in_yaml(error: Exception) -> str:
+    """Return what is wrong with a YAML text and where, without quoting it."""
+    mark, problem = (getattr(error, f'problem{suffix}', None) for suffix in ('_mark', ''))
+    if mark is None:
+        return 'a value is none'
+    quotes = type(error).__name__ in ('ComposerError', 'ConstructorError')  # an anchor or a tag
+    what = '' if quotes or not problem else f': {problem}'
+    return f'line {mark.line + 1}, column {mark.column + 1} is none{what}'
 
 
 # --- values -----------------------------------------------------------------------------------
@@ -135,6 +146,8 @@ def from_yaml(text: str, *, texts: bool = False) -> Any:
 
 def decode(kind: type[Some] | Any, data: Any, name: str = '', given: Description = ANY) -> Any:
     """Return plain values, as JSON and YAML have them, as what a type declares.
+
+    A document of another kind is refused without quoting it: a client may name any file.
 
     A dataclass comes from an object, or from a list of all its fields; a tuple or list from a
     list; a mapping with other keys than texts from a list of pairs; an array from a number, a
@@ -209,7 +222,11 @@ def _object(kind: type, data: Any, name: str) -> Any:
     if isinstance(data, list) and data and len(data) == len(fields):
         data = dict(zip(fields, data, strict=True))
     if not isinstance(data, Mapping):
+        if not name:
+            raise DecodeError(f'it must be an object; got {_kind_of(data)}')
         _refuse(name, 'an object', data)
+    if not name and data and not any(key in fields for key in data):
+        raise DecodeError(f'it has none of the keys {", ".join(fields)}')
     if unknown := [key for key in data if key not in fields]:
         there = f' in {name}' if name else ''
         known = ', '.join(fields)
@@ -227,6 +244,13 @@ def _object(kind: type, data: Any, name: str) -> Any:
         raise
     except ValueError as error:
         raise DecodeError(f'{name}: {error}' if name else str(error)) from error
+
+
+def _kind_of(data: Any) -> str:
+    """Return in words what kind of value a document is."""
+    if data is None:
+        return 'nothing'
+    return 'a list' if isinstance(data, list) else 'a text' if isinstance(data, str) else 'a value'
 
 
 def _one_of(kinds: Sequence[Any], data: Any, name: str, given: Description) -> Any:

@@ -29,10 +29,12 @@ _ticks = fields_in('ticks', 1, 10**6)
 
 @dataclass(frozen=True)
 class FileSettings(Checked):
-    """Where the node may write; set only at start, so that no client can lift it."""
+    """Which files the node may use; set only at start, so that no client can lift it."""
 
     root: str = described(
-        '', 'folder that record.path and state.path must stay in; empty: anywhere'
+        '',
+        'folder that every file of the node must stay in, and with which device.address may be '
+        'set only at the start; empty: anywhere',
     )
 
     def confined(self, path: str) -> Path:

@@ -158,7 +158,7 @@ def test_a_broken_rig_ends_every_wait():
     ('said', 'why'),
     [
         (b'HTTP/1.1 400', 'the hello of the rig: it must be JSON; '),
-        (b'[1]', r'the hello of the rig: it must be an object; got \[1\]'),
+        (b'[1]', 'the hello of the rig: it must be an object; got a list'),
         ({'protocol': 2}, 'the rig uses protocol version 2, this driver 1'),
         (
             {'colour': 'red'},

@@ -79,6 +79,39 @@ def test_a_node_with_a_path_outside_its_root_does_not_start(refused, root, tmp_p
         assert word in line
 
 
+def test_node_with_root_refuses_another_address(start, root):
+    """Or a client would have an unconfigured node write into any terminal, or connect anywhere."""
+    address = 'tcp://127.0.0.1:1'
+    start({'autostart': False, 'files.root': str(root), 'device.address': address})
+    with Robot() as robot:
+        for other in ('serial:///dev/pts/0', 'tcp://127.0.0.1:22'):
+            refused = robot.try_set('device.address', other)
+            assert not refused.successful
+            assert 'with files.root it may be named only at the start' in refused.reason
+        robot.set(device__address='')
+        robot.set(device__address=address)
+
+
+FOREIGN_FILES = (
+    'root:x:0:0:root:/root:/bin/bash\n',
+    '-----BEGIN hunter2-----\n',
+    'hunter2: *hunter2\n',
+    'hunter2: !hunter2 x\n',
+    'hunter2: swordfish\n',
+    '- hunter2\n',
+    '"hunter2\n',
+)
+
+
+@pytest.mark.parametrize('name', ['design.law', 'device.specimen'])
+@pytest.mark.parametrize('text', FOREIGN_FILES)
+def test_refusal_of_a_foreign_file_quotes_nothing_of_it(refused, root, name, text):
+    (root / 'foreign').write_text(text)
+    line = refused({'files.root': str(root), name: 'foreign', 'design.preset': 'bits_1'})
+    assert 'foreign: ' in line
+    assert not any(word in line for word in ('hunter2', 'swordfish', 'root:x', '/bin/bash'))
+
+
 def test_an_unknown_parameter_is_reported(start):
     parameters = {'write.atempts': 5, 'probe.colour': 'red'}
     node = start(parameters)

@@ -82,6 +82,8 @@ class ParameterSet:
         started = known.value('device.driver')  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         known.choices['device.driver'] = tuple(allowed)
+        if known.value('files.root'):  # nor use other places
+            known.choices['device.address'] = ('', known.value('device.address'))
         if (law := self._law_in(given := known.value(LAW))) != given:
             node.set_parameters([Parameter(LAW, value=law)])
         checked_speed(known.value('time.speed'))
@@ -326,8 +328,11 @@ class ParameterSet:
             except SettingsError as error:
                 raise SettingsError(f'{name}: {error}') from error
         if why := self._known.not_a_choice(name, value):
-            hint = '; a class may be named only at the start' if name == 'device.driver' else ''
-            raise SettingsError(why + hint)
+            hint = {
+                'device.driver': '; a class may be named only at the start',
+                'device.address': '; with files.root it may be named only at the start',
+            }
+            raise SettingsError(why + hint.get(name, ''))
 
     def _apply(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
