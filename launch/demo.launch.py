@@ -51,5 +51,5 @@ def viewer(_: LaunchContext) -> list[LaunchDescriptionEntity]:
     try:
         get_package_prefix('rviz2')
     except PackageNotFoundError:
-        return [LogInfo(msg='rviz2 is not installed; watch the element with "mlmem watch"')]
+        return [LogInfo(msg='rviz2 is not installed; show the element with "mlmem view"')]
     return [Node(package='rviz2', executable='rviz2', arguments=['-d', str(LAYOUT)])]

@@ -18,7 +18,7 @@ from .output import complain
 
 REQUESTS = (*PROCEDURES, 'record', 'inject')
 SUBCOMMANDS = (
-    'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'law', 'replay',
+    'demo', *REQUESTS, 'view', 'rig', 'design', 'law', 'replay',
     'inspect', 'doctor',
 )  # fmt: skip
 """Each is a `Command` in a module of its name, requests among `COMMANDS` of `request`."""
