@@ -30,8 +30,6 @@ class Description:
         word: Whether a text is such a word; a `ValueError` says no, too.
         null: What a file's null stands for: JSON has no infinity.
         listed: Whether every node lists the parameter; None: as its group.
-        beside: Name of the text beside a number of up to `WIDEST` bits, for where no integer holds
-            it.
     """
 
     text: str
@@ -43,11 +41,6 @@ class Description:
     word: Callable[[str], bool] = bool
     null: Any = None
     listed: bool | None = None
-    beside: str = ''
-
-
-WIDEST = 1024
-"""Bits of a number with a text beside it: more than any element holds."""
 
 
 def described(default: Any, text: str, kind: type[Description] = Description, **more: Any) -> Any:
@@ -106,8 +99,6 @@ def fits(value: Any, kind: str, description: Description) -> bool:
     if isinstance(value, bool) or not isinstance(value, int if kind == 'int' else (int, float)):
         return False
     if kind == 'float' and not abs(value) <= sys.float_info.max:  # 10**400 neither
-        return False
-    if description.beside and abs(value) >= 2 ** (WIDEST - 1):
         return False
     above = description.low is None or value >= description.low
     below = description.high is None or value <= description.high

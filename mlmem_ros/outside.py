@@ -181,7 +181,7 @@ def decode(kind: type[Some] | Any, data: Any, name: str = '', given: Description
         return kind(decode(str, data, name, Description('', choices=words)))
     if not fits(data, kind.__name__, given):
         _refuse(name, wanted(kind.__name__, given), data)
-    if kind is int and not given.beside and not -(2**63) <= data < 2**63:
+    if kind is int and not -(2**63) <= data < 2**63:
         _refuse(name, 'a whole number of 64 bits', data)
     return float(data) if kind is float else data
 

@@ -10,12 +10,11 @@ client and the command line read it without importing the device.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from typing import Any, NamedTuple
 
-from .described import Description, described, descriptions, short_repr
+from .described import Description, described, descriptions
 
 BLANK = -1
 """Level of an element without a wall."""
@@ -23,54 +22,29 @@ BLANK = -1
 UNDECODABLE = -2
 """Level reported when the reading is not clear."""
 
-WIDE = -3
-"""Stands for a content where an integer does not hold it: the text beside it does."""
+UNSET = -1
+"""Stands for no content in a request to write, and in the parameters that it takes."""
 
-NARROW = 2**15 - 1
-"""The greatest content in `~/level`."""
-
-EXACT = 2**53 - 1
-"""The greatest integer that every reader of JSON keeps."""
+CONTENT = ('level', 'word')
+"""What a request to write may name its content: the level of one wall, or the word of a register.
+"""
 
 JOINT = 'substrate'
 """The one joint of an element, as named in `~/joint_states`."""
 
 
 def describe_level(level: int) -> str:
-    """Return a level in words; a wide one in hexadecimal."""
+    """Return a level in words."""
     if level >= 0:
-        return f'level {level if level <= EXACT else as_text(level)}'
+        return f'level {level}'
     return 'blank' if level == BLANK else 'undecodable'
-
-
-def fitting(level: int, most: int = EXACT) -> int:
-    """Return a content as an integer up to `most` holds it: `WIDE` if it is greater."""
-    return level if level <= most else WIDE
-
-
-def as_text(level: int) -> str:
-    """Return a content as text, such as 0xa7; empty without a level."""
-    return f'{level:#x}' if level >= 0 else ''
-
-
-def from_text(text: str) -> int:
-    """Return the content in a text.
-
-    Raises:
-        ValueError: It is no number from 0 in hexadecimal (0xa7) or decimal digits.
-    """
-    if re.fullmatch('0[xX][0-9a-fA-F]{1,255}|[0-9]{1,300}', text):  # `WIDEST`
-        return int(text, 16 if text[1:2] in ('x', 'X') else 10)
-    raise ValueError(f'must be a number such as 0xa7 or 167; got {short_repr(text)}')
 
 
 @dataclass(frozen=True)
 class Write:
-    """Write a level and verify it."""
+    """Write a level, or a word of a register, and verify it."""
 
-    level: int = described(
-        MISSING, 'level to write, from 0; in decimal or as 0xa7', low=0, beside='word'
-    )
+    level: int = described(MISSING, 'level or word to write, from 0; in decimal or as 0xa7', low=0)
 
 
 @dataclass(frozen=True)
@@ -160,16 +134,13 @@ class Procedure(NamedTuple):
 
     @property
     def targets(self) -> Mapping[str, str]:
-        """The parameters with what must be given, for a service that takes nothing, by argument or
-        text beside it.
-        """
-        beside = (described.beside for *_, described in self.arguments if described.beside)
-        return {name: f'target_{name}' for name in (*self.required, *beside)}
+        """The parameters with what must be given, for a service that takes nothing."""
+        return {name: f'target_{name}' for name in CONTENT} if self.command is Write else {}
 
 
 PROCEDURES = {
     'write': Procedure(
-        Write, 'write a level and verify it by an echo', 'writing.write', 'writing_now'
+        Write, 'write a level or word and verify it by an echo', 'writing.write', 'writing_now'
     ),
     'read': Procedure(
         Read,

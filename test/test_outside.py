@@ -69,7 +69,7 @@ def examples():
     told = dict.fromkeys(('attempts', 'ticks', 'tick', 'level'), 1)
     told |= dict.fromkeys(('delay', 'level_margin', 'threshold_margin', 'confidence'), 0.5)
     told |= {
-        'word': '0x1',
+        'word': 1,
         'code': '1',
         'end': 'left',
         'passed': True,

@@ -19,7 +19,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ..described import Description
-from ..procedures import BLANK, UNDECODABLE, as_text, fitting
+from ..procedures import BLANK, UNDECODABLE
 
 if TYPE_CHECKING:
     from ..device import Outcome
@@ -78,14 +78,12 @@ class Decoded(Done):
 
     level: int = told(
         'int64',
-        'content as last read: 0 ... p - 1; -1 blank; -2 undecodable or unknown; -3: see word',
+        'content as last read: a level from 0 to p - 1, or a word; -1 blank; -2 undecodable or '
+        'unknown',
         absent=UNDECODABLE,
-        beside='word',
     )
-    word: str = told(
-        'string',
-        'the level as text, such as 0xa7, of an element with more than 32 bits',
-        default='',
+    word: int | None = told(
+        'int64', 'the content of a register, if it is known', default=None, absent=-1
     )
     code: str = told('string', 'binary code of the level; empty without a level')
     end: str = told('string', 'the end that was probed: left, right or both')
@@ -245,22 +243,12 @@ def ended(outcome: Outcome) -> dict[str, Any]:
                 values[name] = _plain(value)
     if outcome.checks:
         values['checks'] = {check.name: check.message for check in outcome.checks}
-    if 'level' in values:
-        values['level'] = fitting(values['level'])
     values |= outcome.found
     return values | {
         row.short: values[name]
         for name, row in _descriptions().items()
         if row.short and name in values
     }
-
-
-def asked(level: int) -> dict[str, Any]:
-    """Return what an answer to a write repeats."""
-    number = fitting(level)
-    return (
-        {'asked': number} if number == level else {'asked': number, 'asked_word': as_text(level)}
-    )
 
 
 def answer(outcome: Outcome, **asked: Any) -> str:

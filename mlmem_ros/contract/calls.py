@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from ..described import short_repr
 from ..outside import DecodeError, decode, from_json
-from ..procedures import JOINT, PROCEDURES, WIDE, as_text, from_text
-from .answers import Answer, SelfTested, asked, everything, on_wire
+from ..procedures import JOINT
+from .answers import Answer, SelfTested, everything, on_wire
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -46,14 +46,14 @@ def message_of(name: str, **arguments: Any) -> Any:
     if strange := [key for key in arguments if key not in types]:
         known = ', '.join(REQUESTS[name]) or 'no arguments'
         raise ValueError(f'{name} takes {known}; got {short_repr(strange[0])}')
-    given = {NAME: name, **carried(name, arguments)}
+    given = {NAME: name, **arguments}
     return SetParametersAtomically.Request(
         parameters=[parameter(key, types[key].number, value) for key, value in given.items()]
     )
 
 
 def content(level: Any) -> int:
-    """Return a content to write, of any size.
+    """Return a content to write.
 
     Raises:
         ValueError: It is not a whole number from 0.
@@ -61,18 +61,6 @@ def content(level: Any) -> int:
     if _is(Integral, level) and level >= 0:
         return int(level)
     raise _unfit('level', 'a whole number of at least 0', level)
-
-
-def carried(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of a request with the text beside a number that no integer of a message
-    holds.
-    """
-    found = dict(arguments)
-    for argument, _, _, described in PROCEDURES[name].arguments if name in PROCEDURES else ():
-        value: Any = found.get(argument)
-        if described.beside and _is(Integral, value) and value >= 2**63:
-            found |= {argument: WIDE, described.beside: as_text(int(value))}
-    return found
 
 
 _WORDS: dict[str, tuple[type, str]] = {
@@ -201,8 +189,6 @@ def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -
     known = (each.name for each in dataclasses.fields(kind))
     values = {name: said[name] for name in known if name in said}
     try:
-        if values.get('level') == WIDE and 'word' in values:
-            values['level'] = level_of(values)
         answer: SomeAnswer = decode(kind, {**values, 'details': said}, 'the answer')
     except ValueError as error:  # `DecodeError` is one
         raise RequestFailed({**said, 'error': str(error)}) from None
@@ -215,10 +201,7 @@ def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> Some
     """
     if kind is SelfTested and not result.error_code:
         return parse_self_test(result)  # type: ignore[return-value]
-    repeated = {}
-    if hasattr(goal, 'level'):
-        text = getattr(goal, 'word', '')
-        repeated = asked(from_text(text) if text else goal.level)
+    repeated = {'asked': goal.level} if hasattr(goal, 'level') else {}
     return understood(kind, not result.error_code, {**said(name, result), **repeated})
 
 
@@ -275,14 +258,13 @@ def values_of(status: Any) -> dict[str, str]:
 
 
 def level_of(values: Mapping[str, Any]) -> int:
-    """Return the content that an outcome or an answer tells, of any size.
+    """Return the content that an outcome tells.
 
     Raises:
         KeyError: It tells none.
         ValueError: It is no number.
     """
-    level = int(values['level'])
-    return from_text(str(values['word'])) if level == WIDE else level
+    return int(values['level'])
 
 
 def echo(message: Any) -> NDArray[np.float64]:

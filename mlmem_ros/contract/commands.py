@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from ..described import descriptions, short_repr
+from ..described import short_repr
 from ..device import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
 from ..device.actuator import MOST_POINTS
 from ..device.instrument import Units
-from ..procedures import JOINT, PROCEDURES, from_text
+from ..procedures import CONTENT, JOINT, PROCEDURES, UNSET
 from . import topics
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 
@@ -152,23 +152,30 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
 
 
 def made(name: str, given: Mapping[str, Any]) -> Any:
-    """Return the command of a request with its arguments, by name; a text that is given takes the
-    place of the number that it stands beside.
+    """Return the command of a request with its arguments, by name.
 
     Raises:
-        Refused: An argument is missing, or a text is no number.
+        Refused: An argument is missing, or level and word disagree.
     """
     kind, values = OF_REQUEST[name], dict(given)
-    for field, described in descriptions(kind):
-        if described.beside and (text := values.pop(described.beside, '')):
-            try:
-                values[field.name] = from_text(str(text))
-            except ValueError as error:
-                raise Refused(f'{described.beside} {error}') from error
+    if kind is Write:
+        values = {'level': _content_of(values)}
     needed = (field.name for field in fields(kind) if field.default is MISSING)
     if missing := [argument for argument in needed if argument not in values]:
         raise Refused(f'{name} must be given {", ".join(missing)}')
     return kind(**values)
+
+
+def _content_of(given: Mapping[str, Any]) -> Any:
+    """Return what to write; raises as `made`."""
+    contents = {name: given[name] for name in CONTENT if given.get(name, UNSET) != UNSET}
+    if not contents:
+        raise Refused('write must be given level (of one wall) or word (of a register)')
+    first, *others = contents.values()
+    if others and others != [first]:
+        named = ' and '.join(f'{name} {short_repr(value)}' for name, value in contents.items())
+        raise Refused(f'level and word must be the same; got {named}')
+    return first
 
 
 def wait_of(parameters: Sequence[Any]) -> float:

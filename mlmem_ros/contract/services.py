@@ -12,7 +12,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from ..procedures import PROCEDURES, Procedure
+from ..procedures import CONTENT, PROCEDURES, Procedure
 
 
 class Service(NamedTuple):
@@ -156,16 +156,12 @@ _TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
 
 REQUESTS: dict[str, dict[str, Type]] = {
     **{
-        name: {
-            field: type_
-            for argument, kind, _, described in row.arguments
-            for field, type_ in ((argument, _TYPES[kind]), (described.beside, STRING))
-            if field
-        }
+        name: {argument: _TYPES[kind] for argument, kind, *_ in row.arguments}
         for name, row in PROCEDURES.items()
     },
+    'write': dict.fromkeys(CONTENT, INTEGER),
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
     'record': {'on': BOOL, 'path': STRING},
     'inject': {'script': STRING},
 }
-"""All requests, with the types of their arguments, texts beside numbers among them."""
+"""All requests, with the types of their arguments."""

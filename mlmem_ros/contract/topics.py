@@ -103,15 +103,14 @@ LEVEL = Topic(
     'std_msgs/msg/Int16',
     LATCHED,
     'the content as last decoded, published when a procedure ends; -1: blank; -2: undecodable or '
-    'unknown, published at once when something may have moved the wall; -3: a content above '
-    '32767, which `~/content` names',
+    'unknown, published at once when something may have moved the wall',
 )
 CONTENT = Topic(
     'content',
     'diagnostic_msgs/msg/DiagnosticStatus',
     LATCHED,
-    'what `~/level` says, in words: a level, or why it is not known and since which tick; keys: '
-    'level, word (as text, such as 0xa7, of an element with more than 32 bits), reason, since',
+    'what `~/level` says, in words: a level or word, or why it is not known and since which '
+    'tick; keys: level, word (of a register), reason, since',
 )
 OUTCOME = Topic(
     'outcome',

@@ -20,11 +20,9 @@ from ..device import (
     Outcome,
     Reading,
     Shot,
-    describe_level,
 )
 from ..physics import walls
 from ..physics.potential import Array
-from ..procedures import NARROW, fitting
 from . import topics
 from .answers import ended
 from .topics import Topic
@@ -44,20 +42,21 @@ def published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
 
 
 def level(reading: Reading | None) -> int:
-    """Return the content as 16 bits hold it: 0 ... p - 1, -1 blank, -2 undecodable or unknown, -3
-    if it is greater.
-    """
-    return fitting(UNDECODABLE if reading is None else reading.level, NARROW)
+    """Return the content: a level or word from 0, -1 blank, -2 undecodable or unknown."""
+    return UNDECODABLE if reading is None else reading.level
 
 
 def content(element: MemoryElement) -> tuple[str, dict[str, str]]:
-    """Return the content in words, and its values as texts: a level, or why it is not known."""
+    """Return the content in words and its values as texts, or why it is not known."""
     reading, unknown = element.reading, element.unknown
     if reading is not None:
-        found = {'level': str(fitting(reading.level)), 'word': reading.word}
+        found = {'level': str(reading.level)}
+        if (word := element.word_of(reading)) is not None:
+            found['word'] = str(word)
+        if reading.reason:
+            found['reason'] = reading.reason
         why = f': {reading.reason}' if reading.level == UNDECODABLE else ''
-        found |= {'reason': reading.reason}
-        return describe_level(reading.level) + why, {key: it for key, it in found.items() if it}
+        return element.describe_content(reading.level) + why, found
     found = {'level': str(UNDECODABLE)}
     if unknown is None:
         return 'not read yet', found

@@ -185,7 +185,8 @@ class MemoryElement(Memory):
     def _checked(self, command: Command) -> dict[str, Any]:
         """Return the arguments of a procedure."""
         if wrong := problems(command, level=self.words - 1):
-            raise Refused('; '.join(wrong))
+            text = '; '.join(wrong)
+            raise Refused(text if self.register is None else text.replace('level', 'word', 1))
         wanted = {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
         lost = self.bad_cells.lost if self.bad_cells is not None else {}
         if why := lost.get(wanted.get('level', UNDECODABLE)):
@@ -327,9 +328,12 @@ class MemoryElement(Memory):
     def _end(self, success: bool, error: str, result: Result) -> Outcome:
         run, self._running = self._running, None
         assert run is not None
+        found = dict(result.found)
+        if result.reading is not None and (word := self.word_of(result.reading)) is not None:
+            found['word'] = word
         run.outcome = Outcome(
             self.progress.procedure, success, error, result.reading, result.attempts,
-            self.progress.start_tick, self.ticks, result.checks, result.delays, result.found,
+            self.progress.start_tick, self.ticks, result.checks, result.delays, found,
         )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome

@@ -24,7 +24,7 @@ from .drivers import Driver
 from .echo import Echo
 from .end import End, Shot
 from .instrument import Instrument
-from .reading import UNDECODABLE, Reading, Unknown
+from .reading import UNDECODABLE, Reading, Unknown, describe_level
 from .settings import Settings
 
 if TYPE_CHECKING:
@@ -159,6 +159,16 @@ class Memory(Instrument):
     def words(self) -> int:
         """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
         return self.design.levels if self.register is None else self.register.code.words
+
+    def word_of(self, reading: Reading) -> int | None:
+        """Return the word in a reading; None if it holds one wall, or the word is not known."""
+        known = self.register is not None and reading.level != UNDECODABLE
+        return reading.level if known else None
+
+    def describe_content(self, content: int) -> str:
+        """Return a content in words: a word of a register, or a level."""
+        known = self.register is not None and content != UNDECODABLE
+        return f'word {content}' if known else describe_level(content)
 
     @property
     def waveforms(self) -> Forecasts | None:

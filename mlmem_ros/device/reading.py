@@ -8,16 +8,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
 
-from ..described import Description, described
+from ..described import described
 from ..procedures import BLANK as BLANK
 from ..procedures import UNDECODABLE as UNDECODABLE
-from ..procedures import as_text
 from ..procedures import describe_level as describe_level
 from .echo import Shape
 from .end import End
-
-SHORT = 32
-"""Bits of the contents for which an integer does everywhere: their answers have no texts."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +21,7 @@ class Reading:
     """A decoded echo, or the echoes from both ends.
 
     Attributes:
-        level: 0 ... p - 1, `BLANK` or `UNDECODABLE`.
+        level: A level or word from 0, `BLANK` or `UNDECODABLE`.
         code: Binary code of a level; empty otherwise.
         end: The end whose delay is given: 'left', 'right' or 'both'.
         delay: Echo delay there in time units, or None without an echo; for both, at the left.
@@ -43,7 +39,7 @@ class Reading:
         shapes: Shapes of the echoes, by end.
     """
 
-    level: int = field(metadata={'description': Description('the content', beside='word')})
+    level: int
     code: str
     end: str
     delay: float | None
@@ -57,11 +53,6 @@ class Reading:
     right_delay: float | None = None
     left_delay: float | None = None
     shapes: Mapping[End, Shape] = field(default_factory=dict, compare=False, repr=False)
-
-    @property
-    def word(self) -> str:
-        """The level as text, such as 0xa7, if the codes have more than `SHORT` digits."""
-        return as_text(self.level) if len(self.code) > SHORT else ''
 
     @property
     def confidence(self) -> float:

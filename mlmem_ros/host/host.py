@@ -17,7 +17,6 @@ from ..device import (
     Outcome,
     SetFaults,
     SetMethod,
-    describe_level,
 )
 from ..device.mailbox import Asked
 from ..device.open_requests import Stamped
@@ -169,7 +168,7 @@ class Host(Requests):
         def resolve(request: Asked) -> None:
             store.resolve(request, element)
             if (outcome := request.outcome) is not None:  # a log line takes half a millisecond
-                self.log.info(_line(outcome), outcome.procedure)
+                self.log.info(_line(outcome, element), outcome.procedure)
 
         loop = Loop(
             element,
@@ -291,11 +290,11 @@ class Host(Requests):
             self._cut_short += 1
 
 
-def _line(outcome: Outcome) -> str:
+def _line(outcome: Outcome, element: MemoryElement) -> str:
     ticks = outcome.end_tick - outcome.start_tick
     if not outcome.success:
         return f'{outcome.procedure} failed after {ticks} ticks: {outcome.error}'
-    found = f': {describe_level(outcome.reading.level)}' if outcome.reading else ''
+    found = f': {element.describe_content(outcome.reading.level)}' if outcome.reading else ''
     return f'{outcome.procedure} succeeded after {ticks} ticks{found}'
 
 

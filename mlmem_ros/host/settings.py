@@ -21,6 +21,7 @@ from ..device.errors import Checked
 from ..device.presets import DEFAULT
 from ..device.timetable import FASTEST, SLOWEST
 from ..physics import Design
+from ..procedures import UNSET
 from .design_check import CHOICES
 
 _seconds = fields_in('s', 0.0, 3600.0)
@@ -220,11 +221,17 @@ class Parameters:
 
 
 LIVE = {
-    'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
-    'target_word': ('', Description(
-        'the same as text, such as 0xa7, for contents of any size; empty: `target_level`, and '
-        'setting that empties it'
-    )),
+    'target_level': (
+        UNSET, Description(
+            'level that `~/write` writes to an element with one wall; -1: not set',
+            low=UNSET, high=255,
+        )
+    ),
+    'target_word': (
+        UNSET, Description(
+            'word that `~/write` writes to a register; -1: not set', low=UNSET, high=2**14 - 1
+        )
+    ),
     'time.speed': (
         1.0, Description(
             f'multiple of real time, at least {SLOWEST:g}; 0: as fast as possible',

@@ -19,7 +19,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ..device import MemoryElement, describe_level
+from ..device import MemoryElement
 from ..host.settings import PublishSettings
 from ..physics import Design, walls
 from ..physics.potential import Array
@@ -208,7 +208,7 @@ class ChainMarkers:
         if reading is None:
             return str(self._element.unknown or 'not read')
         code = f' ({reading.code})' if reading.code else ''
-        return describe_level(reading.level) + code
+        return self._element.describe_content(reading.level) + code
 
 
 def _marker(

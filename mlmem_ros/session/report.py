@@ -11,7 +11,6 @@ from typing import Any
 from ..bag.contents import NOT_CLOSED
 from ..contract.answers import ended
 from ..device import BLANK, UNDECODABLE, Outcome
-from ..procedures import WIDE
 
 ROUNDING = 1e-6
 """Greatest difference, in cells, that another build's rounding can cause.
@@ -238,11 +237,7 @@ def ending(values: Mapping[str, Any]) -> str:
     if 'error' in values:
         return f'{procedure} failed'
     level = str(values.get('level', ''))
-    named = {
-        str(BLANK): 'blank',
-        str(UNDECODABLE): 'undecodable',
-        str(WIDE): values.get('word', ''),
-    }
+    named = {str(BLANK): 'blank', str(UNDECODABLE): 'undecodable'}
     words = named.get(level, level)
     return f'{procedure} {words}'.rstrip()
 

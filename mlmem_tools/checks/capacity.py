@@ -17,7 +17,6 @@ from mlmem_ros.device.register import REACH, resting
 from mlmem_ros.device.settings import Settings
 from mlmem_ros.device.words import Code
 from mlmem_ros.physics import Design, Specimen, StateError
-from mlmem_ros.procedures import EXACT, as_text
 
 FARTHEST = 9
 """Largest least distance that is tried, in levels."""
@@ -45,8 +44,8 @@ class Capacity:
         return math.log2(self.words)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON; words as text if no reader of JSON keeps them."""
-        words = self.words if self.words <= EXACT else as_text(self.words)
+        """Return it for JSON, whose readers keep no greater integers than 2^53."""
+        words = self.words if self.words <= 2**53 else float(self.words)
         return {**asdict(self), 'words': words, 'bits': round(self.bits, 2)}
 
 

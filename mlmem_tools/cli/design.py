@@ -29,8 +29,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.procedures import EXACT
-
 from . import laboratory
 from .command import ELEMENT, JOBS, JSON, command, element_of, option, tasks
 from .output import complain, plain_console, plain_table, print_json
@@ -159,7 +157,7 @@ def print_capacity(console: Console, held: Iterable[Capacity]) -> None:
     for each in held:
         table.add_row(
             each.way,
-            f'{each.words}' if each.words <= EXACT else f'{each.words:.3g}',
+            f'{each.words}' if each.words <= 2**53 else f'{each.words:.3g}',
             f'{each.bits:.1f}',
             '' if each.distance is None else f'{each.distance}',
             each.why,

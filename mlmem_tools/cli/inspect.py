@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.described import printable
-from mlmem_ros.procedures import EXACT, WIDE, as_text
 
 from . import laboratory
 from .command import JSON, command, option
@@ -167,10 +166,8 @@ def _list_commands(console: Console, session: SessionData) -> None:
 
 def _words(command: Command) -> str:
     """Return a command in words, with active faults only."""
-    from mlmem_ros.device import SetFaults, Write
+    from mlmem_ros.device import SetFaults
 
-    if isinstance(command, Write) and command.level > EXACT:
-        return f'Write(level={as_text(command.level)})'
     if isinstance(command, SetFaults):
         return f'SetFaults({command.faults.active() or "healthy"})'
     return str(command)
@@ -190,8 +187,8 @@ def _list_procedures(console: Console, session: SessionData) -> None:
             table,
             f'{seconds:.3f} s',
             values.get('procedure', ''),
-            values.get('word' if (wide := values.get('level') == str(WIDE)) else 'level', ''),
-            '' if wide else values.get('code', ''),
+            values.get('level', ''),
+            values.get('code', ''),
             _rounded(values.get('delay', '')),
             ' '.join(margins),
             values.get('attempts', ''),

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mlmem_ros.procedures import EXACT, PROCEDURES, Procedure, describe_level
+from mlmem_ros.procedures import PROCEDURES, Procedure, describe_level
 
 from .command import JSON, NODE, Command, Option, command, one_of, option, wait
 from .interrupts import outcome_known
@@ -65,13 +65,12 @@ def _as_dict(answer: Answer) -> dict[str, Any]:
     said = fields.pop('details')
     if 'checks' in fields:
         return {**fields, 'measured': said}
-    exact = {name: value for name, value in fields.items() if name != 'level'}  # as JSON holds it
-    return {name: exact.get(name, value) for name, value in said.items()}
+    return {name: fields.get(name, value) for name, value in said.items()}
 
 
 def _decoded(answer: Decoded) -> str:
-    text = describe_level(answer.level)
-    if answer.code and answer.level <= EXACT:
+    text = describe_level(answer.level) if answer.word is None else f'word {answer.word}'
+    if answer.code:
         text += f' (code {answer.code})'
     if answer.delay is not None:
         text += f', echo delay {answer.delay:.2f}'

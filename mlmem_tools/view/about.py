@@ -15,13 +15,13 @@ import numpy as np
 from mlmem_ros.described import descriptions
 from mlmem_ros.device import Faults
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
-from mlmem_ros.device.words import MOST_WORDS, Code
+from mlmem_ros.device.words import Code
 from mlmem_ros.law_file import curve_of
 from mlmem_ros.outside import decode
 from mlmem_ros.physics import Design
 from mlmem_ros.physics.curve import Curve
 from mlmem_ros.physics.waves import band
-from mlmem_ros.procedures import EXACT, PROCEDURES, as_text
+from mlmem_ros.procedures import PROCEDURES
 
 ROWS = 512
 """Most cells in a picture; of a longer chain every second, third ... one is shown."""
@@ -126,13 +126,11 @@ class About:
             'rows': len(range(0, design.N, stride)),
             'stride': stride,
             'levels': design.levels,
-            'words': words if words <= EXACT else as_text(words),
-            'codes': [code.binary(n) if code else design.code(n) for n in range(words)]
-            if words <= MOST_WORDS
-            else [],
+            'words': words,
+            'codes': [code.binary(n) if code else design.code(n) for n in range(words)],
             'code': code
             and {
-                'tops': [as_text(b - a) for a, b in pairwise((*code.each, code.words))],
+                'tops': [b - a for a, b in pairwise((*code.each, code.words))],
                 'spacing': spacing,
             },
             'defects': [design.defect(level) for level in range(design.levels)],

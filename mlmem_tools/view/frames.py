@@ -14,14 +14,13 @@ import math
 import struct
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mlmem_ros.contract import calls, topics
-from mlmem_ros.procedures import EXACT, NARROW, as_text, fitting
 
 from .about import About
 
@@ -30,14 +29,6 @@ COUNTS = 8000
 
 SAMPLES = 1200
 """Most samples of an echo on a page; of several the largest is kept."""
-
-
-def known(values: Mapping[str, str]) -> int | str | None:
-    """Return the content in `~/content` for a page, if `~/level` cannot hold it, or None."""
-    level = calls.level_of(values)
-    if level == fitting(level, NARROW):
-        return None
-    return level if level <= EXACT else as_text(level)
 
 
 def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:

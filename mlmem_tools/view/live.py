@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING, Any
 from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.procedures import WIDE
 from mlmem_ros.ros.middleware import RELIABLE
 from mlmem_tools.view.monitor import Status, components, listen
 
 from .about import WANTED, About, grouped
-from .frames import Pictures, known, packed, thinned
+from .frames import Pictures, packed, thinned
 from .requests import Activity, Requests
 
 if TYPE_CHECKING:
@@ -187,15 +186,11 @@ class Live:
 
     def _on_level(self, message: Any) -> None:
         self._hear()
-        if message.data != WIDE:  # or the content says it
-            self._announce('level', {'level': message.data})
+        self._announce('level', {'level': message.data})
 
     def _on_content(self, message: Any) -> None:
         self._hear()
-        content = Status.of(message)
-        if (level := known(content.values)) is not None:
-            self._announce('level', {'level': level})
-        self._announce('content', {**asdict(content), 't': self._pictures.clock})
+        self._announce('content', {**asdict(Status.of(message)), 't': self._pictures.clock})
 
     def _on_outcome(self, message: Any) -> None:
         self._hear()

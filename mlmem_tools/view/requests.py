@@ -91,7 +91,7 @@ class Activity:
             self._ended = time.monotonic()
 
     def _begin(self, name: str, level: Any = None) -> None:
-        self._doing = {'name': name, 'level': level if isinstance(level, int | str) else None}
+        self._doing = {'name': name, 'level': level if isinstance(level, int) else None}
         self._begun = time.monotonic()
 
 

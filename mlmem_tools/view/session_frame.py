@@ -31,12 +31,12 @@ from mlmem_ros.device import (
     SetStrain,
     Write,
 )
-from mlmem_ros.procedures import EXACT, WIDE, as_text, describe_level
+from mlmem_ros.procedures import describe_level
 from mlmem_ros.session.data import timed
 from mlmem_ros.session.records import COMMAND, HEADER, Header, naming, read_command, read_header
 
 from .about import About
-from .frames import counts, known, packed, thinned
+from .frames import counts, packed, thinned
 
 COLUMNS = 12_000
 """Most configurations shown; of a longer session every second, fourth ... one."""
@@ -187,8 +187,6 @@ class _Collector:
 
     def _content(self, t: float, message: Any) -> None:
         values = calls.values_of(message)
-        if self._levels and self._levels[-1][1] == WIDE and (level := known(values)) is not None:
-            self._levels[-1] = self._levels[-1][0], level
         if 'since' in values:
             self._event(t, 'content', message.message, ok=False, values=values)
 
@@ -217,7 +215,7 @@ def _words(command: Command) -> str:
     name = NAMES[type(command)]
     match command:
         case Write(level=level):
-            return f'{name} {level if level <= EXACT else as_text(level)}'
+            return f'{name} {level}'
         case SetStrain(strain=strain):
             return f'{name} {strain:+.4f}'
         case FollowTrajectory(strains=strains):
@@ -269,7 +267,7 @@ def differences(left: SessionFrame, right: SessionFrame) -> dict[str, Any]:
 def _text(event: dict[str, Any]) -> str:
     """Return the part of an event that must agree: not its time or its delay."""
     values = event.get('values', {})
-    kept = [values[key] for key in ('level', 'word', 'attempts') if key in values]
+    kept = [values[key] for key in ('level', 'attempts') if key in values]
     return ' '.join([event['kind'], event['text'], *kept])
 
 

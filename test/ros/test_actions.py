@@ -108,6 +108,17 @@ def slowly(robot):
     robot.set(time__speed=1.0)
 
 
+def test_goal_whose_level_and_word_disagree_is_refused(tool, robot):
+    assert robot.write(1).success
+    write = tool('write')
+    for goal in ({'level': 2, 'word': 3}, {}):
+        response = write.do(**goal)
+        assert (response.status, response.result.error_code) == (ABORTED, Write.Result.REFUSED)
+        assert 'level' in response.result.error
+    assert robot.trigger('read')['level'] == 1
+    assert write.do(level=2, word=2).result.level == 2
+
+
 # Any action tool
 
 

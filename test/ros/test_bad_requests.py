@@ -111,7 +111,7 @@ def test_a_bad_trajectory_is_refused_in_one_line(memory, written, points, joint,
     ('name', 'value', 'words'),
     [
         ('target_level', 8, ['target_level', 'range']),
-        ('target_level', -1, ['target_level', 'range']),
+        ('target_level', -2, ['target_level', 'range']),
         ('target_level', 'five', [f"'{INTEGER}'", f"'{Parameter.Type.STRING}'"]),  # rclpy's words
         ('target_level', 2.0, [f"'{INTEGER}'", f"'{Parameter.Type.DOUBLE}'"]),
         ('target_level', True, [f"'{INTEGER}'", f"'{Parameter.Type.BOOL}'"]),

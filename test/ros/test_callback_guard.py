@@ -240,7 +240,7 @@ def test_a_parameter_of_no_known_type_is_refused(robot):
             robot.send('set_parameters_atomically', request, SetParametersAtomically)
         )
         assert not answer.result.successful
-    assert robot.get('target_level') == 0
+    assert robot.get('target_level') == -1
 
 
 @pytest.mark.parametrize(

@@ -503,7 +503,10 @@ def test_an_invalid_level_is_not_sent(client, actions, monkeypatch):
         with pytest.raises(ValueError, match='level must be a whole number of at least 0; got'):
             client.write(level)
     gc.collect()
-    for level in (8, 65541, 2**31 + 5, 2**63 + 5, 2**70 + 5):  # 5 in so many bits
+    for level in (2**63 + 5, 2**70 + 5):  # 5 in so many bits
+        with pytest.raises(ValueError, match='level must be a whole number from'):
+            client.write(level)
+    for level in (8, 65541, 2**31 + 5):
         with pytest.raises(RequestRefused, match='level must be a whole number from 0 to 7; got'):
             client.write(level).wait()
     assert [each for each in complaints if each.object is Future.__del__] == []

@@ -98,7 +98,7 @@ def test_every_parameter_describes_itself(robot):
     assert len(described) == len(names) + 1
     assert not [name for name, one in described.items() if not one.description]
     (levels,) = described['target_level'].integer_range
-    assert (levels.from_value, levels.to_value) == (0, LEVELS - 1)
+    assert (levels.from_value, levels.to_value) == (-1, LEVELS - 1)
 
 
 # Write, read, erase

@@ -289,6 +289,38 @@ def test_a_dump_of_a_file_is_loaded_one_by_one_or_at_once(declared, element):
     assert (given.values().design, given.values().settings) == preset('bits_4')
 
 
+def test_a_dump_of_a_register_is_loaded_with_its_word(declared):
+    """At the start, one by one and at once."""
+    node, _ = declared({'design.preset': 'byte', 'target_word': 0xA8})
+    saved = dump(node)
+    assert (saved['target_level'], saved['target_word']) == (-1, 0xA8)
+    again, _ = declared(saved)
+    assert dump(again) == saved
+    for name, value in saved.items():
+        assert set_all(again, {name: value}).successful
+    assert set_all(again, saved).successful
+    assert dump(again) == saved
+
+
+@pytest.mark.parametrize(
+    ('name', 'unfit', 'fit'),
+    [('byte', 'target_level', 'target_word'), ('case_2', 'target_word', 'target_level')],
+)
+def test_target_of_the_other_kind_is_refused_by_name(declared, name, unfit, fit):
+    node, _ = declared({'design.preset': name, fit: 5})
+    assert f'{unfit} must be -1 (not set)' in set_all(node, {unfit: 5}).reason
+    assert (node.get_parameter(unfit).value, node.get_parameter(fit).value) == (-1, 5)
+    with pytest.raises(SettingsError, match=f'^{unfit} must be -1'):
+        declared({'design.preset': name, unfit: 0})
+
+
+def test_preset_of_the_other_kind_unsets_the_target(declared):
+    node, given = declared({'target_level': 5})
+    assert set_all(node, {'design.preset': 'byte'}).successful
+    given.lock(256)
+    assert node.get_parameter('target_level').value == -1
+
+
 def test_a_file_that_brings_no_element_is_refused(declared, element, tmp_path):
     for file, why in ((tmp_path / 'none.yaml', 'No such file'), (tmp_path, 'Is a directory')):
         with pytest.raises(SettingsError, match=rf'parameter design\.file: .*{why}'):

@@ -80,6 +80,8 @@ def test_every_argument_is_one_of_its_command():
         ({'request': 7}, "request must be one of .*; got ''"),
         ({'level': 1}, 'request must be one of'),
         ({'request': 'write'}, 'write must be given level'),
+        ({'request': 'write', 'level': -1, 'word': -1}, 'write must be given level'),
+        ({'request': 'write', 'level': 5, 'word': 6}, 'level and word must be the same'),
         ({'request': 'write', 'level': '5'}, r'level must be of type 2 \(integer\); got type 4'),
         ({'request': 'write', 'level': True}, 'level must be of type 2'),
         ({'request': 'write', 'level': 2, 'end': 'left'}, "write takes level, word; got 'end'"),

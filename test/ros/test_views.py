@@ -265,7 +265,7 @@ def test_the_level_is_a_slider(robot):
     """rqt_reconfigure makes a slider of an integer range, and Qt's sliders have 32 bits."""
     described = robot.describe(list(robot.parameters()))
     (levels,) = described['target_level'].integer_range
-    assert (levels.from_value, levels.to_value, levels.step) == (0, 7, 1)
+    assert (levels.from_value, levels.to_value, levels.step) == (-1, 7, 1)
     assert not described['target_level'].read_only
     for name, descriptor in described.items():
         for limits in descriptor.integer_range:

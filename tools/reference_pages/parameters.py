@@ -17,7 +17,7 @@ def parameters_page() -> str:
     listed: dict[str, list[list[str]]] = {}
     others: dict[str, list[list[str]]] = {}
     for name, default, description in declarations():
-        legal = '0 to p - 1' if name == 'target_level' else _range(description)
+        legal = '-1 to p - 1' if name == 'target_level' else _range(description)
         row = [f'`{name}`', _default(default), description.unit, legal, description.text]
         groups = listed if is_listed(name, description) else others
         groups.setdefault(name.partition('.')[0] if '.' in name else '', []).append(row)

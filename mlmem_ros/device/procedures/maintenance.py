@@ -21,7 +21,7 @@ from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
 from ..moves import pushes
 from ..pulse_corrections import kicked
-from ..reading import BLANK, UNDECODABLE, Reading, describe_level
+from ..reading import BLANK, UNDECODABLE, Reading
 from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
 from .driving import erase
 from .listening import listen, look, noise_floor, quiet
@@ -229,7 +229,7 @@ def _level(element: Memory, level: int) -> Procedure[Tested]:
         'confidence': reading.confidence,
     }
     if reading.level != level:
-        found = reading.reason or describe_level(reading.level)
+        found = reading.reason or element.describe_content(reading.level)
         return False, found, values
     tries = '' if written.attempts == 1 else f' after {written.attempts} attempts'
     return True, f'read{tries}', values
@@ -237,7 +237,7 @@ def _level(element: Memory, level: int) -> Procedure[Tested]:
 
 def _restore(element: Memory, content: Reading) -> Procedure[Tested]:
     yield from restore(element, content)
-    return True, describe_level(content.level), {}
+    return True, element.describe_content(content.level), {}
 
 
 def reset(element: Memory) -> Procedure[Result]:
@@ -255,6 +255,6 @@ def reset(element: Memory) -> Procedure[Result]:
     element.renew()
     reading = yield from look(element)
     if reading.level != (BLANK if element.register is None else 0):
-        why = reading.reason or describe_level(reading.level)
+        why = reading.reason or element.describe_content(reading.level)
         raise ProcedureFailed(f'the new element does not sound blank: {why}')
     return Result(reading)

@@ -86,7 +86,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
                 reading = yield from look(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
-        present, said = reading.level, describe_level(reading.level)
+        present, said = reading.level, element.describe_content(reading.level)
         if present >= 0 and reading.level_margin < least:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
         if reading.level >= 0 and reading.level != level:  # a kick went too far, or fell short
@@ -95,7 +95,8 @@ def write(element: Memory, level: int) -> Procedure[Result]:
             return Result(reading, attempt)
         seen.append(said)
     raise ProcedureFailed(
-        f'level {level} was not reached in {attempts} attempts; read instead: {", ".join(seen)}',
+        f'{element.describe_content(level)} was not reached in {attempts} attempts; read instead: '
+        f'{", ".join(seen)}',
         attempts,
     )
 

@@ -39,7 +39,6 @@ from ...contract.answers import (
 from ...contract.calls import (
     NoAnswer,
     RequestRefused,
-    carried,
     content,
     message_of,
     parameter,
@@ -103,7 +102,7 @@ class MemoryClient:
         return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
 
     def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
-        """Write a level from 0 to p - 1, or a word of any size, verified by an echo.
+        """Write a level from 0 to p - 1, or a word of a register, verified by an echo.
 
         Raises:
             ValueError: The level is not a whole number from 0.
@@ -290,7 +289,6 @@ class MemoryClient:
         if kind is SelfTested:  # its own service reports every check
             service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
         action = self._actions.get(name)
-        arguments = carried(name, arguments)
         return Goal(self._connection, name, action, arguments, kind, after, service, timeout, what)
 
     def _requested(

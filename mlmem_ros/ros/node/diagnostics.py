@@ -16,12 +16,11 @@ from rclpy.node import Node
 from ...contract.messages import key_values
 from ...contract.topics import DIAGNOSTICS
 from ...contract.values import content
-from ...device import UNDECODABLE, DriverError, Loop, MemoryElement, Reading, describe_level
+from ...device import UNDECODABLE, DriverError, Loop, MemoryElement, Reading
 from ...device.end import End
 from ...host import Host
 from ...physics import stable_step, walls
 from ...physics.energy import energy
-from ...procedures import fitting
 from ..middleware import profile
 from .callback_guard import CallbackGuard
 
@@ -142,8 +141,8 @@ def memory(element: MemoryElement) -> Health:
             WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
         )
     values = {
-        'level': fitting(reading.level),
-        **({'word': reading.word} if reading.word else {}),
+        'level': reading.level,
+        **({} if (word := element.word_of(reading)) is None else {'word': word}),
         'end': reading.end,
         'delay': 'none' if reading.delay is None else reading.delay,
         'level_margin': reading.level_margin,
@@ -153,7 +152,7 @@ def memory(element: MemoryElement) -> Health:
     }
     if reading.level == UNDECODABLE:
         return Health(WARN, reading.reason, values)
-    return Health(OK, describe_level(reading.level), values)
+    return Health(OK, element.describe_content(reading.level), values)
 
 
 def faults(element: MemoryElement) -> Health:

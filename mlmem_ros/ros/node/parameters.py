@@ -29,7 +29,7 @@ from ...host.settings import (
 from ...outside import DecodeError
 from ...physics import DesignError
 from ...physics.curve import Curve
-from ...procedures import as_text, from_text
+from ...procedures import UNSET
 from .lazy_parameters import LazyParameters, UnlistedParameters, descriptor
 
 FAULTS = 'faults.'
@@ -45,7 +45,10 @@ PACE = 'record.hash_every'
 """Of these groups, but the running loop counts on it."""
 
 LEVEL, WORD = 'target_level', 'target_word'
-"""What `~/write` writes: the word unless it is empty."""
+"""What `~/write` writes to an element with one wall, and to a register."""
+
+SPACING = 'register.spacing'
+"""Of an element with one wall it is 0."""
 
 PRESET, FILE = 'design.preset', 'design.file'
 """What brings an element."""
@@ -72,7 +75,6 @@ class ParameterSet:
         self._host = host
         self._known = known = LazyParameters(node)
         self._asked = set[str]()  # by name, in the request under way
-        self._words = 1
         self.locked = False
         first = self._first()
         self._defaults = groups(first)
@@ -203,29 +205,26 @@ class ParameterSet:
         return source
 
     def _limit_content(self, words: int) -> None:
-        """Give `target_level` and `target_word` the range of the design."""
-        default, description = LIVE[LEVEL]
-        limited = dataclasses.replace(description, high=min(max(0, words - 1), 2**63 - 1))
-        present = self._known.value(LEVEL)
-        if not 0 <= present < max(1, words):
-            raise SettingsError(f'parameter {LEVEL} must be from 0 to {words - 1}; got {present}')
-        self._words = words
-        try:
-            self._check_word(self._known.value(WORD))
-        except SettingsError as error:
-            raise SettingsError(f'parameter {error}') from error
-        described = descriptor(limited, default)
-        described.type = ParameterType.PARAMETER_INTEGER
-        self._node.set_descriptor(LEVEL, described)
+        """Give the target that fits the element its range.
 
-    def _check_word(self, text: str) -> None:
-        """Raise `SettingsError` unless a text is empty or a content."""
-        try:
-            if text and not from_text(text) < max(1, self._words):
-                last = as_text(self._words - 1)
-                raise SettingsError(f'{WORD} must be from 0x0 to {last}; got {short_repr(text)}')
-        except ValueError as error:
-            raise SettingsError(f'{WORD} {error}') from error
+        Raises:
+            SettingsError: A target is out of range, or belongs to the other kind of element.
+        """
+        spacing = self._known.value(SPACING)
+        for name in (LEVEL, WORD):
+            default, description = LIVE[name]
+            if _fits_target(name, spacing):
+                description = dataclasses.replace(description, high=max(0, words - 1))
+                present = self._known.value(name)
+                if not UNSET <= present < max(1, words):
+                    raise SettingsError(
+                        f'parameter {name} must be from 0 to {words - 1}; got {present}'
+                    )
+            else:
+                _check_target(name, self._known.value(name), spacing)
+            described = descriptor(description, default)
+            described.type = ParameterType.PARAMETER_INTEGER
+            self._node.set_descriptor(name, described)
 
     def _meant(self, changed: list[Parameter]) -> list[Parameter]:
         """Return the parameters to set, including all those of a preset among them.
@@ -235,8 +234,6 @@ class ParameterSet:
         """
         changed = [self._read(self._double(parameter)) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
-        if LEVEL in given and WORD not in given:
-            changed.append(Parameter(WORD, value=''))
         self._asked = set(given)
         file = self._known.value(FILE)
         leaving = bool(file) and given.get(FILE) == ''
@@ -247,11 +244,14 @@ class ParameterSet:
         if name not in tuple(PRESETS) or of_the_file:
             return changed
         others = {*given, *OF_THE_NODE, *LIVE}
+        spacing = given.get(SPACING, preset(name).settings.register.spacing)
+        unfit = LEVEL if _fits_target(WORD, spacing) else WORD
         self._known.ask_all()
         return [
             *changed,
             Parameter(FILE, value=''),
             *([] if LAW in given else [Parameter(LAW, value='')]),
+            *([] if unfit in given else [Parameter(unfit, value=UNSET)]),
             *(
                 Parameter(key, value=value)
                 for key, value, _ in declarations(preset(name))
@@ -286,6 +286,10 @@ class ParameterSet:
         try:
             for parameter in changed:
                 self._check_one(parameter.name, parameter.value)
+            given = {parameter.name: parameter.value for parameter in changed}
+            spacing = given.get(SPACING, self._known.value(SPACING))
+            for name in given.keys() & {LEVEL, WORD}:
+                _check_target(name, given[name], spacing)
             faults = {p.name.removeprefix(FAULTS): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._group('faults', **faults))
@@ -316,8 +320,6 @@ class ParameterSet:
             raise SettingsError(f'{name} may be set only at the start of the node')
         if name == 'time.speed':
             checked_speed(value)
-        if name == WORD:
-            self._check_word(value)
         if name == DIGEST and value != (digest := self.digest()):
             raise SettingsError(f'{name} is computed: {digest}; got {short_repr(value)}')
         if name == LAW:
@@ -349,6 +351,20 @@ class ParameterSet:
                     self._host.set_speed(parameter.value)
                 elif parameter.name == METHOD:
                     self._host.set_method(parameter.value)
+
+
+def _fits_target(name: str, spacing: int) -> bool:
+    """Return whether `LEVEL` or `WORD` belongs to an element with a `SPACING`."""
+    return (name == WORD) == (spacing > 0)
+
+
+def _check_target(name: str, value: int, spacing: int) -> None:
+    """Raise `SettingsError` if a target is set that belongs to the other kind of element."""
+    if value != UNSET and not _fits_target(name, spacing):
+        kind, other = ('a register', WORD) if spacing else ('an element with one wall', LEVEL)
+        raise SettingsError(
+            f'{name} must be {UNSET} (not set) for {kind}, which takes {other}; got {value}'
+        )
 
 
 def _is_fault(parameter: Parameter) -> bool:

@@ -118,7 +118,7 @@ class Services:
         return response
 
     async def _done(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
-        asked = answers.asked(command.level) if isinstance(command, Write) else {}
+        asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
             outcome = await outcome_of(self._host.submit(command, REQUESTER.get(), wait).answer)
         except REFUSALS as failure:

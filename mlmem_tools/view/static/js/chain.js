@@ -104,7 +104,7 @@ export class Chain {
     const input = make('input', code ? { type: 'text', value: '0x0', size: 20, ariaLabel: what }
       : { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: what });
     const button = make('button', { textContent: 'Write' });
-    button.onclick = () => this.controls.write(code ? input.value.trim() : Number(input.value), button);
+    button.onclick = () => this.controls.write(Number(input.value), button);
     this.row.append(strip, make('div', { className: 'many live-only' }, what, input, button));
   }
 

@@ -39,9 +39,9 @@ export class Controls {
     return answer;
   }
 
-  /** Write a level, or a word, a text for numbers of any size. */
+  /** Write a level, or a word. */
   write(content, control) {
-    return this.ask(control, { do: 'write', [typeof content === 'string' ? 'word' : 'level']: content });
+    return this.ask(control, { do: 'write', level: content });
   }
 
   /** Choose the cell whose faults are set. */

@@ -51,8 +51,8 @@ export const signed = (value, digits) => (value < 0 ? '−' : '+') + Math.abs(va
 /** Return a number from the values of an outcome; null if it is not there. */
 export const number = (values, name) => (Number.isFinite(parseFloat(values[name])) ? Number(values[name]) : null);
 
-/** Return the content in the values of an outcome: a number, or a text such as 0xa7 if none holds it; null without one. */
-export const content = (values) => (values.level === '-3' ? values.word : number(values, 'level'));
+/** Return the content in the values of an outcome; null without one. */
+export const content = (values) => number(values, 'level');
 
 /** Return what an outcome found in words: where the wall is, or the level; empty for nothing. */
 export function found(values, withDelay = false) {
@@ -66,7 +66,8 @@ export function found(values, withDelay = false) {
     if (cell != null) return `${count}, cell ${cell} is stuck`;
     return position == null ? count : `${count}, ${walls > 1 ? 'the first ' : ''}at cell ${position.toFixed(2)} ± ${(deviation ?? 0).toFixed(2)}`;
   }
-  return level == null ? '' : describe(level) + (!withDelay || delay == null ? '' : `, delay ${delay.toFixed(2)}`);
+  const held = level == null ? '' : values.word == null ? describe(level) : `word ${values.word}`;
+  return level == null ? '' : held + (!withDelay || delay == null ? '' : `, delay ${delay.toFixed(2)}`);
 }
 
 /** A small text beside the pointer. */

@@ -148,7 +148,7 @@ function runs(events, procedures) {
   for (const event of events) {
     if (event.kind === 'command') {
       const [name, level] = event.text.split(' ');
-      if (name in procedures) open = { from: event.t, name, level: name === 'write' ? (Number.isSafeInteger(Number(level)) ? Number(level) : level) : null };
+      if (name in procedures) open = { from: event.t, name, level: name === 'write' ? Number(level) : null };
     } else if (open && event.kind === 'outcome') {
       found.push({ ...open, to: event.t });
       open = null;

@@ -1,0 +1,122 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A register holds words: small integers in every request, answer, topic and page."""
+
+import json
+
+import pytest
+from nodes import QUICK
+from robot import Robot, values
+
+from mlmem_ros import RequestRefused
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
+from mlmem_ros.testing import memory_node
+from mlmem_tools.cli.main import main
+from mlmem_tools.view import session_frame
+from mlmem_tools.view.requests import Activity, Requests
+
+WORD, OTHER = 0b100101, 0b1000
+GIVEN = QUICK | {'design.preset': 'byte'}
+
+
+@pytest.fixture(scope='module')
+def node(tmp_path_factory):
+    root = tmp_path_factory.mktemp('root')
+    with memory_node(GIVEN | {'files.root': str(root)}, name='words') as found:
+        found.root = root
+        yield found
+
+
+@pytest.fixture
+def memory(node):
+    """A client of a node that holds `WORD`."""
+    node.memory.write(WORD).wait()
+    return node.memory
+
+
+def trigger(node, service):
+    """Return the answer of a service without fields."""
+    with Robot(node.element) as robot:
+        return json.loads(robot.response(robot.send(service)).message)
+
+
+def test_client_reads_the_word_it_wrote(memory):
+    read = memory.read().wait()
+    assert (read.level, read.word, int(read.code, 2)) == (WORD, WORD, WORD)
+    assert read.details['word'] == WORD
+
+
+@pytest.mark.parametrize('name', ['level', 'word'])
+def test_request_may_name_the_content_either_way(memory, name):
+    assert memory.request('write', **{name: OTHER}).wait().details['word'] == OTHER
+
+
+@pytest.mark.parametrize(
+    ('given', 'reason'),
+    [
+        ({'level': 5, 'word': 6}, 'level and word must be the same; got level 5 and word 6'),
+        ({}, 'write must be given level'),
+        ({'word': 256}, 'word must be a whole number from 0 to 255; got 256'),
+    ],
+)
+def test_request_that_names_no_word_changes_nothing(memory, given, reason):
+    with pytest.raises(RequestRefused, match=reason):
+        memory.request('write', **given).wait()
+    assert memory.read().wait().word == WORD
+
+
+def test_service_takes_the_word_from_target_word(node, memory):
+    memory.set_parameters({'target_word': OTHER}).wait()
+    answer = trigger(node, 'write')
+    assert (answer['word'], answer['asked']) == (OTHER, OTHER)
+    for name, value, why in (
+        ('target_word', 256, 'target_word'),
+        ('target_word', '0x7', 'target_word'),
+        ('target_level', 5, 'target_level must be -1 .* takes target_word; got 5'),
+    ):
+        with pytest.raises(RequestRefused, match=why):
+            memory.set_parameters({name: value}).wait()
+    memory.set_parameters({'target_word': -1}).wait()
+    assert 'write must be given' in trigger(node, 'write')['error']
+
+
+def test_topics_speak_of_a_word(node):
+    with Robot(node.element) as robot:
+        node.memory.write(OTHER).wait()
+        status = robot.latest('content', lambda status: values(status).get('word') == str(OTHER))
+        assert status.message == f'word {OTHER}'
+        robot.latest('outcome', lambda status: values(status).get('word') == str(OTHER))
+        robot.latest('level', lambda message: message.data == OTHER)
+
+
+def test_commands_take_hexadecimal_and_print_the_word(node, capsys):
+    assert main(['write', f'{WORD:#x}', '--node', node.element]) == 0
+    assert capsys.readouterr().out.startswith(f'word {WORD} (code {WORD:08b}), ')
+    assert main(['read', '--json', '--node', node.element]) == 0
+    assert json.loads(capsys.readouterr().out)['word'] == WORD
+
+
+def test_session_of_a_register_is_replayed_and_shown(node, memory, capsys):
+    path = str(node.root / 'session')
+    memory.record(True, path).wait()
+    memory.write(OTHER).wait()
+    memory.read().wait()
+    memory.record(False).wait()
+    report = replay(load(path))
+    assert report.exact
+    assert report.recorded_endings == [f'write {OTHER}', f'read {OTHER}']
+    assert report.recorded_levels == report.levels == [OTHER, OTHER]
+    assert main(['inspect', path]) == 0
+    assert f'{OTHER:08b}' in capsys.readouterr().out
+    frame = session_frame.load(path).frame
+    head = json.loads(frame[4 : 4 + int.from_bytes(frame[:4], 'little')])
+    assert head['element']['code']['tops'][3] == 8
+    assert head['levels'][-1][1] == OTHER
+
+
+def test_page_writes_a_word(memory):
+    requests = Requests(memory, Activity())
+    assert requests.send({'do': 'write', 'level': OTHER}).wait().word == OTHER
+    with pytest.raises(ValueError, match='level must be a whole number'):
+        requests.send({'do': 'write', 'level': '0x7'})
