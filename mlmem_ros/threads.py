@@ -5,8 +5,26 @@
 Write `threads.Condition()`, with the module's name, so that substitutes take effect.
 """
 
+from collections.abc import Callable
 from concurrent.futures import Future
 from threading import Condition, Lock, Thread
 from time import monotonic, time
+from typing import TypeVar
 
-__all__ = ['Condition', 'Future', 'Lock', 'Thread', 'monotonic', 'time']
+__all__ = ['Condition', 'Future', 'Lock', 'Thread', 'monotonic', 'run_in_thread', 'time']
+
+T = TypeVar('T')
+
+
+def run_in_thread(function: Callable[[], T]) -> Future[T]:
+    """Call a function in a thread of its own; return what will hold its result or exception."""
+    future: Future[T] = Future()
+
+    def call() -> None:
+        try:
+            future.set_result(function())
+        except BaseException as failure:
+            future.set_exception(failure)
+
+    Thread(target=call, name='mlmem-background', daemon=True).start()
+    return future

@@ -220,7 +220,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             given = self._given.values()
             self._given.locked = True
             self._prepared = Future[None]()
-            self._building = threads.aside(lambda: self._build(given))
+            self._building = threads.run_in_thread(lambda: self._build(given))
             self._building.add_done_callback(self._have_executor_settle)
         return self._prepared
 
