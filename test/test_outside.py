@@ -25,7 +25,7 @@ from mlmem_ros.device.commands import KINDS
 from mlmem_ros.device.end import End
 from mlmem_ros.device.failures import Failure
 from mlmem_ros.device.motion import Profile, Ramp
-from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections, QuickMoves
+from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections
 from mlmem_ros.device.reading import Reading
 from mlmem_ros.element_file import Element
 from mlmem_ros.outside import LONGEST, DecodeError, decode, from_json, from_yaml, read
@@ -59,7 +59,6 @@ def examples():
     trims = PulseCorrections(
         (AS_SET,) * CASE_II.levels,
         'hash',
-        QuickMoves({'throw': {1: 0.5}}, 'hash'),
         (1.0,) * CASE_II.levels,
     )
     element = MemoryElement(CASE_II, Settings(), Calibration(table, table, trims))

@@ -52,7 +52,7 @@ def aborted_write(memory: MemoryClient) -> None:
     publisher(memory, UInt8, 'write_level').publish(UInt8(data=3))
     time.sleep(1.3)
     memory.abort().wait()
-    memory.write(1).wait()
+    memory.write(3).wait()
     memory.read().wait()
 
 

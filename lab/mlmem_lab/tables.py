@@ -9,40 +9,23 @@ the name of the result file.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from .windows.window import DIRECTIONS, kind, moves
+from .windows.window import DIRECTIONS
 
 Rows = list[Sequence[str]]
 
-MOVES = {
-    'write': 'step up',
-    'throw': 'throw',
-    'down_odd': 'down from odd',
-    'down_even': 'down from even',
-    'up_even': 'up from even',
-    'up_odd': 'up from odd',
-}
-"""Kinds of moves as the pages call them."""
-
 
 def windows(result: Mapping[str, Any]) -> Rows:
-    """Return the nearest failure of every kind of move that is used, by preset."""
-    rows: Rows = [['preset', *MOVES.values()]]
+    """Return the nearest failure of the steps up, by preset."""
+    rows: Rows = [['preset', 'step up']]
     for name, preset in result['presets'].items():
-        used = [move for move in preset['moves'] if _used(name, move)]
-        if not used:
-            continue
-        cells = []
-        for each in MOVES:
-            some = [move for move in used if move['kind'] == each]
-            failed = [move for move in some if move['distance'] is not None]
-            near = min(failed, key=lambda move: move['distance'], default=None)
-            cells.append(_nearest(near) if near else 'none' if some else '')
-        rows.append([f'`{name}`', *cells])
+        failed = [move for move in preset['moves'] if move['distance'] is not None]
+        near = min(failed, key=lambda move: move['distance'], default=None)
+        if preset['moves']:
+            rows.append([f'`{name}`', _nearest(near) if near else 'none'])
     return rows
 
 
@@ -50,15 +33,6 @@ def _nearest(move: Mapping[str, Any]) -> str:
     direction = move['failures'][0][1]
     told = direction if direction in DIRECTIONS else 'a random point'
     return f'{move["distance"]:.2g}: {move["from"]}, {told}'
-
-
-def _used(name: str, move: Mapping[str, Any]) -> bool:
-    return (move['kind'], move['from']) in _all_used(name)
-
-
-@cache
-def _all_used(name: str) -> frozenset[tuple[str, int]]:
-    return frozenset((kind(move), move.start) for move in moves(name, used=True))
 
 
 def kicks(result: Mapping[str, Any]) -> Rows:
@@ -161,31 +135,6 @@ def one_transducer(result: Mapping[str, Any]) -> Rows:
         cells += [bad['left']['reads'], *(bad[end].get('wrong', 0) for end in ('left', 'both'))]
         rows.append([f'`{name}`', *(f'{cell:g}' for cell in cells)])
     return rows
-
-
-def windows_barred(result: Mapping[str, Any]) -> Rows:
-    """Return the moves that are not used from some levels."""
-    rows: Rows = [['not used', 'from levels', 'least failure']]
-    for name, preset in result['presets'].items():
-        for each, told in MOVES.items():
-            some = [
-                move for move in preset['moves'] if move['kind'] == each and not _used(name, move)
-            ]
-            if some:
-                least = min(move['distance'] for move in some)
-                levels = ', '.join(_runs([move['from'] for move in some]))
-                rows.append([f'{told} of `{name}`', levels, f'{least:.2g}'])
-    return rows
-
-
-def _runs(numbers: Sequence[int]) -> Iterator[str]:
-    """Yield numbers, and three and more in a row as `a to b`."""
-    for _, group in groupby(enumerate(sorted(numbers)), lambda pair: pair[1] - pair[0]):
-        run = [number for _, number in group]
-        if len(run) > 2:
-            yield f'{run[0]} to {run[-1]}'
-        else:
-            yield from map(str, run)
 
 
 WAYS = {

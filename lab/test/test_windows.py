@@ -16,23 +16,20 @@ from mlmem_lab.windows import sent
 from mlmem_lab.windows.command import APART, windows
 from mlmem_lab.windows.flight import push_rooms
 from mlmem_lab.windows.window import (
-    DIRECTIONS,
     NARROW,
     RADII,
     STRONG,
     bound,
     described,
     end,
-    kind,
     measured,
     moves,
     strain,
 )  # fmt: skip
 from mlmem_ros.device import PRESETS, new_element, preset
 from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.moves import How, cycle_of, half_period
+from mlmem_ros.device.moves import half_period, step_cycle
 from mlmem_ros.device.procedures.blocks import play, run
-from mlmem_ros.device.reading import BLANK
 
 MEASURED = json.loads((FOLDER / 'windows.json').read_text())['presets']
 DEFAULT = [name for name in PRESETS if name not in APART]
@@ -42,19 +39,18 @@ def chain_of(name):
     return Simulation.of(preset(name).design, preset(name).settings.time).chain
 
 
-def move_of(name, of_kind, start):
-    return next(m for m in moves(name) if (kind(m), m.start) == (of_kind, start))
+def step_from(name, start):
+    return next(m for m in moves(name) if m.start == start)
 
 
-@pytest.mark.parametrize(('of_kind', 'start'), [('write', 1), ('throw', 2), ('down_odd', 3)])
-def test_a_move_is_played_as_the_device_plays_it(of_kind, start):
-    """A step in shaped ramps, a throw whose release is no whole number of ticks, a stroke."""
+@pytest.mark.parametrize('start', [0, 1])
+def test_a_step_is_played_as_the_device_plays_it(start):
+    """In shaped ramps, by compression and by tension."""
     design, settings = preset('bits_2')
-    move, chain = move_of('bits_2', of_kind, start), chain_of('bits_2')
+    move, chain = step_from('bits_2', start), chain_of('bits_2')
     played = strain(chain, settings, move, {})
     element, seen = new_element(design, settings), []
-    delay = half_period(design) if move.how is How.STEP else 0.0
-    cycle = cycle_of(design, settings, move)
+    cycle, delay = step_cycle(design, settings, start), half_period(design)
     run(element, play(element, cycle, delay), lambda: seen.append(element.actuator.strain))
     every = round(settings.time.tick / chain.dt) * len(chain.integrator.nodes)
     ticks = played[every - 1 :: every]
@@ -67,38 +63,24 @@ def test_the_strong_actuator_changes_no_move_as_shipped():
         design, settings = preset(name)
         for move in moves(name):
             strong = settings.__class__(**{**settings.groups(), 'actuator': STRONG})
-            assert cycle_of(design, strong, move) == cycle_of(design, settings, move)
+            cycles = [step_cycle(design, each, move.start) for each in (strong, settings)]
+            assert cycles[0] == cycles[1]
 
 
 def test_a_wall_that_is_left_behind_is_seen():
-    """A throw of a tenth of its strength leaves it; a stroke of none does not move it."""
+    """A step of a tenth of its strength does not move it."""
     chain, settings = chain_of('bits_2'), preset('bits_2').settings
-    throw, stroke = move_of('bits_2', 'throw', 2), move_of('bits_2', 'down_odd', 3)
-    assert end(chain, settings, throw, {}) == BLANK
-    assert end(chain, settings, throw, {'peak': -0.9}) == 2
-    assert end(chain, settings, stroke, {}) == 2
-    assert end(chain, settings, stroke, {'peak': -1.0}) == 3
+    step = step_from('bits_2', 1)
+    assert end(chain, settings, step, {}) == 2
+    assert end(chain, settings, step, {'compression': -0.9, 'tension': -0.9}) == 1
 
 
 def test_a_window_of_a_small_preset_is_measured_as_the_file_has_it():
-    found = measured('bits_2', move_of('bits_2', 'write', 1), radii=(0.15,)).as_dict()
+    found = measured('bits_2', step_from('bits_2', 1), radii=(0.15,)).as_dict()
     assert found['points'] == 0
     assert found['distance'] == 0.15
-    [kept] = [m for m in MEASURED['bits_2']['moves'] if (m['kind'], m['from']) == ('write', 1)]
+    [kept] = [m for m in MEASURED['bits_2']['moves'] if m['from'] == 1]
     assert found['failures'] == [each for each in kept['failures'] if each[0] == 0.15]
-
-
-def test_random_points_find_what_the_directions_miss():
-    """One of eighty fails; along every direction the throw holds up to 0.1."""
-    [kept] = [m for m in MEASURED['damped_bits_3']['moves'] if m['from'] == 7 and m['to'] == -1]
-    found = measured(
-        'damped_bits_3', move_of('damped_bits_3', 'throw', 7), radii=(), points=80, seed=5
-    )
-    [failure] = found.failures
-    assert found.distance == failure.radius == kept['distance'] < 0.1
-    assert [failure.radius, failure.direction, failure.ended] == kept['failures'][0]
-    assert 'peak' in failure.direction
-    assert failure.direction not in DIRECTIONS
 
 
 def test_what_was_drawn_bounds_what_may_fail():
@@ -130,8 +112,8 @@ def test_the_command_measures_prints_and_keeps_what_the_file_has(tmp_path, capsy
     assert windows.run(asked('bits_1', radii=[0.1], method='strain', output=path)) == 0
     found = json.loads(path.read_text())['presets']
     assert list(found) == ['bits_2', 'bits_1']
-    assert [m['distance'] for m in found['bits_1']['moves']] == [None] * 3
-    assert 'throw' in capsys.readouterr().out
+    assert [m['distance'] for m in found['bits_1']['moves']] == [None]
+    assert 'bits_1' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -151,21 +133,14 @@ def test_misuse_is_named(wrong, said, capsys):
     assert re.search(said, capsys.readouterr().err)
 
 
-EXCEPT = {('case_2', 'down_odd', 1)}
-"""Used although a point that was drawn fails; docs/going_back.md says so."""
-
-
 @pytest.mark.parametrize('name', DEFAULT)
-def test_the_file_is_of_the_shipped_settings_and_no_narrow_move_is_used(name):
-    """Each move of the file as shipped ends where it should; within a tenth, each that is used."""
+def test_the_file_is_of_the_shipped_settings_and_has_no_narrow_step(name):
     there = MEASURED[name]
     assert there['settings'] == described(name)
     assert tuple(there['radii']) == RADII
-    distances = {(m['kind'], m['from']): m['distance'] for m in there['moves']}
-    assert set(distances) == {(kind(move), move.start) for move in moves(name)}
-    used = {(kind(move), move.start) for move in moves(name, used=True)}
-    wide = {each for each, far in distances.items() if far is None or far > NARROW}
-    assert used == wide | {tuple(each) for preset, *each in EXCEPT if preset == name}
+    distances = {m['from']: m['distance'] for m in there['moves']}
+    assert set(distances) == {move.start for move in moves(name)}
+    assert all(far is None or far > NARROW for far in distances.values())
 
 
 def test_kicks_and_pushes_have_rows_of_their_own(tmp_path, capsys, monkeypatch):

@@ -24,7 +24,6 @@ from .pulse_corrections import (
     AS_SET,
     PulseCorrection,
     PulseCorrections,
-    QuickMoves,
     schedule_of,
     without_kicks,
 )
@@ -223,19 +222,12 @@ class Calibration:
             return [AS_SET] * len(self.right.delays)
         return list(known.steps)
 
-    @property
-    def quick(self) -> QuickMoves | None:
-        """Strokes and throws that were planned for this element."""
-        return self.pulse_corrections.quick if self.pulse_corrections else None
-
-    def adapt(self, settings: Settings, start: int | None = None) -> Settings:
-        """Return settings with this element's strokes and throws, see `QuickMoves.adapt`, and
-        without the kicks that do not arrive.
-        """
+    def adapt(self, settings: Settings) -> Settings:
+        """Return settings without the kicks that do not arrive."""
         steps = self.pulses(settings)
         if unkicked := [level for level, each in enumerate(steps) if not each.speed]:
             settings = without_kicks(settings, unkicked)
-        return self.quick.adapt(settings, start) if self.quick else settings
+        return settings
 
     def longest(self, end: End) -> float:
         """Return the delay of the farthest echo at an end, or the other if it is not read from."""

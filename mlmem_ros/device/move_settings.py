@@ -19,7 +19,6 @@ _time = fields_in('time', 0.0, 1e6)
 _speed = fields_in('cells/time', 1e-4, 10.0)
 _part = fields_in('', 0.0, 1.0)
 _count = fields_in('', 1, 100)
-_level = fields_in('', 1, 10_000)
 _strain = fields_in('', -0.5, 0.5)
 _compression = fields_in('', -0.5, -1e-6)
 _tension = fields_in('', 1e-6, 0.5)
@@ -107,12 +106,6 @@ class EraseSettings(CycleSettings):
     The tension frees the kink but not the wall, so that the kink catches up with it.
     """
 
-    method: str = described(
-        'kink',
-        'kink: drive a kink across; pulse: throw the wall out, with a kink if that fails',
-        choices=('kink', 'pulse'),
-        listed=True,
-    )
     compression: float = _compression(
         -0.042, 'peak strain at levels where compression frees the kink'
     )
@@ -127,57 +120,6 @@ class EraseSettings(CycleSettings):
 def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
     """Return the peak strain that frees a wall or a kink by compression, or by tension."""
     return cycles.compression if compress else cycles.tension
-
-
-@dataclass(frozen=True, kw_only=True)
-class JerkSettings(CycleSettings):
-    """A cycle whose fast part throws the wall back."""
-
-    not_from: str = described(
-        '',
-        'levels from which a write does not use it, such as "1 7": there its window is narrow',
-        words='levels',
-        word=lambda word: word.isdecimal() and len(word) < 6,
-    )
-
-    @cached_property
-    def barred(self) -> frozenset[int]:
-        """Levels from which a write does not use it."""
-        return frozenset(int(word) for word in self.not_from.split())
-
-
-@dataclass(frozen=True)
-class StrokeSettings(JerkSettings):
-    """A cycle that pulls the substrate from under the wall and so changes its level.
-
-    The strain rises slowly, swings over fast (`ease`) and is released slowly. One sign takes the
-    wall down, the other up. The farther the site, the farther the same stroke moves a wall, so the
-    peak falls with the site.
-    """
-
-    peak: float = _strain(0.0, 'peak strain at the last level, either sign; 0: no such stroke')
-    growth: float = described(
-        0.0, 'exponent with which the peak grows towards the first site', low=0.0, high=3.0
-    )
-    levels: int = _level(1, 'levels that the wall moves', high=255)
-    lowest: int = _level(1, 'lowest level that it starts from')
-
-
-@dataclass(frozen=True)
-class ThrowSettings(JerkSettings):
-    """A pulse that throws the wall out at the left end, from any level.
-
-    If one pulse fails, the next one, weaker or of the other sign, may succeed.
-    """
-
-    peak: float = _strain(0.0, 'peak strain, either sign; 0: no throw')
-    mirrored: float = _part(-0.65, 'peak of every second pulse, relative to the others', low=-1.0)
-    pulses: int = _count(5, 'most pulses until the element is blank')
-    levels: int = _level(
-        10_000,
-        'levels, from 0 on, that one pulse throws the wall out of; a write, which does not listen '
-        'in between, adds a pulse for each further group of so many',
-    )
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The moves of the wall between levels, their durations, and the fastest path.
 
-Levels and the blank element are nodes of a graph; moves are its edges: a launch, a step up, a
-stroke up or down, a throw, an erase, all by strain (docs/going_back.md), and without strain a kick
-and a push (docs/strainless.md). A write takes the shortest path.
+Levels and the blank element are nodes of a graph; moves are its edges: a launch, a step up and an
+erase by strain, and without strain a kick and a push (docs/strainless.md). A write takes the
+shortest path.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..physics import Design, wall_energy
 from ..physics.waves import group_velocity
 from .errors import ProcedureFailed
 from .motion import Cycle
-from .move_settings import CycleSettings, PushSettings, StrokeSettings, peak
+from .move_settings import PushSettings, peak
 from .reading import BLANK, describe_level
 from .settings import Settings
 
@@ -40,8 +40,6 @@ class How(Enum):
 
     LAUNCH = 'launch'
     STEP = 'step up'
-    STROKE = 'stroke'
-    THROW = 'throw'
     ERASE = 'erase'
     KICK = 'kick'
     PUSH = 'push'
@@ -54,7 +52,7 @@ class How(Enum):
     @property
     def hasty(self) -> bool:
         """Whether the element rings afterwards and cannot be read yet."""
-        return self in (How.STROKE, How.THROW, How.KICK, How.PUSH)
+        return self in (How.KICK, How.PUSH)
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class Move:
         time: Duration in time units; approximate for an erase, which listens in between.
         room: Relative change that its quantities bear: the speed of a kick (its stroke bears less,
             docs/strainless.md), amplitude, carrier and length of a push; peak and times of what
-            strains bear `NARROW` at least, or it is barred from that level.
+            strains bear `NARROW` at least.
         energy: What the end puts in, in k_r cells^2, in closed form; NaN for what strains
             (docs/energy.md).
     """
@@ -81,40 +79,16 @@ class Move:
     energy: float = math.nan
 
 
-def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0) -> Cycle:
-    """Return the strain of a step up, a stroke or a throw.
+def step_cycle(design: Design, settings: Settings, start: int, force: float = 1.0) -> Cycle:
+    """Return the strain of a step up from a level.
 
-    `force` is a factor on the peak of a step up, within the actuator's limit.
+    `force` is a factor on its peak, within the actuator's limit.
     """
-    if move.how is How.THROW:
-        pulses = 1 + move.start // settings.throw.levels
-        return sum((throw_cycle(settings, pulse) for pulse in range(pulses)), Cycle(()))
-    if move.how is How.STROKE:
-        stroke = stroke_of(settings, move.start, upward=move.target > move.start)
-        times: CycleSettings = stroke
-        wanted = stroke_peak(design, stroke, move.start)
-    else:
-        times = settings.write
-        wanted = force * peak(settings.write, design.freed_by_compression(move.start))
     limit = settings.actuator.max_strain
-    return Cycle.planned(times, max(-limit, min(wanted, limit)), settings.actuator.max_rate)
-
-
-def stroke_of(settings: Settings, start: int, *, upward: bool) -> StrokeSettings:
-    """Return the stroke that may begin at a level."""
-    if upward:
-        return settings.up_odd if start % 2 else settings.up_even
-    return settings.down_odd if start % 2 else settings.down_even
-
-
-def stroke_peak(design: Design, stroke: StrokeSettings, start: int) -> float:
-    """Return the peak of a stroke from a level.
-
-    The farther the site, the farther a stroke moves the wall, because the substrate moves by the
-    strain times the site. The factor (X_last / X) ** growth compensates.
-    """
-    farther = design.defect(design.levels - 1) / design.defect(start)
-    return float(stroke.peak * farther**stroke.growth)
+    wanted = force * peak(settings.write, design.freed_by_compression(start))
+    return Cycle.planned(
+        settings.write, max(-limit, min(wanted, limit)), settings.actuator.max_rate
+    )
 
 
 def gentle(settings: Settings) -> Settings:
@@ -125,24 +99,8 @@ def gentle(settings: Settings) -> Settings:
 
 
 def paper_way(settings: Settings) -> Settings:
-    """Return settings with neither kicks and pushes nor strokes and throws."""
-    none = StrokeSettings()
-    erase = replace(settings.erase, method='kink')
-    write = replace(settings.write, method='strain')
-    settings = replace(settings, write=write)
-    return replace(settings, erase=erase, down_even=none, down_odd=none, up_even=none, up_odd=none)
-
-
-def throw_cycle(settings: Settings, pulse: int) -> Cycle:
-    """Return the pulse with this number, from 0, of a throw; every second one is mirrored."""
-    throw = settings.throw
-    share = throw.mirrored if pulse % 2 else 1.0
-    return Cycle.planned(throw, share * throw.peak, settings.actuator.max_rate)
-
-
-def throws(settings: Settings) -> bool:
-    """Return whether an erase begins with a throw."""
-    return settings.erase.method == 'pulse' and settings.throw.peak != 0.0
+    """Return settings with neither kicks nor pushes."""
+    return replace(settings, write=replace(settings.write, method='strain'))
 
 
 def kick_speed(design: Design, settings: Settings, level: int) -> float:
@@ -225,23 +183,10 @@ def _strained(design: Design, settings: Settings, start: int) -> Iterator[Move]:
     if start < design.levels - 1:
         cycle = Cycle.planned(settings.write, settings.write.tension, rate)
         yield Move(How.STEP, start, start + 1, cycle.duration)
-    for upward in (True, False):
-        stroke = stroke_of(settings, start, upward=upward)
-        target = start + stroke.levels * (1 if upward else -1)
-        begins = start >= stroke.lowest and start not in stroke.barred
-        if stroke.peak and begins and 0 <= target < design.levels:
-            cycle = Cycle.planned(stroke, stroke_peak(design, stroke, start), rate)
-            yield Move(How.STROKE, start, target, cycle.duration)
     if pushes(settings):
         return  # a push takes the wall out, too, and leaves less behind that brakes a kick
-    if throws(settings) and start not in settings.throw.barred:
-        out = Move(How.THROW, start, BLANK, 0.0)
-        yield replace(out, time=cycle_of(design, settings, out).duration)
-    else:
-        kink = Cycle.planned(settings.erase, settings.erase.compression, rate)
-        pulse = throw_cycle(settings, 0)
-        moving = pulse.duration if throws(settings) else (start + 2) * kink.duration
-        yield Move(How.ERASE, start, BLANK, moving + ringing(design))
+    kink = Cycle.planned(settings.erase, settings.erase.compression, rate)
+    yield Move(How.ERASE, start, BLANK, (start + 2) * kink.duration + ringing(design))
 
 
 def half_period(design: Design) -> float:
@@ -286,8 +231,8 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
             continue
         seen.add(place)
         for move in moves_from(design, settings, place):
-            if move.how in (How.ERASE, How.THROW) and place != start:
-                continue  # an erase is that fast only if the wall was read, a throw sure from rest
+            if move.how is How.ERASE and place != start:
+                continue  # an erase is that fast only if the wall was read
             cost = time + move.time + aside * move.how.strains
             heapq.heappush(ways, (cost, next(order), move.target, [*way, move]))
     if target >= 0 and (why := settings.element.blocked(design.defect(target))):

@@ -26,7 +26,6 @@ from .settings import (
     TimeSettings,
     TransducerSettings,
 )
-from .strokes import BY_25, LATE, actuator, by_9, hand_rate, stroke, throw
 
 
 class Preset(NamedTuple):
@@ -55,7 +54,53 @@ LOUDER = 5.0
 Peaks = tuple[float, float]
 """Peak strains: of compression, of tension."""
 
-_CASE_2 = Preset(CASE_II, Settings(actuator=actuator(CASE_II.N), **BY_25))
+
+def hand_rate(N: int) -> float:
+    """Return the strain rate in 1/time at which a strain set by hand keeps the content of N cells.
+
+    Measured on every preset: below the strain that frees its wall, none is lost at this rate, some
+    at twice the rate. A longer substrate sways longer.
+    """
+    return min(5e-5, float(f'{0.016 / N:.1e}'))
+
+
+def _fast_actuator(N: int) -> ActuatorSettings:
+    """Return an actuator of N cells that is fast in a procedure, and slow by hand."""
+    return ActuatorSettings(max_strain=0.15, max_rate=5e-3, hand_rate=hand_rate(N))
+
+
+LATE_KICK = 0.7
+"""With nine cells a level: the end is fastest late, which widens the windows at high speeds."""
+
+_KICK_SPEEDS_9 = {
+    100: (0.0031, 0.0103, 0.0222, 0.0367, 0.0547, 0.0773, 0.1074, 0.1474, 0.2026),
+    250: (0.002, 0.0039, 0.007, 0.0106, 0.0146, 0.0191, 0.0241),
+    500: (0.0, 0.0024, 0.0034, 0.0047, 0.0062, 0.0078),
+}
+"""Speeds of kicks by 1 / eta, to every level whose kick bears a change of at least 0.1."""
+
+
+def kick_and_push(levels: int, N: int, eta: float) -> tuple[KickSettings, PushSettings]:
+    """Return the kick and the push of an element of nine cells a level, found by `mlmem kicks`."""
+    speeds = ' '.join(f'{speed:g}' for speed in _KICK_SPEEDS_9.get(round(1.0 / eta), ())[:levels])
+    settle = 800.0 if N < 150 else 1200.0
+    return (
+        KickSettings(speeds, late=LATE_KICK),
+        PushSettings(A=0.6, omega_c=0.75, sigma=5.0, settle=settle),
+    )
+
+
+_CASE_2 = Preset(
+    CASE_II,
+    Settings(
+        actuator=_fast_actuator(CASE_II.N),
+        kick=KickSettings(
+            '0.006 0.0145 0.0316 0.053 0.0793 0.1207 0.18 0.258',
+            rooms='0.51 0.58 0.33 0.23 0.17 0.26 0.15 0.23',
+        ),
+        push=PushSettings(A=0.62, omega_c=0.74, sigma=12.0, settle=800.0, after=1.1, room=0.3),
+    ),
+)
 """The paper's second element, with eight levels. The ranges in which its settings work:
 
 - `write.compression` -0.021 to beyond -0.054, `write.tension` 0.0363 to the actuator's limit:
@@ -138,13 +183,10 @@ def _register(
 
 def _fast() -> Preset:
     """Return the paper's second element with a faster write and less strain: 1800 per level."""
-    back = BY_25 | {  # longer rests, before fast steps
-        'throw': replace(BY_25['throw'], settle=900.0, levels=6, not_from='1 7'),
-        'up_odd': replace(BY_25['up_odd'], settle=400.0),
-        'down_odd': replace(BY_25['down_odd'], not_from='1'),
-    }
     settings = Settings(
-        actuator=actuator(CASE_II.N),
+        actuator=_CASE_2.settings.actuator,
+        kick=_CASE_2.settings.kick,
+        push=_CASE_2.settings.push,
         # Fast ramps: the inertia of the cells helps to free the wall.
         write=WriteSettings(
             ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
@@ -153,7 +195,6 @@ def _fast() -> Preset:
         ),
         read=ReadSettings(min_margin=0.5),  # detects a wall stuck between two defects
         time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
-        **back,
     )  # fmt: skip
     return Preset(CASE_II, settings)
 
@@ -168,24 +209,22 @@ def _nine_cells(
     left: tuple[float, float] = (2.039, 1.2e-4),
     tail: int = 54,
     eta: float = 1 / 250,
-    max_rate: float = 2e-4,
     tick: float = 20.0,
-    **back: Any,
+    kick: KickSettings | None = None,
+    push: PushSettings | None = None,
 ) -> Preset:
     """Return an element found by `mlmem_lab.designer`: Case II's cells, nine per level."""
     omega_c, sigma, v_th = right
     design = Design(
         N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
     )
-    back = by_9(design.levels, N, eta) | back
-    still = ActuatorSettings(max_strain=0.05, max_rate=max_rate, hand_rate=hand_rate(N))
-    if 'throw' in back:
-        erase = replace(erase, method='pulse')
+    usual_kick, usual_push = kick_and_push(design.levels, N, eta)
     settings = Settings(
-        actuator=actuator(N) if back else still,
+        actuator=_fast_actuator(N),
         write=write,
         erase=erase,
-        **back,
+        kick=kick or usual_kick,
+        push=push or usual_push,
         # A short pulse: of all levels only the first is so near that its delay says no more.
         probe=ProbeSettings(omega_c=left[0], sigma=6.0, v_th=left[1], gain_decay=eta / 2),
         probe_right=replace(
@@ -197,7 +236,7 @@ def _nine_cells(
     return Preset(design, settings)
 
 
-_damped = partial(_nine_cells, eta=1 / 100, max_rate=3e-4, tick=10.0)
+_damped = partial(_nine_cells, eta=1 / 100, tick=10.0)
 
 
 def _write(
@@ -240,66 +279,47 @@ PRESETS = {
     'case_2': _CASE_2,
     'byte': _byte(),
     'bits_1': _nine_cells(
-        N=81, right=(0.693, 16.0, 8.9e-4), patience=6200.0, max_rate=3e-4,
+        N=81, right=(0.693, 16.0, 8.9e-4), patience=6200.0,
         write=_write(120.0, 60.0, 300.0, 20.0, (-0.024, 0.021), ease_to=0.06),
         erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0112)),
-        throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_2': _nine_cells(
-        N=99, right=(0.693, 16.0, 8.7e-4), patience=6200.0, max_rate=3e-4,
+        N=99, right=(0.693, 16.0, 8.7e-4), patience=6200.0,
         write=_write(140.0, 20.0, 440.0, 20.0, (-0.0219, 0.0254)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0111)),
-        throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_3': _CASE_2,
     'bits_4': _nine_cells(
         N=207, right=(0.691, 16.0, 7.9e-4), patience=6500.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
-        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 5 7 9'),
     ),
     'bits_5': _nine_cells(
         N=369, right=(0.701, 20.0, 9.4e-4), tail=72, patience=6800.0,
         write=_write(340.0, 60.0, 580.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(800.0, 200.0, 600.0, (-0.0226, 0.0109)),
-        throw=throw(
-            0.135, 400.0, 78.0, -0.1, 700.0, mirrored=0.8, levels=10,
-            not_from='0 1 2 3 7 9 17 18 19 20 21 22 23 26 27 28',
-        ),
     ),
     'bits_6': _nine_cells(
         N=666, right=(0.705, 24.0, 9.9e-4), tail=81, patience=7400.0,
         left=(2.07, 1.13e-4),
         write=_write(520.0, 80.0, 880.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(1100.0, 200.0, 600.0, (-0.0226, 0.0109)),
-        down_odd=stroke(200.0, 40.0, 115.0, -0.84, 660.0, -0.0041, 0.85, lowest=3),
-        down_even=stroke(
-            1060.0, 120.0, 61.0, -0.992, 800.0, -0.0102, 0.66, levels=2, lowest=16,
-            not_from='48 52 56 58 60 62',
-        ),
     ),
     'bits_8': _nine_cells(
         N=2475, right=(0.705, 50.0, 1.2e-3), tail=162, eta=1 / 500, patience=17000.0,
         left=(2.07, 1.22e-4),
         write=_write(1260.0, 40.0, 1260.0, 200.0, (-0.0157, 0.0235)),
         erase=_erase(2000.0, 400.0, 1200.0, (-0.0226, 0.0105)),
-        down_odd=stroke(400.0, 40.0, 90.0, -0.84, 1300.0, -0.00095, 0.85, lowest=31),
-        down_even=stroke(1200.0, 20.0, 140.0, -0.95, 1600.0, -0.0015, 1.0, levels=2, lowest=60),
     ),
     'damped_bits_3': _damped(
         N=135, right=(0.692, 16.0, 1.1e-3), patience=2700.0,
         write=_write(170.0, 20.0, 250.0, 10.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
-        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4, not_from='3 7'),
     ),
     'damped_bits_4': _damped(
         N=207, right=(0.691, 16.0, 1.3e-3), patience=2900.0,
         write=_write(190.0, 30.0, 320.0, 10.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 80.0, 240.0, (-0.0226, 0.011)),
-        throw=throw(
-            0.14, 400.0, 54.0, -0.1, 400.0, mirrored=0.8, levels=5,
-            not_from='0 1 2 3 4 5 7 9 10 11 12 13 14',
-        ),
     ),
     'fast': _fast(),
 }  # fmt: skip
@@ -330,9 +350,9 @@ PRESETS |= {
         N=99, right=(0.692, 16.0, 1.1e-3), patience=2700.0, tick=20.0,
         write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
-        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4),
         kick=KickSettings(
-            '0.0031 0.0103 0.0222 0.0367', rooms='0.55 0.6 0.33 0.23', late=LATE, settle=400.0
+            '0.0031 0.0103 0.0222 0.0367', rooms='0.55 0.6 0.33 0.23', late=LATE_KICK,
+            settle=400.0,
         ),
         push=PushSettings(
             A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0, room=0.28
@@ -343,13 +363,12 @@ PRESETS |= {
         N=207, eta=1 / 168, right=(0.691, 16.0, 8.7e-4), patience=4500.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
-        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 2 5 7 9 10 11 12 13 14 15'),
         kick=KickSettings(
             '0.0024 0.0057 0.0112 0.0177 0.0251 0.0335 0.043 0.0539 '
             '0.0664 0.0811 0.0989 0.1213 0.1488 0.1845 0.24 0.3981',
             rooms='0.2 0.51 0.29 0.21 0.16 0.14 0.12 0.11 '
             '0.1 0.1 0.1 0.1 0.1 0.12 0.15 0.2',
-            late=LATE,
+            late=LATE_KICK,
         ),
         push=PushSettings(A=0.5, omega_c=0.84, sigma=15.0, settle=1200.0, room=0.14),
     )),

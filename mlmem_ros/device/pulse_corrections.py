@@ -1,13 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of an element's own moves: which pulse takes the wall up to each level, which
-strokes and throws it takes, and with which peaks.
+"""What is known of an element's own moves: which pulse takes the wall up to each level.
 
 Fabrication gives every level a slightly different well. A step that falls short, does not start or
 runs over with the pulse in the settings is made with another peak or other times
-(docs/learning.md): both decide how the wall swings into its well. Cells that scatter also hold a
-wall where a stroke should free it, or let it run on. What was planned for one element says from
-which levels each is made with another peak, or not at all.
+(docs/learning.md): both decide how the wall swings into its well.
 """
 
 from __future__ import annotations
@@ -16,73 +13,14 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ..described import described, short_repr
-from .errors import Checked, SettingsError
+from ..described import described
+from .errors import Checked
 from .move_settings import WriteSettings
 from .settings import Settings
-
-QUICK = ('down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
-"""The settings of strokes and throws."""
-
-MOST_LEVELS = 100_000
-"""Above every level that settings can name."""
-
-
-@dataclass(frozen=True)
-class QuickMoves:
-    """What was planned for one element.
-
-    Attributes:
-        peaks: By the name of a stroke's or throw's settings, and by the level from which it
-            begins: factor on its peak; 0: it is not used. All others are as set.
-        schedule: `quick_schedule` of the settings; with others the factors are meaningless.
-    """
-
-    peaks: Mapping[str, Mapping[int, float]]
-    schedule: str
-
-    def __post_init__(self) -> None:
-        given = [each for one in self.peaks.values() for each in one.items()]
-        sound = all(0 <= level < MOST_LEVELS and 0.0 <= peak <= 2.0 for level, peak in given)
-        if not sound or not set(self.peaks) <= set(QUICK):
-            raise SettingsError(
-                f'peaks must be of {", ".join(QUICK)}, from levels from 0, with factors from 0 '
-                f'to 2; got {short_repr(self.peaks)}'
-            )
-
-    def adapt(self, settings: Settings, start: int | None = None) -> Settings:
-        """Return settings that bar what is not used, with the peaks for a move from the level
-        `start`.
-        """
-        if self.schedule != quick_schedule(settings):
-            return settings
-        changed: dict[str, Any] = {}
-        limit = settings.actuator.max_strain
-        for name, peaks in self.peaks.items():
-            group: Any = settings.groups()[name]
-            barred = group.barred | {level for level, peak in peaks.items() if not peak}
-            factor = 1.0 if start is None else peaks.get(start) or 1.0
-            peak = max(-limit, min(factor * group.peak, limit))
-            not_from = ' '.join(map(str, sorted(barred)))
-            changed[name] = dataclasses.replace(group, peak=peak, not_from=not_from)
-        return dataclasses.replace(settings, **changed)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the values for a file."""
-        peaks = {name: [list(each) for each in one.items()] for name, one in self.peaks.items()}
-        return {'peaks': peaks, 'schedule': self.schedule}
-
-
-def quick_schedule(settings: Settings) -> str:
-    """Return a hash of all settings that shape strokes and throws."""
-    groups: Any = settings.groups()
-    values: list[Any] = [dataclasses.asdict(groups[name]) | {'not_from': ''} for name in QUICK]
-    values += [settings.actuator.max_strain, settings.actuator.max_rate]
-    return hashlib.blake2b(json.dumps(values).encode(), digest_size=16).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -174,21 +112,18 @@ class PulseCorrections:
     Attributes:
         steps: By the level to which a pulse takes the wall; the first is the launch.
         schedule: `schedule_of` the settings; with others the corrections are meaningless.
-        quick: Strokes and throws of this element; None: all as in the settings.
         kinks: Factors on the speeds of a register's kinks, by level; of walls they are in `steps`.
     """
 
     steps: tuple[PulseCorrection, ...]
     schedule: str
-    quick: QuickMoves | None = None
     kinks: tuple[float, ...] = described((), 'of kinks', low=0.1, high=10.0)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file."""
         steps = [list(dataclasses.astuple(step)) for step in self.steps]
-        quick = {'quick': self.quick.as_dict()} if self.quick else {}
         kinks = {'kinks': list(self.kinks)} if self.kinks else {}
-        return {'steps': steps, 'schedule': self.schedule, **quick, **kinks}
+        return {'steps': steps, 'schedule': self.schedule, **kinks}
 
 
 def kicked(settings: Settings, level: int) -> bool:
@@ -218,10 +153,7 @@ def schedule_of(settings: Settings) -> str:
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
-def learnt(
-    steps: Iterable[PulseCorrection], settings: Settings, quick: QuickMoves | None = None
-) -> PulseCorrections | None:
+def learnt(steps: Iterable[PulseCorrection], settings: Settings) -> PulseCorrections | None:
     """Return the corrections learnt with these settings, or None if all pulses are as set."""
     steps = tuple(steps)
-    as_set = quick is None and set(steps) == {AS_SET}
-    return None if as_set else PulseCorrections(steps, schedule_of(settings), quick)
+    return None if set(steps) == {AS_SET} else PulseCorrections(steps, schedule_of(settings))

@@ -20,8 +20,6 @@ from .move_settings import (
     EraseSettings,
     KickSettings,
     PushSettings,
-    StrokeSettings,
-    ThrowSettings,
     WriteSettings,
 )
 
@@ -234,11 +232,6 @@ class Settings:
     actuator: ActuatorSettings = ActuatorSettings()
     write: WriteSettings = WriteSettings()
     erase: EraseSettings = EraseSettings()
-    down_even: StrokeSettings = StrokeSettings()
-    down_odd: StrokeSettings = StrokeSettings()
-    up_even: StrokeSettings = StrokeSettings()
-    up_odd: StrokeSettings = StrokeSettings()
-    throw: ThrowSettings = ThrowSettings()
     kick: KickSettings = KickSettings()
     push: PushSettings = PushSettings()
     transducer: TransducerSettings = TransducerSettings()
@@ -253,7 +246,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         limit = self.actuator.max_strain
-        peaks = ('compression', 'tension', 'start_strain', 'peak')
+        peaks = ('compression', 'tension', 'start_strain')
         for name, group in self.groups().items():
             for peak in filter(group.__dict__.__contains__, peaks):
                 if abs(value := getattr(group, peak)) > limit:

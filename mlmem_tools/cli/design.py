@@ -4,8 +4,7 @@
 
 `mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
 and closed forms; with `--output FILE.yaml` it writes them as a node's parameter file, with
-`--prove` it simulates them. Its strokes and its throw, which take a wall down, also follow rules;
-`--search TRIALS` looks for better ones (minutes). No ROS is needed.
+`--prove` it simulates them. No ROS is needed.
 
 `--law LAW.yaml` asks for cells with a law of their own, as `mlmem law` writes it: whether
 they can be a memory with such springs and masses, with which gradient, and, without `--levels`, of
@@ -114,13 +113,6 @@ TASKS = {'check': check, 'prove': prove}
     option('--spring', type=float, metavar='N/M', help='its springs between cells'),
     option('--mass', type=float, metavar='KG', help='its masses'),
     option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
-    option(
-        '--search',
-        type=int,
-        default=0,
-        metavar='TRIALS',
-        help='try this many strokes of either kind, and throws (CMA-ES)',
-    ),
     option('--prove', action='store_true', help='simulate the found design'),
     *PROOF,
     JSON,

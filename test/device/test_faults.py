@@ -297,24 +297,6 @@ def test_a_lag_follows_by_its_time_constant():
     np.testing.assert_allclose(strains(element, 60), 0.01 * -np.expm1(-t / tau), atol=1e-5)
 
 
-def test_a_drive_freed_after_sticking_in_a_throw_returns_at_the_hand_rate():
-    """At the rate of a throw it would jerk cells out of their range and lose the tick."""
-    settings = preset('case_2').settings
-    element = rig.device(3, **settings.groups())
-    element.apply(Erase())
-    while element.transmission.encoder < 0.13:
-        element.advance()
-    suffering(element, actuator_stuck=True)
-    while element.procedure:
-        element.advance()
-    assert element.transmission.encoder > 0.13
-    element.apply(HEALTHY)
-    steps = np.abs(np.diff(strains(element, 30)))
-    assert steps.max() == pytest.approx(settings.actuator.hand_rate * element.tick)
-    rig.succeed(element, Erase())
-    assert rig.holds(element, None)
-
-
 def test_the_largest_offset_may_come_and_go_without_a_lost_tick():
     """A compression by 0.1 at the highest rate left no cell where a step is stable."""
     settings = preset('case_2').settings

@@ -37,7 +37,7 @@ from mlmem_ros.physics.equilibrium import resting_wall
 BITS_2 = preset('bits_2')
 
 
-def made_by_chance(settings=BITS_2.settings, seed=4):
+def made_by_chance(settings=BITS_2.settings, seed=12):
     """Return an element whose cells differ by 1.5 per cent, so that the wall stops on its way."""
     element = new_element(BITS_2.design, settings)
     element.apply(SetFaults(Faults(disorder_alpha=0.015, seed=seed)))
@@ -62,7 +62,7 @@ def trained():
 
 
 def test_steps_that_fail_are_learnt(trained):
-    assert wrong_writes(made_by_chance()) == [2, 3]
+    assert wrong_writes(made_by_chance()) == [1]
     assert set(trained.calibration.pulse_corrections.steps) - {AS_SET}
     assert not wrong_writes(trained)
 

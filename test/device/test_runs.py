@@ -212,7 +212,6 @@ def test_predictable_ticks_are_computed_in_one_call():
 
 
 def test_every_procedure_of_a_preset_is_the_same_in_runs():
-    """Including strokes and throws."""
     devices = new_element(preset('bits_2')), new_element(preset('bits_2'))
     last = devices[0].design.levels - 1
     for command in (Write(last), Write(0), Calibrate(), Erase(), Read()):

@@ -42,8 +42,6 @@ def value(random, field, description):
         return random.random() < 0.5
     if description.choices:
         return random.choice(description.choices)
-    if field.name == 'not_from':
-        return ' '.join(str(level) for level in range(9) if random.random() < 0.3)
     if field.name in ('speeds', 'kinks', 'rooms'):
         return ' '.join(f'{number(random, 1e-4, 10.0):g}' for _ in range(random.randint(0, 9)))
     if field.name == 'bad_cells':
@@ -101,8 +99,8 @@ def settings(random):
             drawn['spacing'] = 0  # few designs hold many walls
         groups[name] = dataclasses.replace(group, **drawn)
     limit = groups['actuator'].max_strain
-    peaks = ('compression', 'tension', 'start_strain', 'peak')
-    for name in ('write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd', 'throw'):
+    peaks = ('compression', 'tension', 'start_strain')
+    for name in ('write', 'erase'):
         given = {
             each: getattr(groups[name], each) for each in peaks if hasattr(groups[name], each)
         }

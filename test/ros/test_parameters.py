@@ -167,10 +167,10 @@ def test_a_node_lists_what_a_robot_builder_changes(start):
     start({'autostart': False})
     with Robot() as robot:
         names = list(robot.parameters())
-        assert robot.get('throw.peak') == 0.135  # not listed, told all the same
+        assert robot.get('push.A') == 0.6  # not listed, told all the same
     assert len(names) <= 60
     assert {'design.preset', 'scale.time', 'write.attempts', 'faults.actuator_stuck'} <= set(names)
-    assert not [name for name in names if name.startswith(('down_', 'up_', 'throw.', 'probe'))]
+    assert not [name for name in names if name.startswith(('push.', 'probe'))]
     assert 'queue.most' in names  # a group that no preset brings
     assert 'faults.weak_cell' not in names  # which no real element can be given
 
@@ -193,7 +193,7 @@ def test_to_ask_for_one_changes_nothing(declared, capfd):
     capfd.readouterr()
     assert node.has_parameter('write.hold')
     assert node.get_parameter_or('read.end').value == values.settings.read.end
-    assert node.describe_parameter('throw.peak').floating_point_range
+    assert node.describe_parameter('push.A').floating_point_range
     probe = node.get_parameters_by_prefix('probe')
     assert {name: each.value for name, each in probe.items()} == vars(values.settings.probe)
     assert given.values() == values
@@ -202,11 +202,11 @@ def test_to_ask_for_one_changes_nothing(declared, capfd):
 
 
 def test_one_that_is_given_or_set_is_listed(declared):
-    node, given = declared({'throw.peak': 0.12})
-    assert 'throw.peak' in listed(node)
+    node, given = declared({'push.A': 0.5})
+    assert 'push.A' in listed(node)
     assert set_all(node, {'write.hold': 60.0}).successful
     assert 'write.hold' in listed(node)
-    assert given.values().settings.throw.peak == 0.12
+    assert given.values().settings.push.A == 0.5
     assert given.values().settings.write.hold == 60.0
 
 

@@ -88,8 +88,7 @@ def test_two_nodes_may_not_share_a_state_file(start, refused, tmp_path):
 
 def test_the_level_is_the_content_and_not_an_echo_during_a_write(start):
     """A kink on its way is listened to: other levels, and none while there are two walls."""
-    slow = {'throw.peak': 0.0, 'down_even.peak': 0.0, 'down_odd.peak': 0.0}
-    start(slow, name='slow')
+    start(name='slow')
     with Robot('/slow', 'slow_robot') as robot:
         assert robot.write(2).success
         levels = robot.received('level')

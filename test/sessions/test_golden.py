@@ -27,7 +27,7 @@ DATA = Path(__file__).parent.parent / 'data'
     [
         ('life', [2, 2, -1], ['write', 'read', 'erase', 'read']),
         ('manual_drive', [0, 1], ['write', 'read']),
-        ('aborted_write', [1, 1], ['write: aborted', 'abort', 'write', 'read']),
+        ('aborted_write', [3, 3], ['write: aborted', 'abort', 'write', 'read']),
     ],
 )
 def test_a_golden_session_replays(replay_session, bag, levels, done):

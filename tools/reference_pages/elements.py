@@ -25,11 +25,8 @@ def checks_page() -> str:
     )
 
 
-MOVES = ('throw', 'down_odd', 'down_even', 'up_even', 'up_odd')
-
-
 def presets_page() -> str:
-    """Return the size of every preset, and the schedule of each of its moves."""
+    """Return the size of every preset, and the schedule of its steps up."""
     names: dict[int, list[str]] = {}
     for name, one in presets.PRESETS.items():
         names.setdefault(id(one), []).append(name)
@@ -40,17 +37,13 @@ def presets_page() -> str:
         size = (design.levels, design.N, design.J, 1.0 / design.eta)
         sizes.append([named, *(f'{number:.6g}' for number in size)])
         write = settings.write
-        schedules.append([named, 'step up', *_schedule(write), _peaks(write)])
-        for name in MOVES:
-            move = getattr(settings, name)
-            if move.peak:
-                schedules.append(['', f'`{name}`', *_schedule(move), f'{move.peak:g}'])
-    head = ['preset', 'move', 'ramp', 'hold', 'ease', 'to', 'release', 'settle', 'peak strains']
+        schedules.append([named, *_schedule(write), _peaks(write)])
+    head = ['preset', 'ramp', 'hold', 'ease', 'to', 'release', 'settle', 'peak strains']
     return (
         '# Presets\n\n'
-        'Times are [parameters](parameters.md) of each move of a [preset](../presets.md).\n\n'
+        'Times are [parameters](parameters.md) of a [preset](../presets.md).\n\n'
         f'{table(["preset", "levels", "N", "J", "1/eta"], sizes)}\n\n'
-        '## Schedules\n\n'
+        '## Steps up\n\n'
         'Times are in time units, 0.1 ms at the default scale; *to* is the share of the peak that '
         '*ease* leads to. A step up takes the sum of its times.\n\n'
         f'{table(head, schedules)}\n'

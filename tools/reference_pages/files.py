@@ -25,10 +25,9 @@ from .table import table
 def files_page() -> str:
     """Return the formats, whose keys are compared with those of an element's files."""
     element = new_element(preset('bits_1'))
-    quick = pulse_corrections.QuickMoves({}, '')
     taken, learnt = (
         snapshot.take(element),
-        pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,) * 2, '', quick, (1.0,) * 2),
+        pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,) * 2, '', (1.0,) * 2),
     )
     calibrated = dataclasses.replace(element.calibration, pulse_corrections=learnt).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
@@ -87,8 +86,6 @@ def files_page() -> str:
         _keys(keys.TABLE, calibrated['right']),
         'PulseCorrections:',
         _keys(keys.TRIMS, calibrated['pulse_corrections']),
-        'Strokes and throws that were planned for one element:',
-        _keys(keys.QUICK, quick.as_dict()),
         '## Fitted element',
         f'The file of `device.specimen` and `device.twin`. {_about(element_file)}',
         _keys(keys.ELEMENT, known.as_dict()),

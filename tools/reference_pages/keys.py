@@ -114,16 +114,9 @@ TABLE = {
 TRIMS = {
     'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
     'schedule': 'hash of the settings that shape the pulses; with others these are ignored',
-    'quick': 'strokes and throws that were planned for this element; absent if all are as set',
     'kinks': 'by level: factors on the speed of a kink; absent for one wall',
 }
 """PulseCorrections."""
-
-QUICK = {
-    'peaks': 'by stroke or throw: levels from which it begins, factors on its peak; 0: not used',
-    'schedule': 'hash of the settings of strokes and throws; with others the factors are ignored',
-}
-"""Quick moves."""
 
 ELEMENT = {
     'format': f'version of the format: {element_file.FORMAT}',

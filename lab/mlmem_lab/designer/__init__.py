@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a number of levels to a design with the settings of its instrument.
 
-`propose` finds a candidate by rules and closed forms, `searched` better strokes for it;
-`studies.proof` simulates it.
+`propose` finds a candidate by rules and closed forms; `studies.proof` simulates it.
 """
 
 from .proposal import DesignNotFound, Proposal, propose
-from .stroke_search import searched
 
-__all__ = ['DesignNotFound', 'Proposal', 'propose', 'searched']
+__all__ = ['DesignNotFound', 'Proposal', 'propose']

@@ -27,7 +27,7 @@ from ..results import DEVICE, load_kept, save
 from ..studies.campaign import CampaignError
 from ..studies.campaign.terminal import evaluated
 from ..studies.proof import Proof, Tally
-from . import DesignNotFound, Proposal, propose, searched
+from . import DesignNotFound, Proposal, propose
 from .pulses import dynamic_range
 
 if TYPE_CHECKING:
@@ -73,13 +73,6 @@ def _find(arguments: argparse.Namespace) -> int:
     else:
         found, how = _of_a_law(arguments, console)
     levels = found.design.levels
-    if arguments.search > 0:
-        how += f' --search {arguments.search}'
-        try:
-            settings = searched(found.design, found.settings, arguments.search)
-        except ImportError as error:
-            raise DesignNotFound(f'--search needs the extra `search`: {error}') from error
-        found = dataclasses.replace(found, settings=settings)
     text = f'# {levels} levels, by `{how}`.\n' + text_of(found.design, found.settings)
     if arguments.json and not arguments.prove:
         print_json(

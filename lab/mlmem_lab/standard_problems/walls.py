@@ -1,12 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wall of a memory: pinned, heard, thrown, kicked; and a byte of walls."""
+"""The wall of a memory: pinned, heard, kicked; and a byte of walls."""
 
 import math
 
 import numpy as np
 
-from mlmem_ros.device.presets import preset
 from mlmem_ros.physics import CASE_I, CASE_II, Chain, Design, HeldCell, Integrator, substep_times
 from mlmem_ros.physics.energy import energy
 from mlmem_ros.physics.potential import Array
@@ -78,38 +77,6 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     late = round(18.0 * sigma / dt)
     loudest = late + int(np.argmax(smooth[late:]))
     return {'delay': (loudest + 1) * dt - 6.0 * sigma, 'loudness': float(smooth[loudest])}
-
-
-@problem('throw', 0.05)
-def throw(integrator: Integrator, dt: float) -> Answers:
-    """A wall leaves the element, because a strain is let go.
-
-    The design `bits_4`, rigid substrate. X = 81, w = 4, 4000 of rest. Strain to 0.135 in 400, held
-    20, to -0.0135 in 70, to 0 in 240, each along 3 x^2 - 2 x^3. *place when let go*; *time to cell
-    9* from then; *active cells at the end*, 1000 later.
-    """
-    durations, strains = (400.0, 20.0, 70.0, 240.0), (0.0, 0.135, 0.135, -0.0135, 0.0)
-    ends = np.cumsum((0.0, *durations))
-    design, _ = preset('bits_4')
-    chain = _started(design, 81.0, 4.0, dt, integrator)
-    chain.rest(round(4_000.0 / dt))
-    every, places = round(1.0 / dt), []
-    for k in range(round(sum(durations) + 1_000.0)):
-        t = substep_times(every, dt, integrator, k * every)
-        part = np.clip(np.searchsorted(ends, t, 'right') - 1, 0, 3)
-        x = np.clip((t - ends[part]) / np.diff(ends)[part], 0.0, 1.0)
-        change = np.diff(strains)[part] * x * x * (3.0 - 2.0 * x)
-        chain.advance(design.end_displacement(1.0) * (np.array(strains)[part] + change))
-        places.append(crossing(chain.configuration, design.D_barrier))
-    let_go = round(sum(durations[:2]))
-    track = np.nan_to_num(np.array(places[let_go:]))
-    gone = int(np.argmax(track < 9.0))
-    share = (track[gone - 1] - 9.0) / (track[gone - 1] - track[gone])
-    return {
-        'place when let go': places[let_go - 1],
-        'time to cell 9': gone + float(share),
-        'active cells at the end': float((chain.configuration > design.D_barrier).sum()),
-    }
 
 
 @problem('kick', 0.05)

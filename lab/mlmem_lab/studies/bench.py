@@ -63,9 +63,7 @@ class Bench:
             heard = replace(heard, write=WriteSettings())
         if self.element is None:
             return factory_calibration(self.design, heard)
-        corrections = self.element.plan and learnt(
-            self.element.plan.steps, self.settings, self.element.plan.quick
-        )
+        corrections = self.element.plan and learnt(self.element.plan.steps, self.settings)
         return replace(_delays(self.element, self.design, heard), pulse_corrections=corrections)
 
     def device(self, calibration: Calibration | None = None) -> MemoryElement:

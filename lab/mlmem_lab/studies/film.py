@@ -159,7 +159,7 @@ def _words(name: str, echo: Echo, heard: bool) -> str:
     if name == 'write':
         return f'write {LEVEL}: strain moves the wall to level {LEVEL}'
     if name == 'erase':
-        return 'erase: a pulse of strain throws the wall out'
+        return 'erase: strain drives a kink across, which takes the wall out'
     if heard:
         return f'read: an echo after {echo.delay:.0f} time units is level {LEVEL}'
     return f'read: a small pulse, drawn {GAIN:.0f} times larger'

@@ -3,12 +3,11 @@
 """`mlmem windows`: measure how far every move may be off.
 
 Every move is run on a bare chain, from rest, from every level. Of a kick and a push one quantity
-after the other is off, by up to 0.3, until the wall ends elsewhere. Steps up, strokes and throws
-are run as shipped, and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14
-directions; then with peak and times off by changes up to 0.1 that are drawn at random. Such a move
-fails if the wall does not end within a cell of its place; its distance is the least of these
-changes at which it fails. The result file has all moves that strain; their table, those that a
-write uses. `mlmem kicks` keeps the others.
+after the other is off, by up to 0.3, until the wall ends elsewhere. Steps up are run as shipped,
+and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions; then with peak
+and times off by changes up to 0.1 that are drawn at random. A step fails if the wall does not end
+within a cell of its place; its distance is the least of these changes at which it fails. The
+result file has the steps; `mlmem kicks` keeps the others.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from ..results import APART, DEVICE, load_kept, save
 from ..studies.campaign.terminal import mapped
 from . import sent
 from .sent import Sent
-from .window import DIRECTIONS, RADII, Window, bound, described, kind, measured, moves
+from .window import DIRECTIONS, RADII, Window, bound, described, measured, moves
 
 METHODS = ('strain', 'kick', 'auto')
 """Of writing, whose moves are measured."""
@@ -148,20 +147,17 @@ def _unstrained(
 
 
 def _table(found: dict[str, list[Window]], radii: tuple[float, ...]) -> Table:
-    """Return a row for every preset and kind of move: its nearest failure, and how many fail."""
+    """Return a row for every preset: its nearest failure, and how many fail."""
     table = plain_table(
-        'Windows', 'preset', 'move', '>levels', '>least', 'where', *(f'>{r:g}' for r in radii),
+        'Windows of steps up', 'preset', '>levels', '>least', 'where', *(f'>{r:g}' for r in radii),
         '>drawn',
     )  # fmt: skip
     for name, some in found.items():
-        used = {(kind(move), move.start) for move in moves(name, used=True)}
-        some = [window for window in some if (window.kind, window.start) in used]
-        for each in dict.fromkeys(window.kind for window in some):
-            of_kind = [window for window in some if window.kind == each]
-            all_failed = [f for w in of_kind for f in w.failures]
-            failed = [sum(f.radius == r for f in all_failed) for r in radii]
-            failed.append(sum(f.direction not in ('', *DIRECTIONS) for f in all_failed))
-            table.add_row(name, each, str(len(of_kind)), *_nearest(of_kind), *map(str, failed))
+        all_failed = [f for window in some for f in window.failures]
+        failed = [sum(f.radius == r for f in all_failed) for r in radii]
+        failed.append(sum(f.direction not in ('', *DIRECTIONS) for f in all_failed))
+        if some:
+            table.add_row(name, str(len(some)), *_nearest(some), *map(str, failed))
     return table
 
 

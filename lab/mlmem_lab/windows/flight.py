@@ -3,13 +3,13 @@
 """Where a kick or a push leaves the wall, on a bare chain as the device steps it; and how far each
 of its quantities may be off.
 
-`search_kicks` and `search_push` find them for a new design, or for one element.
+`search_kicks` finds kicks for a new design, or for one element.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -263,58 +263,5 @@ def least_room(
     return min(min(rooms.values()) for rooms in found)
 
 
-LENGTHS = (5.0, 8.0, 12.0, 16.0)
-"""Lengths of pushes that are tried, shortest first: what is shorter fades sooner."""
-
 ENOUGH = 0.1
-"""A kick is wide enough if its speed may be off by so much; a push if each of its quantities may,
-from every level."""
-
-
-def search_push(
-    chain: Chain, push: PushSettings, levels: Sequence[int] = (), most: float = 1.0
-) -> tuple[PushSettings, float]:
-    """Return a push that sends out the wall of every level, and how far its quantities may be off.
-
-    The shortest and then the faintest that bears `ENOUGH`, else what bears most. It is looked for
-    among carriers above the lower edge of the band of the end's phase, and amplitudes to `most`.
-    """
-    design, made = chain.design, chain.specimen
-    levels = levels or range(design.levels)
-    stiffness = design.k_s1 if push.end == 'right' else design.k_s2
-    low = math.sqrt(stiffness * float(made.alpha.max()))
-    carriers, amplitudes = low * np.arange(1.2, 2.3, 0.08), np.arange(0.32, most + 0.01, 0.04)
-    first = sorted(levels, reverse=True)
-    first = [first[0], first[-1], *first[1:-1]]
-
-    def out(each: PushSettings) -> bool:
-        return all(after_push(chain, level, each) == BLANK for level in first)
-
-    best, widest = push, -1.0
-    for sigma in LENGTHS:
-        tried = {
-            (i, k): replace(push, A=float(A), omega_c=float(omega), sigma=sigma)
-            for i, omega in enumerate(carriers)
-            for k, A in enumerate(amplitudes)
-        }
-        good = {place for place, each in tried.items() if out(each)}
-        ranked = sorted(good, key=lambda place: (-_around(place, good), place[1]))
-        for place in ranked[:3]:
-            rounded = tried[place]
-            rounded = replace(rounded, A=round(rounded.A, 2), omega_c=round(rounded.omega_c, 3))
-            room = least_room(chain, rounded, levels, 1.4 * ENOUGH)
-            if room > widest:
-                best, widest = rounded, room
-        if widest > ENOUGH:
-            break
-    return best, max(widest, 0.0)
-
-
-def _around(place: tuple[int, int], good: set[tuple[int, int]]) -> int:
-    """Return how many rings around a place of the map are all good; 3 at most."""
-    i, k = place
-    for ring in (1, 2, 3):
-        beside = [(i + a, k + b) for a in range(-ring, ring + 1) for b in range(-ring, ring + 1)]
-        if not good.issuperset(beside):
-            return ring - 1
-    return 3
+"""A kick is wide enough if its speed may be off by so much."""

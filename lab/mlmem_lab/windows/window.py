@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The window of a move: how far its peak and its times may be off.
+"""The window of a step up: how far its peak and its times may be off.
 
-A move is run on a bare chain: no probe, and the wall at rest before. Integrator and step are the
-device's, and so is the strain: ramps of a step in two halves if the settings say so, and every
+A step is run on a bare chain: no probe, and the wall at rest before. Integrator and step are the
+device's, and so is the strain: ramps in two halves if the settings say so, and every
 motion begun with a tick. Ten damping times later the wall must be within a cell of its place.
 
 Fixed directions say how far away a failure is; between them there may be one. So changes up to
@@ -21,8 +21,8 @@ import numpy as np
 
 from mlmem_ros.device.actuator import Actuator
 from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.moves import How, Move, cycle_of, half_period, moves_from
-from mlmem_ros.device.pulse_corrections import QUICK, corrected
+from mlmem_ros.device.moves import How, Move, half_period, moves_from, step_cycle
+from mlmem_ros.device.pulse_corrections import corrected
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.settings import ActuatorSettings, Settings
 from mlmem_ros.element_file import Element
@@ -37,9 +37,9 @@ RADII = (0.05, 0.1, 0.15, 0.2)
 """Relative changes, of peak and of times; of both, the root of the sum of their squares."""
 
 NARROW = 0.1
-"""A move is not used from a level where anything so near fails."""
+"""Every step of a shipped element bears what is nearer than this."""
 
-PEAKS = ('peak', 'compression', 'tension')
+PEAKS = ('compression', 'tension')
 TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
 
 DAMPING_TIMES = 10.0
@@ -89,15 +89,13 @@ class Window:
     """What was found for one move.
 
     Attributes:
-        kind: The kind of move: step up, throw, or stroke by its way and parity.
         start: Level at which it begins.
-        target: Level at which it should end, or `BLANK`.
+        target: Level at which it should end.
         tried: How many directions were tried at every radius.
         points: How many changes up to `NARROW` were drawn.
         failures: Those that failed, nearest first.
     """
 
-    kind: str
     start: int
     target: int
     tried: int
@@ -112,45 +110,25 @@ class Window:
     def as_dict(self) -> dict[str, Any]:
         """Return it for a result file."""
         return {
-            'kind': self.kind, 'from': self.start, 'to': self.target, 'tried': self.tried,
+            'from': self.start, 'to': self.target, 'tried': self.tried,
             'points': self.points, 'distance': self.distance,
             'failures': [[each.radius, each.direction, each.ended] for each in self.failures],
         }  # fmt: skip
 
 
-def moves(name: str, *, used: bool = False) -> list[Move]:
-    """Return the moves of a preset or parameter file that strain it, from every level.
-
-    Without those from levels that the settings bar, if only the `used` ones are asked for.
-    """
+def moves(name: str) -> list[Move]:
+    """Return the steps up of a preset or parameter file, from every level."""
     design, settings = load(name)
-    if not used:
-        settings = replace(settings, **{group: _unbarred(settings, group) for group in QUICK})
-    ways = (How.STEP, How.STROKE, How.THROW)
     levels = range(design.levels)
-    return [m for level in levels for m in moves_from(design, settings, level) if m.how in ways]
-
-
-def _unbarred(settings: Settings, group: str) -> Any:
-    return replace(settings.groups()[group], not_from='')  # type: ignore[call-arg]
+    return [m for n in levels for m in moves_from(design, settings, n) if m.how is How.STEP]
 
 
 def described(name: str) -> dict[str, Any]:
     """Return the settings of a preset on which its windows depend."""
     _, settings = load(name)
-    groups = {'write': settings.write} | {group: _unbarred(settings, group) for group in QUICK}
-    shown = {group: asdict(each) for group, each in groups.items()}
-    del shown['write']['method']  # which moves are made does not change them
-    return shown
-
-
-def kind(move: Move) -> str:
-    """Return the kind of a move: the name of the settings that describe it."""
-    if move.how is How.STROKE:
-        return (
-            f'{"up" if move.target > move.start else "down"}_{"odd" if move.start % 2 else "even"}'
-        )
-    return 'write' if move.how is How.STEP else 'throw'
+    shown = asdict(settings.write)
+    del shown['method']  # which moves are made does not change them
+    return {'write': shown}
 
 
 def measured(
@@ -162,7 +140,7 @@ def measured(
     points: int = 0,
     seed: int = 0,
 ) -> Window:
-    """Return the window of a move of a preset.
+    """Return the window of a step up of a preset.
 
     Args:
         name: The preset or parameter file.
@@ -174,9 +152,9 @@ def measured(
     design, settings = load(name)
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
     chain = Simulation.of(design if element is None else element.timed, time).chain
-    if element is not None and move.how is How.STEP:
+    if element is not None:
         settings = corrected(settings, element.pulses(settings)[move.target])
-    eases = _ease(settings, move)
+    eases = bool(settings.write.ease)
     directions = [each for each in DIRECTIONS if each[:4] != 'ease' or eases]
     changes: list[tuple[float, str, Off]] = [(0.0, '', {})]
     for radius in radii:
@@ -193,9 +171,7 @@ def measured(
         if ended != move.target
     ]
     failures.sort(key=lambda failure: failure.radius)
-    return Window(
-        kind(move), move.start, move.target, len(directions), points, tuple(failures)
-    )  # fmt: skip
+    return Window(move.start, move.target, len(directions), points, tuple(failures))
 
 
 def _drawn(
@@ -216,7 +192,7 @@ def _drawn(
 
 
 def bound(presets: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return what the drawn changes of a result file say, of all moves and of those left to use.
+    """Return what the drawn changes of a result file say.
 
     Of a move whose n changes all held, up to 1 - 0.05 ** (1 / n) of all changes may fail (95 %).
     """
@@ -258,9 +234,9 @@ def end(chain: Chain, settings: Settings, move: Move, off: Off) -> int:
 def strain(chain: Chain, settings: Settings, move: Move, off: Off) -> Array:
     """Return the strain of a move at the chain's sub-steps, as the device's actuator plays it."""
     design, tick = chain.design, settings.time.tick
-    delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0
-    nominal = cycle_of(design, replace(settings, actuator=STRONG), move)
-    cycle = cycle_of(design, changed(settings, kind(move), off), move)
+    delay = half_period(design) if settings.write.shaped else 0.0
+    nominal = step_cycle(design, replace(settings, actuator=STRONG), move.start)
+    cycle = step_cycle(design, changed(settings, off), move.start)
     actuator, pieces, starts = Actuator(STRONG), [], [0.0]
     for motion, shipped in zip(cycle.motions, nominal.motions, strict=True):
         actuator.ramp_to(motion.target, motion.duration, delay)
@@ -277,16 +253,8 @@ def strain(chain: Chain, settings: Settings, move: Move, off: Off) -> Array:
     return found
 
 
-def changed(settings: Settings, group: str, off: Off) -> Settings:
-    """Return settings with relative changes in one group, and an actuator that can follow."""
-    one = settings.groups()[group]
-    values = {
-        part: getattr(one, part) * (1.0 + by) for part, by in off.items() if hasattr(one, part)
-    }
-    new: Any = {group: replace(one, **values)}
-    return replace(settings, actuator=STRONG, **new)
-
-
-def _ease(settings: Settings, move: Move) -> bool:
-    group: Any = settings.groups()[kind(move)]
-    return bool(group.ease)
+def changed(settings: Settings, off: Off) -> Settings:
+    """Return settings with relative changes of the step, and an actuator that can follow."""
+    write = settings.write
+    values: Any = {part: getattr(write, part) * (1.0 + by) for part, by in off.items()}
+    return replace(settings, actuator=STRONG, write=replace(write, **values))

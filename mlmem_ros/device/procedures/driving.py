@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Driving the wall: throw it out, or drive a kink across until it meets the wall; and take it to a
+"""Driving the wall: push it out, or drive a kink across until it meets the wall; and take it to a
 level by the fastest moves, open loop.
 """
 
@@ -17,14 +17,12 @@ from ..move_settings import peak
 from ..moves import (
     How,
     Move,
-    cycle_of,
     gentle,
     half_period,
     paper_way,
     pushes,
     route,
-    throw_cycle,
-    throws,
+    step_cycle,
 )
 from ..pulse_corrections import PulseCorrection, corrected
 from ..reading import BLANK, UNDECODABLE, describe_level
@@ -59,10 +57,10 @@ UNPUSHED = 'and what else would drive it out needs an actuator'
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
-    """Make the element blank: by a throw if `erase.method` is pulse and not `plainly`, or a kink.
+    """Make the element blank: by a push unless `plainly`, or else by a kink.
 
     Raises:
-        ProcedureFailed: The element is not blank after all throws and then two cycles per level.
+        ProcedureFailed: The element is not blank after all pushes and then two cycles per level.
     """
     yield from return_to_zero(element)
     if element.register is not None:
@@ -75,10 +73,6 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
             return pushed
     if not element.settings.actuator.present:
         raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
-    if not plainly and throws(element.settings):
-        thrown = yield from _throw(element)
-        if thrown is not None:
-            return thrown
     return (yield from _drive_kink(element))
 
 
@@ -132,23 +126,6 @@ def _push_once(element: Memory, tried: int) -> Procedure[bool]:
         if not element.settings.actuator.present:
             raise
         return False
-
-
-def _throw(element: Memory) -> Procedure[Result | None]:
-    """Throw the wall out at the left end; return None if it is still heard afterwards.
-
-    It listens after every pulse. A pulse leaves a blank element blank.
-    """
-    for pulse in range(element.settings.throw.pulses):
-        element.progress.tried('erase', pulse + 1)
-        element.begin_cycle()
-        yield from play(element, throw_cycle(element.settings, pulse))
-        reading = yield from look(element)
-        if reading.level == BLANK:
-            return Result(reading, pulse + 1)
-        if None in (element.phase(End.LEFT), element.phase(End.RIGHT)):
-            break  # cells in a third ground state, which a kink may still clear
-    return None
 
 
 def _drive_kink(element: Memory) -> Procedure[Result]:
@@ -266,9 +243,6 @@ def _strain(
     if move.how is How.LAUNCH:
         yield from launch(element, corrected(settings, correction).write, design.D_s2)
         return
-    if move.how is How.STEP:
-        settings = corrected(settings, correction)
-    elif move.how is How.STROKE:
-        settings = element.calibration.adapt(settings, move.start)
-    delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0
-    yield from play(element, cycle_of(design, settings, move, force), delay)
+    settings = corrected(settings, correction)
+    delay = half_period(design) if settings.write.shaped else 0.0
+    yield from play(element, step_cycle(design, settings, move.start, force), delay)

@@ -192,8 +192,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
             lessons[aim], place = _lesson(settings, aim, UNKICKED), UNDECODABLE
         else:
             raise ProcedureFailed(why or f'no pulse takes the wall to level {aim} again')
-    quick = element.calibration.quick
-    found = learnt((lesson.correction for lesson in lessons), settings, quick)
+    found = learnt((lesson.correction for lesson in lessons), settings)
     element.calibration = replace(element.calibration, pulse_corrections=found)
     return heard
 

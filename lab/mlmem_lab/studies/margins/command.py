@@ -9,7 +9,7 @@ killed continues when the command is repeated. No ROS is needed.
 
 An axis is any setting that is a number (write.hold, probe.v_th, ...); ramps, which sets
 write.ramp and write.release alike; or noise, the temperature k_B T of the cells in k_r cells^2.
-Writes go up by steps alone, unless an axis is a setting of a stroke (up_odd.peak, ...).
+Writes go up by steps of strain alone.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def margins(arguments: argparse.Namespace) -> int:
     try:
         design, settings = load(arguments.design)
         element = element_of(arguments, design, settings)
-        settings = prepared(settings, (arguments.x, arguments.y), arguments.tick)
+        settings = prepared(settings, arguments.tick)
         x = make_axis(arguments.x, settings, arguments.x_range)
         y = make_axis(arguments.y, settings, arguments.y_range)
         shmoo = Shmoo(design, settings, x, y, arguments.size, arguments.seed, element)

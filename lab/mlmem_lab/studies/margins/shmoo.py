@@ -211,26 +211,22 @@ LONG_TICK = 50.0
 """Tick of a map: longer ticks simulate faster."""
 
 
-def prepared(settings: Settings, axes: Sequence[str], tick: float | None = None) -> Settings:
-    """Return settings for a map: writes by steps alone, and with a tick.
-
-    A write that could take a stroke instead of a step would hide the settings of the step.
+def prepared(settings: Settings, tick: float | None = None) -> Settings:
+    """Return settings for a map: writes by strain, and with a tick.
 
     Args:
         settings: The instrument's.
-        axes: Names of both axes. Strokes are kept if one of them is a stroke's.
-        tick: In time units. By default `LONG_TICK` if all times of the steps are multiples of it
-            and no stroke is kept: other schedules would change, and keep the instrument's tick.
+        tick: In time units. By default `LONG_TICK` if all times of the steps are multiples of it:
+            other schedules would change, and keep the instrument's tick.
 
     Raises:
         SettingsError: It is out of range.
     """
-    write, strokes = settings.write, any(name.startswith(('up_', 'down_')) for name in axes)
-    settings = settings if strokes else paper_way(settings)
+    settings = paper_way(settings)
     if tick is None:
-        times = Cycle.planned(write, write.tension).motions
+        times = Cycle.planned(settings.write, settings.write.tension).motions
         whole = all(each.duration % LONG_TICK == 0.0 for each in times)
-        tick = LONG_TICK if whole and not strokes else settings.time.tick
+        tick = LONG_TICK if whole else settings.time.tick
     return replace(settings, time=replace(settings.time, tick=tick))
 
 
