@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every kind of file that a user can name, spoiled in every way: refused at once, in one line.
 
-A kind of file is a row of `KINDS`, an option that takes a file one of `COMMANDS`. That none is
-missing is read from the source and from the parser of the command line.
+A kind of file is a row of `KINDS`, an option that takes a file one of `COMMANDS`.
 """
 
 import argparse
-import ast
 import math
 import os
 import random
@@ -42,12 +40,10 @@ from mlmem_ros.device import (
 from mlmem_ros.device.end import End, Shot
 from mlmem_ros.element_file import Element, ElementFileError
 from mlmem_ros.host import state_file
-from mlmem_ros.host.settings import declarations
 from mlmem_ros.outside import LONGEST, DecodeError
 from mlmem_ros.physics import CASE_II, DesignError, Specimen, StateError
 from mlmem_ros.session import data
 from mlmem_tools.cli import request
-from mlmem_tools.cli.commands import parser
 from mlmem_tools.cli.main import main
 from mlmem_tools.law.curves import load_run, measured, save
 from mlmem_tools.view import session_frame
@@ -177,79 +173,6 @@ KINDS = {
                                 '.mcap', OF_BAG),
     'metadata': Kind('mlmem_ros.bag.contents', described, beside_its_bag, errors=OF_BAG),
 }  # fmt: skip
-
-OWN = {
-    'mlmem_ros.bag.reader': 'gives the files of a bag to its parts',
-    'mlmem_ros.durable': 'the bounded reader itself, and locks',
-    'mlmem_ros.host.design_check': 'its own cache',
-    'mlmem_ros.outside': 'the bounded reader itself',
-    'mlmem_ros.physics.jit': 'its own source',
-    'mlmem_ros.rig.link': 'a serial line',
-    'mlmem_ros.testing.running': 'a lock, and the output of a process that it started',
-    'mlmem_tools.cli.demo': 'the log of a process that it started',
-    'mlmem_tools.cli.main': 'where output goes that nobody reads',
-    'mlmem_tools.cli.view': 'a browser',
-    'mlmem_tools.view.server': 'a page',
-    'mlmem_lab.bench': 'what it wrote itself, and the system',
-    'mlmem_lab.measured': 'committed curves and films',
-    'mlmem_lab.numbers': 'committed pages',
-    'mlmem_lab.results': 'committed results, and the source',
-    'mlmem_lab.studies.campaign.execution': 'ledgers, which it wrote itself',
-}
-"""Other modules or packages that open something, and what."""
-
-OPEN = {'open', 'read_text', 'read_bytes', 'loadtxt', 'genfromtxt', 'fromfile', 'memmap'}
-BOUNDED = {'read', 'require_regular'}
-
-
-CALLED = re.compile(rf'\b({"|".join(OPEN)})\(|\boutside\b')
-
-
-def opens(source):
-    """Return whether a source opens files, or asks the bounded reader to."""
-    if not CALLED.search(source):
-        return False
-    nodes = list(ast.walk(ast.parse(source)))
-    imported = {
-        each.name for node in nodes if isinstance(node, ast.ImportFrom)
-        and (node.module or '').endswith('outside') for each in node.names
-    }  # fmt: skip
-    called = [node.func for node in nodes if isinstance(node, ast.Call)]
-    names = {each.id for each in called if isinstance(each, ast.Name)}
-    attributes = {each.attr for each in called if isinstance(each, ast.Attribute)}
-    return bool(
-        names & (OPEN | BOUNDED & imported)
-        or attributes & OPEN
-        or ('outside.read(' in source and 'read' in attributes)
-    )
-
-
-def test_whatever_opens_a_file_is_among_them():
-    found = set()
-    for top in (ROOT / 'mlmem_ros', ROOT / 'mlmem_tools', ROOT / 'lab/mlmem_lab'):
-        for path in top.rglob('*.py'):
-            if opens(path.read_text()):
-                name = '.'.join(path.relative_to(top.parent).with_suffix('').parts)
-                owners = (each for each in OWN if f'{name}.'.startswith(f'{each}.'))
-                found.add(next(owners, name))
-    assert found == {each.module for each in KINDS.values()} | OWN.keys()
-
-
-NAMED = {
-    'design.file': 'parameters', 'design.law': 'law', 'device.specimen': 'element',
-    'device.twin': 'element', 'state.path': 'state', 'record.path': '', 'files.root': '',
-}  # fmt: skip
-"""The parameters of a node that name a file or folder, and the kind that it reads."""
-
-
-def test_every_parameter_that_names_a_file_is_among_them():
-    found = {
-        name for name, default, about in declarations()
-        if isinstance(default, str) and re.search('file|folder|directory', about.text)
-    }  # fmt: skip
-    assert found == NAMED.keys()
-    assert {*NAMED.values()} - {''} <= KINDS.keys()
-
 
 # --- spoiled ----------------------------------------------------------------------------------
 
@@ -489,31 +412,6 @@ COMMANDS = {
     'standard_problems file': 'standard_problems {}',
 }
 """The options that read a file, by command and name."""
-
-WRITTEN = {'output', 'figure', 'plot', 'repair', 'truth', 'markdown', 'solve', 'result', 'folder'}
-"""Options that name what is written."""
-
-NO_FILE = {'record path', 'doctor records'}
-"""A path on the machine of the node; a folder."""
-
-
-def options(parser, name=''):
-    """Yield every argument that may name a file, by command."""
-    for each in parser._actions:
-        if isinstance(each, argparse._SubParsersAction):
-            for command, inner in each.choices.items():
-                yield from options(inner, f'{name} {command}'.strip())
-        elif (
-            each.type is Path
-            or re.search('FILE|SESSION|CSV|YAML|PNG|FOLDER', f'{each.metavar}'.upper())
-            or each.dest in ('path', 'session')
-        ):
-            yield f'{name} {each.dest}'
-
-
-def test_every_option_that_takes_a_file_is_among_them():
-    found = {each for each in options(parser()) if each.split()[-1] not in WRITTEN}
-    assert found - NO_FILE == COMMANDS.keys()
 
 
 @pytest.fixture
