@@ -172,9 +172,14 @@ class Loop:
         """Whether time is paused."""
         return self._box.paused
 
+    @property
+    def stepping(self) -> bool:
+        """Whether ticks are run that were asked for while time is paused."""
+        return bool(self._box.steps)
+
     def pause(self, paused: bool) -> Future[int]:
-        """Pause or resume time; the answer is the number of ticks done, when pausing including the
-        one in progress.
+        """Pause or resume time, which ends the ticks that are asked for; the answer is the number
+        of ticks done, when pausing including the one in progress.
         """
         return self._box.call(lambda: self.element.ticks, paused)
 

@@ -106,7 +106,7 @@ class Steps:
         left: How many remain.
         told: Called in the loop's thread after each, once its events are published.
         done: How many were run.
-        cut: Whether they were to be more: time was resumed, or who asked wants no more.
+        cut: Whether they were to be more: time was paused or resumed, or who asked wants no more.
     """
 
     left: int = 1
@@ -166,15 +166,15 @@ class Mailbox:
         return request
 
     def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
-        """Leave a function to be called between two ticks; with `paused`, pause or resume time.
+        """Leave a function to be called between two ticks; with `paused`, pause or resume time,
+        either of which ends the ticks that are asked for.
 
         When it is called, no earlier tick is still running.
         """
         with self.changed:
             if self._closed is None and paused is not None:
                 self.paused = paused
-                if not paused:
-                    self._shorten(*self.steps)
+                self._shorten(*self.steps)
             return self._posted(self.calls, Request[T](function)).answer
 
     def step(self, steps: Steps) -> Request[int]:
@@ -264,10 +264,10 @@ class Mailbox:
         """Count a tick that was asked for; answer its request, with all ticks so far, if it was
         the last.
         """
-        if (request := self.take(self.steps)) is None:
-            return
-        steps: Steps = request.asked
-        with self.changed:
+        with self.changed:  # or a pause in between would miss the request
+            if (request := self.take(self.steps)) is None:
+                return
+            steps: Steps = request.asked
             steps.done, steps.left = steps.done + 1, steps.left - 1
             closed = self._closed if steps.left else None
             if steps.left and closed is None:

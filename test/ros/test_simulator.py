@@ -207,6 +207,26 @@ def test_the_action_tells_of_every_step(stepping, tool):
     assert ticks(tool) == begun + 8
 
 
+@pytest.mark.parametrize('pause', ['set_simulation_state', 'pause'])
+def test_pause_ends_the_steps_of_a_service(tool, pause):
+    tool.set(PAUSED)
+    begun = ticks(tool)
+    client = tool.robot.node.create_client(srv.StepSimulation, tool.robot.name('step_simulation'))
+    tool.robot.wait(client.service_is_ready, 'the service')
+    stepped = client.call_async(srv.StepSimulation.Request(steps=2**40))
+    tool.robot.next('field')
+    if pause == 'pause':
+        assert ticks(tool) > begun
+    else:
+        assert tool.set(PAUSED).result == OK
+    ended = tool.robot.wait(lambda: stepped.done() and stepped.result(), 'the end').result
+    assert ended.result == FAILED
+    assert 'time was paused or resumed' in ended.error_message
+    tool.robot.node.destroy_client(client)
+    still = ticks(tool)
+    assert (ticks(tool), tool.set(PAUSED).result) == (still, ALREADY)
+
+
 @pytest.mark.parametrize('ended', ['canceled', 'resumed'])
 def test_steps_end_early_when_they_are_canceled_or_time_is_resumed(stepping, tool, ended):
     handle = stepping.send(2**63)

@@ -119,7 +119,8 @@ class Simulator:
         now, wanted = self.state, request.state.state
         if wanted not in (STOPPED, PLAYING, PAUSED):
             return _said(response, UNSUPPORTED, 'the state can be stopped, playing or paused')
-        if now == wanted:
+        stepping = now == PAUSED and self._host.open_loop().stepping
+        if now == wanted and not stepping:
             return _said(response, ALREADY, '')
         if now == NO_WORLD:
             return _said(response, INCORRECT_STATE, 'the node is not configured')
@@ -205,7 +206,10 @@ def _begun(host: Host, steps: Steps) -> Request[int]:
 def _judged(steps: Steps) -> tuple[int, str]:
     """Return the result of steps that have ended, with its reason."""
     if steps.cut:
-        return FAILED, f'ended after {steps.done} steps: time was resumed, or they were canceled'
+        return (
+            FAILED,
+            f'ended after {steps.done} steps: time was paused or resumed, or they were canceled',
+        )
     return DONE, ''
 
 
