@@ -7,7 +7,6 @@ own; and its faults.
 from __future__ import annotations
 
 import atexit
-import fcntl
 import functools
 import os
 import shutil
@@ -77,13 +76,13 @@ def _claim_domain() -> int:
         domain = 1 + (os.getpid() + offset) % 100
         if in_use(domain):
             continue
-        path = Path(tempfile.gettempdir(), f'mlmem-ros-domain-{domain}.lock')
-        lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)  # held until this process ends
+        claim = socket.socket(socket.AF_UNIX)
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            claim.bind(f'\0mlmem-ros-domain-{domain}')  # no file: other users have theirs
         except OSError:
-            os.close(lock)
+            claim.close()
         else:
+            claim.detach()  # so that it stays until this process ends
             return domain
     raise RuntimeError('all ROS domains from 1 to 100 are in use')
 
