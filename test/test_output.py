@@ -70,6 +70,21 @@ def test_doctor_json_holds_the_findings(capsys):
     assert status == any(each['verdict'] == 'fail' for each in findings)
 
 
+@pytest.mark.parametrize(
+    ('redirection', 'reason'),
+    [('>&-', 'it is closed'), ('>/dev/full', 'No space left on device')],
+)
+@pytest.mark.parametrize('options', ['', '--json'])
+def test_mlmem_without_output_says_so_and_returns_1(redirection, reason, options):
+    command = f'{sys.executable} -m mlmem_tools.cli.main inspect {LIFE} {options} {redirection}'
+    done = subprocess.run(
+        command, shell=True, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == f'mlmem inspect: the output cannot be written: {reason}'
+    assert 'Traceback' not in done.stderr
+
+
 def test_closed_output_gives_no_traceback(tmp_path):
     """As `mlmem inspect SESSION | head` does."""
     read, write = os.pipe()

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
+OUTPUT_ERRORS = errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EFBIG, errno.EDQUOT
+"""What may go wrong with a print; a sub-command handles these for its own files."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a sub-command, by default that of the process's command line; return its exit status."""
     if arguments is None:
@@ -24,15 +29,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     given = sys.argv[1:] if arguments is None else arguments
     first = given[0] if given else ''
+    if sys.stdout is None:  # closed by the shell, as in `mlmem read >&-`
+        return _report_output(first, 'it is closed')
     try:
         from .commands import run  # takes up to a second
 
         status = run(given, first)
         outcome_known()
         sys.stdout.flush()
-    except BrokenPipeError:  # who reads it has seen enough, as head does
+    except OSError as error:
+        if error.errno not in OUTPUT_ERRORS or error.filename is not None:
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is left
-        status = 1
+        seen_enough = isinstance(error, BrokenPipeError)  # who reads it, as head does
+        status = 1 if seen_enough else _report_output(first, error.strerror)
     except KeyboardInterrupt:
         from .output import complain
 
@@ -40,6 +50,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:  # Python would die of a signal that finds it leaving
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     return status
+
+
+def _report_output(command: str, why: str | None) -> int:
+    from .output import complain
+
+    return complain(command, f'the output cannot be written: {why}', 1)
 
 
 if __name__ == '__main__':
