@@ -140,5 +140,9 @@ def test_the_command(tmp_path, capsys):
     straight = tmp_path / 'straight.csv'
     rows = '\n'.join(f'{k},{k - 9}' for k in range(30))
     straight.write_text(f'displacement_mm,force_N\n{rows}')
-    assert law.run(options(straight)) == 1
-    assert 'needs two wells; the mean has 1' in capsys.readouterr().err
+    output = tmp_path / 'none.yaml'
+    assert law.run(options(straight, output=output, json=False)) == 1
+    said = capsys.readouterr()
+    assert 'needs two wells; the mean has 1 well: not written' in said.err
+    assert 'straight.csv: 1 well\n' in said.out
+    assert not output.exists()

@@ -72,15 +72,21 @@ def law(arguments: argparse.Namespace) -> int:
             console.print(f'pass band {low:.4g} to {high:.4g} Hz')
         for run in told['runs']:
             lost = '' if run['lost'] is None else f', {1e3 * run["lost"]:.3g} mJ lost on the way'
-            console.print(f'{run["file"]}: {run["ground_states"]} wells{lost}', soft_wrap=True)
+            wells = _count_wells(run['ground_states'])
+            console.print(f'{run["file"]}: {wells}{lost}', soft_wrap=True)
+    if (count := len(told['wells'])) < 2:
+        why = f'a memory needs two wells; the mean has {_count_wells(count)}'
+        return complain('law', why if arguments.output is None else f'{why}: not written', 1)
     if arguments.output is not None:
         try:
             save(arguments.output, found)
         except OSError as error:
             return complain('law', f'{arguments.output} could not be written; {error}', 1)
-    if len(told['wells']) < 2:
-        return complain('law', f'a memory needs two wells; the mean has {len(told["wells"])}', 1)
     return 0
+
+
+def _count_wells(count: int) -> str:
+    return f'{count} well' if count == 1 else f'{count} wells'
 
 
 def _told(values: dict[str, float | None], name: str, scale: float = 1.0) -> str:
