@@ -375,7 +375,7 @@ def test_a_goal_that_is_given_up_as_it_is_accepted_is_waited_for(client, monkeyp
     client.pause().wait()
     monkeypatch.setattr(Goal, '_send', spoiled)
     given_up, following = client.read(), client.read()
-    with pytest.raises(NoAnswer, match='read was cancelled'):
+    with pytest.raises(NoAnswer, match='the answer to read was given up, and the element goes on'):
         given_up.wait()
     client.pause(False).wait()
     assert following.wait().attempts == 1

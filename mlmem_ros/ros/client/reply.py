@@ -145,7 +145,9 @@ class Reply(Future[T]):
         """Give up the answer: then it is a `NoAnswer`. This does not stop the element, as
         `MemoryClient.abort` does.
         """
-        self._fail(_GivenUp(f'{self._connection.peer}: {self._what} was cancelled'))
+        on = ', and the element goes on with it' if self._reached() else ' before it was sent'
+        why = f'the answer to {self._what} was given up{on}'
+        self._fail(_GivenUp(f'{self._connection.peer}: {why}'))
         with self._lock:  # the line's thread may send it meanwhile
             self._over = over = not (self._lasting and self._reached())
         if over:
