@@ -16,6 +16,7 @@ from launch.actions import (
     IncludeLaunchDescription,
     LogInfo,
     OpaqueFunction,
+    UnsetLaunchConfiguration,
 )
 from launch.conditions import IfCondition
 from launch.launch_description_sources import PythonLaunchDescriptionSource
@@ -32,7 +33,7 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                'record', default_value=session, description='bag directory of the session'
+                'record.path', default_value=session, description='bag directory of the session'
             ),
             DeclareLaunchArgument(
                 'rviz',
@@ -42,6 +43,7 @@ def generate_launch_description() -> LaunchDescription:
             ),
             IncludeLaunchDescription(PythonLaunchDescriptionSource(one)),
             OpaqueFunction(function=viewer, condition=IfCondition(LaunchConfiguration('rviz'))),
+            UnsetLaunchConfiguration('rviz'),
         ]
     )
 

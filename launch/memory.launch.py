@@ -1,11 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Launch one memory element: ros2 launch mlmem_ros memory.launch.py config:=case_2.
+"""Launch one memory element: ros2 launch mlmem_ros memory.launch.py element:=case_2.
 
-`config` is a preset or the path of a parameter file. Every parameter of the node is an argument
-(`--show-args` lists them); an empty one leaves the parameter as configured. With `managed:=true`
-the launch configures and activates the node, instead of the node itself. With `elements:=4` it
-starts a bank, as bank.launch.py does.
+`element` is a preset or the path of a parameter file. Every parameter of the node is an argument
+(`--show-args` lists them); an empty one leaves the parameter as configured. With
+`node_managed:=true` the launch configures and activates the node, instead of the node itself. With
+`elements:=4` it starts a bank, as bank.launch.py does.
+
+Launch configurations are shared by all files of a launch. So the arguments have names that no
+other file has by chance, and they are unset at the end: a second include begins with the defaults.
 """
 
 import difflib
@@ -17,6 +20,7 @@ from launch.actions import (
     EmitEvent,
     OpaqueFunction,
     RegisterEventHandler,
+    UnsetLaunchConfiguration,
 )
 from launch.events import matches_action
 from launch.logging import get_logger
@@ -43,14 +47,16 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                'config',
+                'element',
                 default_value=DEFAULT,
                 description=f'path of a parameter file, or a preset: {", ".join(PRESETS)}',
             ),
-            DeclareLaunchArgument('name', default_value='mlmem', description='name of the node'),
-            DeclareLaunchArgument('namespace', default_value='', description='its namespace'),
             DeclareLaunchArgument(
-                'managed',
+                'node_name', default_value='mlmem', description='name of the node'
+            ),
+            DeclareLaunchArgument('node_namespace', default_value='', description='its namespace'),
+            DeclareLaunchArgument(
+                'node_managed',
                 default_value='false',
                 choices=list(TRUTH),
                 description='whether the launch configures and activates the node',
@@ -61,13 +67,17 @@ def generate_launch_description() -> LaunchDescription:
                 description='number of elements of a bank in one process, whose record.path and '
                 'state.path are folders; empty: one element',
             ),
-            DeclareLaunchArgument(
-                'record', default_value='', description='the same as record.path'
-            ),
             *(argument(*declaration) for declaration in declarations()),
             OpaqueFunction(function=element),
+            OpaqueFunction(function=unset_arguments),
         ]
     )
+
+
+def unset_arguments(_: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """Return what unsets the arguments, so that no later file of the launch gets them."""
+    arguments = generate_launch_description().get_launch_arguments()
+    return [UnsetLaunchConfiguration(each.name) for each in arguments]
 
 
 def argument(name: str, default: Any, description: Description) -> DeclareLaunchArgument:
@@ -76,7 +86,7 @@ def argument(name: str, default: Any, description: Description) -> DeclareLaunch
     choices = list(TRUTH) if isinstance(default, bool) else list(description.choices)
     return DeclareLaunchArgument(
         name,
-        default_value=LaunchConfiguration('record') if name == 'record.path' else '',
+        default_value='',
         choices=['', *choices] if choices else None,
         description=f'{description.text}{unit}; empty: as configured',
     )
@@ -90,11 +100,11 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         for name, default, _ in declarations()
         if (text := LaunchConfiguration(name).perform(context))
     }
-    managed = TRUTH[LaunchConfiguration('managed').perform(context)]
-    config = node_parameters(LaunchConfiguration('config').perform(context))
+    managed = TRUTH[LaunchConfiguration('node_managed').perform(context)]
+    config = node_parameters(LaunchConfiguration('element').perform(context))
     if number := LaunchConfiguration('elements').perform(context):
         if managed:
-            raise ValueError('managed must be false with elements')
+            raise ValueError('node_managed must be false with elements')
         return [bank(number, config, given)]
     if managed:
         given['autostart'] = False
@@ -102,8 +112,8 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         package='mlmem_ros',
         executable='memory_node',
         sigterm_timeout=f'{SIGTERM_TIMEOUT + given.get("linger", 0.0)}',
-        name=LaunchConfiguration('name').perform(context),
-        namespace=LaunchConfiguration('namespace').perform(context),
+        name=LaunchConfiguration('node_name').perform(context),
+        namespace=LaunchConfiguration('node_namespace').perform(context),
         parameters=[config, given],
         output='screen',
     )
@@ -138,7 +148,7 @@ def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> No
         package='mlmem_ros',
         executable='memory_bank',
         sigterm_timeout=f'{SIGTERM_TIMEOUT + given.get("linger", 0.0)}',
-        namespace=LaunchConfiguration('namespace'),
+        namespace=LaunchConfiguration('node_namespace'),
         arguments=['--elements', number, *folders, *actions],
         parameters=[config, given],
         output='screen',

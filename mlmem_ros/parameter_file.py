@@ -72,20 +72,20 @@ def _text(source: str) -> str:
         ) from error
 
 
-def node_parameters(config: str) -> str | dict[str, str]:
+def node_parameters(element: str) -> str | dict[str, str]:
     """Return what a launch file passes to a node for the path of a file, or the name of a preset:
     parameters, or a file.
 
     Raises:
         ParameterFileError: It is neither.
     """
-    if config in PRESETS:
-        return {'design.preset': config}
-    path = Path(config).expanduser().absolute()
+    if element in PRESETS:
+        return {'design.preset': element}
+    path = Path(element).expanduser().absolute()
     if not path.is_file():
         raise ParameterFileError(
-            f'config must be the path of a parameter file, or one of {", ".join(PRESETS)}; '
-            f'got {short_repr(config)}'
+            f'element must be the path of a parameter file, or one of {", ".join(PRESETS)}; '
+            f'got {short_repr(element)}'
         )
     try:
         from_yaml(read(path))  # ROS would read any file to its end

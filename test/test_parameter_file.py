@@ -84,7 +84,7 @@ def test_a_launch_file_accepts_a_preset_or_a_file(tmp_path, monkeypatch):
     monkeypatch.setenv('HOME', str(tmp_path))
     for given in (str(file), 'mine.yaml', './mine.yaml', '~/mine.yaml'):
         assert node_parameters(given) == str(file)
-    with pytest.raises(ParameterFileError, match=r"config must be .* case_1, .*; got 'case_3'"):
+    with pytest.raises(ParameterFileError, match=r"element must be .* case_1, .*; got 'case_3'"):
         node_parameters('case_3')
 
 

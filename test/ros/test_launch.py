@@ -127,7 +127,12 @@ def test_mlmem(ros2, node):
 
 def test_launch_arguments(ros2, tmp_path):
     bag = tmp_path / 'session'
-    arguments = ('config:=case_1', 'name:=left', 'namespace:=arm', f'record:={bag}')
+    arguments = (
+        'element:=case_1',
+        'node_name:=left',
+        'node_namespace:=arm',
+        f'record.path:={bag}',
+    )
     with (
         running(
             tmp_path, 'launch', 'mlmem_ros', 'memory.launch.py', *arguments, whole_group=False
@@ -141,9 +146,59 @@ def test_launch_arguments(ros2, tmp_path):
     assert {topic for topic, _, _ in check_closed(bag)} >= {'/arm/left/wall', '/arm/left/field'}
 
 
+PARENT = """
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription, LogInfo
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import PushRosNamespace
+from launch_ros.substitutions import FindPackageShare
+
+OWN = ('config', 'name', 'namespace', 'managed', 'record')
+
+
+def memory(**arguments):
+    file = PathJoinSubstitution([FindPackageShare('mlmem_ros'), 'launch', 'memory.launch.py'])
+    source = PythonLaunchDescriptionSource(file)
+    return IncludeLaunchDescription(source, launch_arguments=arguments.items())
+
+
+def generate_launch_description():
+    first = {'element': 'bits_1', 'node_name': 'first', 'write.attempts': '7', 'linger': '0.1'}
+    return LaunchDescription([
+        *(DeclareLaunchArgument(name, default_value='true') for name in OWN),
+        memory(**first),
+        memory(),
+        GroupAction([PushRosNamespace('arm'), memory(node_namespace='left', element='bits_1')]),
+        *(LogInfo(msg=[f'own {name} ', LaunchConfiguration(name)]) for name in OWN),
+    ])
+"""
+
+
+def test_launch_includes_share_no_argument(ros2, tmp_path):
+    """Neither with each other nor with a parent that has arguments of usual names."""
+    file = tmp_path / 'parent.launch.py'
+    file.write_text(PARENT)
+    names = ('design.preset', 'write.attempts', 'linger', 'record.path', 'autostart')
+    expected = {
+        '/first': ('bits_1', 7, 0.1, '', True),
+        '/mlmem': ('case_2', 3, 0.0, '', True),
+        '/arm/left/mlmem': ('bits_1', 3, 0.0, '', True),
+    }
+    found = {}
+    with running(tmp_path, 'launch', str(file), whole_group=False) as output:
+        for element in expected:
+            with Robot(element) as robot:
+                robot.next('wall')
+                found[element] = tuple(robot.get(name) for name in names)
+    assert found == expected
+    for name in ('config', 'name', 'namespace', 'managed', 'record'):
+        assert f'own {name} true' in output.read_text()
+
+
 def test_launch_refuses_a_configuration_that_is_neither_preset_nor_file(ros2):
-    done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', 'config:=case_3')
-    words = f'config must be the path of a parameter file, or one of {", ".join(PRESETS)}'
+    done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', 'element:=case_3')
+    words = f'element must be the path of a parameter file, or one of {", ".join(PRESETS)}'
     assert words in done.stdout + done.stderr
 
 
@@ -152,8 +207,8 @@ def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
     file = tmp_path / 'mine.yaml'
     file.write_text(text_of(*preset('bits_1')))
     name = {'memory': '/mine', 'bank': '/bank/element_0/mlmem'}[launch]
-    argument = {'memory': 'name:=mine', 'bank': 'elements:=1'}[launch]
-    arguments = (f'config:={file}', 'write.attempts:=7', argument)
+    argument = {'memory': 'node_name:=mine', 'bank': 'elements:=1'}[launch]
+    arguments = (f'element:={file}', 'write.attempts:=7', argument)
     command = ('launch', 'mlmem_ros', f'{launch}.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot(name) as robot:
         robot.next('wall')
@@ -163,7 +218,13 @@ def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
 
 
 def test_launch_takes_a_preset_as_a_parameter(ros2, tmp_path):
-    command = ('launch', 'mlmem_ros', 'memory.launch.py', 'name:=four', 'design.preset:=bits_4')
+    command = (
+        'launch',
+        'mlmem_ros',
+        'memory.launch.py',
+        'node_name:=four',
+        'design.preset:=bits_4',
+    )
     with running(tmp_path, *command, whole_group=False), Robot('/four') as robot:
         robot.next('wall')
         assert robot.get('design.N') == 207
@@ -184,7 +245,7 @@ def test_launch_gives_parameters_their_types(ros2, tmp_path):
     }  # fmt: skip
     texts = {**given, 'write.hold': 700, 'record.views': 'true'}
     arguments = [f'{name}:={text}' for name, text in texts.items()]
-    command = ('launch', 'mlmem_ros', 'memory.launch.py', 'name:=typed', *arguments)
+    command = ('launch', 'mlmem_ros', 'memory.launch.py', 'node_name:=typed', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot('/typed') as robot:
         robot.next('wall')
         present = robot.parameters()
@@ -210,7 +271,7 @@ def test_launch_warns_of_an_argument_that_does_not_exist(ros2, tmp_path):
     given = (
         'write.atempts:=3',
         'design.nothing:=1',
-        'name:=warned',
+        'node_name:=warned',
         'robot:=theirs',
         'device:=theirs',
     )
@@ -225,7 +286,7 @@ def test_launch_warns_of_an_argument_that_does_not_exist(ros2, tmp_path):
 
 
 def test_launch_manages_the_life_cycle(ros2, tmp_path):
-    arguments = ('managed:=true', 'name:=managed', 'scale.time:=1e-5')
+    arguments = ('node_managed:=true', 'node_name:=managed', 'scale.time:=1e-5')
     command = ('launch', 'mlmem_ros', 'memory.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot('/managed') as robot:
         robot.next('wall')  # which it publishes when it is active
@@ -235,7 +296,7 @@ def test_launch_manages_the_life_cycle(ros2, tmp_path):
 
 def test_launch_bank(ros2, tmp_path):
     """Two elements, each with its own name and files."""
-    folders = (f'record:={tmp_path / "bags"}', f'state:={tmp_path / "states"}')
+    folders = (f'record.path:={tmp_path / "bags"}', f'state.path:={tmp_path / "states"}')
     arguments = ('elements:=2', 'scale.time:=1e-5', *folders)
     command = ('launch', 'mlmem_ros', 'bank.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False) as output:
@@ -254,7 +315,14 @@ def test_launch_demo(ros2, tmp_path):
     """With RViz if it is installed; otherwise a message says that it is missing."""
     viewing = 'rviz:=false' if shutil.which('rviz2') else 'rviz:=true'
     bag = tmp_path / 'session'
-    command = ('launch', 'mlmem_ros', 'demo.launch.py', viewing, 'name:=shown', f'record:={bag}')
+    command = (
+        'launch',
+        'mlmem_ros',
+        'demo.launch.py',
+        viewing,
+        'node_name:=shown',
+        f'record.path:={bag}',
+    )
     with running(tmp_path, *command, whole_group=False) as output, Robot('/shown') as robot:
         robot.next('wall')
     assert ('rviz2 is not installed' in output.read_text()) == (viewing == 'rviz:=true')

@@ -96,7 +96,7 @@ def files_page() -> str:
         '## Parameter files',
         'YAML as for any ROS node: `/**`, `ros__parameters`, and below it the '
         '[parameters](parameters.md) that differ from the preset in `design.preset`. A launch '
-        'file takes one as `config:=FILE`; `mlmem design --output FILE` writes one.',
+        'file takes one as `element:=FILE`; `mlmem design --output FILE` writes one.',
     ]
     return '\n\n'.join(parts) + '\n'
 

@@ -37,8 +37,8 @@ def generate_launch_description() -> LaunchDescription:
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(memory),
                 launch_arguments={
-                    'namespace': namespace,
-                    'managed': 'true',
+                    'node_namespace': namespace,
+                    'node_managed': 'true',
                     'linger': '3.0',  # it outlives the behaviour, which may write a last time
                 }.items(),
             ),
