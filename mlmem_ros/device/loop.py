@@ -301,6 +301,9 @@ class Loop:
         """
         box, times = self._box, self._times
         while True:
+            if (left := self._asked.deadline - threads.monotonic()) <= 0.0:
+                self._asked.review()
+                continue
             if not made_up and (overdue := self._overdue(due)):
                 return _Turn(due, overdue)
             while (call := box.take(box.calls)) is not None:
@@ -310,7 +313,8 @@ class Loop:
                     return None
                 self._paused = box.paused
                 if box.held:
-                    box.changed.wait_for(lambda: not box.held or bool(box.calls))
+                    within = None if left == math.inf else left
+                    box.changed.wait_for(lambda: not box.held or bool(box.calls), within)
                     due = math.inf if box.paused else self._pacer.now()
                     continue
                 now = self._pacer.now()

@@ -8,6 +8,7 @@ else passes them. A client's own second procedure is refused: it has not seen ho
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 
@@ -97,11 +98,16 @@ class OpenRequests:
                 self._number()
                 self._put_back(self._next)
 
+    @property
+    def deadline(self) -> float:
+        """When the first of those that wait has waited for too long, on the monotonic clock."""
+        return min((request.deadline for request in self.waiting), default=math.inf)
+
     def review(self) -> None:
         """Refuse those that have waited for too long, or whose clients have gone."""
         now = threads.monotonic()
         for request in list(self.waiting):
-            if now > request.deadline:
+            if now >= request.deadline:
                 self._drop(request, f'busy: {self._element.procedure or "another"} came first')
             elif request.client is not None and request.client.gone:
                 self._drop(request, 'its client has gone')
