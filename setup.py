@@ -19,7 +19,7 @@ EXTRAS = {
         'ros-kilted-common-interfaces==5.5.*',
         'ros-kilted-rmw-fastrtps-cpp==9.3.*',
     ],
-    'bag': ['mcap>=1.6', 'rosbags>=0.11', 'pyyaml>=6.0'],
+    'bag': ['mcap>=1.6', 'rosbags>=0.11', 'pyyaml>=6.0', 'lz4>=4.0', 'zstandard>=0.20'],
     'cli': ['rich>=13.0'],
     'view': ['aiohttp>=3.9'],
     'test': [

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Launch several elements that hold one value: ros2 launch mlmem_ros bank.launch.py elements:=4.
 
-One process runs them. Element i is NODE_NAMESPACE/element_i/mlmem and holds the digit of weight p^i,
-the last one a check digit. `MemoryBank.on(node, 4)` writes and reads them all at once. The
+One process runs them. Element i is NODE_NAMESPACE/element_i/mlmem and holds the digit of weight
+p^i, the last one a check digit. `MemoryBank.on(node, 4)` writes and reads them all at once. The
 arguments of memory.launch.py apply to every element; a parameter file may have a section for each,
 by its full name.
 """

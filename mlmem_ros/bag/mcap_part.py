@@ -21,6 +21,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
+import lz4.frame
 import zstandard
 from mcap import records
 from mcap.opcode import Opcode
@@ -45,10 +46,15 @@ _READ = {
     *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
     *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
 }
-_LARGEST_CHUNK = 2**27  # bytes, uncompressed; a file of a megabyte must not fill the memory
+MAX_HELD_BYTES = 2**27
+"""Most bytes of decompressed chunks that are held at once, however small the file is."""
+
+RECORD_BYTES = 600
+"""Bytes that a record takes in memory in addition to its content."""
+
+_MAX_DEFINITION_BYTES = 2**24
 _RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
 _FOOTER_COVERED = 16  # bytes of a footer that precede its CRC, and are covered by it
-_COMPRESSIONS = {'', 'lz4', 'zstd'}
 
 
 class DamageError(Exception):
@@ -61,6 +67,7 @@ class Block:
 
     Attributes:
         counts: Number of messages of each channel.
+        size: Bytes that its messages take in memory.
     """
 
     offset: int
@@ -69,6 +76,7 @@ class Block:
     earliest: int = 2**64
     latest: int = 0
     counts: Counter[int] = field(default_factory=Counter)
+    size: int = 0
 
 
 class _Start(NamedTuple):
@@ -101,6 +109,7 @@ class McapPart:
         self.metadata_text: str | None = None
         self.library = ''
         self.losses: list[Loss] = []
+        self._definition_bytes = 0
         with storage_errors(f'read {path}'), path.open('rb') as stream:
             magic = stream.read(len(MCAP0_MAGIC))
             if not MCAP0_MAGIC.startswith(magic):
@@ -209,15 +218,7 @@ class McapPart:
             if opcode == Opcode.DATA_END:
                 note = '; all messages precede it'
             if opcode in _READ:
-                try:
-                    found = _parsed(stream, offset, end)
-                    if not self.losses:
-                        _check_crc(stream, found[0], offset)
-                except DamageError as damage:
-                    reason = f'the record is damaged: {damage}{note}'
-                    self.losses.append(Loss(self.path, offset, end - offset, reason))
-                else:
-                    self._take(found, offset, end, chunked=opcode == Opcode.CHUNK)
+                self._read_record(stream, opcode, offset, end, note)
         size = stream.seek(0, 2)
         stream.seek(end)
         if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
@@ -226,13 +227,28 @@ class McapPart:
             reason = cut if end < size else f'{NOT_CLOSED}: its end is missing'
             self.losses.append(Loss(self.path, end, size - end, reason + note))
 
+    def _read_record(
+        self, stream: BinaryIO, opcode: int, offset: int, end: int, note: str
+    ) -> None:
+        try:
+            found = _parsed(stream, offset, end)
+            if not self.losses and found:
+                _check_crc(stream, found[0], offset)
+            self._take(found, offset, end, chunked=opcode == Opcode.CHUNK)
+        except DamageError as damage:
+            reason = f'the record is damaged: {damage}{note}'
+            self.losses.append(Loss(self.path, offset, end - offset, reason))
+
     def _take(self, found: list[records.McapRecord], offset: int, end: int, chunked: bool) -> None:
         for record in found:
             # The first definition stands; the summary repeats it.
-            if isinstance(record, records.Schema):
-                self.schemas.setdefault(record.id, record)
-            elif isinstance(record, records.Channel):
-                self.channels.setdefault(record.id, record)
+            if isinstance(record, records.Schema) and record.id not in self.schemas:
+                self._count_definition(len(record.data))
+                self.schemas[record.id] = record
+            elif isinstance(record, records.Channel) and record.id not in self.channels:
+                texts = (record.topic, *record.metadata, *record.metadata.values())
+                self._count_definition(sum(map(len, texts)))
+                self.channels[record.id] = record
             elif isinstance(record, records.Header):
                 self.library = record.library
             elif isinstance(record, records.Metadata) and record.name == METADATA_NAME:
@@ -245,9 +261,16 @@ class McapPart:
             run = Block(offset, end, chunked)
             self.blocks.append(run)
         run.end = end
+        run.size += sum(len(each.data) + RECORD_BYTES for each in messages)
         run.counts.update(each.channel_id for each in messages)
         run.earliest = min(run.earliest, *(each.log_time for each in messages))
         run.latest = max(run.latest, *(each.log_time for each in messages))
+
+    def _count_definition(self, size: int) -> None:
+        """Refuse definitions that take more than a bag may need."""
+        self._definition_bytes += size
+        if self._definition_bytes > _MAX_DEFINITION_BYTES:
+            raise DamageError(f'definitions must have at most {_MAX_DEFINITION_BYTES} bytes')
 
     def _find_unknown_channels(self) -> None:
         for block in self.blocks:
@@ -281,8 +304,9 @@ def _parsed(stream: BinaryIO, offset: int, end: int) -> list[records.McapRecord]
     try:
         record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
         if isinstance(record, records.Chunk):
-            _check_claims(record)
-            return breakup_chunk(record, validate_crc=True)
+            data = _decompressed(record)
+            _check_count(data)
+            return breakup_chunk(replace(record, compression='', data=data), validate_crc=True)
         return [record]
     except Exception as error:  # parsers and decompressors have no common error class
         raise DamageError(printable(str(error) or repr(error), 200)) from error
@@ -305,13 +329,29 @@ def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> Non
         raise DamageError('what precedes it has changed, by its CRC')
 
 
-def _check_claims(chunk: records.Chunk) -> None:
-    if chunk.compression not in _COMPRESSIONS:  # `mcap` would read it as not compressed
-        raise DamageError(f'its compression must be lz4 or zstd; got {chunk.compression!r}')
-    # The decompressor allocates what the chunk claims, or what its content claims.
-    claimed = chunk.uncompressed_size
+def _decompressed(chunk: records.Chunk) -> bytes:
+    """Return the content of a chunk; raise `DamageError` if it takes more than may be held."""
+    claimed = chunk.uncompressed_size  # the decompressor allocates it, or what the content claims
     if chunk.compression == 'zstd':
         size = zstandard.get_frame_parameters(chunk.data).content_size
         claimed = max(claimed, 0 if size == zstandard.CONTENTSIZE_UNKNOWN else size)
-    if claimed > _LARGEST_CHUNK:
-        raise DamageError(f'the chunk claims {claimed} bytes; at most {_LARGEST_CHUNK} are read')
+    if claimed > MAX_HELD_BYTES:
+        raise DamageError(f'the chunk claims {claimed} bytes; at most {MAX_HELD_BYTES} are read')
+    if chunk.compression == 'zstd':
+        return zstandard.decompress(chunk.data, chunk.uncompressed_size)
+    if chunk.compression == 'lz4':
+        content: bytes = lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, claimed)
+        return content
+    if chunk.compression:  # `mcap` would read it as not compressed
+        raise DamageError(f'its compression must be lz4 or zstd; got {chunk.compression!r}')
+    return chunk.data
+
+
+def _check_count(data: bytes) -> None:
+    """Raise `DamageError` if the records of a chunk take more memory than may be held."""
+    offset, held = 0, len(data)
+    while offset + _HEAD.size <= len(data):
+        offset += _HEAD.size + _HEAD.unpack_from(data, offset)[1]
+        held += RECORD_BYTES
+        if held > MAX_HELD_BYTES:
+            raise DamageError(f'the chunk takes over {MAX_HELD_BYTES} bytes in memory')

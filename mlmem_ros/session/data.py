@@ -142,20 +142,41 @@ def _has_delay(values: Mapping[str, str]) -> bool:
         return False
 
 
-def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
+MAX_SESSION_BYTES = 2**29
+"""Most bytes of messages that a loaded session holds."""
+
+
+def load(
+    path: str | PathLike[str] | BagReader, node: str = '', motion: bool = True
+) -> SessionData:
     """Read what a bag, or a reader that opened it, holds of a memory node, by default the only
     one.
 
+    Args:
+        motion: Whether to read configurations and displacements, which only a picture needs.
+
     Raises:
-        BagError: The bag cannot be read, holds no node or several, or a message is not what its
-            topic requires; the error names the message and the fault.
+        BagError: The bag cannot be read, holds no node or several, takes more than
+            `MAX_SESSION_BYTES`, or a message is not what its topic requires; the error names the
+            message and the fault.
     """
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or _only_node(reader)
     session = SessionData(node, None)
     collector = _Collector(session)
     handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
+    if not motion:
+        for topic in (topics.FIELD, topics.JOINT_STATES):
+            del handlers[f'{node}/{topic.name}']
+    held = 0
     for seconds, message in timed(reader, node, handlers):
+        held += len(message.cdr)
+        if held > MAX_SESSION_BYTES:
+            raise BagError(
+                f'a session must have at most {MAX_SESSION_BYTES} bytes of messages; '
+                f'{reader.path} has more at {seconds:.3f} s',
+                'too_large',
+            )
         kind, handler = handlers[message.topic]
         with naming(f'{message.topic} at {seconds:.3f} s'):
             if message.type != kind:

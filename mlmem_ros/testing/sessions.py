@@ -65,7 +65,7 @@ def replayed(bag: str | PathLike[str]) -> ReplayedSession:
     Raises:
         BagError: It cannot be read or replayed.
     """
-    session = load(bag)
+    session = load(bag, motion=False)
     return ReplayedSession(session, replay(session))
 
 

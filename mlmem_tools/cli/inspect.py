@@ -112,7 +112,7 @@ def _inspect_session(
     from mlmem_ros.session.data import load
     from mlmem_ros.session.records import as_dict
 
-    session = load(reader, arguments.node)
+    session = load(reader, arguments.node, motion=bool(arguments.plot))
     if session.header is None:
         console.print(f'{printable(session.node)}: written by another recorder, no session header')
     else:

@@ -69,7 +69,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
     from mlmem_ros.session.data import load
     from mlmem_ros.session.replay import replay, replay_commands
 
-    session = load(arguments.bag, arguments.node)
+    session = load(arguments.bag, arguments.node, motion=False)
     if arguments.preset and session.header is not None:
         raise BagError('--preset is for bags written by another recorder; this one has its own')
     with _progress() as progress:

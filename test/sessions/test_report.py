@@ -202,6 +202,12 @@ def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsy
     assert 'no level' in capsys.readouterr().out
 
 
+def test_session_with_more_messages_than_it_may_have_is_rejected(capsys, monkeypatch):
+    monkeypatch.setattr('mlmem_ros.session.data.MAX_SESSION_BYTES', 100_000)
+    assert main(['replay', str(SESSION), '--json']) == 2
+    assert json.loads(capsys.readouterr().out)['code'] == 'too_large'
+
+
 def test_session_of_another_format_is_rejected(session, tmp_path, capsys):
     """Also if it has keys that this format does not have."""
     bag = with_header(session, tmp_path / 'bag', format=2, moves=[])
