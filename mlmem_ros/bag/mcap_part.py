@@ -30,6 +30,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from ..described import printable
 from .contents import (
+    LIBRARY,
     METADATA_NAME,
     NOT_CLOSED,
     OFFERED_QOS,
@@ -38,6 +39,7 @@ from .contents import (
     Loss,
     Message,
     TopicInfo,
+    parse_metadata,
 )
 from .errors import BagError, storage_errors
 
@@ -116,6 +118,16 @@ class McapPart:
                 raise BagError(f'{path} must be an MCAP file; it begins with {magic!r}.')
             self._walk(stream)
         self._find_unknown_channels()
+
+    @property
+    def number(self) -> int | None:
+        """Its place among the files of its bag, from 0; None if another program wrote it."""
+        if self.metadata_text is None or not self.library.startswith(LIBRARY):
+            return None
+        try:  # the copy of the metadata in a file lists the files up to it
+            return len(parse_metadata(self.metadata_text).files) - 1
+        except BagError:
+            return None
 
     @property
     def span(self) -> tuple[int, int] | None:

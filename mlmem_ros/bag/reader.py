@@ -147,6 +147,9 @@ class BagReader:
         with storage_errors(f'read {self.path}'):
             self._parts = self._open(self._files(metadata) if directory else [self.path], metadata)
         self._check_metadata()
+        self._parts_before_gap = len(self._parts)
+        self.missing_parts = self._find_missing_parts(metadata)
+        """Numbers, from 0, of the files that this bag should have and has not."""
         self.metadata = metadata or self._recorded_metadata()
         """The recorder's last metadata, or None if it wrote none."""
         self.topics: dict[str, TopicInfo] = {}
@@ -207,6 +210,11 @@ class BagReader:
         if as_written:
             return itertools.chain.from_iterable(parts)
         return heapq.merge(*parts, key=attrgetter('log_time'))
+
+    def session_messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Read messages in the order in which they were written, up to the first missing file."""
+        for part in self._parts[: self._parts_before_gap]:
+            yield from part.messages(topics, as_written=True)
 
     def _check_overlap(self) -> None:
         """Raise `BagError` if chunks that are read at the same time take too much memory."""
@@ -284,6 +292,22 @@ class BagReader:
         if not parts:
             raise errors[0]
         return parts
+
+    def _find_missing_parts(self, metadata: BagMetadata | None) -> tuple[int, ...]:
+        """Return the numbers of missing files of a bag that we wrote, and list them as lost."""
+        numbers = [part.number for part in self._parts if isinstance(part, McapPart)]
+        known = [number for number in numbers if number is not None]
+        if len(known) < len(self._parts):
+            return ()
+        listed = len(metadata.files) if metadata else 0  # each is opened, or lost
+        count = max(max(known) + 1, listed)
+        missing = tuple(sorted(set(range(count)) - set(known)))
+        for number in missing[sum(number < listed for number in missing) :]:
+            reason = f'part {number + 1} of {count} is missing; a session is read up to there'
+            self._losses.append(Loss(self.path, 0, 0, reason))
+        gaps = [n for n, number in enumerate(known) if number != known[0] + n]
+        self._parts_before_gap = min(gaps, default=len(known))
+        return missing
 
     def _check_metadata(self) -> None:
         """Compare ``metadata.yaml`` with the copy in the last file, if we wrote and closed it."""

@@ -75,6 +75,8 @@ class SessionData:
         end_displacement: Displacement of the substrate's end in metres.
         contents: What the content was, in words: seconds, text, and its keys and values.
         lost: What cannot be read, or was dropped from the recording: one line each.
+        missing_parts: Numbers, from 0, of the missing files of a split recording. What follows the
+            first gap is not read.
     """
 
     node: str
@@ -92,6 +94,7 @@ class SessionData:
     contents: list[tuple[float, str, dict[str, str]]] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
+    missing_parts: tuple[int, ...] = ()
 
     @property
     def design(self) -> Design:
@@ -182,6 +185,7 @@ def load(
             if message.type != kind:
                 raise BagError(f'the type must be {kind}; got {short_repr(message.type)}')
             handler(seconds, reader.deserialize(message))
+    session.missing_parts = reader.missing_parts
     session.lost = [*_lost(reader, node), *collector.dropped()]
     return session
 
@@ -359,7 +363,8 @@ def timed(
     as_written = f'{node}/{HEADER}' in reader.topics
     start = None if as_written or reader.span is None else reader.span[0]
     latest = 0
-    for message in reader.messages(topics, as_written):
+    messages = reader.session_messages(topics) if as_written else reader.messages(topics)
+    for message in messages:
         start = message.log_time if start is None else start - max(0, latest - message.log_time)
         latest = message.log_time
         yield (latest - start) / 1e9, message

@@ -60,6 +60,12 @@ def element_of(session: SessionData) -> MemoryElement:
         BagError: The header is missing or invalid, or describes a real element.
     """
     header = session.require_header()
+    if 0 in session.missing_parts:
+        raise BagError(
+            'the session begins in the middle: its first part is missing, and a replay starts '
+            'from the state in it',
+            'begins_in_the_middle',
+        )
     if not header.simulated:
         raise BagError(
             'a session of a real element cannot be replayed, since its state is unknown'
@@ -260,6 +266,7 @@ def _report_of(session: SessionData) -> ReplayReport:
         recorded_levels=[echo.level for echo in session.echoes],
         recorded_endings=[ending(values) for _, values in session.outcomes],
         lost=session.lost,
+        missing_parts=session.missing_parts,
     )
 
 

@@ -34,7 +34,7 @@ VERDICTS = {
     'events_differ': 'THE EVENTS DIFFER from what the states give',
     'rounding_differs': 'THE BITS DIFFER; all levels agree',
 }
-"""The verdicts of a replay, by their codes."""
+"""The verdicts of a replay, by their codes, but for `part_missing`, which says which."""
 
 ROUNDED = f'the levels agree, and the bits but for rounding (less than {ROUNDING:g} cells)'
 """The verdict `agrees` on another build."""
@@ -94,6 +94,7 @@ class ReplayReport:
         recorded_endings: How they ended in the recording; see `ending`.
         events: How the recorded events agree, by topic.
         lost: What is missing from the recording, one line each.
+        missing_parts: Numbers, from 0, of the missing files of a split recording.
         foreign: Whether another recorder wrote the bag: then levels are compared, not bits.
         other_build: Differences in the versions that the bits may depend on.
     """
@@ -111,6 +112,7 @@ class ReplayReport:
     recorded_endings: Sequence[str] = ()
     events: dict[str, ComparedEvents] = field(default_factory=dict)
     lost: Sequence[str] = ()
+    missing_parts: Sequence[int] = ()
     foreign: bool = False
     other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
 
@@ -171,9 +173,11 @@ class ReplayReport:
 
     @property
     def code(self) -> str:
-        """The verdict as one of the keys of `VERDICTS`."""
+        """The verdict as one of the keys of `VERDICTS`, or `part_missing`."""
         if not self.compared:
             return 'nothing_to_compare'
+        if self.passed and self.missing_parts:
+            return 'part_missing'
         if self.passed:
             return 'exact' if self.exact and not self.foreign else 'agrees'
         if any(NOT_CLOSED not in line for line in self.lost):
@@ -190,10 +194,21 @@ class ReplayReport:
     def verdict(self) -> str:
         """The verdict in one sentence, with any reason against it in capitals."""
         if self.passed:
-            agree = VERDICTS[self.code] if self.exact or self.foreign else ROUNDED
-            return remains(self.lost) + agree
+            agree = VERDICTS['exact'] if self.exact else ROUNDED
+            return self._remains() + (VERDICTS['agrees'] if self.foreign else agree)
         listed = f': {", ".join(self.other_events)}' if self.code == 'events_differ' else ''
         return VERDICTS[self.code] + listed
+
+    def _remains(self) -> str:
+        """Return how a verdict begins if something is missing from the recording."""
+        if self.missing_parts:
+            numbers = ', '.join(str(number + 1) for number in self.missing_parts)
+            return f'NOT WHOLE: part {numbers} is missing; up to there, '
+        if not self.lost:
+            return ''
+        if all(NOT_CLOSED in line for line in self.lost):
+            return 'NOT WHOLE: the end of the recording is missing; up to there, '
+        return 'NOT WHOLE: part of the recording is lost; in what remains, '
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report as plain values, for programs."""
@@ -205,6 +220,7 @@ class ReplayReport:
             'exact': self.exact,
             'foreign': self.foreign,
             'lost': list(self.lost),
+            'missing_parts': [number + 1 for number in self.missing_parts],
             'ticks': self.ticks,
             'commands': self.commands,
             'refused': self.refused,
@@ -218,15 +234,6 @@ class ReplayReport:
             'procedures': {'recorded': list(self.recorded_endings), 'replayed': self.endings},
             'other_build': {name: list(pair) for name, pair in self.other_build.items()},
         }  # fmt: skip
-
-
-def remains(lost: Sequence[str]) -> str:
-    """Return how a verdict begins if this is missing from the recording."""
-    if not lost:
-        return ''
-    if all(NOT_CLOSED in line for line in lost):
-        return 'NOT WHOLE: the end of the recording is missing; up to there, '
-    return 'NOT WHOLE: part of the recording is lost; in what remains, '
 
 
 def ending(values: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import ReplayReport, replay
 from mlmem_ros.session.report import Difference
@@ -124,6 +125,66 @@ def test_a_long_session_lists_its_first_levels(capsys):
     report = ReplayReport(recorded_levels=[None, 5] * 50, levels=[-2, 5] * 50)
     (line,) = [line for line in describe(report) if line.startswith('levels')]
     assert line == 'levels      50 of 50 agree: ' + '5, ' * 20 + '...'
+
+
+@pytest.fixture(scope='module')
+def split(tmp_path_factory, session):
+    """The session in parts of some kilobytes, each beginning with the header."""
+    path = tmp_path_factory.mktemp('split') / 'bag'
+    with BagWriter(path, max_bytes=20_000) as writer:
+        for name, info in session.topics.items():
+            writer.add_topic(name, info.type, info.offered_qos, latch=name == '/mlmem/session')
+        for message in session.messages:
+            writer.write(message.topic, message.cdr, message.log_time)
+            writer.sync()
+    assert len(list(path.glob('*.mcap'))) > 3
+    return path
+
+
+def without(split, path, *numbers):
+    """Copy a split bag without some of its parts."""
+    shutil.copytree(split, path)
+    for number in numbers:
+        (path / f'bag_{number}.mcap').unlink()
+    return path
+
+
+def test_replay_of_a_split_session_is_exact(split, capsys):
+    assert replayed(capsys, split)[0] == 0
+
+
+@pytest.mark.parametrize('listed', [True, False], ids=['metadata', 'no metadata'])
+def test_replay_without_the_first_part_is_rejected(split, tmp_path, capsys, listed):
+    bag = without(split, tmp_path / 'bag', 0)
+    if not listed:
+        (bag / 'metadata.yaml').unlink()
+    assert main(['replay', str(bag), '--json']) == 2
+    assert json.loads(capsys.readouterr().out)['code'] == 'begins_in_the_middle'
+
+
+def test_replay_of_a_later_part_alone_is_rejected(split, capsys):
+    assert main(['replay', str(split / 'bag_2.mcap'), '--json']) == 2
+    assert json.loads(capsys.readouterr().out)['code'] == 'begins_in_the_middle'
+
+
+@pytest.mark.parametrize('listed', [True, False], ids=['metadata', 'no metadata'])
+def test_replay_without_a_middle_part_ends_before_it(split, tmp_path, capsys, listed):
+    bag = without(split, tmp_path / 'bag', 2)
+    if not listed:
+        (bag / 'metadata.yaml').unlink()
+    assert main(['replay', str(bag), '--json']) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert (report['code'], report['missing_parts']) == ('part_missing', [3])
+    assert report['passed']
+    assert 0 < report['states']['equal'] == report['states']['recorded'] < 6
+    assert replayed(capsys, bag, '--incomplete')[0] == 0
+
+
+def test_replay_without_the_last_part_ends_before_it(split, tmp_path, capsys):
+    last = len(list(split.glob('*.mcap'))) - 1
+    assert main(['replay', str(without(split, tmp_path / 'bag', last)), '--json']) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert (report['code'], report['missing_parts']) == ('part_missing', [last + 1])
 
 
 def test_dropped_messages_are_missing(session, tmp_path, capsys):
