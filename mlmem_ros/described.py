@@ -29,7 +29,6 @@ class Description:
         words: What the words of a text field are, which spaces separate; empty if it is one text.
         word: Whether a text is such a word; a `ValueError` says no, too.
         null: What a file's null stands for: JSON has no infinity.
-        listed: Whether every node lists the parameter; None: as its group.
     """
 
     text: str
@@ -40,7 +39,6 @@ class Description:
     words: str = ''
     word: Callable[[str], bool] = bool
     null: Any = None
-    listed: bool | None = None
 
 
 def described(default: Any, text: str, kind: type[Description] = Description, **more: Any) -> Any:

@@ -21,19 +21,14 @@ from .described import descriptions, printable, short_repr
 from .device import PRESETS, Preset, Settings, SettingsError, preset
 from .device.presets import DEFAULT
 from .device.settings import ScaleSettings
+from .host.settings import declarations
 from .law_file import LawFileError
 from .outside import DecodeError, from_yaml, read
 from .physics import Design, DesignError
 from .physics.curve import Curve
 
-OF_THE_NODE = (
-    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'target_word', 'autostart',
-    'actions', 'view', 'use_sim_time',
-)  # fmt: skip
-"""Groups and names that concern only the node."""
-
-OF_THE_NODE_TOO = ('time.speed', 'design.check', 'design.digest')
-"""Names that concern only the node, in groups of the device."""
+OF_RCLPY = 'use_sim_time', 'start_type_description_service'
+"""Parameters of every node; beside `qos_overrides.*`."""
 
 
 class ParameterFileError(DecodeError):
@@ -122,11 +117,12 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         for group, owner in owners.items()
         for field, _ in descriptions(owner)
     }
+    known = {*OF_RCLPY, *(name for name, *_ in declarations())}
     for key, value in given.items():
-        if key in OF_THE_NODE_TOO or key.split('.')[0] in OF_THE_NODE:
-            continue
         if key not in kinds:
-            near = difflib.get_close_matches(key, kinds, n=1)
+            if key in known or key.startswith('qos_overrides.'):
+                continue
+            near = difflib.get_close_matches(key, [*kinds, *known], n=1)
             hint = f'; did you mean {near[0]}?' if near else ''
             raise ParameterFileError(f'{name}: there is no parameter {printable(key, 80)}{hint}')
         group, _, field_name = key.partition('.')
@@ -138,7 +134,7 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         design = parts.pop('design')
         settings = Settings(**parts)
         if law is not None:
-            design = dataclasses.replace(design, law=law and _law(law, settings.scale))
+            design = dataclasses.replace(design, law=_law(law, settings.scale) if law else None)
         return Preset(design, settings)
     except DesignError as error:
         raise DesignError(f'{name}: design.*: {error}') from error

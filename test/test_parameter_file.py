@@ -14,7 +14,7 @@ import yaml
 from mlmem_ros import element_file
 from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
 from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
-from mlmem_ros.host.settings import groups
+from mlmem_ros.host.settings import declarations, groups
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
 from mlmem_ros.physics import CASE_II, DesignError, Specimen
 from mlmem_tools import checks
@@ -224,3 +224,14 @@ def test_a_file_that_is_no_element_is_named(tmp_path, text, reason):
     (tmp_path / 'e.yaml').write_text(text, encoding='utf-8')
     with pytest.raises(element_file.ElementFileError, match=reason):
         element_file.load(tmp_path / 'e.yaml')
+
+
+def test_dump_of_a_default_node_is_loaded_as_its_element():
+    """`ros2 param dump` names every declared parameter, and those of rclpy."""
+    dumped = {name: value for name, value, _ in declarations()}
+    dumped |= {
+        'use_sim_time': False,
+        'start_type_description_service': True,
+        'qos_overrides./clock.subscription.depth': 1,
+    }
+    assert parse(yaml.safe_dump({'/mlmem': {'ros__parameters': dumped}})) == preset('case_2')

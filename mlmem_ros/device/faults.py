@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,21 +29,11 @@ from .errors import Checked, SettingsError
 class OfMaterial(Description):
     """The description of a fault of the material, which a real element cannot be given.
 
-    No node lists its parameter unless it was given.
-
     Attributes:
         cell: Whether its value is the site of a cell, 0 for none.
     """
 
-    listed: bool | None = False
     cell: bool = False
-
-
-@dataclass(frozen=True)
-class OfTransducer(Description):
-    """The description of a rarer fault of a transducer; listed once it was given."""
-
-    listed: bool | None = False
 
 
 ENDS = ('both', 'left', 'right')
@@ -51,7 +41,6 @@ ENDS = ('both', 'left', 'right')
 
 _time = fields_in('time', 0.0, 1e6)
 _probability = fields_in('', 0.0, 1.0)
-_of_transducer = partial(described, kind=OfTransducer)
 _of_material = fields_in('', 0.0, 0.5, kind=OfMaterial)
 _cell = fields_in('', 0, 100_000, kind=OfMaterial, cell=True)
 
@@ -69,16 +58,16 @@ class Faults(Checked):
     sensor_dropout: float = _probability(
         0.0, 'probability that the signal freezes at its last sample for a tick'
     )
-    sensor_end: str = _of_transducer('both', 'the transducer whose signal is faulty', choices=ENDS)
-    sensor_off: bool = _of_transducer(False, 'the signal is 0')
-    sensor_gain: float = _of_transducer(
+    sensor_end: str = described('both', 'the transducer whose signal is faulty', choices=ENDS)
+    sensor_off: bool = described(False, 'the signal is 0')
+    sensor_gain: float = described(
         1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0
     )
-    sensor_lag: float = _time(0.0, "time constant of the signal's lag", kind=OfTransducer)
-    sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4, kind=OfTransducer)
-    transducer_end: str = _of_transducer('both', 'the transducer that drives badly', choices=ENDS)
-    transducer_off: bool = _of_transducer(False, 'it leaves its end free')
-    transducer_gain: float = _of_transducer(
+    sensor_lag: float = _time(0.0, "time constant of the signal's lag")
+    sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4)
+    transducer_end: str = described('both', 'the transducer that drives badly', choices=ENDS)
+    transducer_off: bool = described(False, 'it leaves its end free')
+    transducer_gain: float = described(
         1.0, 'its way, relative to what was asked for', low=-2.0, high=2.0
     )
     actuator_offset: float = described(

@@ -63,7 +63,6 @@ class WriteSettings(CycleSettings):
         'strain: by strain cycles, as in the paper; kick: by kicks and pushes, with strain only '
         'where no kick reaches; auto: by whichever is fastest',
         choices=('strain', 'kick', 'auto'),
-        listed=True,
     )
     compression: float = _compression(
         -0.034, 'peak strain at levels where compression frees the wall'
@@ -84,7 +83,7 @@ class WriteSettings(CycleSettings):
         'make each ramp of a step up in two halves, half a period of the cells at the right end '
         'apart: the cells ring less, and the level can be read sooner',
     )
-    attempts: int = _count(3, 'most attempts of a write', listed=True)
+    attempts: int = _count(3, 'most attempts of a write')
     escalation: float = described(
         1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
     )

@@ -38,7 +38,6 @@ class ActuatorSettings(Checked):
     present: bool = described(
         True,
         'whether there is one: without, an element is written by kicks and pushes alone',
-        listed=True,
     )
     max_strain: float = described(
         0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
@@ -91,7 +90,6 @@ class ReadSettings(Checked):
         'left',
         'end that a read probes from, or both',
         choices=('left', 'right', 'both'),
-        listed=True,
     )
     quiet: float = described(
         0.33,

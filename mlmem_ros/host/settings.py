@@ -251,7 +251,6 @@ OF_THE_NODE = {
     'autostart': (True, Description('configure and activate at start')),
     'actions': (True, Description(
         'serve actions, too: procedures, if mlmem_interfaces is built, and `~/simulate_steps`',
-        listed=False,
     )),
     'view': (False, Description(
         'serve the page of this element while the node runs: `mlmem view`'
@@ -270,7 +269,7 @@ OF_THE_NODE = {
     LAW: ('', Description(
         'file of an on-site law, as mlmem law writes it, or its text; scale.length and '
         'scale.stiffness turn it into cells, d is a factor on it, and a, b and c are left out; '
-        "empty: the paper's", listed=False,
+        "empty: the paper's",
     )),
     DIGEST: ('', Description(
         'hash of the present design and settings: elements with one are the same'
@@ -286,17 +285,6 @@ OF_A_PRESET = (
     'read', 'register', 'time',
 )  # fmt: skip
 """Groups that a preset sets; the others are the robot's."""
-
-
-def is_listed(name: str, description: Description) -> bool:
-    """Return whether every node lists a parameter: what a robot builder changes.
-
-    That is the node's own, the groups of the robot, and what says so; all others come with the
-    preset or a file. A node that was given one lists that, too.
-    """
-    if description.listed is not None:
-        return description.listed
-    return name in LIVE or name in OF_THE_NODE or name.partition('.')[0] not in OF_A_PRESET
 
 
 def groups(chosen: Preset | None = None) -> dict[str, Any]:

@@ -44,14 +44,14 @@ def declared(context):
     from rclpy.parameter import Parameter
 
     from mlmem_ros.host import ThrottledLog
-    from mlmem_ros.ros.node.lazy_parameters import UnlistedParameters
+    from mlmem_ros.ros.node.declared_parameters import CheckedParameters
     from mlmem_ros.ros.node.parameters import ParameterSet
 
     nodes = []
 
     def declare(given=(), namespace=''):
         overrides = [Parameter(name, value=value) for name, value in dict(given).items()]
-        node = UnlistedParameters(
+        node = CheckedParameters(
             'memory', namespace=namespace, context=context, parameter_overrides=overrides
         )
         nodes.append(node)

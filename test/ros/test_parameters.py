@@ -6,6 +6,7 @@ from dataclasses import asdict, replace
 
 import pytest
 import rclpy
+import yaml
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
@@ -156,67 +157,13 @@ def test_a_word_that_is_not_a_choice_is_refused(declared, name):
         declared({name: 'euler'})
 
 
-# --- what is listed, and what is not ----------------------------------------------------------
-
-
-def listed(node):
-    return node.list_parameters([], 0).names
-
-
-def test_a_node_lists_what_a_robot_builder_changes(start):
+def test_a_node_declares_every_parameter_with_its_range(start):
     start({'autostart': False})
     with Robot() as robot:
-        names = list(robot.parameters())
-        assert robot.get('push.A') == 0.6  # not listed, told all the same
-    assert len(names) <= 60
-    assert {'design.preset', 'scale.time', 'write.attempts', 'faults.actuator_stuck'} <= set(names)
-    assert not [name for name in names if name.startswith(('push.', 'probe'))]
-    assert 'queue.most' in names  # a group that no preset brings
-    assert 'faults.weak_cell' not in names  # which no real element can be given
-
-
-def test_a_parameter_that_is_not_listed_is_told_with_its_type_and_range(declared):
-    node, _ = declared({'design.preset': 'bits_4'})
-    assert 'write.hold' not in listed(node)
-    assert node.get_parameter('write.hold').value == preset('bits_4').settings.write.hold
-    assert node.get_parameter_type('write.hold') == Parameter.Type.DOUBLE.value
-    (legal,) = node.describe_parameter('write.hold').floating_point_range
+        names = set(robot.parameters())
+        (legal,) = robot.describe(['write.hold'])['write.hold'].floating_point_range
+    assert {name for name, *_ in declarations()} <= names
     assert (legal.from_value, legal.to_value) == (0.0, 1e6)
-    assert 'write.hold' not in listed(node)
-
-
-def test_to_ask_for_one_changes_nothing(declared, capfd):
-    """Even while it may not be set; it is declared only then."""
-    node, given = declared({'design.preset': 'bits_4'})
-    given.lock(16)
-    before, values = listed(node), given.values()
-    capfd.readouterr()
-    assert node.has_parameter('write.hold')
-    assert node.get_parameter_or('read.end').value == values.settings.read.end
-    assert node.describe_parameter('push.A').floating_point_range
-    probe = node.get_parameters_by_prefix('probe')
-    assert {name: each.value for name, each in probe.items()} == vars(values.settings.probe)
-    assert given.values() == values
-    assert listed(node) == before
-    assert not capfd.readouterr().err
-
-
-def test_one_that_is_given_or_set_is_listed(declared):
-    node, given = declared({'push.A': 0.5})
-    assert 'push.A' in listed(node)
-    assert set_all(node, {'write.hold': 60.0}).successful
-    assert 'write.hold' in listed(node)
-    assert given.values().settings.push.A == 0.5
-    assert given.values().settings.write.hold == 60.0
-
-
-def test_one_that_is_refused_is_not_listed(declared):
-    node, given = declared()
-    assert not set_all(node, {'write.hold': -1.0}).successful
-    given.lock(8)
-    refused = set_all(node, {'write.hold': 60.0})
-    assert 'write.hold may be set only while the node is unconfigured' in refused.reason
-    assert 'write.hold' not in listed(node)
 
 
 # --- a file that brings the element -----------------------------------------------------------
@@ -234,7 +181,10 @@ def element(tmp_path):
 
 def dump(node):
     """Return what `ros2 param dump` saves, without rclpy's own."""
-    names = set(listed(node)) - {'start_type_description_service', 'use_sim_time'}
+    names = set(node.list_parameters([], 0).names) - {
+        'start_type_description_service',
+        'use_sim_time',
+    }
     return {name: node.get_parameter(name).value for name in sorted(names)}
 
 
@@ -242,7 +192,6 @@ def test_a_file_brings_the_element_and_a_dump_names_it(declared, element):
     node, given = declared({'design.file': str(element)})
     assert given.values().settings.write.hold == 60.0
     saved = dump(node)
-    assert len(saved) <= 60
     assert (saved['design.file'], saved['design.preset']) == (str(element), 'bits_4')
     again, same = declared(saved)
     assert (same.values().design, same.values().settings) == (
@@ -250,6 +199,17 @@ def test_a_file_brings_the_element_and_a_dump_names_it(declared, element):
         given.values().settings,
     )
     assert dump(again)['design.digest'] == saved['design.digest'] != ''
+
+
+def test_dump_of_a_default_node_starts_a_node_as_file(declared, tmp_path):
+    """As a parameter file of its own, and as the file of its element."""
+    node, given = declared()
+    saved = dump(node)
+    file = tmp_path / 'dump.yaml'
+    file.write_text(yaml.safe_dump({'/memory': {'ros__parameters': saved}}), encoding='utf-8')
+    for start in (saved, {'design.file': str(file)}):
+        _, again = declared(start)
+        assert again.values() == given.values()
 
 
 def test_a_digest_tells_elements_apart(declared):

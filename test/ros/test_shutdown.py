@@ -17,6 +17,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from nodes import QUICK, hears, program
 from robot import Robot
+from std_srvs.srv import Trigger
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
@@ -25,8 +26,8 @@ from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import SIGN, Signs
 from mlmem_ros.ros.node.run import QUIET, begin, end, linger
 from mlmem_ros.ros.node.services import SILENT
-from mlmem_ros.ros.node_process import node_arguments
-from mlmem_ros.ros.process import PROFILE, profile_variable
+from mlmem_ros.ros.node_process import node_arguments, node_process
+from mlmem_ros.ros.process import NAMES, PROFILE, profile_variable
 
 ROOT = Path(__file__).parents[2]
 SOON = 30.0
@@ -263,3 +264,24 @@ def test_a_node_that_is_shut_down_says_so(start):
         node.node.host.close()
         with pytest.raises(Exception, match='inactive: the node is shut down'):
             memory.read().wait()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures('real_processes')
+def test_plain_client_of_a_killed_and_restarted_node_is_answered(context, monkeypatch):
+    """With the node's own profile; the ghost of the killed one is gone 25 s later."""
+    for name in NAMES:
+        monkeypatch.delenv(name, raising=False)
+    plain = rclpy.create_node('plain', context=context, use_global_arguments=False)
+    executor = rclpy.executors.SingleThreadedExecutor(context=context)
+    with node_process(node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL) as killed:
+        assert plain.create_client(Trigger, '/mlmem/read').wait_for_service(SOON)
+        killed.kill()
+    time.sleep(25.0)
+    with node_process(node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL):
+        client = plain.create_client(Trigger, '/mlmem/read')
+        assert client.wait_for_service(SOON)
+        answer = client.call_async(Trigger.Request())
+        rclpy.spin_until_future_complete(plain, answer, executor, SOON)
+        assert answer.done()
+    plain.destroy_node()

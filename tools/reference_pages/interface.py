@@ -128,7 +128,7 @@ def diagnostics_page() -> str:
     """Return the values of every status, taken from an element that has just been read."""
     element = new_element(preset('bits_1'))
     element.perform(Read())
-    host = SimpleNamespace(refused=0, log=SimpleNamespace(caught=0))
+    host = SimpleNamespace(refused=0, held_up='', log=SimpleNamespace(caught=0))
     known = element_file.Element(element.made, np.zeros(element.design.N))
     host.residual_monitor = Watcher(known, element, ThrottledLog(SimpleNamespace()))
     change = Change('cell', 1, 0.0, 0.0)

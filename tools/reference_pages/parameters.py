@@ -7,20 +7,21 @@ from typing import Any
 
 from mlmem_ros.described import Description
 from mlmem_ros.device.failures import MEANINGS, Meaning
-from mlmem_ros.host.settings import declarations, is_listed
+from mlmem_ros.host.settings import LIVE, OF_A_PRESET, OF_THE_NODE, declarations
 
 from .table import table
 
 
 def parameters_page() -> str:
-    """Return every parameter: listed ones, and those that a preset brings."""
-    listed: dict[str, list[list[str]]] = {}
+    """Return every parameter: those of a robot, and those that a preset brings."""
+    own: dict[str, list[list[str]]] = {}
     others: dict[str, list[list[str]]] = {}
     for name, default, description in declarations():
         legal = '-1 to p - 1' if name == 'target_level' else _range(description)
         row = [f'`{name}`', _default(default), description.unit, legal, description.text]
-        groups = listed if is_listed(name, description) else others
-        groups.setdefault(name.partition('.')[0] if '.' in name else '', []).append(row)
+        group = name.partition('.')[0] if '.' in name else ''
+        brought = group in OF_A_PRESET and name not in (*LIVE, *OF_THE_NODE)
+        (others if brought else own).setdefault(group, []).append(row)
     head = ['parameter', 'default', 'unit', 'range', 'meaning']
 
     def tables(groups: Mapping[str, list[list[str]]]) -> str:
@@ -32,17 +33,14 @@ def parameters_page() -> str:
     return (
         '# Parameters\n\n'
         'Defaults are those of the preset `case_2`. `target_level`, `target_word`, `time.speed`, '
-        '`faults.*` and `record.*`, except `record.hash_every`, may be set at any time, all '
-        'others only while the node is unconfigured. '
+        '`write.method`, `faults.*` and `record.*`, except `record.hash_every`, may be set at any '
+        'time, all others only while the node is unconfigured. '
         'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
         '`scale.length` metres each.\n\n'
-        f'## Listed by every node\n\n{tables(listed)}\n'
+        f'## Of the robot\n\n{tables(own)}\n'
         '## Brought by a preset or a file\n\n'
-        'A [parameter file](files.md#parameter-files) or `-p NAME:=VALUE` sets these at the '
-        'start, and `ros2 param get` and `set` know them by name. A node lists those that it was '
-        'given. '
-        '`ros2 param dump` saves what is listed: with `design.preset`, `design.file` and '
-        '`design.digest` that is the whole element.\n\n'
+        'A preset or a `design.file` sets all of these; a '
+        '[parameter file](files.md#parameter-files) or `-p NAME:=VALUE` overrides them.\n\n'
         f'{tables(others)}\n'
         f'## Failures by name\n\n{_failures()}\n'
     )

@@ -28,8 +28,8 @@ from ...host.worker import Log
 from ..middleware import ALIVE, NOT_SERVING, Signs
 from .actions import Actions
 from .callback_guard import CallbackGuard, outcome_of
+from .declared_parameters import CheckedParameters
 from .diagnostics import Diagnostics
-from .lazy_parameters import UnlistedParameters
 from .parameters import ParameterSet
 from .services import Clients, Services, session_plan
 from .simulator import SimTimePacer, Simulator
@@ -68,7 +68,7 @@ class QuickLog(NamedTuple):
         rclpy_implementation.rclpy_logging_rcutils_log(severity, self.name, message, '', '', 0)
 
 
-class MemoryNode(UnlistedParameters, LifecycleNode):
+class MemoryNode(CheckedParameters, LifecycleNode):
     """One mechanical memory element as a managed ROS 2 node; all its names are `~/...`.
 
     - *configure* checks the design, compiles, builds the device, and restores its saved content,

@@ -30,7 +30,7 @@ from ...outside import DecodeError
 from ...physics import DesignError
 from ...physics.curve import Curve
 from ...procedures import UNSET
-from .lazy_parameters import LazyParameters, UnlistedParameters, descriptor
+from .declared_parameters import CheckedParameters, DeclaredParameters, descriptor
 
 FAULTS = 'faults.'
 """Prefix of the device's faults, which take effect at once."""
@@ -64,7 +64,7 @@ class ParameterSet:
         locked: Whether the node is configured, so that only live parameters may be set.
     """
 
-    def __init__(self, node: UnlistedParameters, host: Host) -> None:
+    def __init__(self, node: CheckedParameters, host: Host) -> None:
         """Declare the parameters.
 
         Raises:
@@ -73,13 +73,16 @@ class ParameterSet:
         """
         self._node = node
         self._host = host
-        self._known = known = LazyParameters(node)
+        self._known = known = DeclaredParameters(node)
         self._asked = set[str]()  # by name, in the request under way
         self.locked = False
         first = self._first()
         self._defaults = groups(first)
         own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
-        known.add((name, own.get(name, it), told) for name, it, told in declarations(first))
+        known.declare_all(
+            (name, own.get(name, default), description)
+            for name, default, description in declarations(first)
+        )
         known.computed[DIGEST] = self.digest
         started = known.value('device.driver')  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
@@ -238,15 +241,12 @@ class ParameterSet:
         file = self._known.value(FILE)
         leaving = bool(file) and given.get(FILE) == ''
         name = given.get(PRESET, self._known.value(PRESET) if leaving else None)
-        if self.locked and name == self._known.value(PRESET):  # as a dump that is loaded says
-            return changed
-        of_the_file = bool(file) and not leaving and name == self._known.value(PRESET)
-        if name not in tuple(PRESETS) or of_the_file:
+        same = name == self._known.value(PRESET) and not leaving  # as a dump that is loaded says
+        if name not in tuple(PRESETS) or same:
             return changed
         others = {*given, *OF_THE_NODE, *LIVE}
         spacing = given.get(SPACING, preset(name).settings.register.spacing)
         unfit = LEVEL if _fits_target(WORD, spacing) else WORD
-        self._known.ask_all()
         return [
             *changed,
             Parameter(FILE, value=''),
@@ -281,8 +281,6 @@ class ParameterSet:
         return parameter
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
-        if self._known.is_declared_now(changed):
-            return SetParametersResult(successful=True)
         try:
             for parameter in changed:
                 self._check_one(parameter.name, parameter.value)
@@ -338,9 +336,6 @@ class ParameterSet:
 
     def _apply(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
-        if self._known.is_declared_now(changed):
-            return
-        self._known.hidden -= self._asked
         with self._host.log.guarded('parameters'):
             given = ', '.join(f'{each.name} = {short_repr(each.value)}' for each in changed)
             self._host.log.info(f'set {given}', 'parameters')
