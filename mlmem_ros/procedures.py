@@ -44,7 +44,9 @@ def describe_level(level: int) -> str:
 class Write:
     """Write a level, or a word of a register, and verify it."""
 
-    level: int = described(MISSING, 'level or word to write, from 0; in decimal or as 0xa7', low=0)
+    level: int = described(
+        MISSING, 'level or word to write, from 0; in decimal or as 0xa7', low=0, high=2**53 - 1
+    )
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ class SelfTest:
 
 @dataclass(frozen=True)
 class Locate:
-    """Measure where the wall is, between levels too."""
+    """Measure where the wall is, between levels too; of a register, every wall."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,7 @@ PROCEDURES = {
     ),
     'locate': Procedure(
         Locate,
-        'measure where the wall is, in cells and between levels too, and how many walls there are',
+        'measure where the wall is, in cells and between levels too; of a register, every wall',
         'locating.locate',
         'reading',
         changes=False,

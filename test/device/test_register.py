@@ -183,7 +183,9 @@ def test_an_erased_element_reads_0(nibble):
 def test_locate_names_kind_and_cell_of_every_wall(byte):
     place(byte, 0b1000_0101)
     found = byte.perform(Locate()).found
-    assert found == {'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall'}
+    assert found == {
+        'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall', 'word': 0b1000_0101
+    }  # fmt: skip
 
 
 def test_self_test_and_calibration_go_through_all_levels(nibble):
@@ -199,7 +201,7 @@ def test_self_test_and_calibration_go_through_all_levels(nibble):
 
 
 def test_a_word_beyond_the_last_is_refused(byte):
-    with pytest.raises(Refused, match='level must be a whole number from 0 to 255; got 256'):
+    with pytest.raises(Refused, match='word must be a whole number from 0 to 255; got 256'):
         byte.apply(Write(256))
 
 
