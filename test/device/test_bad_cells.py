@@ -189,7 +189,7 @@ def test_locate_names_the_stuck_cell_of_a_blank_element(name, site):
 def test_two_walls_are_not_called_a_stuck_cell():
     element = element_with('case_2', '', Faults())
     place(element, 1, 3)
-    assert element.perform(Locate()).found['walls'] == 2
+    assert element.perform(Locate()).found == {}
 
 
 def test_procedures_go_through_the_levels_that_are_left():

@@ -5,7 +5,18 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Disturb, Faults, Locate, Read, Settings, factory_calibration, preset
+from mlmem_ros.device import (
+    BLANK,
+    Disturb,
+    Faults,
+    Locate,
+    Read,
+    Settings,
+    factory_calibration,
+    new_element,
+    preset,
+)
+from mlmem_ros.device.register import resting
 from mlmem_ros.physics import CASE_II, Specimen, walls
 from mlmem_ros.physics.equilibrium import relax
 
@@ -76,18 +87,58 @@ def test_a_blank_element_has_no_wall_and_no_position():
     assert element.reading.level == -1
 
 
-def test_three_walls_are_told_from_one():
-    """The left end hears the first, which is the one that is located."""
-    found = located(with_walls(50, 100, 175))
-    assert found['walls'] == 3
-    assert found['position'] == pytest.approx(50.0, abs=MOST * found['position_std'])
+@pytest.mark.parametrize(
+    ('positions', 'first_active', 'why'),
+    [
+        ((50, 100, 175), True, 'the left end hears something near cell 50.0, and the right'),
+        ((50, 100), False, 'there are two walls, or more, or something else answers near cell'),
+    ],
+)
+def test_more_walls_than_one_are_not_located(positions, first_active, why):
+    """An end that hears late, or a bad cell, sounds alike."""
+    outcome = rig.run(with_walls(*positions, first_active=first_active), Locate())
+    assert (outcome.success, outcome.found) == (False, {})
+    assert why in outcome.error
 
 
-def test_two_walls_are_told_from_none():
-    """An active stretch within an inactive element; the right end hears its far side."""
-    found = located(with_walls(50, 100, first_active=False))
-    assert found['walls'] == 2
-    assert found['position'] == pytest.approx(100.0, abs=MOST * found['position_std'])
+@pytest.mark.parametrize(
+    ('name', 'level', 'end', 'delay'),
+    [
+        ('kick_4', BLANK, 'both', 15.8),
+        ('case_2', 3, 'left', 25.0),
+        ('case_2', 3, 'both', 25.0),
+        ('bits_4', BLANK, 'right', 25.0),
+        ('bits_4', 6, 'left', 15.8),
+        ('kick_2', 3, 'left', 20.0),
+    ],
+)
+def test_late_sensors_locate_no_wall_that_is_not_there(name, level, end, delay):
+    element = at_level(name, level, Faults(sensor_delay=delay, sensor_end=end))
+    outcome = rig.run(element, Locate())
+    assert (outcome.success, outcome.found) == (False, {})
+    assert outcome.error
+
+
+@pytest.mark.parametrize(('name', 'level'), [('kick_2', 1), ('kick_2', 3), ('kick_4', 6)])
+@pytest.mark.parametrize('delay', [0.0, 2.0, 5.0, 12.0, 20.0])
+def test_one_late_sensor_is_refused_or_within_the_error(name, level, delay):
+    element = at_level(name, level, Faults(sensor_delay=delay, sensor_end='right'))
+    outcome = rig.run(element, Locate())
+    if delay == 0.0:
+        assert outcome.success
+    if outcome.success:
+        found = outcome.found
+        assert found['walls'] == 1
+        assert abs(found['position'] - first(element)) <= MOST * found['position_std']
+
+
+def at_level(name, level, faults):
+    """Return a shipped element at rest at a level, with faults."""
+    element = new_element(preset(name))
+    element.chain.place(resting(Specimen(element.design), () if level == BLANK else (level,)))
+    element.set_faults(faults)
+    element.transducer.assume_rest()
+    return element
 
 
 def test_an_element_all_active_cannot_be_listened_to():

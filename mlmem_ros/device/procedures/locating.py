@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ..echo import Echo
 from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
-from ..reading import BLANK, UNDECODABLE
+from ..reading import BLANK, UNDECODABLE, Reading
 from ..words import Code
 from .blocks import Procedure, Result
 from .listening import hear, pulse_echo, quiet, record
@@ -29,23 +30,25 @@ BESIDE = 20
 """Cells by which a stuck cell may be from the wall that would answer when it does."""
 
 AGREE = 3.0
-"""Standard deviations within which both ends hear the same wall."""
+"""Standard deviations within which both ends hear the same wall, and within which it is."""
 
 
 def locate(element: Memory) -> Procedure[Result]:
     """Listen at every end, and turn delays into cells between the levels of the calibration.
 
-    Found are `walls` (0, 1, 2 or 3, which stands for more; an end alone takes one for granted),
-    and if there are any `position` and `position_std` in cells from the left: of the only wall,
-    or of the one that an end hears first. In a blank element it is the site of a `stuck_cell`
-    instead, as `element.bad_cells` takes it. A read that follows knows no more than before.
+    Found are `walls`, 0 or 1, and of a wall `position` and `position_std` in cells from the left.
+    Both ends must hear the wall at the same place. Where only one end tells the place, a read must
+    prove the level, and the error is that which a read allows. In a blank element it is the site
+    of a `stuck_cell` instead, as `element.bad_cells` takes it. A read that follows knows no more
+    than before.
 
     With known bad cells, the wall is found at the levels that can be used only. With many walls,
     found are `walls`, and the `cells` and `kinds` of all, from the left.
 
     Raises:
-        ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, or an
-            end rests in neither phase.
+        ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, the
+            ends hear different places, there are two walls or more, or an end rests in neither
+            phase.
     """
     if element.register is not None:
         return (yield from _walls(element, element.register.code))
@@ -64,18 +67,11 @@ def locate(element: Memory) -> Procedure[Result]:
         return Result(reading, found={'walls': 0})
     if phases[End.LEFT] == 0 and (cell := (yield from _stuck(element, echoes[End.RIGHT]))):
         return Result(reading, found={'walls': 0, 'stuck_cell': cell})
-    # What begins before listening does comes from near an end, but does not say how near.
-    heard = [
-        _place(element, echoes[end]) for end in End if end in echoes and not echoes[end].early
-    ]
-    if not heard:
+    if phases[End.LEFT] == phases[End.RIGHT]:
         raise ProcedureFailed(reading.reason)
-    walls, position, deviation = _together(phases, heard)
-    design = element.design
-    if walls == 2 and position > design.defect(design.levels - 1) + 0.25 * design.J:
-        raise ProcedureFailed(WALL_GONE)  # the echo is that of the far end, as a read says, too
+    position, deviation = _place_of_wall(element, reading, echoes)
     found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
-    return Result(reading, found={'walls': walls, **found})
+    return Result(reading, found={'walls': 1, **found})
 
 
 def _stuck(element: Memory, echo: Echo) -> Procedure[int]:
@@ -174,16 +170,32 @@ def _bend(delays: Array, sites: Array) -> float:
     return float(np.sqrt(np.mean((drawn - sites[1:-1]) ** 2)) / 4.0)
 
 
-def _together(
-    phases: dict[End, int | None], heard: list[tuple[float, float]]
-) -> tuple[int, float, float]:
-    """Return the number of walls, and position and deviation of the first that is heard."""
-    odd = phases[End.LEFT] != phases[End.RIGHT]
-    if len(heard) < 2:
-        return (1 if odd else 2, *heard[0])
-    (left, left_std), (right, right_std) = heard
-    if abs(left - right) > AGREE * math.hypot(left_std, right_std):
-        return 3, left, left_std
-    weights = np.array([left_std, right_std]) ** -2.0
-    position = float(np.average([left, right], weights=weights))
-    return 1, position, float(weights.sum() ** -0.5)
+def _place_of_wall(
+    element: Memory, reading: Reading, echoes: Mapping[End, Echo]
+) -> tuple[float, float]:
+    """Return position and deviation of the wall that the ends hear.
+
+    An echo that begins before listening does comes from near its end, but does not say how near.
+
+    Raises:
+        ProcedureFailed: The ends hear different places, or one alone is not confirmed by a read.
+    """
+    heard = {end: _place(element, echo) for end, echo in echoes.items() if not echo.early}
+    if len(heard) == 2:
+        (left, left_std), (right, right_std) = heard[End.LEFT], heard[End.RIGHT]
+        if abs(left - right) > AGREE * math.hypot(left_std, right_std):
+            raise ProcedureFailed(
+                f'the left end hears something near cell {left:.1f}, and the right end near cell '
+                f'{right:.1f}: an end errs, something else answers, or there are three walls'
+            )
+        weights = np.array([left_std, right_std]) ** -2.0
+        position = float(np.average([left, right], weights=weights))
+        either = (left - right) / AGREE  # whichever end errs is off by no more
+        return position, math.hypot(float(weights.sum() ** -0.5), either)
+    if reading.level == UNDECODABLE:
+        raise ProcedureFailed(reading.reason)
+    if not heard:
+        raise ProcedureFailed('something is heard at both ends when listening begins')
+    ((position, deviation),) = heard.values()
+    allowed = 0.5 * element.design.J * (1.0 - element.settings.read.min_margin)
+    return position, math.hypot(deviation, allowed / AGREE)

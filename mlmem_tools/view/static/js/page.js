@@ -59,12 +59,11 @@ export function found(values, withDelay = false) {
   const [walls, position, deviation, delay] = ['walls', 'position', 'position_std', 'delay'].map((key) => number(values, key));
   const level = content(values);
   if (values.procedure === 'locate') {
-    const many = values.cells ? `${walls} walls` : '3 walls or more';
-    const count = walls === 0 ? 'no wall' : walls === 1 ? '1 wall' : walls === 2 ? '2 walls' : many;
+    const count = walls === 0 ? 'no wall' : walls === 1 ? '1 wall' : `${walls} walls`;
     if (values.cells) return `${count}, at ${walls > 1 ? 'cells' : 'cell'} ${values.cells.replaceAll(' ', ', ')}`;
     const cell = number(values, 'stuck_cell');
     if (cell != null) return `${count}, cell ${cell} is stuck`;
-    return position == null ? count : `${count}, ${walls > 1 ? 'the first ' : ''}at cell ${position.toFixed(2)} ± ${(deviation ?? 0).toFixed(2)}`;
+    return position == null ? count : `${count}, at cell ${position.toFixed(2)} ± ${(deviation ?? 0).toFixed(2)}`;
   }
   const held = level == null ? '' : values.word == null ? describe(level) : `word ${values.word}`;
   return level == null ? '' : held + (!withDelay || delay == null ? '' : `, delay ${delay.toFixed(2)}`);
