@@ -5,11 +5,13 @@
 A stuck cell lets no wall pass, and no pulse: of the two ends one hears the wall, and no delay of
 that end alone proves a level. So an element with known bad cells is read as a register is: by one
 pulse inside both pass bands, whose waveform at both ends is compared with the forecast for every
-level. The pulse passes the wall and comes back from the cell, too, which confirms both.
+level. The pulse passes the wall and comes back from the cell, too, which confirms both. Behind a
+stuck cell a pulse of the right end must hear no wall.
 """
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,7 +24,7 @@ from ..physics import Design, Specimen, StateError
 from ..physics.potential import Array
 from ..physics.waves import band, group_velocity
 from .echo import pulse_duration
-from .end import Shot
+from .end import End, Shot
 from .errors import SettingsError
 from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, resting
@@ -44,17 +46,50 @@ MOST_CELLS = 1000
 UNTOLD = 'cannot be told: it sounds like another level'
 
 
+class Beyond(Forecasts):
+    """What both ends do after a pulse of the right one, which no wall behind the last stuck cell
+    returns, or two.
+
+    Attributes:
+        cell: The last stuck cell.
+    """
+
+    def __init__(
+        self, contents: Sequence[Content], parts: Array, listener: Listener, cell: int
+    ) -> None:
+        super().__init__(contents, parts, listener)
+        self.nearest = np.minimum(self.nearest, MOST * float(np.linalg.norm(parts[0])))
+        self.cell = cell
+
+    def confirm(self, reading: Reading, shot: Shot, noise: float, least: float) -> Reading:
+        """Return a reading if no wall is beyond the cell, or else an undecodable one."""
+        mirrored = replace(shot, samples=shot.samples[::-1], rest=shot.rest[::-1])
+        found = self.decode(mirrored, noise, (0, 0), least)
+        if found.level == BLANK:
+            return reading
+        why = found.reason or f'the right end hears {found.walls} walls'
+        reason = f'nothing is known beyond cell {self.cell}: {why}'
+        return replace(reading, level=UNDECODABLE, code='', level_margin=0.0, reason=reason)
+
+
 class BadCells(Forecasts):
     """What both ends do by level with known bad cells.
 
     Attributes:
         lost: Why a level cannot be used, by level.
+        beyond: What a pulse of the right end hears, if a stuck cell hides that part; or None.
     """
 
     def __init__(
-        self, contents: Sequence[Content], parts: Array, listener: Listener, lost: dict[int, str]
+        self,
+        contents: Sequence[Content],
+        parts: Array,
+        listener: Listener,
+        lost: dict[int, str],
+        beyond: Beyond | None = None,
     ) -> None:
         super().__init__(contents, parts, listener)
+        self.beyond = beyond
         from_blank = np.linalg.norm(parts - parts[0], axis=1)
         from_blank[0] = from_blank[1:].min(initial=np.inf)
         pulse = float(np.linalg.norm(parts[0]))  # of the blank element: mostly the pulse itself
@@ -76,7 +111,8 @@ class BadCells(Forecasts):
 
     def without(self, lost: dict[int, str]) -> BadCells:
         """Return the forecasts with more levels that cannot be used, and why."""
-        return BadCells(self.contents, self.parts, self.listener, {**self.lost, **lost})
+        lost = {**self.lost, **lost}
+        return BadCells(self.contents, self.parts, self.listener, lost, self.beyond)
 
     @property
     def least(self) -> float:
@@ -162,8 +198,26 @@ def bad_cells(design: Design, settings: Settings) -> BadCells:
         number, code = (levels[0], design.code(levels[0])) if alone else (UNDECODABLE, '')
         contents.append(Content(number, levels, code))
     listener = Listener(settings)
-    parts = Ends(made, settings, listener).heard(made, at)
-    return BadCells(contents, parts, listener, lost)
+    ends = Ends(made, settings, listener)
+    parts = ends.heard(made, at)
+    return BadCells(contents, parts, listener, lost, _beyond(made, settings, ends, listener))
+
+
+def _beyond(made: Specimen, settings: Settings, ends: Ends, listener: Listener) -> Beyond | None:
+    """Return the forecasts for the part that stuck cells hide from the left end, if there is one:
+    without walls, and with two near each other.
+    """
+    if not settings.element.stuck:
+        return None
+    design, cell = made.design, max(settings.element.stuck)
+    contents, at = [Content(BLANK, (), '')], [resting(made, ())]
+    first = next((n for n in range(design.levels) if design.defect(n) > cell), design.levels)
+    for low, apart in itertools.product(range(first, design.levels), (1, 2)):
+        if low + apart < design.levels:
+            with contextlib.suppress(StateError):
+                at.append(resting(made, (low, low + apart)))
+                contents.append(Content(UNDECODABLE, (low, low + apart), ''))
+    return Beyond(contents, ends.heard(made, at, End.RIGHT), listener, cell)
 
 
 def stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:

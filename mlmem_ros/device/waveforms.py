@@ -22,7 +22,7 @@ from ..physics.potential import Array
 from ..physics.waves import Complex, Tones, cells, product, rows
 from .drivers import steps_per_tick
 from .echo import pulse_duration
-from .end import Pulse
+from .end import End, Pulse
 from .settings import Settings
 
 BAND = 4.0
@@ -145,12 +145,19 @@ class Ends:
         heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
         return np.asarray(heard.reshape(len(lower), -1))
 
-    def heard(self, made: Specimen, walls_at: Sequence[Array]) -> Array:
+    def heard(self, made: Specimen, walls_at: Sequence[Array], end: End = End.LEFT) -> Array:
         """Return the parts, shape (number of these, 4 lines), of an element that rests in some
-        displacements, shape (N,) each. Its damping and step are those of these forecasts.
+        displacements, shape (N,) each, after a pulse of an end: that end comes first. Its damping
+        and step are those of these forecasts.
         """
         square, loss = self.tones.square, self.tones.loss
-        matrices = np.array([product(*cells(made, v), square, loss) for v in walls_at])
+        found = [cells(made, v) for v in walls_at]
+        if end is End.RIGHT:
+            found = [
+                (stiffness[::-1].copy(), mass[::-1].copy(), np.append(spring[-2::-1], 1.0))
+                for stiffness, mass, spring in found
+            ]
+        matrices = np.array([product(*each, square, loss) for each in found])
         return self.parts(rows(matrices, np.arange(len(matrices))[:, None]))
 
 

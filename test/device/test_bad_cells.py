@@ -192,6 +192,16 @@ def test_two_walls_are_not_called_a_stuck_cell():
     assert element.perform(Locate()).found == {}
 
 
+@pytest.mark.parametrize('walls', [(2, 3), (3, 4), (2, 4), (0, 2, 3)])
+def test_walls_behind_a_stuck_cell_are_no_content(walls):
+    """The left end hears nothing of them: it read the element as blank, with a margin of 0.994."""
+    element = element_with('case_2', '62', Faults(stuck_cell=62))
+    place(element, *walls)
+    outcome = element.perform(Read())
+    assert (outcome.success, outcome.reading.level) == (False, UNDECODABLE)
+    assert outcome.error == 'nothing is known beyond cell 62: the right end hears 2 walls'
+
+
 def test_procedures_go_through_the_levels_that_are_left():
     element = element_with('bits_2', '45', Faults(stuck_cell=45))
     assert written(element, 2) == (True, 2, 2)

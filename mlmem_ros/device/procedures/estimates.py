@@ -34,7 +34,8 @@ def expect(element: Memory, duration: float) -> None:
 def reading(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
     if element.waveforms is not None:
-        return element.waveforms.listener.ticks * element.tick
+        pulses = 2 if element.bad_cells is not None and element.bad_cells.beyond else 1
+        return pulses * element.waveforms.listener.ticks * element.tick
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
     return element.settings.read.rest + longest + TAIL
 

@@ -309,31 +309,41 @@ have 5e-5 of their amplitude then."""
 
 
 def hear(element: Memory) -> Procedure[Reading]:
-    """Fire the pulse of a read at the left end, and decode; raises as `record`."""
+    """Fire the pulse of a read at the left end, and decode; raises as `record`.
+
+    What a stuck cell hides from it, a pulse of the right end must confirm.
+    """
     forecasts = element.waveforms
     assert forecasts is not None
-    try:
-        shot, noise = yield from record(element, forecasts)
-    except Astray as error:
-        return element.hear_nothing(str(error))
     settings = element.settings.register
     detector = EchoDetector(settings.probe, element.driver.dt)
-    detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
-    phases = element.phase(End.LEFT), element.phase(End.RIGHT)
-    reading = forecasts.decode(shot, noise, phases, settings.min_margin)
+    beyond = element.bad_cells.beyond if element.bad_cells is not None else None
+    try:
+        shot, noise = yield from record(element, forecasts)
+        detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
+        phases = element.phase(End.LEFT), element.phase(End.RIGHT)
+        reading = forecasts.decode(shot, noise, phases, settings.min_margin)
+        if beyond is not None and reading.level != UNDECODABLE:
+            shot, noise = yield from record(element, beyond, End.RIGHT)
+            reading = beyond.confirm(reading, shot, noise, settings.min_margin)
+    except Astray as error:
+        return element.hear_nothing(str(error))
     return element.hear_word(reading, detector.echo(End.LEFT))
 
 
-def record(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float]]:
-    """Wait until the ends are quiet in the band of the pulse, fire it at the left one, and record
-    both. Of an element that rests, a moment tells; otherwise a passage.
+def record(
+    element: Memory, forecasts: Forecasts, end: End = End.LEFT
+) -> Procedure[tuple[Shot, float]]:
+    """Wait until the ends are quiet in the band of the pulse, fire it at one, and record both.
+
+    Of an element that rests, a moment tells; otherwise a passage.
 
     Returns:
         The shot, and the noise before it (`Listener.noise`).
 
     Raises:
         ProcedureFailed: They do not become quiet within `read.patience`.
-        Astray: The left end rests in neither phase.
+        Astray: The end rests in neither phase.
     """
     transducer = element.transducer
     listener, probe = forecasts.listener, element.settings.register.probe
@@ -363,9 +373,9 @@ def record(element: Memory, forecasts: Forecasts) -> Procedure[tuple[Shot, float
                 f'was {math.sqrt(loud / forecasts.quiet):.3g} times as loud as it may be {since} '
                 f'ticks ago; they must be quiet for {passage}'
             )
-    element.require_phase(End.LEFT)
+    element.require_phase(end)
     element.progress.phase = LISTENING
-    recorder = transducer.shoot(End.LEFT, probe)
+    recorder = transducer.shoot(end, probe)
     until = element.ticks + listener.ticks + element.driver.lag
     while element.ticks < until:
         yield until - element.ticks
