@@ -18,7 +18,7 @@ def scheduled(scheduler):
     """Run all threads, locks, futures and clocks created meanwhile under a scheduler."""
     ours = {kind.__name__: kind for kind in (Thread, Lock, Condition, Future)}
     clocks = {'monotonic': scheduler.monotonic, 'time': scheduler.time}
-    assert {*ours, *clocks} == set(threads.__all__)
+    assert {*ours, *clocks, 'run_in_thread'} == set(threads.__all__)  # it is made of these
     _PRESENT.append(scheduler)
     try:
         with patch.multiple(threads, **ours, **clocks):
