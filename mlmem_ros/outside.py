@@ -225,7 +225,7 @@ def _object(kind: type, data: Any, name: str) -> Any:
         if not name:
             raise DecodeError(f'it must be an object; got {_kind_of(data)}')
         _refuse(name, 'an object', data)
-    if not name and data and not any(key in fields for key in data):
+    if not name and data and fields and not any(key in fields for key in data):
         raise DecodeError(f'it has none of the keys {", ".join(fields)}')
     if unknown := [key for key in data if key not in fields]:
         there = f' in {name}' if name else ''
