@@ -220,6 +220,12 @@ class Parameters:
     queue: QueueSettings = QueueSettings()
 
 
+INTROSPECTION = 'service_configure_introspection'
+"""Whether services publish what they are asked and answer, named as in demo_nodes_py."""
+
+INTROSPECTION_STATES = {'disabled': 'OFF', 'metadata': 'METADATA', 'contents': 'CONTENTS'}
+"""Its words, and the names of rclpy for them."""
+
 LIVE = {
     'target_level': (
         UNSET, Description(
@@ -238,6 +244,10 @@ LIVE = {
             low=0.0, high=FASTEST,
         )
     ),
+    INTROSPECTION: ('disabled', Description(
+        'what services publish on ~/NAME/_service_event: nothing, who asks, or all of it',
+        choices=tuple(INTROSPECTION_STATES),
+    )),
 }  # fmt: skip
 """Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""
 

@@ -25,6 +25,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from .. import packages
 from ..contract import topics
@@ -101,6 +102,11 @@ def profile(qos: topics.Qos) -> QoSProfile:
         reliability=ReliabilityPolicy[qos.reliability.upper()],
         durability=DurabilityPolicy[qos.durability.upper()],
     )
+
+
+def overridable() -> QoSOverridingOptions:
+    """Return the option that declares `qos_overrides.*` for a publisher or subscription."""
+    return QoSOverridingOptions.with_default_policies()
 
 
 SENSOR_DATA = profile(topics.SENSOR_DATA)

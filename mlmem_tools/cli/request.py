@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from mlmem_ros.ros.client.client import MemoryClient
     from mlmem_ros.ros.client.reply import Reply
 
+SEVERAL_NODES = (
+    'nodes of this name are on the graph, or one was killed in the last 20 s: either may have '
+    'answered; rename one with "-r __node:=NAME" or "-r __ns:=/NAMESPACE"'
+)
+"""The warning after how many they are."""
+
 SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
 
@@ -45,6 +51,8 @@ def _request(
                 client.ready(arguments.wait).wait()
                 answer = ask(client, arguments).wait()
                 outcome_known()
+                if (count := client.node_count()) > 1:
+                    complain(arguments.command, f'{count} {SEVERAL_NODES}', 0)
         except (RequestError, ValueError) as error:
             if arguments.json and isinstance(error, RequestFailed):
                 print_json(error.answer)

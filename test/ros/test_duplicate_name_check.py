@@ -6,10 +6,12 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from nodes import QUICK
 from robot import Robot
 
 from mlmem_ros.ros.node import starting
 from mlmem_ros.testing import memory_node
+from mlmem_tools.cli.main import main
 
 BY_HAND = {'autostart': False}
 
@@ -29,6 +31,16 @@ def test_a_second_node_of_the_same_name_is_logged_once_and_no_other_name():
         time.sleep(1.5 * starting.LOOKS * starting.PERIOD)  # until all have done all their checks
         assert second.output.count('another node named /twin is running') == 1
         assert other.output == ''
+
+
+def test_command_line_with_two_nodes_of_one_name_warns(capsys):
+    with memory_node(QUICK, name='twin'):
+        assert main(['read', '--node', 'twin']) == 0
+        assert capsys.readouterr().err.count('nodes of this name') == 0
+        with memory_node(QUICK, name='twin') as second, Robot(second.element) as robot:
+            robot.wait(lambda: robot.node.count_publishers('/twin/alive') == 2, 'both')
+            assert main(['read', '--node', 'twin', '--wait', '20']) == 0
+            assert 'mlmem read: 2 nodes of this name are on the graph' in capsys.readouterr().err
 
 
 def test_calls_of_an_overdue_timer_log_once():

@@ -33,8 +33,8 @@ def parameters_page() -> str:
     return (
         '# Parameters\n\n'
         'Defaults are those of the preset `case_2`. `target_level`, `target_word`, `time.speed`, '
-        '`write.method`, `faults.*` and `record.*`, except `record.hash_every`, may be set at any '
-        'time, all others only while the node is unconfigured. '
+        '`write.method`, `service_configure_introspection`, `faults.*` and `record.*`, except '
+        '`record.hash_every`, may be set at any time, all others only while unconfigured. '
         'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
         '`scale.length` metres each.\n\n'
         f'## Of the robot\n\n{tables(own)}\n'

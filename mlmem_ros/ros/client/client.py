@@ -48,7 +48,7 @@ from ...contract.calls import (
 from ...contract.services import DEADLINE, action_types
 from ...described import printable, short_repr
 from ...procedures import PROCEDURES
-from ..middleware import events_executor
+from ..middleware import ALIVE, events_executor
 from .goal import Goal
 from .line import Line
 from .link import Call, Connection
@@ -100,6 +100,12 @@ class MemoryClient:
         """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
         steps = self._call('request', SetParametersAtomically, None, lambda _: None)
         return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
+
+    def node_count(self) -> int:
+        """Return how many memory nodes of this name are on the graph now: more than one may
+        answer.
+        """
+        return int(self.node.count_publishers(f'{self.name}/{ALIVE}'))
 
     def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
         """Write a level from 0 to p - 1, or a word of a register, verified by an echo.

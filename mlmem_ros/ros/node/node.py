@@ -23,7 +23,7 @@ from ...device import DriverError, Event, Refused
 from ...device.timetable import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
 from ...host.building import Built
-from ...host.settings import Parameters
+from ...host.settings import INTROSPECTION, Parameters
 from ...host.worker import Log
 from ..middleware import ALIVE, NOT_SERVING, Signs
 from .actions import Actions
@@ -144,6 +144,8 @@ class MemoryNode(CheckedParameters, LifecycleNode):
             if service.srv_name.endswith('/change_state'):
                 service.callback = self._change_state_when_prepared(service.callback)
         callback_guard.guard_services()
+        if self.get_parameter(INTROSPECTION).value != 'disabled':
+            self._given.configure_introspection()
 
     def _heartbeat(self) -> DiagnosticStatus:
         """Return what the node's clients are told of it; from any thread."""

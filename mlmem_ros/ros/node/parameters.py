@@ -10,7 +10,10 @@ from typing import Any
 
 from rcl_interfaces.msg import ParameterType, SetParametersResult
 from rclpy.parameter import Parameter
+from rclpy.qos import qos_profile_system_default
+from rclpy.service_introspection import ServiceIntrospectionState
 
+from ...contract.services import SERVICES
 from ...described import descriptions, short_repr
 from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
 from ...device.settings import Settings
@@ -18,6 +21,8 @@ from ...device.timetable import checked_speed
 from ...host import Host
 from ...host.settings import (
     DIGEST,
+    INTROSPECTION,
+    INTROSPECTION_STATES,
     LAW,
     LIVE,
     OF_A_PRESET,
@@ -40,6 +45,9 @@ LIVE_GROUPS = ('record', 'faults')
 
 METHOD = 'write.method'
 """How a level is written: may be set at any time, too."""
+
+QOS_OVERRIDES = 'qos_overrides.'
+"""Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
 
 PACE = 'record.hash_every'
 """Of these groups, but the running loop counts on it."""
@@ -281,6 +289,7 @@ class ParameterSet:
         return parameter
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
+        changed = [each for each in changed if not each.name.startswith(QOS_OVERRIDES)]
         try:
             for parameter in changed:
                 self._check_one(parameter.name, parameter.value)
@@ -336,6 +345,9 @@ class ParameterSet:
 
     def _apply(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
+        changed = [each for each in changed if not each.name.startswith(QOS_OVERRIDES)]
+        if not changed:  # it is declared
+            return
         with self._host.log.guarded('parameters'):
             given = ', '.join(f'{each.name} = {short_repr(each.value)}' for each in changed)
             self._host.log.info(f'set {given}', 'parameters')
@@ -346,6 +358,20 @@ class ParameterSet:
                     self._host.set_speed(parameter.value)
                 elif parameter.name == METHOD:
                     self._host.set_method(parameter.value)
+                elif parameter.name == INTROSPECTION:
+                    self.configure_introspection()
+
+    def configure_introspection(self) -> None:
+        """Publish what our services are asked and answer, as far as the parameter says."""
+        state = getattr(
+            ServiceIntrospectionState, INTROSPECTION_STATES[self._known.value(INTROSPECTION)]
+        )
+        own = {service.name for service in SERVICES}  # rcl's, of the life cycle, have no types
+        for service in self._node.services:
+            if service.srv_name.rpartition('/')[2] in own:
+                service.configure_introspection(
+                    self._node.get_clock(), qos_profile_system_default, state
+                )
 
 
 def _fits_target(name: str, spacing: int) -> bool:

@@ -25,7 +25,7 @@ from ...contract.values import published
 from ...device import Event, MemoryElement
 from ...host import Host
 from ...host.settings import PublishSettings
-from ..middleware import profile
+from ..middleware import overridable, profile
 from ..views import ChainMarkers, Contour
 
 if TYPE_CHECKING:
@@ -70,7 +70,10 @@ class Subscriptions:
         for topic in topics.COMMANDS:
             name = f'~/{topic.name}'
             listener = self._listener(topic, name, node.resolve_topic_name(name))
-            node.create_subscription(topic.kind, name, listener, profile(topic.qos), raw=True)
+            node.create_subscription(
+                topic.kind, name, listener, profile(topic.qos), raw=True,
+                qos_overriding_options=overridable(),
+            )  # fmt: skip
 
     def _listener(self, topic: topics.Topic, name: str, full: str) -> Callable[[bytes], None]:
         kind, make = topic.kind, OF_TOPIC[topic.name]
@@ -136,7 +139,11 @@ class Publishers:
         group = MutuallyExclusiveCallbackGroup()  # the node's remembers all that ever was in it
         self._publishers = {
             topic: node.create_publisher(
-                topic.kind, f'~/{topic.name}', profile(topic.qos), callback_group=group
+                topic.kind,
+                f'~/{topic.name}',
+                profile(topic.qos),
+                callback_group=group,
+                qos_overriding_options=overridable(),
             )
             for topic in topics.STREAMS + topics.VIEWS
             if element.simulated or topic not in topics.OF_A_SIMULATION
