@@ -63,7 +63,7 @@ setup(
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
     ],
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy>=1.24', 'numba>=0.58'],
+    install_requires=['setuptools', 'numpy>=1.24', 'numba>=0.58,<0.69'],
     extras_require=EXTRAS,
     entry_points={
         'console_scripts': [

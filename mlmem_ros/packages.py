@@ -1,20 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Other packages: what they add to this one, how to install one that is missing, and the private
-names of libraries that we use, with the versions in which they are known.
-
-A private name may move with any release. So each is listed here, looked for when its library is
-first used, and missed in one clear line.
+"""Other packages: what they add to this one, how to install one that is missing, and the versions
+of libraries that are tested.
 """
 
 from __future__ import annotations
 
 import functools
 import re
-import sys
-from importlib import import_module, metadata
+from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 TOOLS = 'mlmem_ros.tools'
 """Entry points of what a node or a robot's code asks of `mlmem_tools`, which imports us."""
@@ -99,56 +95,28 @@ def missing(error: ModuleNotFoundError) -> str:
 
 
 class Library(NamedTuple):
-    """A library of which we use private names.
+    """A library of which we use private names, which may move with any release.
 
     Attributes:
         packages: Names under which it is installed.
         oldest: Oldest version tested.
         newest: Newest, as far as given: 7.1 stands for every 7.1.x.
-        private: Names inside it, as `module:Name.attribute`: methods, or attributes of instances.
-        optional: Modules that not every user of the library loads.
     """
 
     packages: tuple[str, ...]
     oldest: str
     newest: str
-    private: tuple[str, ...]
-    optional: tuple[str, ...] = ()
 
-
-_CORE = 'rclpy.impl.implementation_singleton:rclpy_implementation'
 
 LIBRARIES = {
-    'numba': Library(
-        ('numba',),
-        '0.58',
-        '0.68',
-        (
-            'numba.core.dispatcher:Dispatcher._cache',  # cached loops know their formulas
-            'numba.core.caching:FunctionCache._index_key',
-            'numba.core.caching:Cache._cache_file',  # is a loop compiled already?
-            'numba.core.caching:IndexDataCacheFile._load_index',
-        ),
-    ),
+    'numba': Library(('numba',), '0.58', '0.68'),
     'rclpy': Library(
         ('ros-jazzy-rclpy', 'ros-kilted-rclpy', 'rclpy'),
         '7.1.4',  # Jazzy
         '9.1',  # Kilted
-        (
-            f'{_CORE}.EventsExecutor',  # an executor without a fault handler
-            f'{_CORE}.RCLError',  # errors of its own services are answered
-            f'{_CORE}.Service.service_take_request',  # requests after a broken one
-            f'{_CORE}.rmw_service_info_t',  # who has sent a request
-            f'{_CORE}.rclpy_logging_rcutils_log',  # a line without a search for who wrote it
-            'rclpy.service:Service.handle',
-            'rclpy.service:Service.send_response',  # responses are sent by coroutines
-            'rclpy.node:Node._parameter_overrides',  # which parameters were given
-            'rclpy.lifecycle.node:LifecycleNodeMixin._state_machine',  # it leaves at once
-        ),
-        ('rclpy.lifecycle.node',),
     ),
 }
-"""All of them, by the name under which the library is imported."""
+"""All of them, by the name under which the library is imported; `mlmem doctor` warns of others."""
 
 
 def version(library: str) -> str:
@@ -171,41 +139,6 @@ def tested(library: str) -> bool:
     found, known = version(library), LIBRARIES[library]
     newest = _numbers(known.newest)
     return _numbers(known.oldest) <= _numbers(found) and _numbers(found)[: len(newest)] <= newest
-
-
-def look(library: str) -> None:
-    """Look for the private names of a library that we use.
-
-    Raises:
-        ImportError: One is not there.
-    """
-    known = LIBRARIES[library]
-    unused = {*known.optional} - {*sys.modules}
-    used = (each for each in known.private if each.partition(':')[0] not in unused)
-    if missing := [each.replace(':', '.') for each in used if not is_there(each)]:
-        raise ImportError(
-            f'{library} {version(library)} lacks {", ".join(missing)}; mlmem_ros is tested with '
-            f'{library} {known.oldest} to {known.newest}: install one of these',
-            name=library,
-        )
-
-
-def is_there(place: str) -> bool:
-    """Return whether there is a name, written as `module:Name.attribute`."""
-    home, _, name = place.partition(':')
-    try:
-        found: Any = import_module(home)
-    except ImportError:
-        return False
-    *above, last = name.split('.')
-    for part in above:
-        found = getattr(found, part, None)
-    if hasattr(found, last) or last in getattr(found, '__annotations__', ()):
-        return True
-    family = found.__mro__ if isinstance(found, type) else (found or object,)
-    members = (each for one in family for each in vars(one).values())
-    codes = (getattr(each, '__code__', None) for each in members)
-    return any(last in code.co_names for code in codes if code is not None)
 
 
 def _numbers(version: str) -> tuple[int, ...]:

@@ -84,3 +84,10 @@ def test_the_command_needs_no_package():
     with pytest.raises(SystemExit) as told:
         main(['--help'])
     assert told.value.code == 0
+
+
+@pytest.mark.parametrize('library', packages.LIBRARIES)
+def test_installed_library_is_a_tested_version(library):
+    """We use private names of it: every node and client of the tests does."""
+    pytest.importorskip(library)
+    assert packages.tested(library), packages.version(library)

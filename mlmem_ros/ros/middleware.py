@@ -27,7 +27,6 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from .. import packages
 from ..contract import topics
 
 
@@ -35,12 +34,8 @@ def events_executor(context: Context | None = None) -> Executor:
     """Return an executor that builds no wait set and takes only microseconds for a callback.
 
     It ignores callback groups, and without a time-out it waits for ever.
-
-    Raises:
-        ImportError: rclpy is too old for it, or has changed (see `packages`).
     """
     context = context or rclpy.get_default_context()
-    packages.look('rclpy')
     executor: Executor = rclpy_implementation.EventsExecutor(context)
     context.on_shutdown(executor.wake)
     return executor

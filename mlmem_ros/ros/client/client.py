@@ -24,7 +24,6 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
-from ... import packages
 from ...contract.answers import (
     ANSWERS,
     Answer,
@@ -88,7 +87,6 @@ class MemoryClient:
             actions: Whether procedures are goals of the node's actions, if it serves them;
                 otherwise they give no feedback.
         """
-        packages.look('rclpy')
         self.node = node
         self.name = node.resolve_service_name(name)
         self.group = MutuallyExclusiveCallbackGroup()
