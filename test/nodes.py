@@ -19,11 +19,11 @@ SOON = 30.0
 
 STREAMS = ('field', 'wall', 'joint_states', 'image', 'markers')
 QUICK = {
-    'design.preset': 'damped_bits_3', 'design.check': 'skip', 'scale.time': 1e-5, 'actions': False,
+    'design.preset': 'kick_3', 'design.check': 'skip', 'scale.time': 1e-5, 'actions': False,
     **{f'publish.{stream}_every': 100 for stream in STREAMS},
 }  # fmt: skip
-"""What a node is given unless a test says otherwise: eight levels like the preset of a robot in a
-third of the processor time, ten times as fast, with a hundred messages a second of each stream,
+"""What a node is given unless a test says otherwise: the preset of a robot written by kicks, ten
+times as fast, with a hundred messages a second of each stream,
 unchecked and without actions."""
 
 LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')

@@ -141,7 +141,7 @@ def load():
 
     for package in MESSAGES:
         import_type_support(package)
-    for name, time in (('case_2', 1e-4), ('damped_bits_3', 1e-5)):  # that of `nodes.QUICK`
+    for name, time in (('case_2', 1e-4), ('kick_3', 1e-5)):  # that of `nodes.QUICK`
         design, settings = preset(name)
         new_element(design, replace(settings, scale=replace(settings.scale, time=time)))
     inspect.getmodule(inspect.currentframe())

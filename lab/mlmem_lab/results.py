@@ -48,11 +48,11 @@ DEVICE = ('mlmem_ros/device', 'mlmem_ros/physics')
 BEGAN = time.monotonic()
 
 APART = (
-    'bits_3', 'bits_8', 'kick_2', 'kick_3', 'kick_4',
+    'kick_2', 'kick_3', 'kick_4',
     'byte', 'register_4', 'register_5',
 )  # fmt: skip
-"""Presets that are measured only if named: the first is `case_2`, the second takes hours, and the
-others are measured by `mlmem kicks` and `mlmem_lab.words`."""
+"""Presets that are measured only if named: they are measured by `mlmem kicks` and
+`mlmem_lab.words`."""
 
 ORIGIN = ('command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes')
 """The keys that say where a result comes from."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shipped elements, each complete: a design, and the settings of its instrument.
 
-Table I of the paper, and elements of 1 to 8 bits. Anything not given here has the default in
+Table I of the paper, and elements of 1 to 13 bits. Anything not given here has the default in
 `Settings`, which is for Case II. Times are in time units. docs/presets.md
 describes how the schedules were found.
 """
@@ -12,7 +12,6 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 from ..physics import CASE_I, CASE_II, Design, DesignError
@@ -23,7 +22,6 @@ from .settings import (
     ReadSettings,
     RegisterSettings,
     Settings,
-    TimeSettings,
     TransducerSettings,
 )
 
@@ -72,17 +70,15 @@ def _fast_actuator(N: int) -> ActuatorSettings:
 LATE_KICK = 0.7
 """With nine cells a level: the end is fastest late, which widens the windows at high speeds."""
 
-_KICK_SPEEDS_9 = {
-    100: (0.0031, 0.0103, 0.0222, 0.0367, 0.0547, 0.0773, 0.1074, 0.1474, 0.2026),
-    250: (0.002, 0.0039, 0.007, 0.0106, 0.0146, 0.0191, 0.0241),
-    500: (0.0, 0.0024, 0.0034, 0.0047, 0.0062, 0.0078),
-}
-"""Speeds of kicks by 1 / eta, to every level whose kick bears a change of at least 0.1."""
+_KICK_SPEEDS_9 = (0.002, 0.0039, 0.007, 0.0106, 0.0146, 0.0191, 0.0241)
+"""Speeds of kicks with eta = 1/250, to every level whose kick bears a change of at least 0.1."""
 
 
-def kick_and_push(levels: int, N: int, eta: float) -> tuple[KickSettings, PushSettings]:
-    """Return the kick and the push of an element of nine cells a level, found by `mlmem kicks`."""
-    speeds = ' '.join(f'{speed:g}' for speed in _KICK_SPEEDS_9.get(round(1.0 / eta), ())[:levels])
+def kick_and_push(levels: int, N: int) -> tuple[KickSettings, PushSettings]:
+    """Return the kick and the push of an element of nine cells a level with eta = 1/250, as
+    `mlmem kicks` found them.
+    """
+    speeds = ' '.join(f'{speed:g}' for speed in _KICK_SPEEDS_9[:levels])
     settle = 800.0 if N < 150 else 1200.0
     return (
         KickSettings(speeds, late=LATE_KICK),
@@ -181,24 +177,6 @@ def _register(
     return Preset(design, settings)
 
 
-def _fast() -> Preset:
-    """Return the paper's second element with a faster write and less strain: 1800 per level."""
-    settings = Settings(
-        actuator=_CASE_2.settings.actuator,
-        kick=_CASE_2.settings.kick,
-        push=_CASE_2.settings.push,
-        # Fast ramps: the inertia of the cells helps to free the wall.
-        write=WriteSettings(
-            ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
-            settle=800.0,  # or ringing upsets the next step
-            final_settle=1000.0, compression=-0.0227, tension=0.0122, start_strain=0.03,
-        ),
-        read=ReadSettings(min_margin=0.5),  # detects a wall stuck between two defects
-        time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
-    )  # fmt: skip
-    return Preset(CASE_II, settings)
-
-
 def _nine_cells(
     *,
     N: int,
@@ -206,19 +184,16 @@ def _nine_cells(
     erase: EraseSettings,
     right: tuple[float, float, float],
     patience: float,
-    left: tuple[float, float] = (2.039, 1.2e-4),
-    tail: int = 54,
     eta: float = 1 / 250,
-    tick: float = 20.0,
     kick: KickSettings | None = None,
     push: PushSettings | None = None,
 ) -> Preset:
     """Return an element found by `mlmem_lab.designer`: Case II's cells, nine per level."""
     omega_c, sigma, v_th = right
     design = Design(
-        N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
+        N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=54
     )
-    usual_kick, usual_push = kick_and_push(design.levels, N, eta)
+    usual_kick, usual_push = kick_and_push(design.levels, N)
     settings = Settings(
         actuator=_fast_actuator(N),
         write=write,
@@ -226,17 +201,13 @@ def _nine_cells(
         kick=kick or usual_kick,
         push=push or usual_push,
         # A short pulse: of all levels only the first is so near that its delay says no more.
-        probe=ProbeSettings(omega_c=left[0], sigma=6.0, v_th=left[1], gain_decay=eta / 2),
+        probe=ProbeSettings(omega_c=2.039, sigma=6.0, v_th=1.2e-4, gain_decay=eta / 2),
         probe_right=replace(
             Settings().probe_right, omega_c=omega_c, sigma=sigma, v_th=v_th, gain_decay=eta / 2
         ),
         read=ReadSettings(end='right', patience=patience),
-        time=TimeSettings(tick=tick),
     )
     return Preset(design, settings)
-
-
-_damped = partial(_nine_cells, eta=1 / 100, tick=10.0)
 
 
 def _write(
@@ -288,40 +259,11 @@ PRESETS = {
         write=_write(140.0, 20.0, 440.0, 20.0, (-0.0219, 0.0254)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0111)),
     ),
-    'bits_3': _CASE_2,
     'bits_4': _nine_cells(
         N=207, right=(0.691, 16.0, 7.9e-4), patience=6500.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
     ),
-    'bits_5': _nine_cells(
-        N=369, right=(0.701, 20.0, 9.4e-4), tail=72, patience=6800.0,
-        write=_write(340.0, 60.0, 580.0, 20.0, (-0.0165, 0.026)),
-        erase=_erase(800.0, 200.0, 600.0, (-0.0226, 0.0109)),
-    ),
-    'bits_6': _nine_cells(
-        N=666, right=(0.705, 24.0, 9.9e-4), tail=81, patience=7400.0,
-        left=(2.07, 1.13e-4),
-        write=_write(520.0, 80.0, 880.0, 20.0, (-0.0165, 0.026)),
-        erase=_erase(1100.0, 200.0, 600.0, (-0.0226, 0.0109)),
-    ),
-    'bits_8': _nine_cells(
-        N=2475, right=(0.705, 50.0, 1.2e-3), tail=162, eta=1 / 500, patience=17000.0,
-        left=(2.07, 1.22e-4),
-        write=_write(1260.0, 40.0, 1260.0, 200.0, (-0.0157, 0.0235)),
-        erase=_erase(2000.0, 400.0, 1200.0, (-0.0226, 0.0105)),
-    ),
-    'damped_bits_3': _damped(
-        N=135, right=(0.692, 16.0, 1.1e-3), patience=2700.0,
-        write=_write(170.0, 20.0, 250.0, 10.0, (-0.0196, 0.026)),
-        erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
-    ),
-    'damped_bits_4': _damped(
-        N=207, right=(0.691, 16.0, 1.3e-3), patience=2900.0,
-        write=_write(190.0, 30.0, 320.0, 10.0, (-0.0165, 0.026)),
-        erase=_erase(600.0, 80.0, 240.0, (-0.0226, 0.011)),
-    ),
-    'fast': _fast(),
 }  # fmt: skip
 PRESETS |= {
     'register_4': _register(
@@ -346,8 +288,8 @@ PRESETS |= {
             late=1.0, settle=1500.0,
         ),
     ),
-    'kick_2': _kicked(_damped(
-        N=99, right=(0.692, 16.0, 1.1e-3), patience=2700.0, tick=20.0,
+    'kick_2': _kicked(_nine_cells(
+        N=99, eta=1 / 100, right=(0.692, 16.0, 1.1e-3), patience=2700.0,
         write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
         kick=KickSettings(
@@ -373,8 +315,7 @@ PRESETS |= {
         push=PushSettings(A=0.5, omega_c=0.84, sigma=15.0, settle=1200.0, room=0.14),
     )),
 }  # fmt: skip
-"""By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is
-`case_2` with a faster schedule. docs/reference/presets.md has all schedules."""
+"""By name: `bits_n` and `kick_n` store n bits. docs/reference/presets.md has all schedules."""
 
 
 def preset(name: str) -> Preset:

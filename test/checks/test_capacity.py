@@ -17,7 +17,6 @@ from mlmem_tools.cli.main import main
     [
         ('case_2', (1, 256)),
         ('bits_4', (2, 2584)),
-        ('bits_5', (2, 5_702_887)),
     ],
 )
 def test_distances_and_words_of_presets(name, kicks):

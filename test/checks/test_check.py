@@ -16,7 +16,6 @@ from mlmem_ros.device import MemoryElement, Settings, factory_calibration, prese
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
 from mlmem_ros.outside import decode
-from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.held_wall import hold_walls
@@ -229,16 +228,6 @@ def test_weak_peaks_move_nothing():
     assert 'from level 0 to the next' in report['write_steps'].text
 
 
-def test_a_fast_schedule_is_left_to_a_simulation():
-    """Its tension is a third of what a slow ramp needs, and yet it writes."""
-    report = spoiled(*load('fast'))
-    assert failed(report) == set()
-    assert report['write_peaks'].verdict is Verdict.WARN
-    assert 'simulation' in report['write_peaks'].text
-    assert report['write_steps'].verdict is Verdict.PASS
-    assert report['durations'].values['step'] == 1800.0
-
-
 def test_a_short_ramp_of_an_erase_is_a_warning():
     settings = decode(Settings, {**Settings().as_dict(), 'erase': {'ramp': 300.0}})
     ramps = part((schedule,), CASE_II, settings)['erase_ramps']
@@ -263,14 +252,6 @@ def test_steps_that_fail_near_the_operating_point_are_a_warning():
     assert found.verdict is Verdict.WARN
     assert '0.85 and 0.85, 1.15 and 0.85 times their values' in found.text
     assert found.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
-
-
-def test_ringing_spoils_the_second_step():
-    """The fast write of eight levels needs its own damping: with the paper's it loses steps."""
-    design, settings = load('damped_bits_3')
-    assert part((steps,), design, settings)['write_steps'].verdict is Verdict.PASS
-    ringing = part((steps,), dataclasses.replace(design, eta=1 / 250), settings)['write_steps']
-    assert ringing.verdict is not Verdict.PASS
 
 
 def test_a_single_level_has_no_steps(case_i):

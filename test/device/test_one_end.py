@@ -33,11 +33,10 @@ from mlmem_ros.physics.equilibrium import resting_wall
 from . import rig
 
 SIZES = sampled(
-    [name for name in PRESETS if PRESETS[name].design.levels <= 32 and name != 'bits_3'],
+    [name for name in PRESETS if PRESETS[name].design.levels <= 32],
     lambda name: PRESETS[name].design.levels <= 16,
 )
-"""Those whose factory calibration takes a second at most; by default a tenth of that. `bits_3` is
-`case_2`.
+"""Those whose factory calibration takes a second at most; by default a tenth of that.
 """
 
 NAMES = ('left', 'right', 'both')
@@ -75,7 +74,7 @@ def late(name, level, end, by):
 
 
 @pytest.mark.parametrize('by', [22.0, 25.0, 28.0])
-@pytest.mark.parametrize('name', ['bits_1', 'damped_bits_3'])
+@pytest.mark.parametrize('name', ['bits_1'])
 def test_a_right_sensor_that_is_late_by_a_level_turns_level_1_into_none(name, by):
     """It hears level 0, and at the left that is 3 time units from level 1."""
     outcome = rig.run(late(name, 1, End.RIGHT, by), Read())
@@ -109,7 +108,7 @@ def heard(end, probe, crossings):
 
 @pytest.mark.parametrize('names', NAMES)
 @pytest.mark.parametrize('name', sampled(
-    ['case_2', 'bits_1', 'bits_2', 'bits_4', 'damped_bits_4'],
+    ['case_2', 'bits_1', 'bits_2', 'bits_4', 'kick_4'],
     lambda name: name in ('bits_1', 'bits_2'),
 ))  # fmt: skip
 def test_whatever_one_end_hears_a_level_is_read_as_it_is_or_not_at_all(name, names):

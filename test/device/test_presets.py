@@ -62,12 +62,6 @@ def test_every_number_has_the_type_that_its_parameter_is_declared_with(name):
             assert type(getattr(group, field.name)).__name__ == field.type, field.name
 
 
-def test_all_that_shipped_ships():
-    """Those of 1.0, by which parameter files of robots name them."""
-    bits = {f'bits_{n}' for n in (1, 2, 3, 4, 5, 6, 8)}
-    assert {'case_1', 'case_2', 'fast', 'damped_bits_3', 'damped_bits_4', *bits} <= set(PRESETS)
-
-
 def test_a_preset_is_a_design_with_its_settings():
     design, settings = preset('case_1')
     assert (design, settings) == (preset('case_1').design, preset('case_1').settings)

@@ -9,13 +9,12 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Abort, Read, SetStrain, Settings, Write, new_element, preset, snapshot
+from mlmem_ros.device import Abort, Read, SetStrain, Settings, Write, snapshot
 from mlmem_ros.device.echo import carried, weights
 from mlmem_ros.device.end import End
 from mlmem_ros.device.procedures.listening import is_quiet
 from mlmem_ros.device.transducer import LONG_AGO, Returns, Reverberation
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics import CASE_II
 
 from . import rig
 
@@ -167,20 +166,6 @@ def test_a_pulse_is_fired_only_when_the_last_one_has_died_out():
         probe = element.transducer.probes[end]
         assert each.returns.bound <= element.settings.read.quiet * probe.v_th
     assert (element.ticks - done) * element.tick == pytest.approx(900.0, rel=0.15)
-
-
-@pytest.mark.parametrize('end', ['left', 'right'])
-def test_ten_reads_in_a_row_are_right_in_a_long_element(end):
-    """At level 23 of bits_5 a pulse bounces between the wall and an end for two thousand time
-    units; reads that did not wait for it were wrong.
-    """
-    element = new_element(preset('bits_5'))
-    element.chain.place(resting_wall(Specimen(element.design), 23))
-    element.transducer.assume_rest()
-    for _ in range(10):
-        reading = rig.succeed(element, Read(end))
-        assert reading.level == 23
-        assert reading.level_margin > 0.9
 
 
 def test_a_strain_set_by_hand_is_waited_for_at_both_ends():

@@ -19,8 +19,8 @@ from mlmem_ros.host.settings import (
     StateSettings,
 )
 
-ELEMENT = preset('damped_bits_3')
-"""Eight levels as the paper's, in a third of the processor time."""
+ELEMENT = preset('kick_3')
+"""Eight levels as the paper's, written by kicks."""
 
 
 @pytest.fixture(scope='module', autouse=True)

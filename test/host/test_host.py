@@ -243,7 +243,7 @@ def test_a_loop_that_fails_keeps_the_content_of_a_healthy_device(failed):
 
 
 def test_another_design_does_not_get_the_content_of_a_failed_one(failed, log):
-    shorter = dataclasses.replace(failed.given.design, N=134)
+    shorter = dataclasses.replace(failed.given.design, N=224)
     failed.host.configure(dataclasses.replace(failed.given, design=shorter))
     assert log.of('warning') == ['the failed device had another design: the element is blank']
 

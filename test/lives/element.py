@@ -95,8 +95,7 @@ def _shipped(name):
 QUICK = _quick()
 
 KINDS = {2: QUICK} | {
-    _shipped(name).design.levels: _shipped(name)
-    for name in ('bits_2', 'case_2', 'bits_4', 'bits_5')
+    _shipped(name).design.levels: _shipped(name) for name in ('bits_2', 'case_2', 'bits_4')
 }
 """The elements, by the number of their levels."""
 

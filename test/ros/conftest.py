@@ -38,7 +38,7 @@ def context():
 
 @pytest.fixture
 def declared(context):
-    """Declare the parameters of a node that is given some: declared({'design.preset': 'fast'})."""
+    """Declare the parameters of a node given some: declared({'design.preset': 'bits_1'})."""
     from types import SimpleNamespace
 
     from rclpy.parameter import Parameter

@@ -67,10 +67,10 @@ def test_a_procedure_of_the_table_is_a_command_and_a_service(memory, robot, insi
     assert content.startswith('level 3 (code 011), echo delay ')
     measured = dict(line.split() for line in found)
     assert measured['walls'] == '1'
-    assert float(measured['position']) == pytest.approx(36.0, abs=1.0)
+    assert float(measured['position']) == pytest.approx(100.0, abs=1.0)
     answer = robot.trigger('locate')
     assert answer.success
-    assert answer['position'] == pytest.approx(36.0, abs=1.0)
+    assert answer['position'] == pytest.approx(100.0, abs=1.0)
 
 
 def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside, monkeypatch):

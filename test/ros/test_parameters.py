@@ -215,7 +215,7 @@ def test_dump_of_a_default_node_starts_a_node_as_file(declared, tmp_path):
 def test_a_digest_tells_elements_apart(declared):
     node, _ = declared()
     digests = {dump(node)['design.digest']}
-    for changed in ({'write.hold': 60.0}, {'design.N': 250}, {'design.preset': 'fast'}):
+    for changed in ({'write.hold': 60.0}, {'design.N': 250}, {'design.preset': 'bits_1'}):
         assert set_all(node, changed).successful
         digests.add(dump(node)['design.digest'])
     assert len(digests) == 4
@@ -230,8 +230,8 @@ def test_a_dump_of_a_file_that_has_changed_is_warned_of(declared, element, capfd
 
 def test_a_preset_that_is_set_takes_the_place_of_a_file(declared, element):
     node, given = declared({'design.file': str(element)})
-    assert set_all(node, {'design.preset': 'fast'}).successful
-    assert (given.values().design, given.values().settings) == preset('fast')
+    assert set_all(node, {'design.preset': 'bits_1'}).successful
+    assert (given.values().design, given.values().settings) == preset('bits_1')
     assert node.get_parameter('design.file').value == ''
     refused = set_all(node, {'design.file': str(element)})
     assert 'design.file may be set only at the start' in refused.reason
@@ -286,7 +286,7 @@ def test_a_file_that_brings_no_element_is_refused(declared, element, tmp_path):
         with pytest.raises(SettingsError, match=rf'parameter design\.file: .*{why}'):
             declared({'design.file': str(file)})
     with pytest.raises(SettingsError, match=r'must be that of design\.file, bits_4'):
-        declared({'design.file': str(element), 'design.preset': 'fast'})
+        declared({'design.file': str(element), 'design.preset': 'bits_1'})
 
 
 # --- design.check ----------------------------------------------------------------------------

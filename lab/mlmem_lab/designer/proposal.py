@@ -282,7 +282,7 @@ def _with(levels: int, J: int, cell: Design) -> Proposal | str:
     design = element(levels, eta=eta, tail=tail)
     settings = _settings(design, frees, probe)
     if (J, eta) == (9, 1 / 250):  # kicks of such cells are known
-        kick, push = kick_and_push(levels, design.N, eta)
+        kick, push = kick_and_push(levels, design.N)
         settings = replace(settings, kick=kick, push=push)
     report = check(design, settings)
     if report.verdict is Verdict.FAIL:

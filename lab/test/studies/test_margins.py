@@ -350,7 +350,7 @@ def test_a_point_is_run_alone_step_by_step(tmp_path, capsys, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(('name', 'tick'), [('case_2', 50.0), ('bits_4', 20.0), ('fast', 10.0)])
+@pytest.mark.parametrize(('name', 'tick'), [('case_2', 50.0), ('bits_4', 20.0)])
 def test_a_map_rounds_no_time_of_its_operating_point(name, tick):
     _, settings = load(name)
     assert prepared(settings).time.tick == tick

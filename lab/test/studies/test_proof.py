@@ -66,7 +66,7 @@ def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('bits', range(1, 7))
+@pytest.mark.parametrize('bits', [1, 2, 4])
 def test_a_shipped_element_is_proven(bits):
     study = Proof(*load(f'bits_{bits}')).campaign()
     tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
@@ -75,7 +75,8 @@ def test_a_shipped_element_is_proven(bits):
 
 
 def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above():
-    sixteen, thirty_two = preset('bits_4').design, preset('bits_5').design
+    sixteen = preset('bits_4').design
+    thirty_two = dataclasses.replace(sixteen, N=369, tail=72)
     kinds = [run['kind'] for run in Proof(sixteen, Settings()).points()]
     assert (kinds.count('upward'), kinds.count('erase'), kinds.count('down')) == (1, 16, 120)
     runs = Proof(thirty_two, Settings()).points()

@@ -24,7 +24,7 @@ FIGURE = Figure(
     seconds=30,
 )
 
-SCHEDULES = {'plain': 'case_2', 'fast': 'fast'}
+SCHEDULES = {'plain': 'case_2'}
 """Shipped configurations of the paper's element."""
 
 
@@ -33,12 +33,12 @@ def compute(quality: Quality) -> Data:
     """Keep the books of a write of level 0 from blank, of the steps up, a read and an erase.
 
     Returns:
-        Per schedule (plain, fast) the arrays `books` (command x actuator work, transducer work,
+        Per schedule the arrays `books` (command x actuator work, transducer work,
         heat, energy stored), `levels` and `ok` of every command, `time` of it, `heat` of the
         steps (N,), and `lent`: the energy in the substrate at the two peaks.
     """
     data: Data = {'commands': np.array(['start', 'steps', 'read', 'erase'])}
-    data['schedules'] = quality.pick(['fast'], list(SCHEDULES))
+    data['schedules'] = list(SCHEDULES)
     last = quality.pick(1, CASE_II.levels - 1)
     for name in data['schedules']:
         settings = paper_way(load(SCHEDULES[name])[1])
@@ -101,20 +101,20 @@ def draw(data: Data) -> Any:
     figure = style.new_figure(3.8)
     books, cells = style.axes_grid(figure, 1, 2, width_ratios=(1.0, 1.2))[0]
     for name in data['schedules']:
-        shift, color = (0.2, style.S2) if name == 'fast' else (-0.2, style.FAINT)
         table, steps = data[f'{name}_books'].copy(), data[f'{name}_steps']
         table[1] = (table[1] - table[2]) / steps
-        x = np.arange(len(table)) + shift
-        books.bar(x, table[:, 2], 0.36, color=color, label=f'heat, {name}')
+        x = np.arange(len(table))
+        books.bar(x, table[:, 2], 0.6, color=style.FAINT, label='heat')
         for column, tint, text in (
             (0, style.COMPRESSION, 'actuator'),
             (1, style.MARK, 'transducer'),
         ):
-            text = f'work of the {text}' if shift > 0.0 else ''
-            books.plot(x, table[:, column], '_', color=tint, ms=12, mew=3.0, label=text)
+            books.plot(
+                x, table[:, column], '_', color=tint, ms=12, mew=3.0, label=f'work of the {text}'
+            )
         heat = data[f'{name}_heat']
-        cells.step(CASE_II.sites, 1e3 * (heat[1] - heat[2]) / steps, where='mid', color=color,
-                   label=str(name))  # fmt: skip
+        step = 1e3 * (heat[1] - heat[2]) / steps
+        cells.step(CASE_II.sites, step, where='mid', color=style.S2)
     books.set_xticks(range(len(table)), ['start', 'step', 'read', 'erase 7'][: len(table)])
     books.set(yscale='log', ylim=(1e-4, 3e3), ylabel=r'energy ($k_r a^2$)')
     books.legend(loc='upper left')
@@ -122,6 +122,5 @@ def draw(data: Data) -> Any:
     for level in range(CASE_II.levels):
         cells.axvline(CASE_II.defect(level), color=style.FAINT, lw=0.8, ls=':', zorder=0)
     cells.set(xlabel='cell $j$', ylabel=r'heat of a step ($10^{-3}\,k_r a^2$)', ylim=(0.0, None))
-    cells.legend(loc='upper left')
     style.label(cells, 'b', 'where a step becomes heat')
     return figure
