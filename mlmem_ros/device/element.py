@@ -368,12 +368,16 @@ def with_method(settings: Settings, method: str) -> Settings:
     """Return settings that write by another method.
 
     Raises:
-        Refused: There is no such method.
+        Refused: There is no such method, or it needs an actuator and there is none.
     """
     try:
-        return replace(settings, write=replace(settings.write, method=method))
+        write = replace(settings.write, method=method)
     except SettingsError as error:
         raise Refused(f'write.{error}') from error
+    try:
+        return replace(settings, write=write)
+    except SettingsError as error:
+        raise Refused(str(error)) from error
 
 
 @dataclass(eq=False)

@@ -99,7 +99,9 @@ def gentle(settings: Settings) -> Settings:
 
 
 def paper_way(settings: Settings) -> Settings:
-    """Return settings with neither kicks nor pushes."""
+    """Return settings with neither kicks nor pushes, if there is an actuator."""
+    if not settings.actuator.present:
+        return settings
     return replace(settings, write=replace(settings.write, method='strain'))
 
 

@@ -252,6 +252,11 @@ class Settings:
                         f'{name}.{peak} must be within actuator.max_strain = {limit:g}; '
                         f'got {value:g}'
                     )
+        if self.write.method == 'strain' and not self.actuator.present:
+            raise SettingsError(
+                'write.method must be kick or auto for an element without an actuator '
+                "(actuator.present); got 'strain'"
+            )
         if self.element.bad_cells and self.register.spacing:
             raise SettingsError(
                 'element.bad_cells must be empty for an element with many walls '

@@ -184,9 +184,19 @@ def test_without_an_actuator_everything_but_strain_works():
         assert 'actuator' not in [check.name for check in outcome.checks]
         assert small.actuator.motion.duration == 0.0  # it never strained
     assert 'there is no actuator' in small.perform(Survey()).error
-    paper = element('case_2', actuator={'present': False})
+    faint = element('kick_3', actuator={'present': False}, transducer={'max_speed': 0.01})
     with pytest.raises(Refused, match='level 5 is reached only by strain'):
-        paper.perform(Write(5))
+        faint.perform(Write(5))
+
+
+def test_write_method_strain_without_an_actuator_is_rejected():
+    with pytest.raises(SettingsError, match=r'write.method must be kick or auto .*actuator'):
+        element('case_2', actuator={'present': False})
+    alone = element('kick_3', actuator={'present': False})
+    with pytest.raises(Refused, match=r'^write.method must be kick or auto'):
+        alone.apply(SetMethod('strain'))
+    assert alone.settings.write.method == 'kick'
+    assert alone.perform(Write(2)).success
 
 
 @pytest.mark.parametrize('seed', [1, 2, 3])
