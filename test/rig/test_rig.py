@@ -160,7 +160,7 @@ def test_a_rig_without_an_actuator_says_so_and_is_written_by_kicks_and_pushes():
     assert line.rig.chain.V_N == 0.0
     with pytest.raises(Refused, match='a strain needs an actuator'):
         element.apply(SetStrain(0.01))
-    with pytest.raises(SettingsError, match='write.method must be kick or auto'):
+    with pytest.raises(SettingsError, match=r'write\.method must be kick or auto'):
         driven(Line(emulated(actuator=False)))  # whose settings write by strain
 
 

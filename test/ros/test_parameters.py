@@ -340,7 +340,7 @@ def test_every_default_is_legal():
 def test_actuator_absent_with_method_strain_is_rejected(declared):
     node, given = declared({'design.preset': 'case_2'})
     assert set_all(node, {'actuator.present': False}).successful
-    with pytest.raises(SettingsError, match='write.method must be kick or auto'):
+    with pytest.raises(SettingsError, match=r'write\.method must be kick or auto'):
         given.values()  # as configure does
     assert set_all(node, {'write.method': 'auto'}).successful
     assert not given.values().settings.actuator.present

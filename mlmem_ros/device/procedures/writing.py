@@ -113,11 +113,11 @@ def restore(element: Memory, content: Reading) -> Procedure[Result]:
 
 
 def _swings(element: Memory, reading: Reading) -> bool:
-    """Whether another look may tell more: both ends hear an echo, but not of the same wall; or of
-    many walls no word is told, while waves of the last kick are dying away.
+    """Whether another look may tell more: both ends hear an echo, but not of the same wall; or
+    waveforms tell no content, while waves of the last move are dying away.
     """
     delays = reading.left_delay, reading.right_delay
-    return reading.level == UNDECODABLE and (element.register is not None or None not in delays)
+    return reading.level == UNDECODABLE and (element.waveforms is not None or None not in delays)
 
 
 def _force(element: Memory, attempt: int) -> float:
