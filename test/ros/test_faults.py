@@ -50,8 +50,8 @@ def test_the_recipe_of_the_page_fails_as_printed(start):
     said = {}
     with Robot(start({'design.preset': 'case_2'}, name='page').element) as robot:
         for line in block.splitlines():
-            if setting := re.match(r'ros2 param set /mlmem (\S+) (true|false)$', line):
-                assert robot.try_set(setting[1], setting[2] == 'true').successful
+            if setting := re.match(r'ros2 param set /mlmem (\S+) (\w+)$', line):
+                assert robot.try_set(setting[1], json.loads(setting[2])).successful
             elif call := re.match(r'ros2 service call /mlmem/(\w+) std_srvs/srv/Trigger', line):
                 said = robot.trigger(call[1])
             else:
