@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
+from functools import wraps
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -238,7 +239,10 @@ class MemoryNode(CheckedParameters, LifecycleNode):
     def _change_state_when_prepared(self, change_state: Callable[..., Any]) -> Callable[..., Any]:
         """Return a callback that prepares the node before it configures it."""
 
+        @wraps(change_state)  # its errors are those of rclpy's own services
         async def serve(request: ChangeState.Request, response: ChangeState.Response) -> Any:
+            if (held := self._callback_guard.held) is not None:  # the node starts by itself
+                await outcome_of(held)
             label, number = request.transition.label, request.transition.id
             configures = label == 'configure' or (not label and number == CONFIGURE)
             if self.unconfigured and (configures or self._prepared is not None):
