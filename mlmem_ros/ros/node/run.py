@@ -159,8 +159,10 @@ def _start(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]) -> 
     while not (prepared.done() or stop):
         executor.turn(SIGNAL_PERIOD_S)
     if not stop:
-        node.begin()
-        node.release_requests()
+        try:
+            node.begin()
+        finally:
+            node.release_requests()
 
 
 def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
