@@ -4,8 +4,8 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-PACKAGE, TOOLS = 'mlmem_ros', 'mlmem_tools'
-"""What a robot runs, and what people use around it."""
+LIBRARY, PACKAGE, TOOLS = 'mlmem', 'mlmem_ros', 'mlmem_tools'
+"""The memory itself, what a robot runs, and what people use around it."""
 
 EXTRAS = {
     # ROS 2 Jazzy, or Kilted, from wheels; a robot has it from apt.
@@ -33,6 +33,7 @@ EXTRAS = {
         'mpmath>=1.3',
         'aiohttp>=3.9',
         'selenium>=4.15',
+        'xarray>=2024.1',
         'xacro>=2.0',
     ],
     'docs': ['sphinx>=8.1', 'furo>=2024.8', 'myst-parser>=4.0'],
@@ -48,7 +49,9 @@ setup(
     description='Mechanical multi-level memory for robots, as a ROS 2 device',
     license='Apache-2.0',
     maintainer='The mlmem_ros authors',
-    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*', TOOLS, f'{TOOLS}.*']),
+    packages=find_packages(
+        include=[f'{name}{below}' for name in (LIBRARY, PACKAGE, TOOLS) for below in ('', '.*')]
+    ),
     package_data={
         f'{PACKAGE}.ros': ['*.xml'],
         f'{PACKAGE}.testing': ['*.xml'],

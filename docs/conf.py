@@ -10,8 +10,8 @@ from pathlib import Path
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
 
+from mlmem.schema import descriptions
 from mlmem_ros import __version__
-from mlmem_ros.described import descriptions
 
 sys.path.append(str(Path(__file__).parents[1] / 'tools'))
 

@@ -30,9 +30,9 @@ from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
 from lifecycle_msgs.msg import Transition
 
-from mlmem_ros.described import Description
-from mlmem_ros.device import PRESETS
-from mlmem_ros.device.presets import DEFAULT
+from mlmem import PRESETS
+from mlmem.presets import DEFAULT
+from mlmem.schema import Description
 from mlmem_ros.host.settings import declarations
 from mlmem_ros.parameter_file import node_parameters
 

@@ -16,16 +16,16 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from . import law_file
-from .described import descriptions, printable, short_repr
-from .device import PRESETS, Preset, Settings, SettingsError, preset
-from .device.presets import DEFAULT
-from .device.settings import ScaleSettings
+from mlmem import PRESETS, Preset, Settings, SettingsError, law_file, preset
+from mlmem.law_file import LawFileError
+from mlmem.parsing import DecodeError, from_yaml, read
+from mlmem.physics import Design, DesignError
+from mlmem.physics.curve import Curve
+from mlmem.presets import DEFAULT
+from mlmem.schema import descriptions, printable, short_repr
+from mlmem.settings import ScaleSettings
+
 from .host.settings import declarations
-from .law_file import LawFileError
-from .outside import DecodeError, from_yaml, read
-from .physics import Design, DesignError
-from .physics.curve import Curve
 
 OF_RCLPY = 'use_sim_time', 'start_type_description_service'
 """Parameters of every node; beside `qos_overrides.*`."""

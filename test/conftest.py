@@ -124,8 +124,8 @@ def compiled_once(tmp_path_factory):
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.dispatcher import Dispatcher
 
-    from mlmem_ros.physics import CASE_II, Chain
-    from mlmem_ros.physics.jit import _Cache
+    from mlmem.physics import CASE_II, Chain
+    from mlmem.physics.jit import _Cache
 
     compile_here = Dispatcher.compile
 

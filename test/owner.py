@@ -7,7 +7,7 @@ import threading
 from contextlib import ExitStack, contextmanager
 from unittest.mock import patch
 
-from mlmem_ros.device import Loop, MemoryElement
+from mlmem import Loop, MemoryElement
 
 CONSTANT = {
     'design', 'driver', 'made', 'settings', 'simulated', 'specimen', 'steps_per_tick', 'tick',

@@ -137,7 +137,7 @@ def load():
         importlib.import_module(module)
     from rosidl_generator_py import import_type_support
 
-    from mlmem_ros.device import new_element, preset
+    from mlmem import new_element, preset
 
     for package in MESSAGES:
         import_type_support(package)

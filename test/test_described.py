@@ -9,7 +9,7 @@ import math
 
 import pytest
 
-from mlmem_ros.described import described, descriptions, problems
+from mlmem.schema import described, descriptions, problems
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,9 +10,9 @@ from collections import namedtuple
 
 import pytest
 
-from mlmem_ros.device.presets import PRESETS
+from mlmem.physics import INTEGRATORS, jit
+from mlmem.presets import PRESETS
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import INTEGRATORS, jit
 from mlmem_tools.cli import checkup, doctor
 from mlmem_tools.cli.checkup import Diagnosis
 from mlmem_tools.cli.main import main

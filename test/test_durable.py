@@ -6,8 +6,8 @@ import os
 
 import pytest
 
-from mlmem_ros import durable
-from mlmem_ros.durable import make_directory, write_atomically
+from mlmem import atomic_files
+from mlmem.atomic_files import make_directory, write_atomically
 
 
 @pytest.fixture
@@ -59,21 +59,21 @@ def test_all_bytes_are_written_although_the_system_takes_few_at_a_time(tmp_path,
     write = os.write
     monkeypatch.setattr(os, 'write', lambda descriptor, content: write(descriptor, content[:3]))
     write_atomically(tmp_path / 'file', 'more than three bytes')
-    assert durable.read_text(tmp_path / 'file') == 'more than three bytes'
+    assert atomic_files.read_text(tmp_path / 'file') == 'more than three bytes'
 
 
 def test_a_file_that_cannot_be_made_durable_is_closed(tmp_path, refuse):
     before = open_files()
     refuse('fsync')
     with pytest.raises(OSError, match='No space left'):
-        durable.create(tmp_path / 'file')
+        atomic_files.create(tmp_path / 'file')
     assert open_files() == before
 
 
 def test_closing_a_file_twice_does_not_close_another_one(tmp_path):
-    first = durable.create(tmp_path / 'first')
+    first = atomic_files.create(tmp_path / 'first')
     first.close()
-    second = durable.create(tmp_path / 'second')
+    second = atomic_files.create(tmp_path / 'second')
     first.close()
     second.write(b'still open')
     second.close()
@@ -81,7 +81,7 @@ def test_closing_a_file_twice_does_not_close_another_one(tmp_path):
 
 def test_every_new_directory_is_synced_into_its_parent(tmp_path, monkeypatch):
     synced = []
-    monkeypatch.setattr(durable, 'sync_directory', synced.append)
+    monkeypatch.setattr(atomic_files, 'sync_directory', synced.append)
     make_directory(tmp_path / 'a' / 'b' / 'c')
     assert {tmp_path, tmp_path / 'a', tmp_path / 'a' / 'b'} <= set(synced)
 

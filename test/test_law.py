@@ -14,8 +14,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem_ros.law_file import LawFileError, load
-from mlmem_ros.physics import Design
+from mlmem.law_file import LawFileError, load
+from mlmem.physics import Design
 from mlmem_tools.cli.law import law
 from mlmem_tools.law.curves import CurveError, load_run, measured, save
 

@@ -1,36 +1,121 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Imports run one way, from the bottom of this list to its top: docs/reference/architecture.md."""
+"""Imports run one way: a package imports from itself and from those above it in `LAYERS`."""
 
-import runpy
+import ast
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
-TOOL = SimpleNamespace(**runpy.run_path(str(ROOT / 'tools' / 'architecture.py')))
 
 LAYERS = (
-    'physics', 'device', 'rig', 'bag', 'contract', 'session', 'host', 'ros', 'testing',
-    'tools.twin', 'tools.checks', 'tools.rig', 'tools.bank', 'tools.law', 'tools.view',
-    'tools.cli',
+    'mlmem.physics', 'mlmem', 'mlmem_ros.rig', 'mlmem_ros.bag', 'mlmem_ros.contract',
+    'mlmem_ros.session', 'mlmem_ros.host', 'mlmem_ros.ros', 'mlmem_ros.testing',
+    'mlmem_tools.twin', 'mlmem_tools.checks', 'mlmem_tools.rig', 'mlmem_tools.bank',
+    'mlmem_tools.law', 'mlmem_tools.view', 'mlmem_tools.cli',
 )  # fmt: skip
-"""A package imports from itself and from those before it, through the files beside them, too."""
+"""Packages, from the bottom to the top."""
+
+BASE_MODULES = ('schema', 'rng', 'atomic_files', 'parsing', 'threads')
+"""Modules of mlmem that any package may use, physics too."""
+
+
+def list_imports(file, root=ROOT):
+    """Return the dotted names of ours that a file imports, late imports included."""
+    here = file.relative_to(root).parts[:-1]
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+        if isinstance(node, ast.ImportFrom):
+            parts = here[: len(here) - node.level + 1] if node.level else ()
+            origin = '.'.join((*parts, *filter(None, (node.module or '').split('.'))))
+            found |= {f'{origin}.{alias.name}' for alias in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return {name for name in found if name.startswith(('mlmem.', 'mlmem_ros.', 'mlmem_tools.'))}
+
+
+@cache
+def list_files():
+    """Return the module name of every file."""
+    files = {}
+    for package in ('mlmem', 'mlmem_ros', 'mlmem_tools'):
+        for file in sorted((ROOT / package).rglob('*.py')):
+            files['.'.join(file.relative_to(ROOT).with_suffix('').parts)] = file
+    return files
+
+
+def find_layer(name):
+    """Return the number of a module's layer; None for files that stand beside the layers."""
+    numbers = [
+        number
+        for number, layer in enumerate(LAYERS)
+        if name == layer or name.startswith(f'{layer}.')
+    ]
+    return max(numbers, key=lambda number: len(LAYERS[number])) if numbers else None
 
 
 def test_imports_run_one_way():
-    packages, files = TOOL.graph()
-    assert set(packages) == set(LAYERS)
-    found = TOOL.reached({**packages, **files})
-    upward = {
-        name: above
-        for number, name in enumerate(LAYERS)
-        if (above := found[name].intersection(LAYERS[number + 1 :]))
+    upward = []
+    for name, file in list_files().items():
+        layer = find_layer(name)
+        for imported in list_imports(file):
+            base = imported.removeprefix('mlmem.').split('.')[0] in BASE_MODULES
+            target = find_layer(imported)
+            if layer is not None and target is not None and target > layer and not base:
+                upward.append(f'{name} imports {imported}')
+    assert upward == []
+
+
+def test_library_imports_no_ros():
+    ros = ('rclpy', 'std_msgs', 'mlmem_ros', 'mlmem_tools', 'mlmem_lab')
+    for name, file in list_files().items():
+        if name.startswith('mlmem.'):
+            text = ast.parse(file.read_text(encoding='utf-8'))
+            for node in ast.walk(text):
+                modules = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+                if isinstance(node, ast.ImportFrom) and not node.level:
+                    modules = [node.module]
+                assert not [m for m in modules if m.split('.')[0] in ros], name
+
+
+def list_cycles(files):
+    """Return a cycle of imports among some files, or None; late imports count."""
+    graph = {
+        name: {
+            each
+            for found in list_imports(file)
+            for each in (found, found.rpartition('.')[0])
+            if each in files and each != name
+        }
+        for name, file in files.items()
     }
-    assert upward == {}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return None
 
 
-def test_an_import_of_itself_is_found():
-    with pytest.raises(ValueError, match='cycle'):
-        TOOL.reached({'device': {'twin_file'}, 'twin_file': {'twin'}, 'twin': {'device'}})
+def test_no_file_of_the_library_imports_itself():
+    files = {name: f for name, f in list_files().items() if name.startswith('mlmem.')}
+    files.pop('mlmem.__init__')
+    assert list_cycles(files) is None
+
+
+@pytest.mark.parametrize(
+    ('text', 'expected'),
+    [
+        ('from ..physics import Design', {'mlmem.physics.Design'}),
+        ('from .echo import Shape', {'mlmem.readers.echo.Shape'}),
+        ('def late():\n    from mlmem_ros.bag import reader', {'mlmem_ros.bag.reader'}),
+        ('import numpy', set()),
+    ],
+)
+def test_import_is_found(tmp_path, text, expected):
+    file = tmp_path / 'mlmem' / 'readers' / 'made.py'
+    file.parent.mkdir(parents=True)
+    file.write_text(text)
+    assert list_imports(file, tmp_path) == expected

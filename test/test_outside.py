@@ -15,21 +15,28 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mlmem_ros import element_file, outside
+from mlmem import (
+    Calibration,
+    DelayTable,
+    FollowTrajectory,
+    MemoryElement,
+    Settings,
+    element_file,
+    parsing,
+)
+from mlmem import snapshot as snapshots
+from mlmem.commands import KINDS
+from mlmem.element_file import Element
+from mlmem.instrument.end import End
+from mlmem.instrument.fault_script import Failure
+from mlmem.instrument.motion import Profile, Ramp
+from mlmem.moves.corrections import AS_SET, PulseCorrections
+from mlmem.parsing import LONGEST, DecodeError, decode, from_json, from_yaml, read
+from mlmem.physics import CASE_II, Specimen
+from mlmem.readers.reading import Reading
+from mlmem.schema import descriptions
 from mlmem_ros.bag import jazzy
 from mlmem_ros.contract import answers
-from mlmem_ros.described import descriptions
-from mlmem_ros.device import Calibration, DelayTable, FollowTrajectory, MemoryElement, Settings
-from mlmem_ros.device import snapshot as snapshots
-from mlmem_ros.device.commands import KINDS
-from mlmem_ros.device.end import End
-from mlmem_ros.device.failures import Failure
-from mlmem_ros.device.motion import Profile, Ramp
-from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections
-from mlmem_ros.device.reading import Reading
-from mlmem_ros.element_file import Element
-from mlmem_ros.outside import LONGEST, DecodeError, decode, from_json, from_yaml, read
-from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.rig.frames import Hello
 from mlmem_ros.session import records
 
@@ -196,7 +203,7 @@ def test_every_described_class_is_among_them():
     def reach(kind):
         if dataclasses.is_dataclass(kind) and kind not in reached:
             reached.add(kind)
-            for hint, *_ in outside._declared(kind).values():
+            for hint, *_ in parsing._declared(kind).values():
                 reach(hint)
         for inner in getattr(kind, '__args__', ()):
             reach(inner)
@@ -209,7 +216,7 @@ def test_every_described_class_is_among_them():
 def test_arrays_are_read_to_the_bit_in_every_form():
     values = np.array([1 / 3, -0.1, 5e-324])
     kind = NDArray[np.float64]
-    for given in (values.tolist(), outside.encoded(values), [each.hex() for each in values]):
+    for given in (values.tolist(), parsing.encoded(values), [each.hex() for each in values]):
         np.testing.assert_array_equal(decode(kind, given), values)
     assert decode(dict[End, int], {'left': 1}) == {End.LEFT: 1}
 

@@ -28,7 +28,7 @@ def test_a_device_needs_numpy_and_numba_its_host_no_bag_libraries_and_a_node_say
         """
 of_a_node = 'rclpy std_msgs yaml'.split()
 sys.modules.update(dict.fromkeys(of_a_node))
-import mlmem_ros.device
+import mlmem
 for name in of_a_node:
     del sys.modules[name]
 from types import SimpleNamespace

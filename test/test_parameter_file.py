@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 import yaml
 
-from mlmem_ros import element_file
-from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
-from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
+from mlmem import PRESETS, Settings, SettingsError, element_file, preset
+from mlmem.move_settings import EraseSettings, WriteSettings
+from mlmem.physics import CASE_II, DesignError, Specimen
 from mlmem_ros.host.settings import declarations, groups
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
-from mlmem_ros.physics import CASE_II, DesignError, Specimen
 from mlmem_tools import checks
 from mlmem_tools.cli.main import main
 

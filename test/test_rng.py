@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from mlmem_ros.rng import Stream, generator, normal
+from mlmem.rng import Stream, generator, normal
 
 SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN]
 SPAWNED += [Stream.LEVELS, Stream.GAIN]

@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem_ros.described import printable, short_repr
+from mlmem.schema import printable, short_repr
 
 
 def deep(levels):

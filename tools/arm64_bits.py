@@ -25,8 +25,8 @@ import numba
 import numpy as np
 import test_bits
 
-from mlmem_ros.physics import INTEGRATORS, jit
-from mlmem_ros.physics.stepping import Inputs
+from mlmem.physics import INTEGRATORS, jit
+from mlmem.physics.stepping import Inputs
 
 TRIPLE = 'aarch64-unknown-linux-gnu'
 GCC = ('aarch64-linux-gnu-gcc', '-O1', '-ffreestanding', '-fno-builtin', '-w')

@@ -20,7 +20,7 @@ from unittest import mock
 
 import numpy as np
 
-from mlmem_ros.device import MemoryElement, Read, Write, new_element, preset
+from mlmem import MemoryElement, Read, Write, new_element, preset
 
 from .paper.meter import fit_meter
 from .results import run

@@ -13,11 +13,11 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from mlmem_ros.device import End, preset
-from mlmem_ros.device.procedures import surveying
-from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.physics import Chain, Design, Specimen
-from mlmem_ros.procedures import BLANK
+from mlmem import End, preset
+from mlmem.physics import Chain, Design, Specimen
+from mlmem.procedure_table import BLANK
+from mlmem.procedures import surveying
+from mlmem.settings import ProbeSettings
 from mlmem_tools.checks import check, disturb
 
 from .results import run

@@ -17,19 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import (
-    Faults,
-    MemoryElement,
-    SetFaults,
-    Shot,
-    Survey,
-    new_element,
-    preset,
-)
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.element_file import Element
-from mlmem_ros.physics import Specimen
+from mlmem import Faults, MemoryElement, SetFaults, Shot, Survey, new_element, preset
+from mlmem.element_file import Element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import Specimen
+from mlmem.settings import Settings
 
 from .fit.command import element_of
 from .fit.fit import Misfitting, fit

@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from mlmem_ros.device import preset
+from mlmem import preset
 from mlmem_tools.checks import check
 
 from .results import run

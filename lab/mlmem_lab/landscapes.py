@@ -25,13 +25,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mlmem_ros.device.reading import BLANK
-from mlmem_ros.physics.design import Design
-from mlmem_ros.physics.equilibrium import blank, energies, relax, resting_wall, stiffness
-from mlmem_ros.physics.held_wall import hold_walls, uniform
-from mlmem_ros.physics.potential import Array, StateError
-from mlmem_ros.physics.specimen import Specimen
-from mlmem_ros.physics.waves import band, wavenumber
+from mlmem.physics.design import Design
+from mlmem.physics.equilibrium import blank, energies, relax, resting_wall, stiffness
+from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.potential import Array, StateError
+from mlmem.physics.specimen import Specimen
+from mlmem.physics.waves import band, wavenumber
+from mlmem.readers.reading import BLANK
 
 BOUND = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""

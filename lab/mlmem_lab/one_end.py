@@ -19,15 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Faults, MemoryElement, Read, SetFaults, new_element, preset
-from mlmem_ros.device.commands import EchoReceived
-from mlmem_ros.device.decoding import decode
-from mlmem_ros.device.echo import Echo, blanking, threshold
-from mlmem_ros.device.end import End
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.physics import Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import Faults, MemoryElement, Read, SetFaults, new_element, preset
+from mlmem.commands import EchoReceived
+from mlmem.instrument.end import End
+from mlmem.physics import Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.presets import PRESETS
+from mlmem.readers.decoding import decode
+from mlmem.readers.echo import Echo, blanking, threshold
+from mlmem.readers.reading import UNDECODABLE
 
 from .results import APART, run
 

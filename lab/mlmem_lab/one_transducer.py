@@ -20,18 +20,18 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import BLANK, End, MemoryElement, Read, factory_calibration, preset
-from mlmem_ros.device.decoding import decode
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.move_settings import PushSettings
-from mlmem_ros.device.procedures.blocks import kick, push, run
-from mlmem_ros.device.procedures.listening import pulse_echo
-from mlmem_ros.device.procedures.writing import NUDGE
-from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.physics import Specimen, StateError, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.physics.stepping import HeldCell
+from mlmem import BLANK, End, MemoryElement, Read, factory_calibration, preset
+from mlmem.instrument.drivers import Simulation
+from mlmem.move_settings import PushSettings
+from mlmem.physics import Specimen, StateError, level_of
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.potential import Array
+from mlmem.physics.stepping import HeldCell
+from mlmem.procedures.blocks import kick, push, run
+from mlmem.procedures.listening import pulse_echo
+from mlmem.procedures.writing import NUDGE
+from mlmem.readers.decoding import decode
+from mlmem.readers.reading import UNDECODABLE
 
 from .results import run as run_study
 

@@ -23,9 +23,10 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from mlmem_ros import __version__, outside
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.durable import write_atomically
+from mlmem import parsing
+from mlmem.atomic_files import write_atomically
+from mlmem.presets import PRESETS
+from mlmem_ros import __version__
 from mlmem_tools.cli.output import plain
 
 from .bench.measure import processor
@@ -42,7 +43,7 @@ PICTURES = 'pictures.json'
 SHOWN = ('docs/figures', 'docs/images')
 """The folders of the pictures of the pages."""
 
-DEVICE = ('mlmem_ros/device', 'mlmem_ros/physics')
+DEVICE = ('mlmem',)
 """The modules that every study of a simulated element measures."""
 
 BEGAN = time.monotonic()
@@ -241,7 +242,7 @@ def _join_by_name(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, A
 
 def load(path: Path) -> dict[str, Any]:
     """Return the content of a result file."""
-    result = json.loads(outside.read(path))
+    result = json.loads(parsing.read(path))
     assert isinstance(result, dict), path
     return result
 

@@ -17,14 +17,14 @@ import math
 
 import numpy as np
 
-from mlmem_ros.device import Driver, SettingsError
-from mlmem_ros.physics import HeldCell, Specimen, StateError
-from mlmem_ros.physics.energy import end_force
-from mlmem_ros.physics.equilibrium import relax
-from mlmem_ros.physics.formulas import on_site
-from mlmem_ros.physics.jit import inlined, kernel
-from mlmem_ros.physics.methods.integrator import Cells
-from mlmem_ros.physics.potential import Array
+from mlmem import Driver, SettingsError
+from mlmem.physics import HeldCell, Specimen, StateError
+from mlmem.physics.energy import end_force
+from mlmem.physics.equilibrium import relax
+from mlmem.physics.formulas import on_site
+from mlmem.physics.jit import inlined, kernel
+from mlmem.physics.methods.integrator import Cells
+from mlmem.physics.potential import Array
 
 STEP = 0.0625
 """Time units of a step, at most: a carrier of 1.5 is then 1e-3 rad off after 900 time units."""

@@ -17,19 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import (
-    Disturb,
-    Event,
-    Faults,
-    MemoryElement,
-    Outcome,
-    Read,
-    SetFaults,
-    Settings,
-    preset,
-)
-from mlmem_ros.physics import Design, Specimen, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import Disturb, Event, Faults, MemoryElement, Outcome, Read, SetFaults, Settings, preset
+from mlmem.physics import Design, Specimen, level_of
+from mlmem.physics.equilibrium import resting_wall
 
 from .results import run
 from .studies.bench import Bench

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Erase, MemoryElement, Read, SelfTest, Write, new_element, preset
-from mlmem_ros.device.moves import paper_way
-from mlmem_ros.physics import level_of, walls
+from mlmem import Erase, MemoryElement, Read, SelfTest, Write, new_element, preset
+from mlmem.moves.planner import paper_way
+from mlmem.physics import level_of, walls
 
 from .results import run
 

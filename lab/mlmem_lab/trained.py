@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Calibrate, Write
-from mlmem_ros.device.presets import preset
-from mlmem_ros.physics import Scatter, level_of, scattered
+from mlmem import Calibrate, Write
+from mlmem.physics import Scatter, level_of, scattered
+from mlmem.presets import preset
 
 from .results import run
 from .studies.bench import Bench

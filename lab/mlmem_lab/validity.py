@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import MemoryElement, Write, factory_calibration
-from mlmem_ros.device.presets import preset
-from mlmem_ros.physics import Design, Specimen, level_of
+from mlmem import MemoryElement, Write, factory_calibration
+from mlmem.physics import Design, Specimen, level_of
+from mlmem.presets import preset
 
 from .results import run
 from .rk4 import Rk4Element

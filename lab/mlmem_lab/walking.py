@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Disturb, MemoryElement, Read, Write, new_element, preset
-from mlmem_ros.physics.potential import Array
+from mlmem import Disturb, MemoryElement, Read, Write, new_element, preset
+from mlmem.physics.potential import Array
 
 from .reads.count import true_level
 from .results import ROOT, run

@@ -18,14 +18,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.device.register import NEAR, resting
-from mlmem_ros.physics import Specimen, StateError, walls
-from mlmem_ros.physics.equilibrium import BESIDE, resting_walls
-from mlmem_ros.physics.specimen import Scatter, scattered
+from mlmem import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import Specimen, StateError, walls
+from mlmem.physics.equilibrium import BESIDE, resting_walls
+from mlmem.physics.specimen import Scatter, scattered
+from mlmem.presets import PRESETS
+from mlmem.readers.reading import UNDECODABLE
+from mlmem.readers.register import NEAR, resting
 
 from .reads.count import IN_A_ROW, made, true_level
 from .results import run

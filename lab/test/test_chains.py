@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mlmem import law_file
+from mlmem.physics.curve import Curve
 from mlmem_lab.chains import tracked
 from mlmem_lab.chains.tracked import Chain, Film, fit, load_coupling, load_film
-from mlmem_ros import law_file
-from mlmem_ros.physics.curve import Curve
 from mlmem_tools.cli.main import main
 from mlmem_tools.law.curves import CurveError, load_run, measured
 

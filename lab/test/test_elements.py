@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from small_register import first_levels
 
+from mlmem import element_file, preset
+from mlmem.element_file import Element, ElementFileError
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, schedule_of
+from mlmem.physics import Scatter, Specimen, scattered
 from mlmem_lab.plans.plan import plan
 from mlmem_lab.studies.bench import Bench
-from mlmem_ros import element_file
-from mlmem_ros.device import preset
-from mlmem_ros.device.pulse_corrections import PulseCorrection, PulseCorrections, schedule_of
-from mlmem_ros.element_file import Element, ElementFileError
-from mlmem_ros.physics import Scatter, Specimen, scattered
 from mlmem_tools.cli.main import main
 
 CHOSEN = preset('bits_1')

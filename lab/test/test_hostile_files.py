@@ -23,25 +23,27 @@ import numpy as np
 import pytest
 import yaml
 
-from mlmem_lab.chains.tracked import load_coupling, load_film
-from mlmem_lab.fit import csv_shots
-from mlmem_lab.standard_problems.verdict import read_others
-from mlmem_ros import element_file, law_file, parameter_file
-from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.device import (
+from mlmem import (
     Calibration,
     DelayTable,
     MemoryElement,
     Settings,
     SettingsError,
+    element_file,
+    law_file,
     snapshot,
 )
-from mlmem_ros.device.end import End, Shot
-from mlmem_ros.element_file import Element, ElementFileError
+from mlmem.element_file import Element, ElementFileError
+from mlmem.instrument.end import End, Shot
+from mlmem.parsing import LONGEST, DecodeError
+from mlmem.physics import CASE_II, DesignError, Specimen, StateError
+from mlmem_lab.chains.tracked import load_coupling, load_film
+from mlmem_lab.fit import csv_shots
+from mlmem_lab.standard_problems.verdict import read_others
+from mlmem_ros import parameter_file
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host import state_file
-from mlmem_ros.outside import LONGEST, DecodeError
-from mlmem_ros.physics import CASE_II, DesignError, Specimen, StateError
 from mlmem_ros.session import data
 from mlmem_tools.cli import request
 from mlmem_tools.cli.main import main
@@ -150,9 +152,9 @@ KINDS = {
     'parameters': Kind('mlmem_ros.parameter_file', lambda path: parameter_file.load(str(path)),
                        lambda path: path.write_text(PARAMETERS),
                        errors=(DecodeError, DesignError, SettingsError)),
-    'element': Kind('mlmem_ros.element_file', element_file.load,
+    'element': Kind('mlmem.element_file', element_file.load,
                     lambda path: element_file.save(path, varied())),
-    'law': Kind('mlmem_ros.law_file', law_file.load,
+    'law': Kind('mlmem.law_file', law_file.load,
                 lambda path: save(path, measured([load_run(CURVE)], 64))),
     'state': Kind('mlmem_ros.host.state_file', restored,
                   lambda path: state_file.save(path, snapshot.take(element())), '.json', OF_STATE),

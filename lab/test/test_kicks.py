@@ -9,6 +9,28 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mlmem import MemoryElement, factory_calibration, preset
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import Pulse
+from mlmem.move_settings import PushSettings
+from mlmem.moves.planner import NARROW, kick_energy, push_energy
+from mlmem.physics import (
+    CASE_II,
+    PEFRL,
+    Chain,
+    HeldCell,
+    Specimen,
+    level_of,
+    substep_times,
+    wall_energy,
+    walls,
+)
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import relax, resting_wall, wall_profile
+from mlmem.physics.held_wall import uniform
+from mlmem.physics.waves import group_velocity
+from mlmem.procedures.blocks import push, run, wait
+from mlmem.readers.reading import BLANK
 from mlmem_lab.landscapes import KickedWall, modes, pull
 from mlmem_lab.results import FOLDER, load
 from mlmem_lab.rk4 import Rk4Element
@@ -23,28 +45,6 @@ from mlmem_lab.windows.flight import (
 )
 from mlmem_lab.windows.kicks import KICKED, count, kicks
 from mlmem_lab.windows.words import FILE, ahead, kicked_behind
-from mlmem_ros.device import MemoryElement, factory_calibration, preset
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import Pulse
-from mlmem_ros.device.move_settings import PushSettings
-from mlmem_ros.device.moves import NARROW, kick_energy, push_energy
-from mlmem_ros.device.procedures.blocks import push, run, wait
-from mlmem_ros.device.reading import BLANK
-from mlmem_ros.physics import (
-    CASE_II,
-    PEFRL,
-    Chain,
-    HeldCell,
-    Specimen,
-    level_of,
-    substep_times,
-    wall_energy,
-    walls,
-)
-from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.equilibrium import relax, resting_wall, wall_profile
-from mlmem_ros.physics.held_wall import uniform
-from mlmem_ros.physics.waves import group_velocity
 
 MAPPED = load(FOLDER / 'kicks.json')['presets']
 

@@ -7,6 +7,8 @@ import json
 import numpy as np
 import pytest
 
+from mlmem.physics import NOH_BATHE, HeldCell, substep_times
+from mlmem.physics.curve import Curve
 from mlmem_lab.chains.tracked import Measured
 from mlmem_lab.lattices import Friction, Lattice, PowerLaw
 from mlmem_lab.measured.curves import compared, draw, predicted
@@ -15,8 +17,6 @@ from mlmem_lab.measured.runs import CASES, SILENT, Case, first, speed
 from mlmem_lab.measured.shells import FAR, KNOTS, Chains, magnets, repulsion, table, waves
 from mlmem_lab.measured.wave import MASS, TOUCH, _held
 from mlmem_lab.results import FOLDER, load
-from mlmem_ros.physics import NOH_BATHE, HeldCell, substep_times
-from mlmem_ros.physics.curve import Curve
 from mlmem_tools.cli.main import main
 
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from small_register import first_levels
 
+from mlmem import Write, new_element
+from mlmem.element_file import Element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import CASE_II, Scatter, scattered
+from mlmem.presets import preset
 from mlmem_lab.plans import words
 from mlmem_lab.plans.command import like
 from mlmem_lab.plans.plan import plan
-from mlmem_ros.device import Write, new_element
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.presets import preset
-from mlmem_ros.element_file import Element
 from mlmem_ros.parameter_file import ParameterFileError
-from mlmem_ros.physics import CASE_II, Scatter, scattered
 
 
 def test_an_element_of_several_presets_is_not_planned_by_a_guess():

@@ -8,6 +8,8 @@ from collections import Counter
 
 import pytest
 
+from mlmem import PRESETS
+from mlmem.readers.reading import UNDECODABLE
 from mlmem_lab.designer import proposal
 from mlmem_lab.reads import command, count
 from mlmem_lab.reads.count import (
@@ -22,8 +24,6 @@ from mlmem_lab.reads.count import (
     true_level,
 )
 from mlmem_lab.results import APART, find_stale_entries, hash_modules
-from mlmem_ros.device import PRESETS
-from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_tools.checks import Report
 from mlmem_tools.cli.main import main
 

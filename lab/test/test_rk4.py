@@ -11,21 +11,13 @@ import pytest
 from rig.lines import Line, calibration, driven, emulated
 from sampled import sampled
 
+from mlmem import MemoryElement, Read, Settings, SettingsError, Write
+from mlmem.instrument import drivers
+from mlmem.instrument.end import Pulse
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, HeldCell, Scatter, Specimen, scattered
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.stepping import substep_times
 from mlmem_lab.rk4 import Rk4Element
-from mlmem_ros.device import MemoryElement, Read, Settings, SettingsError, Write, drivers
-from mlmem_ros.device.end import Pulse
-from mlmem_ros.physics import (
-    CASE_II,
-    NOH_BATHE,
-    PEFRL,
-    Chain,
-    HeldCell,
-    Scatter,
-    Specimen,
-    scattered,
-)
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.stepping import substep_times
 from mlmem_ros.ros.node_process import child
 from mlmem_tools.rig.emulated import Sensors
 

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import pytest
 from sampled import sampled
 
+from mlmem.physics import NOH_BATHE
 from mlmem_lab.standard_problems import PROBLEMS
 from mlmem_lab.standard_problems.command import standard_problems
 from mlmem_lab.standard_problems.verdict import OURS, read
-from mlmem_ros.physics import NOH_BATHE
 
 ANSWERS = {(each.problem, each.quantity): each for each in read(OURS)}
 

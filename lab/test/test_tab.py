@@ -11,8 +11,8 @@ import llvmlite.binding
 import pytest
 from test_bits import BITS, case
 
+from mlmem import preset
 from mlmem_lab.tab import presets, webassembly
-from mlmem_ros.device import preset
 
 FOLDER = Path(__file__).parents[2] / 'docs' / 'try'
 NODE = shutil.which('node')

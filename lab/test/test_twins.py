@@ -10,12 +10,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from mlmem import preset
+from mlmem.physics import HeldCell, Specimen
 from mlmem_lab.rk4 import Rk4Element
 from mlmem_lab.twins import command, surveyed, watched
 from mlmem_lab.twins.command import Part, twins
 from mlmem_lab.twins.sensed import HiddenElement
-from mlmem_ros.device import preset
-from mlmem_ros.physics import HeldCell, Specimen
 from mlmem_tools.rig.emulated import Sensors
 
 

@@ -11,6 +11,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mlmem import PRESETS, new_element, preset
+from mlmem.instrument.drivers import Simulation
+from mlmem.moves.planner import half_period, step_cycle
+from mlmem.procedures.blocks import play, run
 from mlmem_lab.results import FOLDER
 from mlmem_lab.windows import sent
 from mlmem_lab.windows.command import APART, windows
@@ -26,10 +30,6 @@ from mlmem_lab.windows.window import (
     moves,
     strain,
 )  # fmt: skip
-from mlmem_ros.device import PRESETS, new_element, preset
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.moves import half_period, step_cycle
-from mlmem_ros.device.procedures.blocks import play, run
 
 MEASURED = json.loads((FOLDER / 'windows.json').read_text())['presets']
 DEFAULT = [name for name in PRESETS if name not in APART]

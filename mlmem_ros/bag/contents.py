@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 import yaml  # type: ignore[import-untyped]
 
-from .. import durable
-from ..described import short_repr
-from ..outside import from_yaml, require_regular
+from mlmem import atomic_files
+from mlmem.parsing import from_yaml, require_regular
+from mlmem.schema import short_repr
+
 from .errors import BagError, storage_errors
 
 
@@ -291,7 +292,7 @@ def read_text(directory: Path) -> str | None:
     """Return the text of ``metadata.yaml``; see `read_metadata`."""
     path = directory / FILE_NAME
     with storage_errors(f'read {path}'):
-        if not durable.exists(path):
+        if not atomic_files.exists(path):
             return None
         require_regular(path)
         with path.open('rb') as file:

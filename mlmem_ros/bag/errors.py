@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..described import printable
-from ..outside import LONGEST
+from mlmem.parsing import LONGEST
+from mlmem.schema import printable
 
 
 class BagError(Exception):

@@ -14,7 +14,8 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from ..described import printable, short_repr
+from mlmem.schema import printable, short_repr
+
 from .contents import Definition
 from .errors import BagError
 

@@ -28,7 +28,8 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
-from ..described import printable
+from mlmem.schema import printable
+
 from .contents import (
     LIBRARY,
     METADATA_NAME,

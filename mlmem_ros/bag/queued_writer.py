@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from .. import threads
+from mlmem import threads
+
 from . import jazzy
 from .contents import DROPPED
 from .errors import BagError

@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat
 
-from ..described import short_repr
-from ..outside import require_regular
+from mlmem.parsing import require_regular
+from mlmem.schema import short_repr
+
 from . import jazzy
 from .contents import (
     FILE_NAME,

@@ -14,7 +14,8 @@ from typing import IO, cast
 
 from mcap.writer import LIBRARY_IDENTIFIER, IndexType, Writer
 
-from .. import durable
+from mlmem import atomic_files
+
 from . import jazzy
 from .contents import (
     FILE_NAME,
@@ -55,7 +56,7 @@ class McapFile:
         self.path = path
         self._schemas: dict[Definition, int] = {}
         with storage_errors(f'create {path}'):
-            self._file = durable.create(path)
+            self._file = atomic_files.create(path)
         self._writer = Writer(
             cast('IO[bytes]', self._file),
             chunk_size=CHUNK_SIZE,
@@ -115,7 +116,7 @@ class McapFile:
 
     def abandon(self) -> None:
         """Close the file as it is, after an error."""
-        durable.close_quietly(self._file)
+        atomic_files.close_quietly(self._file)
 
     def _sync_after(self, finish: Callable[[], object]) -> None:
         with storage_errors(f'write {self.path}'):
@@ -306,7 +307,7 @@ class BagWriter:
     def _create_directory(self) -> None:
         with storage_errors(f'create {self.path}'):
             try:
-                durable.make_directory(self.path)
+                atomic_files.make_directory(self.path)
             except FileExistsError as error:
                 raise BagError(
                     f'{self.path} exists already; a bag is never overwritten: choose another path.'
@@ -368,7 +369,7 @@ class BagWriter:
     def _write_metadata(self) -> None:
         path = self.path / FILE_NAME
         with storage_errors(f'write {path}'):
-            durable.write_atomically(path, self._metadata(root=True))
+            atomic_files.write_atomically(path, self._metadata(root=True))
 
 
 def _nanoseconds(time: int) -> int:

@@ -18,11 +18,11 @@ from dataclasses import MISSING, dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from ..described import Description
-from ..procedures import BLANK, UNDECODABLE
+from mlmem.procedure_table import BLANK, UNDECODABLE
+from mlmem.schema import Description
 
 if TYPE_CHECKING:
-    from ..device import Outcome
+    from mlmem import Outcome
 
 # --- what it holds ----------------------------------------------------------------------------
 

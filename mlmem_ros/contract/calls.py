@@ -19,9 +19,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..described import short_repr
-from ..outside import DecodeError, decode, from_json
-from ..procedures import JOINT
+from mlmem.parsing import DecodeError, decode, from_json
+from mlmem.procedure_table import JOINT
+from mlmem.schema import short_repr
+
 from .answers import Answer, SelfTested, everything, on_wire
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 

@@ -9,11 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
-from ..described import short_repr
-from ..device import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
-from ..device.actuator import MOST_POINTS
-from ..device.instrument import Units
-from ..procedures import CONTENT, JOINT, PROCEDURES, UNSET
+from mlmem import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
+from mlmem.instrument.actuator import MOST_POINTS
+from mlmem.instrument.instrument import Units
+from mlmem.procedure_table import CONTENT, JOINT, PROCEDURES, UNSET
+from mlmem.schema import short_repr
+
 from . import topics
 from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
 

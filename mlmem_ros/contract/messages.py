@@ -20,10 +20,11 @@ from std_msgs.msg import (
     MultiArrayLayout,
 )
 
-from ..device import UNDECODABLE, MemoryElement, Outcome, Reading, Shot
-from ..device.echo import Echo
-from ..physics.potential import Array
-from ..procedures import JOINT
+from mlmem import UNDECODABLE, MemoryElement, Outcome, Reading, Shot
+from mlmem.physics.potential import Array
+from mlmem.procedure_table import JOINT
+from mlmem.readers.echo import Echo
+
 from . import values
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from ..procedures import CONTENT, PROCEDURES, Procedure
+from mlmem.procedure_table import CONTENT, PROCEDURES, Procedure
 
 
 class Service(NamedTuple):

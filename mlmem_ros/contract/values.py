@@ -12,17 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ..device import (
-    UNDECODABLE,
-    EchoReceived,
-    Event,
-    MemoryElement,
-    Outcome,
-    Reading,
-    Shot,
-)
-from ..physics import walls
-from ..physics.potential import Array
+from mlmem import UNDECODABLE, EchoReceived, Event, MemoryElement, Outcome, Reading, Shot
+from mlmem.physics import walls
+from mlmem.physics.potential import Array
+
 from . import topics
 from .answers import ended
 from .topics import Topic

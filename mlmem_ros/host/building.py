@@ -10,8 +10,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from .. import threads
-from ..device import (
+from mlmem import (
     Calibration,
     Driver,
     DriverError,
@@ -22,20 +21,23 @@ from ..device import (
     Refused,
     Settings,
     SettingsError,
-    drivers,
     factory_calibration,
     new_element,
+    threads,
 )
-from ..device.factory import calibration_of
-from ..device.mailbox import Asked
+from mlmem.factory import calibration_of
+from mlmem.instrument import drivers
+from mlmem.loop.mailbox import Asked
+from mlmem.physics import Design
+
 from ..packages import tool
-from ..physics import Design
 from .design_check import check_design
 from .settings import Parameters
 from .worker import ThrottledLog, Worker
 
 if TYPE_CHECKING:
-    from ..element_file import Element
+    from mlmem.element_file import Element
+
     from .store import Store
 
 
@@ -87,7 +89,7 @@ def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | N
     """Return the element in the file of a parameter, or None without one."""
     if not path:
         return None
-    from ..element_file import ElementFileError, of_design  # most nodes have none
+    from mlmem.element_file import ElementFileError, of_design  # most nodes have none
 
     planned = given.settings if name == 'twin' and given.settings.register.spacing else None
 

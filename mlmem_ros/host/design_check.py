@@ -19,10 +19,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..device import End, Settings
+from mlmem import End, Settings
+from mlmem.physics import NOH_BATHE, Design, DesignError
+from mlmem.physics.jit import cache_folder
+
 from ..packages import tool
-from ..physics import NOH_BATHE, Design, DesignError
-from ..physics.jit import cache_folder
 
 if TYPE_CHECKING:
     from .worker import ThrottledLog
@@ -105,7 +106,7 @@ def findings(design: Design, settings: Settings) -> list[Found]:
     path, key = _path(), _key(design, settings)
     cached = _read(path)
     if key not in cached:
-        from ..durable import write_atomically  # a design that is known needs none of it
+        from mlmem.atomic_files import write_atomically  # a design that is known needs none of it
 
         check = tool(CHECK).load()
 

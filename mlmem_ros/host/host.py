@@ -8,20 +8,12 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..device import (
-    Abort,
-    DriverError,
-    Event,
-    Loop,
-    MemoryElement,
-    Outcome,
-    SetFaults,
-    SetMethod,
-)
-from ..device.mailbox import Asked
-from ..device.open_requests import Stamped
-from ..device.timetable import Pacer
-from ..physics import StateError
+from mlmem import Abort, DriverError, Event, Loop, MemoryElement, Outcome, SetFaults, SetMethod
+from mlmem.loop.mailbox import Asked
+from mlmem.loop.open_requests import Stamped
+from mlmem.loop.timetable import Pacer
+from mlmem.physics import StateError
+
 from .building import Built, built
 from .requests import Requests
 from .sessions import Sessions
@@ -323,7 +315,7 @@ class Rescue:
 
     def keep(self, element: MemoryElement) -> None:
         """Keep the content of a released device; of a real one, calibration and statistics."""
-        from ..device import snapshot  # few devices fail
+        from mlmem import snapshot  # few devices fail
 
         self._content = snapshot.take(element)
 
@@ -332,7 +324,7 @@ class Rescue:
         content, self._content = self._content, None
         if content is None or element is None:
             return
-        from ..device import snapshot
+        from mlmem import snapshot
 
         try:
             snapshot.restore(element, content)

@@ -17,14 +17,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .. import durable, threads
+from mlmem import MemoryElement, Refused, atomic_files, threads
+from mlmem.loop.open_requests import Stamped
+
 from ..bag import jazzy
 from ..bag.contents import LATCHED, offered
 from ..bag.errors import BagError
 from ..bag.queued_writer import QueuedWriter
 from ..bag.writer import BagWriter
-from ..device import MemoryElement, Refused
-from ..device.open_requests import Stamped
 from ..session import records
 from .settings import SessionPlan
 from .worker import ThrottledLog
@@ -303,8 +303,10 @@ def opened(
 def new_path(plan: SessionPlan) -> Path:
     """Return the configured path; with the time added if it is empty or exists."""
     settings, path = plan.settings, plan.files.confined(plan.settings.path or 'session')
-    if settings.path and not (settings.add_time and durable.exists(path)):
+    if settings.path and not (settings.add_time and atomic_files.exists(path)):
         return path
     name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
     names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))
-    return next(path.with_name(name) for name in names if not durable.exists(path.with_name(name)))
+    return next(
+        path.with_name(name) for name in names if not atomic_files.exists(path.with_name(name))
+    )

@@ -9,10 +9,11 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ..device import Command, Faults, Loop, MemoryElement, Refused, SetFaults, SetMethod
-from ..device.commands import WAITING, Feedback
-from ..device.instrument import Units
-from ..device.mailbox import Asked, Client, Request, Steps
+from mlmem import Command, Faults, Loop, MemoryElement, Refused, SetFaults, SetMethod
+from mlmem.commands import WAITING, Feedback
+from mlmem.instrument.instrument import Units
+from mlmem.loop.mailbox import Asked, Client, Request, Steps
+
 from .sessions import Sessions
 from .settings import SessionPlan
 

@@ -13,8 +13,9 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from mlmem import Loop, MemoryElement, Refused, SettingsError
+
 from ..bag.errors import BagError
-from ..device import Loop, MemoryElement, Refused, SettingsError
 from .settings import SessionPlan
 from .worker import Overdue, ThrottledLog, Worker
 

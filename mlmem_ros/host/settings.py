@@ -14,14 +14,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mlmem import PRESETS, Faults, Preset, Settings, SettingsError, preset
+from mlmem.errors import Checked
+from mlmem.loop.timetable import FASTEST, SLOWEST
+from mlmem.physics import Design
+from mlmem.presets import DEFAULT
+from mlmem.procedure_table import UNSET
+from mlmem.schema import Description, described, descriptions, fields_in, short_repr
+
 from ..contract.topics import Topic
-from ..described import Description, described, descriptions, fields_in, short_repr
-from ..device import PRESETS, Faults, Preset, Settings, SettingsError, preset
-from ..device.errors import Checked
-from ..device.presets import DEFAULT
-from ..device.timetable import FASTEST, SLOWEST
-from ..physics import Design
-from ..procedures import UNSET
 from .design_check import CHOICES
 
 _seconds = fields_in('s', 0.0, 3600.0)
@@ -317,7 +318,7 @@ def declarations(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Descr
     """Yield every parameter with its default in a preset (that of a new node)."""
     own = {}
     if chosen and chosen.design.law:
-        from ..law_file import text_of  # most elements have the paper's
+        from mlmem.law_file import text_of  # most elements have the paper's
 
         own[LAW] = text_of(chosen.design.law)
     for name, (default, description) in {**LIVE, **OF_THE_NODE}.items():

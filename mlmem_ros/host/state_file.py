@@ -11,11 +11,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from .. import durable
-from ..described import printable
-from ..device import Calibration, SettingsError
-from ..outside import LONGEST, DecodeError, decode, from_json
-from ..physics import StateError
+from mlmem import Calibration, SettingsError, atomic_files
+from mlmem.parsing import LONGEST, DecodeError, decode, from_json
+from mlmem.physics import StateError
+from mlmem.schema import printable
 
 FORMAT = 1
 """Version of the file."""
@@ -42,21 +41,21 @@ def load(path: Path) -> dict[str, Any] | None:
 def _write(path: Path, key: str, values: Mapping[str, Any], what: str) -> None:
     """Replace a file by values under a key; `what` they are is for the message of an error."""
     try:
-        durable.make_directory(path.parent, exist_ok=True)
-        durable.write_atomically(path, json.dumps({'format': FORMAT, key: dict(values)}))
+        atomic_files.make_directory(path.parent, exist_ok=True)
+        atomic_files.write_atomically(path, json.dumps({'format': FORMAT, key: dict(values)}))
     except (OSError, ValueError) as error:
-        why = durable.reason(error)
+        why = atomic_files.reason(error)
         raise StateError(f'{what} cannot be saved in {path}: {why}') from error
 
 
 def _read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
     """Return what `_write` stored; `remedy` says what moving a damaged file away achieves."""
     try:
-        content = from_json(durable.read_text(path))
+        content = from_json(atomic_files.read_text(path))
     except FileNotFoundError:
         return None
     except OSError as error:
-        why = f'{what} cannot be read from {path}: {durable.reason(error)}'
+        why = f'{what} cannot be read from {path}: {atomic_files.reason(error)}'
         raise StateError(printable(why, LONGEST)) from error
     except ValueError as error:
         raise _damaged(path, str(error), remedy) from error

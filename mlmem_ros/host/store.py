@@ -10,8 +10,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
-from .. import durable, threads
-from ..device import (
+from mlmem import (
     Calibration,
     Driver,
     Loop,
@@ -19,14 +18,17 @@ from ..device import (
     Outcome,
     Refused,
     Settings,
+    atomic_files,
     new_element,
     snapshot,
+    threads,
 )
-from ..device.calibration import calibration_key
-from ..device.mailbox import Asked
-from ..outside import decode
-from ..physics import Design, StateError
-from ..procedures import PROCEDURES
+from mlmem.loop.mailbox import Asked
+from mlmem.parsing import decode
+from mlmem.physics import Design, StateError
+from mlmem.procedure_table import PROCEDURES
+from mlmem.readers.calibration import calibration_key
+
 from . import state_file
 from .settings import FileSettings, StateSettings
 from .worker import ThrottledLog, Worker
@@ -64,7 +66,7 @@ class Store:
         self._log = log
         self._worker = worker
         self._owner = f'{owner} (process {os.getpid()})'
-        self._claim: durable.Claim | None = None
+        self._claim: atomic_files.Claim | None = None
 
     def new_element(
         self, design: Design, settings: Settings, driver: Driver | None = None
@@ -170,12 +172,12 @@ class Store:
 
     def _take_claim(self) -> None:
         try:
-            durable.make_directory(self.path.parent, exist_ok=True)
-            claim = durable.Claim(self.path, self._owner)
-        except durable.Claimed as error:
+            atomic_files.make_directory(self.path.parent, exist_ok=True)
+            claim = atomic_files.Claim(self.path, self._owner)
+        except atomic_files.Claimed as error:
             raise StateError(f'{error}: give every element its own state.path') from error
         except (OSError, ValueError) as error:
-            why = durable.reason(error)
+            why = atomic_files.reason(error)
             raise StateError(f'the state cannot be kept in {self.path}: {why}') from error
         try:
             self._worker.unless_given_up(lambda: setattr(self, '_claim', claim))
@@ -194,7 +196,7 @@ class Store:
                 self._claim.check()
             except OSError as error:
                 raise StateError(
-                    f'the state cannot be saved in {self.path}: {durable.reason(error)}'
+                    f'the state cannot be saved in {self.path}: {atomic_files.reason(error)}'
                 ) from error
         state_file.save(self.path, taken)
         learnt = taken['calibration_key'], decode(Calibration, taken['calibration'])

@@ -14,11 +14,11 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Any, Protocol, TypeVar
 
-from .. import threads
+from mlmem import DriverError, Refused, SettingsError, threads
+from mlmem.physics import DesignError, StateError
+from mlmem.schema import printable
+
 from ..bag.errors import BagError
-from ..described import printable
-from ..device import DriverError, Refused, SettingsError
-from ..physics import DesignError, StateError
 
 AT_ONCE = 10
 """Lines about one subject that may be logged at once."""

@@ -18,11 +18,11 @@ from typing import NoReturn
 
 import numpy as np
 
-from .. import threads
-from ..described import printable
-from ..device import Driver, DriverError, Settings, SettingsError
-from ..physics import Design, HeldCell
-from ..physics.potential import Array
+from mlmem import Driver, DriverError, Settings, SettingsError, threads
+from mlmem.physics import Design, HeldCell
+from mlmem.physics.potential import Array
+from mlmem.schema import printable
+
 from .frames import STRAIN, VERSION, Frame, Hello, Kind, play, played
 from .link import Link, Transport, opened, option
 

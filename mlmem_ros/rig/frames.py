@@ -19,10 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..described import described, short_repr
-from ..device import DriverError, Settings, SettingsError
-from ..outside import DecodeError, decode, from_json
-from ..physics.potential import Array
+from mlmem import DriverError, Settings, SettingsError
+from mlmem.parsing import DecodeError, decode, from_json
+from mlmem.physics.potential import Array
+from mlmem.schema import described, short_repr
 
 VERSION = 1
 """Version of the protocol: both sides send it in their hello."""

@@ -16,7 +16,8 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
-from ..device import DriverError, SettingsError
+from mlmem import DriverError, SettingsError
+
 from .frames import Frame, Kind, Parser, encode
 
 KEPT = 4096

@@ -19,10 +19,11 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ..device import MemoryElement
+from mlmem import MemoryElement
+from mlmem.physics import Design, walls
+from mlmem.physics.potential import Array
+
 from ..host.settings import PublishSettings
-from ..physics import Design, walls
-from ..physics.potential import Array
 
 RED, WHITE, BLUE = (178, 24, 43), (247, 247, 247), (33, 102, 172)
 

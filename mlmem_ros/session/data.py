@@ -13,16 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mlmem import Command, End, Refused, Settings, Shot
+from mlmem.instrument.instrument import Units
+from mlmem.physics import Design
+from mlmem.schema import short_repr
+
 from ..bag.contents import LOST, Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import calls, topics
 from ..contract.commands import OF_TOPIC, Make, NoCommand
 from ..contract.values import SHOT_HEAD
-from ..described import short_repr
-from ..device import Command, End, Refused, Settings, Shot
-from ..device.instrument import Units
-from ..physics import Design
 from .records import (
     COMMAND,
     DROPPED,

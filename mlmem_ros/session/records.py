@@ -18,16 +18,17 @@ from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, field
 from typing import Any
 
+from mlmem import Calibration, Command, MemoryElement, Refused, Settings, snapshot
+from mlmem.commands import KINDS
+from mlmem.instrument.drivers import steps_per_tick
+from mlmem.parsing import ANY, DecodeError, decode, from_json
+from mlmem.physics import ARITHMETIC, Design, Specimen
+from mlmem.physics.potential import Array
+from mlmem.schema import Description, described, printable, short_repr
+
 from .. import __version__, packages
 from ..bag import jazzy
 from ..bag.errors import BagError
-from ..described import Description, described, printable, short_repr
-from ..device import Calibration, Command, MemoryElement, Refused, Settings, snapshot
-from ..device.commands import KINDS
-from ..device.drivers import steps_per_tick
-from ..outside import ANY, DecodeError, decode, from_json
-from ..physics import ARITHMETIC, Design, Specimen
-from ..physics.potential import Array
 
 FORMAT = 1
 """Version of this format; a session of another one is rejected."""

@@ -13,10 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..bag.errors import BagError
-from ..contract import topics, values
-from ..contract.answers import ended
-from ..device import (
+from mlmem import (
     Calibration,
     Command,
     DelayTable,
@@ -27,9 +24,13 @@ from ..device import (
     Refused,
     snapshot,
 )
-from ..device.drivers import Simulation
-from ..device.instrument import LONGEST_RUN
-from ..physics import StateError
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.instrument import LONGEST_RUN
+from mlmem.physics import StateError
+
+from ..bag.errors import BagError
+from ..contract import topics, values
+from ..contract.answers import ended
 from .data import SessionData
 from .records import MOST_HASH_EVERY, Header, StateHash, naming, versions
 from .report import ComparedEvents, Difference, ReplayReport, ending

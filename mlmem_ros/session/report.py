@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from mlmem import BLANK, UNDECODABLE, Outcome
+
 from ..bag.contents import NOT_CLOSED
 from ..contract.answers import ended
-from ..device import BLANK, UNDECODABLE, Outcome
 
 ROUNDING = 1e-6
 """Greatest difference, in cells, that another build's rounding can cause.

@@ -25,8 +25,9 @@ from typing import TYPE_CHECKING, Any
 from rclpy.context import Context
 from rclpy.utilities import try_shutdown
 
+from mlmem.loop.mailbox import Steps
+
 from ..contract.calls import RequestRefused
-from ..device.mailbox import Steps
 from ..host import REFUSALS
 from ..ros.main import ros_arguments
 from ..ros.node.node import MemoryNode

@@ -10,9 +10,9 @@ from typing import Any
 
 from rclpy.node import Node
 
+from mlmem.procedure_table import BLANK
 from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.calls import BankFailed, RequestError
-from mlmem_ros.procedures import BLANK
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.client.link import Connection
 from mlmem_ros.ros.client.reply import Reply, Steps

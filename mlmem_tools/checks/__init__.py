@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mlmem_ros.device.settings import ElementSettings, Settings
-from mlmem_ros.element_file import Element
+from mlmem.element_file import Element
+from mlmem.physics import Design
+from mlmem.settings import ElementSettings, Settings
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import Design
 
 from . import (
     disturb,

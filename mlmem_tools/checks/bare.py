@@ -8,11 +8,10 @@ import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import WriteSettings, peak
-from mlmem_ros.device.pulse_corrections import PulseCorrection, corrected_write
-from mlmem_ros.device.reading import BLANK, UNDECODABLE
-from mlmem_ros.physics import (
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import WriteSettings, peak
+from mlmem.moves.corrections import PulseCorrection, corrected_write
+from mlmem.physics import (
     Chain,
     Design,
     Specimen,
@@ -22,8 +21,9 @@ from mlmem_ros.physics import (
     substep_times,
     walls,
 )
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.potential import Array
+from mlmem.readers.reading import BLANK, UNDECODABLE
 
 STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""

@@ -13,10 +13,10 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from mlmem_ros.device.register import REACH, resting
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.words import Code
-from mlmem_ros.physics import Design, Specimen, StateError
+from mlmem.physics import Design, Specimen, StateError
+from mlmem.readers.register import REACH, resting
+from mlmem.readers.words import Code
+from mlmem.settings import Settings
 
 FARTHEST = 9
 """Largest least distance that is tried, in levels."""

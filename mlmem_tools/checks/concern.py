@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
-from mlmem_ros.device.pulse_corrections import PulseCorrection
-from mlmem_ros.device.settings import Settings
+from mlmem.moves.corrections import PulseCorrection
+from mlmem.physics import Design, Specimen, StateError, wall_energy
+from mlmem.settings import Settings
 from mlmem_ros.host.design_check import Verdict, worst
-from mlmem_ros.physics import Design, Specimen, StateError, wall_energy
 
 from .quasistatic import Landscape, depinning_strain, held_landscape
 

@@ -18,20 +18,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import End, Pulse
-from mlmem_ros.device.settings import ProbeSettings, TimeSettings
-from mlmem_ros.physics import (
-    Chain,
-    Design,
-    HeldCell,
-    Specimen,
-    StateError,
-    level_of,
-    substep_times,
-)
-from mlmem_ros.physics.equilibrium import blank, resting_wall
-from mlmem_ros.procedures import BLANK, UNDECODABLE
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End, Pulse
+from mlmem.physics import Chain, Design, HeldCell, Specimen, StateError, level_of, substep_times
+from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.procedure_table import BLANK, UNDECODABLE
+from mlmem.settings import ProbeSettings, TimeSettings
 
 from .bare import REST
 from .concern import Finding, Subject, graded, judged

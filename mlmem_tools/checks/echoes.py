@@ -15,10 +15,18 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.decoding import exchanged, primary
-from mlmem_ros.device.drivers import steps_per_tick
-from mlmem_ros.device.echo import (
+from mlmem.errors import SettingsError
+from mlmem.factory import calibration_of
+from mlmem.instrument.drivers import steps_per_tick
+from mlmem.instrument.end import End, Pulse
+from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError
+from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics.methods.integrator import Complex
+from mlmem.physics.potential import Array
+from mlmem.physics.waves import band, group_velocity
+from mlmem.readers.calibration import Calibration, DelayTable
+from mlmem.readers.decoding import exchanged, primary
+from mlmem.readers.echo import (
     FAINTEST,
     Echo,
     EchoDetector,
@@ -27,16 +35,8 @@ from mlmem_ros.device.echo import (
     threshold,
     window,
 )
-from mlmem_ros.device.end import End, Pulse
-from mlmem_ros.device.errors import SettingsError
-from mlmem_ros.device.factory import calibration_of
-from mlmem_ros.device.settings import ProbeSettings, ReadSettings
+from mlmem.settings import ProbeSettings, ReadSettings
 from mlmem_ros.host.design_check import Verdict, worst
-from mlmem_ros.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError
-from mlmem_ros.physics.equilibrium import blank, resting_wall
-from mlmem_ros.physics.methods.integrator import Complex
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.physics.waves import band, group_velocity
 
 from .concern import Finding, Subject, graded, judged
 

@@ -13,17 +13,17 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
-from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.element import MemoryElement
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
-from mlmem_ros.device.procedures.blocks import launch, run
-from mlmem_ros.device.pulse_corrections import corrected
-from mlmem_ros.device.settings import RegisterSettings
+from mlmem.element import MemoryElement
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import EraseSettings, WriteSettings
+from mlmem.moves.corrections import corrected
+from mlmem.physics import StateError, walls
+from mlmem.physics.held_wall import excerpt
+from mlmem.procedures.blocks import launch, run
+from mlmem.readers.calibration import Calibration, DelayTable
+from mlmem.settings import RegisterSettings
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import StateError, walls
-from mlmem_ros.physics.held_wall import excerpt
 
 from .concern import LEAST_CELLS, MOST_WORK, TICK_WORK, Finding, Subject
 

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mlmem_ros.device.drivers import steps_per_tick
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ProbeSettings
+from mlmem.instrument.drivers import steps_per_tick
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, INTEGRATORS, stable_step
+from mlmem.physics.waves import band
+from mlmem.settings import ProbeSettings
 from mlmem_ros.host.design_check import Verdict, worst
-from mlmem_ros.physics import CASE_II, INTEGRATORS, stable_step
-from mlmem_ros.physics.waves import band
 
 from .concern import Finding, Subject, graded, judged
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mlmem.physics import StateError
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import StateError
 
 from .concern import LARGEST_STRAIN, LAUNCH, Finding, Subject, graded, judged
 from .quasistatic import held_landscape, lattice_ripple, self_energy

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mlmem_ros.physics.design import Design, stiffness_profile
-from mlmem_ros.physics.equilibrium import relax, wall_profile
-from mlmem_ros.physics.held_wall import excerpt, hold_walls, uniform
-from mlmem_ros.physics.potential import Array, StateError
-from mlmem_ros.physics.specimen import Specimen
-from mlmem_ros.physics.wall import walls
+from mlmem.physics.design import Design, stiffness_profile
+from mlmem.physics.equilibrium import relax, wall_profile
+from mlmem.physics.held_wall import excerpt, hold_walls, uniform
+from mlmem.physics.potential import Array, StateError
+from mlmem.physics.specimen import Specimen
+from mlmem.physics.wall import walls
 
 DEPARTURE = 3.0
 """A wall farther than this from its defect, in cells, is de-pinned."""

@@ -7,13 +7,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from mlmem_ros.device.echo import listening_time
-from mlmem_ros.device.end import End
-from mlmem_ros.device.errors import ProcedureFailed
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
-from mlmem_ros.device.moves import route, within_reach
-from mlmem_ros.device.reading import BLANK
+from mlmem.errors import ProcedureFailed
+from mlmem.instrument.end import End
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import EraseSettings, WriteSettings
+from mlmem.moves.planner import route, within_reach
+from mlmem.readers.echo import listening_time
+from mlmem.readers.reading import BLANK
 from mlmem_ros.host.design_check import Verdict
 
 from .concern import Finding, Subject, graded, judged

@@ -13,9 +13,9 @@ import itertools
 import math
 from collections.abc import Iterator
 
-from mlmem_ros.device.motion import Cycle
+from mlmem.instrument.motion import Cycle
+from mlmem.physics import Specimen, StateError, stable_step
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import Specimen, StateError, stable_step
 
 from .bare import COARSE, departures, scaled
 from .concern import LEAST_CELLS, MOST_WORK, Finding, Subject

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device.end import BoundaryMotion, End, Kick, Pulse
-from mlmem_ros.device.instrument import Units
+from mlmem.instrument.end import BoundaryMotion, End, Kick, Pulse
+from mlmem.instrument.instrument import Units
+from mlmem.physics import Chain, HeldCell, StateError, substep_times
+from mlmem.physics.equilibrium import blank, metamaterial_force, resting_wall
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import Chain, HeldCell, StateError, substep_times
-from mlmem_ros.physics.equilibrium import blank, metamaterial_force, resting_wall
 
 from .concern import Finding, Subject
 from .disturb import bare

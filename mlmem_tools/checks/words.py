@@ -10,12 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mlmem_ros.device.errors import SettingsError
-from mlmem_ros.device.factory import rehearsed as forecasts_with
-from mlmem_ros.device.register import forecasts_of
-from mlmem_ros.device.settings import Settings
+from mlmem.errors import SettingsError
+from mlmem.factory import rehearsed as forecasts_with
+from mlmem.physics import Design
+from mlmem.readers.register import forecasts_of
+from mlmem.settings import Settings
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import Design
 
 from .concern import Finding, Subject, graded, judged
 

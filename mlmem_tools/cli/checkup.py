@@ -124,8 +124,8 @@ def _tested(found: Diagnosis, library: str) -> Diagnosis:
 
 def check_compile_cache() -> Diagnosis:
     """Check whether compiled kernels can be cached, and whether those cached can be loaded."""
-    from mlmem_ros.physics import NOH_BATHE
-    from mlmem_ros.physics.jit import cache_folder, check_cache_space, torn_caches
+    from mlmem.physics import NOH_BATHE
+    from mlmem.physics.jit import cache_folder, check_cache_space, torn_caches
 
     what = 'compiled kernels'
     folder = cache_folder(NOH_BATHE.advance)
@@ -144,7 +144,7 @@ def check_compile_cache() -> Diagnosis:
 
 def check_processor() -> Diagnosis:
     """Check whether the processor has the instruction that makes the kernels fast."""
-    from mlmem_ros.physics.jit import fused
+    from mlmem.physics.jit import fused
 
     if fused():
         return Diagnosis('processor', PASS, 'multiplies and adds in one instruction')

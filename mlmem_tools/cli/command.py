@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mlmem_ros.device import Settings
-    from mlmem_ros.element_file import Element
-    from mlmem_ros.physics import Design
+    from mlmem import Settings
+    from mlmem.element_file import Element
+    from mlmem.physics import Design
 
 Option = Callable[[argparse.ArgumentParser], object]
 """Adds itself to a parser."""
@@ -99,7 +99,7 @@ def element_of(
     Raises:
         ElementFileError: There is no such element, or not of this design and these settings.
     """
-    from mlmem_ros.element_file import of_design
+    from mlmem.element_file import of_design
 
     path = arguments.element
     return None if path is None else of_design(path, design, settings)

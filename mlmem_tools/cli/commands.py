@@ -8,9 +8,9 @@ import argparse
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 
+from mlmem.procedure_table import PROCEDURES
 from mlmem_ros import __version__
 from mlmem_ros.packages import added, missing
-from mlmem_ros.procedures import PROCEDURES
 
 from . import laboratory
 from .command import Command, add_commands

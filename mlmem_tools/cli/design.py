@@ -121,9 +121,9 @@ TASKS = {'check': check, 'prove': prove}
 )
 def design(arguments: argparse.Namespace) -> int:
     """Do the task; return the exit status."""
-    from mlmem_ros.device.errors import SettingsError
-    from mlmem_ros.outside import DecodeError
-    from mlmem_ros.physics import DesignError, StateError
+    from mlmem.errors import SettingsError
+    from mlmem.parsing import DecodeError
+    from mlmem.physics import DesignError, StateError
 
     if not arguments.task and arguments.levels is None and arguments.law is None:
         return complain('design', 'give --levels P or --law FILE, or one of check and prove', 2)

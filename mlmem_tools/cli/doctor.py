@@ -78,9 +78,9 @@ def line(diagnosis: Diagnosis, colour: bool = False) -> str:
 
 def first_start() -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield what a first start does and caches: the kernels, then the checks that run them."""
-    from mlmem_ros.device.presets import PRESETS
+    from mlmem.physics import CASE_II, INTEGRATORS, Chain
+    from mlmem.presets import PRESETS
     from mlmem_ros.host.design_check import findings
-    from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain
 
     for name, integrator in INTEGRATORS.items():
         for substrate in ('rigid', 'elastic'):

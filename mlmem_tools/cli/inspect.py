@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mlmem_ros.described import printable
+from mlmem.schema import printable
 
 from . import laboratory
 from .command import JSON, command, option
@@ -22,9 +22,9 @@ from .output import complain_of_bag, plain_console, plain_table, print_json
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from mlmem import Command
     from mlmem_ros.bag.contents import Loss
     from mlmem_ros.bag.reader import BagReader
-    from mlmem_ros.device import Command
     from mlmem_ros.session.data import SessionData
 
 
@@ -144,7 +144,7 @@ def _inspect_session(
 
 
 def _list_commands(console: Console, session: SessionData) -> None:
-    from mlmem_ros.device import Disturb
+    from mlmem import Disturb
 
     if session.stamped:
         head = 'commands', '>tick', 'command'
@@ -166,7 +166,7 @@ def _list_commands(console: Console, session: SessionData) -> None:
 
 def _words(command: Command) -> str:
     """Return a command in words, with active faults only."""
-    from mlmem_ros.device import SetFaults
+    from mlmem import SetFaults
 
     if isinstance(command, SetFaults):
         return f'SetFaults({command.faults.active() or "healthy"})'
@@ -217,7 +217,7 @@ def _rounded(text: str) -> str:
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
     """List the level that was published with every echo."""
-    from mlmem_ros.device import describe_level
+    from mlmem import describe_level
 
     table = plain_table('echoes', '>time', '>level')
     for echo in session.echoes:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from mlmem_ros.described import printable
+from mlmem.schema import printable
 
 from .interrupts import outcome_known
 

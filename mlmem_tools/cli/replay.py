@@ -17,7 +17,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.described import printable
+from mlmem.schema import printable
 
 from .command import JSON, command, option
 from .interrupts import outcome_known
@@ -52,8 +52,8 @@ MOST_LISTED = 20
 )
 def replay(arguments: argparse.Namespace) -> int:
     """Replay; return the exit status."""
+    from mlmem.physics import DesignError
     from mlmem_ros.bag.errors import BagError
-    from mlmem_ros.physics import DesignError
 
     try:
         return _through_device(arguments)
@@ -64,8 +64,8 @@ def replay(arguments: argparse.Namespace) -> int:
 
 
 def _through_device(arguments: argparse.Namespace) -> int:
+    from mlmem import new_element, preset
     from mlmem_ros.bag.errors import BagError
-    from mlmem_ros.device import new_element, preset
     from mlmem_ros.session.data import load
     from mlmem_ros.session.replay import replay, replay_commands
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mlmem_ros.procedures import PROCEDURES, Procedure, describe_level
+from mlmem.procedure_table import PROCEDURES, Procedure, describe_level
 
 from .command import JSON, NODE, Command, Option, command, one_of, option, wait
 from .interrupts import outcome_known
@@ -168,8 +168,8 @@ def script(path: str) -> Any:
     Raises:
         ArgumentTypeError: It cannot be read, or is none.
     """
-    from mlmem_ros.device.failures import script_of
-    from mlmem_ros.outside import DecodeError, from_yaml, read
+    from mlmem.instrument.fault_script import script_of
+    from mlmem.parsing import DecodeError, from_yaml, read
 
     try:
         found = from_yaml(read(path))

@@ -25,8 +25,8 @@ from .command import JSON, Option, command, option
 from .output import complain, print_json
 
 if TYPE_CHECKING:
-    from mlmem_ros.device import Driver, Preset
-    from mlmem_ros.physics import Specimen
+    from mlmem import Driver, Preset
+    from mlmem.physics import Specimen
 
     from ..rig.emulated import EmulatedRig
 
@@ -87,8 +87,8 @@ def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
 )
 def rig(arguments: argparse.Namespace) -> int:
     """Serve until interrupted; return the exit status."""
-    from mlmem_ros.device import preset
-    from mlmem_ros.physics import DesignError, StateError
+    from mlmem import preset
+    from mlmem.physics import DesignError, StateError
 
     from ..rig.emulated import Line, Server
 
@@ -113,9 +113,9 @@ def rig(arguments: argparse.Namespace) -> int:
 
 
 def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
-    from mlmem_ros.device.drivers import Simulation, steps_per_tick
-    from mlmem_ros.physics import Scatter, scattered
-    from mlmem_ros.rng import Stream, generator
+    from mlmem.instrument.drivers import Simulation, steps_per_tick
+    from mlmem.physics import Scatter, scattered
+    from mlmem.rng import Stream, generator
 
     from ..rig.emulated import EmulatedRig, Sensors
 

@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros import law_file
-from mlmem_ros.described import short_repr
-from mlmem_ros.outside import DecodeError, read
-from mlmem_ros.physics import DesignError
-from mlmem_ros.physics.curve import Curve
-from mlmem_ros.physics.potential import Array
+from mlmem import law_file
+from mlmem.parsing import DecodeError, read
+from mlmem.physics import DesignError
+from mlmem.physics.curve import Curve
+from mlmem.physics.potential import Array
+from mlmem.schema import short_repr
 
 LENGTHS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
            'displacement_m': 1.0}  # fmt: skip

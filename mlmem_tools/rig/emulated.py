@@ -18,13 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mlmem_ros import threads
-from mlmem_ros.described import Description
-from mlmem_ros.device import Driver, DriverError, Settings, SettingsError
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.outside import DecodeError, decode, from_json
-from mlmem_ros.physics import Chain, Design, HeldCell, StateError
-from mlmem_ros.physics.potential import Array
+from mlmem import Driver, DriverError, Settings, SettingsError, threads
+from mlmem.instrument.drivers import Simulation
+from mlmem.parsing import DecodeError, decode, from_json
+from mlmem.physics import Chain, Design, HeldCell, StateError
+from mlmem.physics.potential import Array
+from mlmem.schema import Description
 from mlmem_ros.rig.frames import (
     NEEDED,
     PLAY,

@@ -12,8 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.device.end import End, Shot
-from mlmem_ros.physics import (
+from mlmem.instrument.end import End, Shot
+from mlmem.physics import (
     PEFRL,
     Chain,
     HeldCell,
@@ -23,9 +23,9 @@ from mlmem_ros.physics import (
     substep_times,
     walls,
 )
-from mlmem_ros.physics.equilibrium import relax, wall_profile
-from mlmem_ros.physics.jit import kernel
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.equilibrium import relax, wall_profile
+from mlmem.physics.jit import kernel
+from mlmem.physics.potential import Array
 
 from . import tangent
 from .unknowns import SHARED, Unknowns, skewed

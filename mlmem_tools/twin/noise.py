@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from mlmem_ros.device.end import Shot
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.end import Shot
+from mlmem.physics.potential import Array
 
 from .tangent import Single
 

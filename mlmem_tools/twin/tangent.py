@@ -16,11 +16,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.physics.equilibrium import solve
-from mlmem_ros.physics.formulas import INVERSE_TURN, wave
-from mlmem_ros.physics.jit import inlined, kernel
-from mlmem_ros.physics.methods.pefrl import DRIFTS, KICKS
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.equilibrium import solve
+from mlmem.physics.formulas import INVERSE_TURN, wave
+from mlmem.physics.jit import inlined, kernel
+from mlmem.physics.methods.pefrl import DRIFTS, KICKS
+from mlmem.physics.potential import Array
 
 Single = NDArray[np.float32]
 

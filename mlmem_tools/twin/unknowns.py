@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device.end import End
-from mlmem_ros.physics import Design, Specimen
-from mlmem_ros.physics.curve import Curve
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.end import End
+from mlmem.physics import Design, Specimen
+from mlmem.physics.curve import Curve
+from mlmem.physics.potential import Array
 
 SHARED = (
     'D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'substrate_ratio', 'j_0',

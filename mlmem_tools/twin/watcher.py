@@ -7,12 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mlmem_ros.device import EchoReceived, Event, MemoryElement, Outcome
-from mlmem_ros.device.end import Shot
-from mlmem_ros.element_file import Element
+from mlmem import EchoReceived, Event, MemoryElement, Outcome
+from mlmem.element_file import Element
+from mlmem.instrument.end import Shot
+from mlmem.physics import INTEGRATORS, DesignError, StateError
+from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.host.worker import ThrottledLog, Worker
-from mlmem_ros.physics import INTEGRATORS, DesignError, StateError
-from mlmem_ros.procedures import PROCEDURES
 
 from .watching import MOST_CELLS, Comparison, Residuals, place
 

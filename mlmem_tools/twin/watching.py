@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device.end import End, Shot
-from mlmem_ros.device.reading import UNDECODABLE, Reading
-from mlmem_ros.element_file import Element
-from mlmem_ros.physics import Design, Integrator
-from mlmem_ros.physics.potential import Array
+from mlmem.element_file import Element
+from mlmem.instrument.end import End, Shot
+from mlmem.physics import Design, Integrator
+from mlmem.physics.potential import Array
+from mlmem.readers.reading import UNDECODABLE, Reading
 
 from .forward import NEAR, Clock, Forward, equilibria
 from .noise import noise, whitened

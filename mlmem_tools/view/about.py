@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.described import descriptions
-from mlmem_ros.device import Faults
-from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
-from mlmem_ros.device.words import Code
-from mlmem_ros.law_file import curve_of
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import Design
-from mlmem_ros.physics.curve import Curve
-from mlmem_ros.physics.waves import band
-from mlmem_ros.procedures import PROCEDURES
+from mlmem import Faults
+from mlmem.law_file import curve_of
+from mlmem.parsing import decode
+from mlmem.physics import Design
+from mlmem.physics.curve import Curve
+from mlmem.physics.waves import band
+from mlmem.procedure_table import PROCEDURES
+from mlmem.readers.words import Code
+from mlmem.schema import descriptions
+from mlmem.settings import ActuatorSettings, ScaleSettings
 
 ROWS = 512
 """Most cells in a picture; of a longer chain every second, third ... one is shown."""

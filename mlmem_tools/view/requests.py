@@ -14,13 +14,13 @@ from pathlib import Path
 from time import strftime
 from typing import TYPE_CHECKING, Any
 
+from mlmem import Faults, Refused
+from mlmem.loop.timetable import FASTEST, checked_speed
+from mlmem.procedure_table import PROCEDURES
+from mlmem.schema import descriptions, problems
 from mlmem_ros.contract.calls import NoAnswer, RequestError, RequestRefused
 from mlmem_ros.contract.commands import made
 from mlmem_ros.contract.services import REQUESTS
-from mlmem_ros.described import descriptions, problems
-from mlmem_ros.device import Faults, Refused
-from mlmem_ros.device.timetable import FASTEST, checked_speed
-from mlmem_ros.procedures import PROCEDURES
 
 from .about import About
 

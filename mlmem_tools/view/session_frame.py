@@ -15,12 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.contract import calls, topics
-from mlmem_ros.contract.commands import OF_REQUEST
-from mlmem_ros.described import short_repr
-from mlmem_ros.device import (
+from mlmem import (
     Command,
     Disturb,
     FollowTrajectory,
@@ -31,7 +26,12 @@ from mlmem_ros.device import (
     SetStrain,
     Write,
 )
-from mlmem_ros.procedures import describe_level
+from mlmem.procedure_table import describe_level
+from mlmem.schema import short_repr
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.contract import calls, topics
+from mlmem_ros.contract.commands import OF_REQUEST
 from mlmem_ros.session.data import timed
 from mlmem_ros.session.records import COMMAND, HEADER, Header, naming, read_command, read_header
 

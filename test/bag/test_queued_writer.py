@@ -101,7 +101,7 @@ def test_an_idle_recording_is_synced(make):
 def test_a_sync_begins_at_half_the_interval_and_the_wait_is_measured(make, monkeypatch):
     """With our own clock: of the 10 s from put to disk, 5 s pass before the sync."""
     clock = SimpleNamespace(now=0.0)
-    monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
+    monkeypatch.setattr('mlmem.threads.monotonic', lambda: clock.now)
     recorder = make(sync_interval=10.0)
     recorder.put('/level', level(1), 1)
     wait_for(lambda: recorder.status.messages == 1)
@@ -120,7 +120,7 @@ def test_a_sync_begins_at_half_the_interval_and_the_wait_is_measured(make, monke
 def test_a_backlog_is_written_at_once_and_not_synced_message_by_message(make, monkeypatch):
     """All of it has waited too long when the disk recovers; one sync is enough."""
     clock, syncs = SimpleNamespace(now=0.0), []
-    monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
+    monkeypatch.setattr('mlmem.threads.monotonic', lambda: clock.now)
     recorder = make(sync_interval=1.0)
     released = hold(recorder, monkeypatch)
     for number in range(200):
@@ -138,7 +138,7 @@ def test_a_backlog_is_written_at_once_and_not_synced_message_by_message(make, mo
 
 def test_the_wait_shows_a_disk_that_hangs(make, monkeypatch):
     clock = SimpleNamespace(now=0.0)
-    monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
+    monkeypatch.setattr('mlmem.threads.monotonic', lambda: clock.now)
     recorder = make()
     released = hold(recorder, monkeypatch)
     clock.now = 30.0

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from mlmem_ros.device import preset
+from mlmem import preset
 from mlmem_tools import checks
 from mlmem_tools.checks.capacity import Capacity, capacities
 from mlmem_tools.cli.main import main

@@ -12,13 +12,13 @@ import pytest
 from sampled import sampled
 from scipy.integrate import quad
 
-from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem import MemoryElement, Settings, factory_calibration, preset
+from mlmem.instrument.end import End
+from mlmem.parsing import decode
+from mlmem.physics import CASE_II, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.held_wall import hold_walls
+from mlmem.settings import ActuatorSettings, ProbeSettings
 from mlmem_tools import checks
 from mlmem_tools.checks import (
     Report,

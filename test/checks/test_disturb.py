@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Erase,
     Locate,
@@ -20,9 +20,9 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.end import End
-from mlmem_ros.physics import Specimen, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.instrument.end import End
+from mlmem.physics import Specimen, level_of
+from mlmem.physics.equilibrium import resting_wall
 from mlmem_tools.checks import Verdict, disturb
 from mlmem_tools.checks.concern import Subject
 

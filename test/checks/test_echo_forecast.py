@@ -8,11 +8,11 @@ import itertools
 import numpy as np
 import pytest
 
-from mlmem_ros.device.end import End
-from mlmem_ros.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, scattered, substep_times
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.methods import NOH_BATHE
-from mlmem_ros.physics.waves import wavenumber
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, scattered, substep_times
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.methods import NOH_BATHE
+from mlmem.physics.waves import wavenumber
 from mlmem_tools.checks.echoes import echo_response, propagation
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)

@@ -11,10 +11,10 @@ import warnings
 import legal
 import pytest
 
-from mlmem_ros.device import Settings, SettingsError, preset
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import ActuatorSettings
-from mlmem_ros.physics import CASE_II
+from mlmem import Settings, SettingsError, preset
+from mlmem.instrument.motion import Cycle
+from mlmem.physics import CASE_II
+from mlmem.settings import ActuatorSettings
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict, check
 

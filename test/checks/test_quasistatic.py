@@ -10,9 +10,9 @@ import oracle
 import pytest
 from scipy.optimize import minimize
 
-from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError
-from mlmem_ros.physics.equilibrium import relax, resting_wall
-from mlmem_ros.physics.held_wall import excerpt, hold_walls
+from mlmem.physics import CASE_I, CASE_II, Specimen, StateError
+from mlmem.physics.equilibrium import relax, resting_wall
+from mlmem.physics.held_wall import excerpt, hold_walls
 from mlmem_tools.checks.quasistatic import (
     depinning_strain,
     held_landscape,

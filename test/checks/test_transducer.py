@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from mlmem_ros.device import preset
-from mlmem_ros.device.end import Kick
-from mlmem_ros.device.instrument import Units
-from mlmem_ros.physics import PEFRL, Chain
-from mlmem_ros.physics.energy import energy
+from mlmem import preset
+from mlmem.instrument.end import Kick
+from mlmem.instrument.instrument import Units
+from mlmem.physics import PEFRL, Chain
+from mlmem.physics.energy import energy
 from mlmem_tools.checks import Verdict, transducer
 from mlmem_tools.checks.concern import Subject
 

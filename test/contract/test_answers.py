@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mlmem import Outcome, Reading, describe_level
 from mlmem_ros.contract import answers, calls, values
 from mlmem_ros.contract.answers import Calibrated, Decoded, ended, held, told
 from mlmem_ros.contract.calls import fitted
 from mlmem_ros.contract.services import ACTIONS
-from mlmem_ros.device import Outcome, Reading, describe_level
 from mlmem_tools.cli import request
 
 DEFINITIONS = Path(__file__).parents[2] / 'mlmem_interfaces' / 'action'

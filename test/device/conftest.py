@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem_ros.device import Loop, Write, snapshot
+from mlmem import Loop, Write, snapshot
 
 from . import rig
 

@@ -6,7 +6,7 @@ import contextlib
 
 import legal
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Calibrate,
     Disturb,
@@ -21,8 +21,8 @@ from mlmem_ros.device import (
     SettingsError,
     Write,
 )
-from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.faults import Faults
+from mlmem.instrument.faults import Faults
+from mlmem.readers.calibration import Calibration, DelayTable
 
 
 def device(random):

@@ -10,7 +10,7 @@ import math
 import threading
 import time
 
-from mlmem_ros.device import Refused
+from mlmem import Refused
 
 from . import rig
 

@@ -7,9 +7,9 @@ import dataclasses
 import hypothesis
 import numpy as np
 
-from mlmem_ros.device import MemoryElement, Outcome, Settings, factory_calibration, snapshot
-from mlmem_ros.physics import CASE_II, Specimen, walls
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import MemoryElement, Outcome, Settings, factory_calibration, snapshot
+from mlmem.physics import CASE_II, Specimen, walls
+from mlmem.physics.equilibrium import resting_wall
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: 60 cases, the same in every run; a loaded machine is no finding."""

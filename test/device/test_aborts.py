@@ -6,17 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mlmem_ros.device import (
-    Abort,
-    Calibrate,
-    Erase,
-    Outcome,
-    Read,
-    SetStrain,
-    Write,
-)
-from mlmem_ros.device.settings import ReadSettings
-from mlmem_ros.physics import CASE_II
+from mlmem import Abort, Calibrate, Erase, Outcome, Read, SetStrain, Write
+from mlmem.physics import CASE_II
+from mlmem.settings import ReadSettings
 
 from . import rig
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mlmem_ros.device import Refused
-from mlmem_ros.device.actuator import Actuator
-from mlmem_ros.device.commands import SetStrain
-from mlmem_ros.device.settings import ActuatorSettings
+from mlmem import Refused
+from mlmem.commands import SetStrain
+from mlmem.instrument.actuator import Actuator
+from mlmem.settings import ActuatorSettings
 
 from . import rig
 

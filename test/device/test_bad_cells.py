@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem_ros import element_file
-from mlmem_ros.device import (
+from mlmem import (
     BLANK,
     UNDECODABLE,
     Calibrate,
@@ -22,14 +21,15 @@ from mlmem_ros.device import (
     SettingsError,
     Survey,
     Write,
+    element_file,
     new_element,
     preset,
 )
-from mlmem_ros.device.end import End
-from mlmem_ros.device.moves import moves_from, pushes
-from mlmem_ros.device.register import resting
-from mlmem_ros.device.settings import ElementSettings
-from mlmem_ros.physics import Specimen, level_of
+from mlmem.instrument.end import End
+from mlmem.moves.planner import moves_from, pushes
+from mlmem.physics import Specimen, level_of
+from mlmem.readers.register import resting
+from mlmem.settings import ElementSettings
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict
 

@@ -10,18 +10,10 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
-    Disturb,
-    MemoryElement,
-    Read,
-    Refused,
-    Settings,
-    factory_calibration,
-    snapshot,
-)
-from mlmem_ros.device.base import Base, BaseState
-from mlmem_ros.device.settings import DisturbanceSettings, ScaleSettings
-from mlmem_ros.physics import CASE_II, Chain, StateError, level_of
+from mlmem import Disturb, MemoryElement, Read, Refused, Settings, factory_calibration, snapshot
+from mlmem.instrument.base import Base, BaseState
+from mlmem.physics import CASE_II, Chain, StateError, level_of
+from mlmem.settings import DisturbanceSettings, ScaleSettings
 
 from . import rig
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     UNDECODABLE,
     Abort,
     Calibrate,
@@ -25,9 +25,9 @@ from mlmem_ros.device import (
     Write,
     factory_calibration,
 )
-from mlmem_ros.device.drivers import Driver
-from mlmem_ros.device.instrument import LONGEST_RUN
-from mlmem_ros.physics import CASE_II
+from mlmem.instrument.drivers import Driver
+from mlmem.instrument.instrument import LONGEST_RUN
+from mlmem.physics import CASE_II
 
 from . import rig
 

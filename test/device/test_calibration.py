@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sampled import sampled
 
-from mlmem_ros.device import (
+from mlmem import (
     BLANK,
     UNDECODABLE,
     Calibrate,
@@ -24,11 +24,11 @@ from mlmem_ros.device import (
     SettingsError,
     Write,
 )
-from mlmem_ros.device.end import End
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.procedures import writing
-from mlmem_ros.device.settings import ReadSettings
-from mlmem_ros.outside import decode
+from mlmem.instrument.end import End
+from mlmem.move_settings import WriteSettings
+from mlmem.parsing import decode
+from mlmem.procedures import writing
+from mlmem.settings import ReadSettings
 
 from . import rig
 

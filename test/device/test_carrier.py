@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mlmem_ros.device import Settings
-from mlmem_ros.device.echo import EchoDetector, carried, weights
-from mlmem_ros.device.end import End
+from mlmem import Settings
+from mlmem.instrument.end import End
+from mlmem.readers.echo import EchoDetector, carried, weights
 
 from . import rig
 

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from mlmem_ros.device import Abort, SetStrain, Write, new_element, preset
+from mlmem import Abort, SetStrain, Write, new_element, preset
 from mlmem_ros.parameter_file import load
 
 from .rig import run, succeed

@@ -14,7 +14,7 @@ from functools import cache
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Disturb,
     Erase,
@@ -27,7 +27,7 @@ from mlmem_ros.device import (
     SetStrain,
     Write,
 )
-from mlmem_ros.device.timetable import LONGEST_REST
+from mlmem.loop.timetable import LONGEST_REST
 
 from . import rig
 from .loops import until

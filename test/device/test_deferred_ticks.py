@@ -9,14 +9,8 @@ import time
 
 import pytest
 
-from mlmem_ros.device import (
-    Disturb,
-    Faults,
-    SetStrain,
-    Write,
-    snapshot,
-)
-from mlmem_ros.device.timetable import WAKING, SteadyPacer
+from mlmem import Disturb, Faults, SetStrain, Write, snapshot
+from mlmem.loop.timetable import WAKING, SteadyPacer
 
 from . import rig
 from .loops import PATIENCE, PERIOD, Clock, restless, result, until

@@ -13,19 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.echo import (
-    FAINTEST,
-    EchoDetector,
-    blanking,
-    pulse_duration,
-    threshold,
-    window,
-)
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ProbeSettings, Settings
-from mlmem_ros.device.transducer import Transducer
-from mlmem_ros.physics import CASE_II, Chain
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.instrument.transducer import Transducer
+from mlmem.physics import CASE_II, Chain
+from mlmem.readers.echo import FAINTEST, EchoDetector, blanking, pulse_duration, threshold, window
+from mlmem.settings import ProbeSettings, Settings
 
 from . import rig
 

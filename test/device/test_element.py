@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Calibrate,
     Calibration,
@@ -29,9 +29,9 @@ from mlmem_ros.device import (
     Write,
     snapshot,
 )
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import TimeSettings
-from mlmem_ros.physics import CASE_II, PEFRL, Specimen, StateError, stable_step
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, PEFRL, Specimen, StateError, stable_step
+from mlmem.settings import TimeSettings
 
 from . import rig
 

@@ -7,22 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
-    ProcedureFailed,
-    Read,
-    Settings,
-    SettingsError,
-    factory_calibration,
-    new_element,
-)
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import End
-from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.procedures import listening
-from mlmem_ros.device.procedures.blocks import run
-from mlmem_ros.device.settings import ProbeSettings, ReadSettings
-from mlmem_ros.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import ProcedureFailed, Read, Settings, SettingsError, factory_calibration, new_element
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.instrument.instrument import Instrument
+from mlmem.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.procedures import listening
+from mlmem.procedures.blocks import run
+from mlmem.settings import ProbeSettings, ReadSettings
 from mlmem_tools.checks.echoes import forecast_echo
 
 from . import rig

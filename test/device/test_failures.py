@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Faults,
     Inject,
     Read,
@@ -19,10 +19,10 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.failures import KINDS, MEANINGS, UNITS, Failure, course, of
-from mlmem_ros.device.faults import Sensors, moved
-from mlmem_ros.physics import HeldCell
-from mlmem_ros.rng import Stream, normal
+from mlmem.instrument.fault_script import KINDS, MEANINGS, UNITS, Failure, course, of
+from mlmem.instrument.faults import Sensors, moved
+from mlmem.physics import HeldCell
+from mlmem.rng import Stream, normal
 
 CELL = {'instance': 40}
 

@@ -9,8 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.described import descriptions
-from mlmem_ros.device import (
+from mlmem import (
     UNDECODABLE,
     Abort,
     Erase,
@@ -26,14 +25,15 @@ from mlmem_ros.device import (
     new_element,
     snapshot,
 )
-from mlmem_ros.device.actuator import TransmissionState
-from mlmem_ros.device.end import End
-from mlmem_ros.device.faults import OfMaterial, with_faults
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.presets import preset
-from mlmem_ros.device.register import resting
-from mlmem_ros.physics import CASE_II, Specimen, StateError, walls
-from mlmem_ros.rng import Stream, happens, normal
+from mlmem.instrument.actuator import TransmissionState
+from mlmem.instrument.end import End
+from mlmem.instrument.faults import OfMaterial, with_faults
+from mlmem.move_settings import WriteSettings
+from mlmem.physics import CASE_II, Specimen, StateError, walls
+from mlmem.presets import preset
+from mlmem.readers.register import resting
+from mlmem.rng import Stream, happens, normal
+from mlmem.schema import descriptions
 
 from . import rig
 from .test_register import NIBBLE

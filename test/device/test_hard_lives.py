@@ -9,10 +9,10 @@ import warnings
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Outcome, Read, SetStrain, Write, snapshot
-from mlmem_ros.device.settings import ActuatorSettings
-from mlmem_ros.physics import StateError
-from mlmem_ros.physics.energy import energy
+from mlmem import Outcome, Read, SetStrain, Write, snapshot
+from mlmem.physics import StateError
+from mlmem.physics.energy import energy
+from mlmem.settings import ActuatorSettings
 
 from . import lives, rig
 

@@ -4,14 +4,14 @@
 
 import pytest
 
-from mlmem_ros.device import Erase, Read, Settings, Write, new_element
-from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import TimeSettings
-from mlmem_ros.device.snapshot import digest, restore, take
+from mlmem import Erase, Read, Settings, Write, new_element
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, INTEGRATORS, Specimen, StateError
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.readers.calibration import calibration_key
+from mlmem.settings import TimeSettings
+from mlmem.snapshot import digest, restore, take
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Specimen, StateError
-from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_tools.checks import Report, material
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo

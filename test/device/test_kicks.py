@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import (
+from mlmem import (
     BLANK,
     Calibrate,
     Erase,
@@ -28,13 +28,13 @@ from mlmem_ros.device import (
     factory_calibration,
     preset,
 )
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import Kick
-from mlmem_ros.device.move_settings import KickSettings
-from mlmem_ros.device.moves import How, route
-from mlmem_ros.device.procedures.blocks import kick, push, run, wait
-from mlmem_ros.physics import Scatter, level_of, scattered
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import Kick
+from mlmem.move_settings import KickSettings
+from mlmem.moves.planner import How, route
+from mlmem.physics import Scatter, level_of, scattered
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.procedures.blocks import kick, push, run, wait
 
 KICKED = sampled(('kick_2', 'kick_3', 'kick_4'), lambda name: name != 'kick_4')
 

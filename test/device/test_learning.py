@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Calibrate,
     Calibration,
     Faults,
@@ -18,8 +18,7 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.procedures import writing
-from mlmem_ros.device.pulse_corrections import (
+from mlmem.moves.corrections import (
     AS_SET,
     QUICKER,
     STRONGER,
@@ -29,10 +28,11 @@ from mlmem_ros.device.pulse_corrections import (
     menu,
     schedule_of,
 )
+from mlmem.parsing import decode
+from mlmem.physics import StateError, level_of
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.procedures import writing
 from mlmem_ros.host import state_file
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import StateError, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
 
 BITS_2 = preset('bits_2')
 

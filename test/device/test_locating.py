@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     BLANK,
     Disturb,
     Faults,
@@ -16,9 +16,9 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.register import resting
-from mlmem_ros.physics import CASE_II, Specimen, walls
-from mlmem_ros.physics.equilibrium import relax
+from mlmem.physics import CASE_II, Specimen, walls
+from mlmem.physics.equilibrium import relax
+from mlmem.readers.register import resting
 
 from . import rig
 

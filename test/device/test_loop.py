@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Calibrate,
     Disturb,
@@ -24,9 +24,9 @@ from mlmem_ros.device import (
     Write,
     snapshot,
 )
-from mlmem_ros.device.mailbox import MOST
-from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.physics import StateError
+from mlmem.loop.mailbox import MOST
+from mlmem.physics import StateError
+from mlmem.settings import ScaleSettings
 
 from . import rig
 from .loops import PATIENCE, Clock, hold, refusal, result, until

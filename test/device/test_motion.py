@@ -7,14 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Settings
-from mlmem_ros.device.actuator import Actuator
-from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.motion import Cycle, Ramp, shaped
-from mlmem_ros.device.move_settings import CycleSettings
-from mlmem_ros.device.procedures.blocks import play, run
-from mlmem_ros.device.settings import ActuatorSettings
-from mlmem_ros.physics import CASE_II
+from mlmem import Settings
+from mlmem.instrument.actuator import Actuator
+from mlmem.instrument.instrument import Instrument
+from mlmem.instrument.motion import Cycle, Ramp, shaped
+from mlmem.move_settings import CycleSettings
+from mlmem.physics import CASE_II
+from mlmem.procedures.blocks import play, run
+from mlmem.settings import ActuatorSettings
 
 PEAK = -0.03
 PLAIN = CycleSettings(ramp=400.0, hold=200.0, release=300.0, settle=100.0)

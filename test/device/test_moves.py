@@ -6,16 +6,11 @@ import itertools
 
 import pytest
 
-from mlmem_ros.device import PRESETS, preset
-from mlmem_ros.device.moves import (
-    How,
-    moves_from,
-    paper_way,
-    route,
-)
-from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.physics import CASE_II
+from mlmem import PRESETS, preset
+from mlmem.moves.planner import How, moves_from, paper_way, route
+from mlmem.physics import CASE_II
+from mlmem.readers.reading import BLANK
+from mlmem.settings import Settings
 
 
 def ways(design, settings, start, target):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import UNDECODABLE, EchoReceived, Faults, Read, SelfTest, SetFaults, Write
-from mlmem_ros.device.echo import EchoDetector, threshold, weights
-from mlmem_ros.device.end import End
-from mlmem_ros.device.procedures import listening
-from mlmem_ros.device.settings import ProbeSettings
+from mlmem import UNDECODABLE, EchoReceived, Faults, Read, SelfTest, SetFaults, Write
+from mlmem.instrument.end import End
+from mlmem.procedures import listening
+from mlmem.readers.echo import EchoDetector, threshold, weights
+from mlmem.settings import ProbeSettings
 
 from . import rig
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import (
+from mlmem import (
     UNDECODABLE,
     Calibration,
     EchoReceived,
@@ -21,14 +21,14 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.calibration import DelayTable
-from mlmem_ros.device.decoding import decode, exchanged
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.echo import Echo, threshold
-from mlmem_ros.device.end import End
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.presets import PRESETS
+from mlmem.readers.calibration import DelayTable
+from mlmem.readers.decoding import decode, exchanged
+from mlmem.readers.echo import Echo, threshold
 
 from . import rig
 

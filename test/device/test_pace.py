@@ -8,15 +8,8 @@ import time
 
 import pytest
 
-from mlmem_ros.device import (
-    Abort,
-    Loop,
-    Read,
-    SetStrain,
-    SettingsError,
-    Write,
-)
-from mlmem_ros.device.settings import ScaleSettings
+from mlmem import Abort, Loop, Read, SetStrain, SettingsError, Write
+from mlmem.settings import ScaleSettings
 
 from . import rig
 from .loops import PERIOD, Clock, result, until

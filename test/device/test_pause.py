@@ -7,10 +7,7 @@ import time
 
 import pytest
 
-from mlmem_ros.device import (
-    Inject,
-    SetStrain,
-)
+from mlmem import Inject, SetStrain
 
 from . import rig
 from .loops import PATIENCE, PERIOD, Clock, hold, refusal, result, until

@@ -8,20 +8,12 @@ import math
 import pytest
 from sampled import sampled
 
-from mlmem_ros.described import descriptions
-from mlmem_ros.device import (
-    PRESETS,
-    Calibration,
-    MemoryElement,
-    SetStrain,
-    Settings,
-    new_element,
-    preset,
-)
-from mlmem_ros.device.calibration import DelayTable
-from mlmem_ros.device.end import End
-from mlmem_ros.physics import CASE_I, DesignError, Specimen, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import PRESETS, Calibration, MemoryElement, SetStrain, Settings, new_element, preset
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_I, DesignError, Specimen, level_of
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.readers.calibration import DelayTable
+from mlmem.schema import descriptions
 
 EVERY = pytest.mark.parametrize('name', PRESETS)
 SOME = 'case_2', 'bits_2'

@@ -12,8 +12,7 @@ import re
 import numpy as np
 import pytest
 
-from mlmem_ros.contract.answers import ended
-from mlmem_ros.device import (
+from mlmem import (
     BLANK,
     UNDECODABLE,
     DelayTable,
@@ -29,11 +28,12 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.end import End
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.settings import ActuatorSettings, ReadSettings
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import relax, wall_profile
+from mlmem.instrument.end import End
+from mlmem.move_settings import WriteSettings
+from mlmem.physics import CASE_II, Specimen
+from mlmem.physics.equilibrium import relax, wall_profile
+from mlmem.settings import ActuatorSettings, ReadSettings
+from mlmem_ros.contract.answers import ended
 
 from . import rig
 

@@ -11,9 +11,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from mlmem_ros.device import FollowTrajectory, Refused, SetStrain, Write, snapshot
-from mlmem_ros.device.actuator import MOST_POINTS, planned
-from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
+from mlmem import FollowTrajectory, Refused, SetStrain, Write, snapshot
+from mlmem.instrument.actuator import MOST_POINTS, planned
+from mlmem.settings import ActuatorSettings, ScaleSettings
 
 from . import rig
 

@@ -6,9 +6,9 @@ import itertools
 
 import pytest
 
-from mlmem_ros.device import Abort, Read, SelfTest, Write, new_element, preset, snapshot
-from mlmem_ros.device.commands import LAUNCHING, LISTENING, SETTLING, STRAINING, Progress
-from mlmem_ros.device.move_settings import WriteSettings
+from mlmem import Abort, Read, SelfTest, Write, new_element, preset, snapshot
+from mlmem.commands import LAUNCHING, LISTENING, SETTLING, STRAINING, Progress
+from mlmem.move_settings import WriteSettings
 
 from . import rig
 

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device.end import End, Move, Pulse
-from mlmem_ros.device.settings import ProbeSettings
+from mlmem.instrument.end import End, Move, Pulse
+from mlmem.settings import ProbeSettings
 
 from . import rig
 

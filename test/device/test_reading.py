@@ -9,12 +9,12 @@ import re
 import numpy as np
 import pytest
 
-from mlmem_ros.device import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
-from mlmem_ros.device.decoding import decode, phase_of
-from mlmem_ros.device.echo import TAIL, Echo, threshold
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ReadSettings
-from mlmem_ros.physics import CASE_II
+from mlmem import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II
+from mlmem.readers.decoding import decode, phase_of
+from mlmem.readers.echo import TAIL, Echo, threshold
+from mlmem.settings import ReadSettings
 
 CALIBRATION = Calibration(
     DelayTable(tuple(200.0 + 100.0 * level for level in range(8))),

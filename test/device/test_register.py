@@ -10,7 +10,7 @@ import pytest
 from sampled import sampled
 from scipy.spatial.distance import cdist
 
-from mlmem_ros.device import (
+from mlmem import (
     UNDECODABLE,
     Abort,
     Calibrate,
@@ -27,13 +27,13 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import End
-from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.register import forecasts_of, levels_of, resting
-from mlmem_ros.device.words import Code
-from mlmem_ros.physics import Scatter, Specimen, scattered, walls
-from mlmem_ros.physics.equilibrium import resting_walls
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.instrument.instrument import Instrument
+from mlmem.physics import Scatter, Specimen, scattered, walls
+from mlmem.physics.equilibrium import resting_walls
+from mlmem.readers.register import forecasts_of, levels_of, resting
+from mlmem.readers.words import Code
 
 BYTE = preset('byte')
 

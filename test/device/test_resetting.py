@@ -5,17 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
-    BLANK,
-    Erase,
-    Faults,
-    Read,
-    Reset,
-    SetFaults,
-    SetStrain,
-    Write,
-    snapshot,
-)
+from mlmem import BLANK, Erase, Faults, Read, Reset, SetFaults, SetStrain, Write, snapshot
 
 from . import rig
 from .test_blindfold import blindfolded

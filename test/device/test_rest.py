@@ -8,7 +8,7 @@ import random
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Disturb,
     EchoReceived,
@@ -20,11 +20,11 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.end import End, Pulse
-from mlmem_ros.device.faults import Faults
-from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.physics import Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.instrument.end import End, Pulse
+from mlmem.instrument.faults import Faults
+from mlmem.instrument.instrument import Instrument
+from mlmem.physics import Specimen
+from mlmem.physics.equilibrium import resting_wall
 
 from . import rig
 

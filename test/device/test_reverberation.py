@@ -9,12 +9,12 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Abort, Read, SetStrain, Settings, Write, snapshot
-from mlmem_ros.device.echo import carried, weights
-from mlmem_ros.device.end import End
-from mlmem_ros.device.procedures.listening import is_quiet
-from mlmem_ros.device.transducer import LONG_AGO, Returns, Reverberation
-from mlmem_ros.physics import CASE_II
+from mlmem import Abort, Read, SetStrain, Settings, Write, snapshot
+from mlmem.instrument.end import End
+from mlmem.instrument.transducer import LONG_AGO, Returns, Reverberation
+from mlmem.physics import CASE_II
+from mlmem.procedures.listening import is_quiet
+from mlmem.readers.echo import carried, weights
 
 from . import rig
 

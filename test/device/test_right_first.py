@@ -8,7 +8,7 @@ import dataclasses
 
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Calibrate,
     Calibration,
     Read,
@@ -19,8 +19,8 @@ from mlmem_ros.device import (
     new_element,
     snapshot,
 )
-from mlmem_ros.device.end import End
-from mlmem_ros.outside import decode
+from mlmem.instrument.end import End
+from mlmem.parsing import decode
 from mlmem_ros.parameter_file import load
 
 from .rig import run

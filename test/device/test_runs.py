@@ -9,7 +9,7 @@ from functools import partial
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Calibrate,
     Disturb,
@@ -25,8 +25,8 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.instrument import LONGEST_RUN
-from mlmem_ros.physics import StateError
+from mlmem.instrument.instrument import LONGEST_RUN
+from mlmem.physics import StateError
 
 from . import lives, rig
 from .test_hard_lives import MOST_WORK

@@ -7,8 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.contract.answers import ended
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     DelayTable,
     EchoReceived,
@@ -19,11 +18,12 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.commands import SetFaults
-from mlmem_ros.device.end import End
-from mlmem_ros.device.faults import HEALTHY, Faults
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.physics import CASE_II
+from mlmem.commands import SetFaults
+from mlmem.instrument.end import End
+from mlmem.instrument.faults import HEALTHY, Faults
+from mlmem.move_settings import WriteSettings
+from mlmem.physics import CASE_II
+from mlmem_ros.contract.answers import ended
 
 from . import rig
 

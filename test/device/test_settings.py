@@ -8,11 +8,11 @@ import math
 
 import pytest
 
-from mlmem_ros.described import descriptions
-from mlmem_ros.device import Settings, SettingsError
-from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
-from mlmem_ros.device.settings import ActuatorSettings, ReadSettings
-from mlmem_ros.outside import DecodeError, decode
+from mlmem import Settings, SettingsError
+from mlmem.move_settings import EraseSettings, WriteSettings
+from mlmem.parsing import DecodeError, decode
+from mlmem.schema import descriptions
+from mlmem.settings import ActuatorSettings, ReadSettings
 
 EVERY = [
     (group.name, field.name)

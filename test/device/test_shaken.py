@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import UNDECODABLE, Disturb, Outcome, Read, Write
-from mlmem_ros.device.commands import EchoReceived
-from mlmem_ros.device.end import End
+from mlmem import UNDECODABLE, Disturb, Outcome, Read, Write
+from mlmem.commands import EchoReceived
+from mlmem.instrument.end import End
 
 from . import rig
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Erase,
     MemoryElement,
@@ -23,10 +23,10 @@ from mlmem_ros.device import (
     factory_calibration,
     snapshot,
 )
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ActuatorSettings, TimeSettings
-from mlmem_ros.physics import CASE_II, Specimen, StateError
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, Specimen, StateError
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.settings import ActuatorSettings, TimeSettings
 
 from . import rig
 

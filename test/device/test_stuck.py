@@ -11,9 +11,9 @@ from dataclasses import replace
 import pytest
 from sampled import sampled
 
-from mlmem_ros.device import Faults, Read, SetFaults, Write, new_element, preset
-from mlmem_ros.physics import Specimen, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import Faults, Read, SetFaults, Write, new_element, preset
+from mlmem.physics import Specimen, level_of
+from mlmem.physics.equilibrium import resting_wall
 
 NEAR = (-12, -4, -2, 2, 4, 12)
 """Places of the stuck cell, from the wall's defect."""

@@ -7,14 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import End, Preset, Shot, Survey, Write, new_element, preset
-from mlmem_ros.device.procedures import estimates
-from mlmem_ros.device.procedures.surveying import (
-    BLANK_SHOTS,
-    FIRST_SHOTS,
-    LAST_SHOTS,
-    MIDDLE_SHOTS,
-)
+from mlmem import End, Preset, Shot, Survey, Write, new_element, preset
+from mlmem.procedures import estimates
+from mlmem.procedures.surveying import BLANK_SHOTS, FIRST_SHOTS, LAST_SHOTS, MIDDLE_SHOTS
 
 from . import rig
 

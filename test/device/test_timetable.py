@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem_ros.device.mailbox import Mailbox
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.timetable import WAKING, LoopStatistics, SteadyPacer, Timetable
+from mlmem.loop.mailbox import Mailbox
+from mlmem.loop.timetable import WAKING, LoopStatistics, SteadyPacer, Timetable
+from mlmem.settings import Settings
 
 PERIOD = 0.002
 """Of a tick: 20 time units of 1e-4 s."""

@@ -8,14 +8,14 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import PRESETS, SettingsError
-from mlmem_ros.device.commands import SetStrain
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import End, Pulse
-from mlmem_ros.device.settings import ProbeSettings, Settings
-from mlmem_ros.device.transducer import Transducer, upper_edge
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell
-from mlmem_ros.physics.waves import band
+from mlmem import PRESETS, SettingsError
+from mlmem.commands import SetStrain
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End, Pulse
+from mlmem.instrument.transducer import Transducer, upper_edge
+from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell
+from mlmem.physics.waves import band
+from mlmem.settings import ProbeSettings, Settings
 
 from . import rig
 

@@ -5,20 +5,11 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
-    UNDECODABLE,
-    EchoReceived,
-    Read,
-    SelfTest,
-    SetStrain,
-    Write,
-    new_element,
-    preset,
-)
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ReadSettings
-from mlmem_ros.physics import Specimen, walls
-from mlmem_ros.physics.equilibrium import relax
+from mlmem import UNDECODABLE, EchoReceived, Read, SelfTest, SetStrain, Write, new_element, preset
+from mlmem.instrument.end import End
+from mlmem.physics import Specimen, walls
+from mlmem.physics.equilibrium import relax
+from mlmem.settings import ReadSettings
 
 from . import rig
 

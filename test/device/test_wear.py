@@ -8,9 +8,9 @@ import json
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Abort, Erase, Faults, Read, SetFaults, SetStrain, Write, snapshot
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.physics import CASE_II
+from mlmem import Abort, Erase, Faults, Read, SetFaults, SetStrain, Write, snapshot
+from mlmem.move_settings import WriteSettings
+from mlmem.physics import CASE_II
 
 from . import rig
 

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from mlmem_ros.device import Faults, factory, new_element, preset
-from mlmem_ros.device.timetable import SteadyPacer
+from mlmem import Faults, factory, new_element, preset
+from mlmem.loop.timetable import SteadyPacer
 from mlmem_ros.host import Host, SessionPlan, ThrottledLog
 from mlmem_ros.host.settings import (
     FileSettings,

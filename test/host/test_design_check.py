@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A design is checked before it is built, once in a process."""
 
-from mlmem_ros.device import End, Settings, preset
-from mlmem_ros.device.settings import ScaleSettings
+from mlmem import End, Settings, preset
+from mlmem.physics import CASE_I, CASE_II
+from mlmem.settings import ScaleSettings
 from mlmem_ros.host import design_check
 from mlmem_ros.host.design_check import check_design
-from mlmem_ros.physics import CASE_I, CASE_II
 from mlmem_tools import checks
 from mlmem_tools.checks import Finding, Report, Verdict
 

@@ -4,10 +4,10 @@
 
 import pytest
 
-from mlmem_ros.device import Driver, DriverError, Refused, Settings, SettingsError, Write
-from mlmem_ros.device.drivers import Simulation
+from mlmem import Driver, DriverError, Refused, Settings, SettingsError, Write
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import CASE_II
 from mlmem_ros.host.settings import DeviceSettings
-from mlmem_ros.physics import CASE_II
 
 SOON = 30.0
 

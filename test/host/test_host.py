@@ -16,16 +16,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write, snapshot
+from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import (
-    Faults,
-    Read,
-    Refused,
-    SetStrain,
-    SettingsError,
-    Write,
-    snapshot,
-)
 from mlmem_ros.host import Overdue, State, state_file
 from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
@@ -35,7 +28,6 @@ from mlmem_ros.host.settings import (
     RecordSettings,
     StateSettings,
 )
-from mlmem_ros.physics import StateError
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from mlmem import Read, Refused, SetStrain, Write
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import Read, Refused, SetStrain, Write
 from mlmem_ros.host import recording
 from mlmem_ros.host.recording import PreTriggerBuffer
 from mlmem_ros.host.settings import RecordSettings

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.device import Calibration, DelayTable, Settings, snapshot
-from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.settings import ReadSettings, TimeSettings
+from mlmem import Calibration, DelayTable, Settings, snapshot
+from mlmem.move_settings import WriteSettings
+from mlmem.physics import CASE_I, CASE_II, StateError
+from mlmem.readers.calibration import calibration_key
+from mlmem.settings import ReadSettings, TimeSettings
 from mlmem_ros.host import state_file
-from mlmem_ros.physics import CASE_I, CASE_II, StateError
 from test.device import rig
 
 

@@ -8,15 +8,15 @@ import threading
 
 import pytest
 
-from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapshot
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.settings import ProbeSettings
+from mlmem import DelayTable, Settings, factory, new_element, snapshot
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import CASE_II, StateError
+from mlmem.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog, state_file
 from mlmem_ros.host.building import NullStore
 from mlmem_ros.host.settings import FileSettings, StateSettings
 from mlmem_ros.host.store import Store
 from mlmem_ros.host.worker import Worker
-from mlmem_ros.physics import CASE_II, StateError
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@
 
 import itertools
 
-from mlmem_ros import threads
+from mlmem import threads
 from mlmem_ros.host.worker import AT_ONCE, LONGEST
 
 

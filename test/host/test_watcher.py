@@ -8,19 +8,10 @@ from dataclasses import replace
 
 import pytest
 
-from mlmem_ros.device import (
-    EchoReceived,
-    Faults,
-    Outcome,
-    Read,
-    SetFaults,
-    Write,
-    new_element,
-    preset,
-)
-from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.element_file import Element
-from mlmem_ros.physics import Specimen
+from mlmem import EchoReceived, Faults, Outcome, Read, SetFaults, Write, new_element, preset
+from mlmem.element_file import Element
+from mlmem.physics import Specimen
+from mlmem.readers.reading import UNDECODABLE
 from mlmem_tools.twin.watcher import Watcher
 
 REST = 10.0

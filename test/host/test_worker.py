@@ -6,9 +6,8 @@ import threading
 
 import pytest
 
-from mlmem_ros import threads
+from mlmem import Refused, threads
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import Refused
 from mlmem_ros.host import Overdue
 from mlmem_ros.host.worker import PATIENCE, Worker
 

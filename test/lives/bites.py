@@ -8,11 +8,12 @@ A bite replaces functions of the package by wrong ones; `BITES` holds them by na
 from contextlib import ExitStack, contextmanager
 from unittest.mock import patch
 
-from mlmem_ros import durable, threads
+from mlmem import atomic_files, element, threads
+from mlmem.errors import Refused
+from mlmem.instrument import actuator
+from mlmem.loop import loop, mailbox, timetable
+from mlmem.loop.mailbox import Request
 from mlmem_ros.bag import writer
-from mlmem_ros.device import actuator, element, loop, mailbox, timetable
-from mlmem_ros.device.errors import Refused
-from mlmem_ros.device.mailbox import Request
 from mlmem_ros.host import sessions, store, worker
 
 BITES = {}
@@ -165,7 +166,7 @@ def recording_not_synced(_):
     return lambda self: self._writer.flush()
 
 
-@_bite((durable, 'close_quietly'))
+@_bite((atomic_files, 'close_quietly'))
 def file_left_open_after_an_error(_):
     return lambda file: None
 
@@ -173,27 +174,27 @@ def file_left_open_after_an_error(_):
 # --- the state file ----------------------------------------------------------------------
 
 
-@_bite((durable.DurableFile, 'sync'))
+@_bite((atomic_files.DurableFile, 'sync'))
 def no_sync_before_the_rename(_):
     return lambda self: None
 
 
-@_bite((durable, 'sync_directory'))
+@_bite((atomic_files, 'sync_directory'))
 def no_sync_after_the_rename(_):
     return lambda path: None
 
 
-@_bite((durable, 'write_atomically'))
+@_bite((atomic_files, 'write_atomically'))
 def state_written_in_place(_):
     def write(path, text):
-        flags = durable.os.O_WRONLY | durable.os.O_CREAT | durable.os.O_TRUNC
-        file = durable.DurableFile(durable.os.open(path, flags))
+        flags = atomic_files.os.O_WRONLY | atomic_files.os.O_CREAT | atomic_files.os.O_TRUNC
+        file = atomic_files.DurableFile(atomic_files.os.open(path, flags))
         try:
             file.write(text.encode())
             file.sync()
         finally:
             file.close()
-        durable.sync_directory(path.parent)
+        atomic_files.sync_directory(path.parent)
 
     return write
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A file system in memory that may fail at every call, and forgets what was not synced.
 
-It offers the functions of `os` that `mlmem_ros.durable` uses. The content of a file or directory
+It offers the functions of `os` that `mlmem.atomic_files` uses. The content of a file or directory
 has two versions: the one that the system shows, and the one on the disk. In a power cut, whatever
 was written since the last sync is lost, kept, or kept in part, depending on the seed.
 """
@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
-from mlmem_ros import durable
+from mlmem import atomic_files
 
 from .files import Directory, File
 from .scheduler import Killed
@@ -275,11 +275,11 @@ def mounted(disk):
     flags = {name: value for name, value in vars(os).items() if name.startswith('O_')}
     calls = {name: getattr(disk, name) for name in names}
     path = SimpleNamespace(isdir=disk.isdir, lexists=disk.lexists)
-    durable.os, durable.flock = SimpleNamespace(**flags, **calls, path=path), disk.flock
+    atomic_files.os, atomic_files.flock = SimpleNamespace(**flags, **calls, path=path), disk.flock
     try:
         yield
     finally:
-        durable.os, durable.flock = os, fcntl.flock
+        atomic_files.os, atomic_files.flock = os, fcntl.flock
 
 
 def _error(number, what):

@@ -8,15 +8,9 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
-from mlmem_ros.device import (
-    Faults,
-    MemoryElement,
-    Settings,
-    Write,
-    factory_calibration,
-    preset,
-    snapshot,
-)
+from mlmem import Faults, MemoryElement, Settings, Write, factory_calibration, preset, snapshot
+from mlmem.parsing import decode
+from mlmem.physics import Design
 from mlmem_ros.host.settings import (
     FileSettings,
     Parameters,
@@ -24,8 +18,6 @@ from mlmem_ros.host.settings import (
     RecordSettings,
     StateSettings,
 )
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import Design
 
 PUBLISH = PublishSettings(4, 4, 4, 8, 40, 8)
 

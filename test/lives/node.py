@@ -4,7 +4,7 @@
 
 from collections import deque
 
-from mlmem_ros import threads
+from mlmem import threads
 from mlmem_ros.host import REFUSALS
 
 TRANSITIONS = {

@@ -7,10 +7,10 @@ import traceback
 from pathlib import Path
 from types import NoneType
 
-from mlmem_ros.device import Outcome, Refused
+from mlmem import Outcome, Refused
+from mlmem.physics import level_of
+from mlmem.procedure_table import Procedures
 from mlmem_ros.host import REFUSALS, state_file
-from mlmem_ros.physics import level_of
-from mlmem_ros.procedures import Procedures
 
 from . import bags
 from . import element as small

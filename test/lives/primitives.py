@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The contents of `mlmem_ros.threads`, made of the tasks of a scheduler."""
+"""The contents of `mlmem.threads`, made of the tasks of a scheduler."""
 
 import concurrent.futures
 import sys
 from contextlib import contextmanager
 from unittest.mock import patch
 
-from mlmem_ros import threads
+from mlmem import threads
 
 _PRESENT = []
 """The scheduler under whatever is made now, as its last entry."""

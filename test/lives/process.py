@@ -4,12 +4,11 @@
 
 from dataclasses import replace
 
-from mlmem_ros import threads
+from mlmem import Outcome, threads
+from mlmem.physics import StateError
 from mlmem_ros.bag import jazzy
 from mlmem_ros.contract import topics, values
-from mlmem_ros.device import Outcome
 from mlmem_ros.host import Host, SessionPlan
-from mlmem_ros.physics import StateError
 
 from .node import Executor, Node
 from .script import SESSION

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from random import Random
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Calibrate,
     Disturb,

@@ -4,7 +4,7 @@
 
 from pathlib import Path
 
-from mlmem_ros import durable, threads
+from mlmem import atomic_files, threads
 
 from .disk import Disk, mounted
 from .primitives import scheduled
@@ -56,18 +56,18 @@ def run_on_disk(seed, work, crash_at=None):
     scheduler = Scheduler(seed)
     disk = Disk(scheduler)
     with scheduled(scheduler), mounted(disk):
-        durable.write_atomically(STATE, 'old')
+        atomic_files.write_atomically(STATE, 'old')
         scheduler.crash_at = crash_at
         scheduler.spawn(work, 'work')
         scheduler.settle(3600.0)
         assert not scheduler.failures
         disk.cut_power()
-        return durable.read_text(STATE)
+        return atomic_files.read_text(STATE)
 
 
 def test_atomic_write_leaves_old_or_new_after_every_crash():
     def work():
-        durable.write_atomically(STATE, 'the new content, and longer')
+        atomic_files.write_atomically(STATE, 'the new content, and longer')
 
     found = {run_on_disk(seed, work, crash_at) for crash_at in range(1, 12) for seed in range(40)}
     assert found == {'old', 'the new content, and longer'}
@@ -75,16 +75,16 @@ def test_atomic_write_leaves_old_or_new_after_every_crash():
 
 def test_atomic_write_that_returned_survives_a_power_cut():
     for seed in range(200):
-        assert run_on_disk(seed, lambda: durable.write_atomically(STATE, 'new')) == 'new'
+        assert run_on_disk(seed, lambda: atomic_files.write_atomically(STATE, 'new')) == 'new'
 
 
 def test_write_without_sync_is_lost_on_some_disks():
     def work():
-        flags = durable.os.O_WRONLY | durable.os.O_CREAT
-        file = durable.DurableFile(durable.os.open('/.state.new', flags))
+        flags = atomic_files.os.O_WRONLY | atomic_files.os.O_CREAT
+        file = atomic_files.DurableFile(atomic_files.os.open('/.state.new', flags))
         file.write(b'new')
         file.close()
-        durable.os.replace('/.state.new', STATE)
-        durable.sync_directory(STATE.parent)
+        atomic_files.os.replace('/.state.new', STATE)
+        atomic_files.sync_directory(STATE.parent)
 
     assert {'', 'new'} <= {run_on_disk(seed, work) for seed in range(40)}

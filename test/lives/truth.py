@@ -6,10 +6,10 @@ right.
 
 import math
 
-from mlmem_ros.device import Disturb, Outcome, Refused, SetFaults, SetStrain
-from mlmem_ros.device.commands import FollowTrajectory
-from mlmem_ros.physics import level_of, walls
-from mlmem_ros.procedures import PROCEDURES, Procedures
+from mlmem import Disturb, Outcome, Refused, SetFaults, SetStrain
+from mlmem.commands import FollowTrajectory
+from mlmem.physics import level_of, walls
+from mlmem.procedure_table import PROCEDURES, Procedures
 
 from . import element as small
 

@@ -8,9 +8,9 @@ from unittest.mock import patch
 
 from owner import owned
 
-from mlmem_ros import durable
-from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.device.drivers import Simulation
+from mlmem import atomic_files
+from mlmem.instrument.drivers import Simulation
+from mlmem.readers.calibration import calibration_key
 from mlmem_ros.host import state_file, worker
 
 from .disk import Disk, mounted
@@ -109,7 +109,7 @@ class Life:
 
     def _furnish(self):
         """Put the files of an earlier life on the disk."""
-        durable.make_directory(ROOT, exist_ok=True)
+        atomic_files.make_directory(ROOT, exist_ok=True)
         if self.script.state:
             path = Path(STATE)
             key = calibration_key(self.kind.design, self.kind.settings)

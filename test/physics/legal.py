@@ -8,11 +8,11 @@ Everything comes from one generator, so that a seed tells a whole life.
 import dataclasses
 import math
 
-from mlmem_ros.described import descriptions
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.physics import CASE_II, Design, DesignError
-from mlmem_ros.physics.design import RIGIDITY
-from mlmem_ros.physics.potential import Potential
+from mlmem.physics import CASE_II, Design, DesignError
+from mlmem.physics.design import RIGIDITY
+from mlmem.physics.potential import Potential
+from mlmem.schema import descriptions
+from mlmem.settings import Settings
 
 SMALL = {'N': 60, 'J': 25, 'J_s': 50, 'tail': 20}
 """Bounds on the size of an element, so that hundreds of runs take seconds."""

@@ -12,8 +12,8 @@ import llvmlite.binding
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
-from mlmem_ros.physics.curve import Curve
+from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
+from mlmem.physics.curve import Curve
 
 BITS = {
     ('noh_bathe', 'rigid'): 'a542ed0e05ffa8a7',

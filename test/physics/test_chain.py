@@ -23,7 +23,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem_ros.physics import (
+from mlmem.physics import (
     CASE_I,
     CASE_II,
     INTEGRATORS,
@@ -38,7 +38,7 @@ from mlmem_ros.physics import (
     substep_times,
     walls,
 )
-from mlmem_ros.physics.equilibrium import resting_wall, wall_profile
+from mlmem.physics.equilibrium import resting_wall, wall_profile
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)

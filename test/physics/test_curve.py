@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from uniform_chain import on_site_force
 
-from mlmem_ros.outside import DecodeError, decode
-from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, DesignError, Specimen
-from mlmem_ros.physics.curve import Curve
-from mlmem_ros.physics.equilibrium import relax, stiffness, wall_profile
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem.parsing import DecodeError, decode
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, DesignError, Specimen
+from mlmem.physics.curve import Curve
+from mlmem.physics.equilibrium import relax, stiffness, wall_profile
+from mlmem.physics.held_wall import hold_walls
 
 PHI_4 = Curve.of(lambda D: 4.0 * D * (D * D - 1.0), -2.0, 2.0, 41)
 PHI_6 = Curve.of(lambda D: 2.0 * D * (1.0 - D**2) * (1.0 - 3.0 * D**2), -1.4, 1.4, 561)

@@ -20,8 +20,8 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem_ros.device import PRESETS
-from mlmem_ros.physics import CASE_I, CASE_II, Design, DesignError
+from mlmem import PRESETS
+from mlmem.physics import CASE_I, CASE_II, Design, DesignError
 
 EVERY_PRESET = pytest.mark.parametrize(
     'design', [known.design for known in PRESETS.values()], ids=PRESETS

@@ -18,8 +18,8 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem_ros.physics import CASE_II, Chain
-from mlmem_ros.physics import waves as eq4
+from mlmem.physics import CASE_II, Chain
+from mlmem.physics import waves as eq4
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, eta=0.0)
 PHASES = pytest.mark.parametrize('k_s', [CASE_II.k_s1, CASE_II.k_s2], ids=['s1', 's2'])

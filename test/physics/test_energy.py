@@ -17,9 +17,9 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem_ros.physics import CASE_II, Chain, Specimen
-from mlmem_ros.physics.energy import actuator_force, energy
-from mlmem_ros.physics.equilibrium import energies, metamaterial_force, substrate_force
+from mlmem.physics import CASE_II, Chain, Specimen
+from mlmem.physics.energy import actuator_force, energy
+from mlmem.physics.equilibrium import energies, metamaterial_force, substrate_force
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 SMALL = dataclasses.replace(CASE_II, N=60)

@@ -19,8 +19,8 @@ import oracle
 import pytest
 from scipy.optimize import minimize
 
-from mlmem_ros.physics import CASE_I, CASE_II, Chain, Specimen, StateError, walls
-from mlmem_ros.physics.equilibrium import relax, resting_wall, solve, wall_profile
+from mlmem.physics import CASE_I, CASE_II, Chain, Specimen, StateError, walls
+from mlmem.physics.equilibrium import relax, resting_wall, solve, wall_profile
 
 SMALL = dataclasses.replace(CASE_II, N=80)
 

@@ -10,8 +10,8 @@ import oracle
 import pytest
 from uniform_chain import on_site_force
 
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.formulas import exponential, wave
+from mlmem.physics import CASE_II
+from mlmem.physics.formulas import exponential, wave
 
 
 def exact(turns):

@@ -14,8 +14,8 @@ import numba
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, jit
-from mlmem_ros.physics.stepping import Inputs
+from mlmem.physics import CASE_II, INTEGRATORS, Chain, jit
+from mlmem.physics.stepping import Inputs
 
 INTEGRATOR = pytest.mark.parametrize('integrator', INTEGRATORS.values(), ids=INTEGRATORS)
 

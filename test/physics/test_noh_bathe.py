@@ -20,9 +20,9 @@ import numpy as np
 import pytest
 import uniform_chain
 
-from mlmem_ros.physics import CASE_II, NOH_BATHE
-from mlmem_ros.physics.methods.integrator import Cells, Forcing
-from mlmem_ros.physics.methods.noh_bathe import advance, coefficients
+from mlmem.physics import CASE_II, NOH_BATHE
+from mlmem.physics.methods.integrator import Cells, Forcing
+from mlmem.physics.methods.noh_bathe import advance, coefficients
 
 
 @pytest.mark.parametrize('p', [0.3, 0.5, 0.54, 0.7])

@@ -23,13 +23,13 @@ import numpy as np
 import pytest
 import uniform_chain
 
-from mlmem_ros.device import Settings
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import End
-from mlmem_ros.device.transducer import Transducer
-from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
-from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import Settings
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.instrument.transducer import Transducer
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import resting_wall
 from mlmem_tools.checks.echoes import forecast_echo
 
 

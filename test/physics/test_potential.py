@@ -24,8 +24,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mlmem_ros.physics import DesignError
-from mlmem_ros.physics.potential import Potential
+from mlmem.physics import DesignError
+from mlmem.physics.potential import Potential
 
 TABLE_I = Potential(a=0.2582, b=0.0172, c=7.4489, d=0.0380)
 

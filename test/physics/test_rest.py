@@ -10,9 +10,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.methods.integrator import REST
+from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.methods.integrator import REST
 
 METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import (
+from mlmem.parsing import decode
+from mlmem.physics import (
     CASE_II,
     NOH_BATHE,
     PEFRL,
@@ -23,9 +23,9 @@ from mlmem_ros.physics import (
     scattered,
     substep_times,
 )
-from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.equilibrium import energies, metamaterial_force, relax, resting_wall
-from mlmem_ros.physics.stepping import highest_frequency, stable_step
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import energies, metamaterial_force, relax, resting_wall
+from mlmem.physics.stepping import highest_frequency, stable_step
 
 SMALL = dataclasses.replace(CASE_II, N=51)
 SCATTER = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05)

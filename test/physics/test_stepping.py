@@ -10,8 +10,8 @@ import legal
 import numpy as np
 import pytest
 
-from mlmem_ros.device import PRESETS
-from mlmem_ros.physics import (
+from mlmem import PRESETS
+from mlmem.physics import (
     CASE_II,
     INTEGRATORS,
     Chain,
@@ -24,8 +24,8 @@ from mlmem_ros.physics import (
     scattered,
     stable_step,
 )
-from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.stepping import farthest_reach, highest_frequency
+from mlmem.physics.energy import energy
+from mlmem.physics.stepping import farthest_reach, highest_frequency
 
 METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=lambda each: each.name)
 

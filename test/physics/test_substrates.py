@@ -22,8 +22,8 @@ import oracle
 import pytest
 from sampled import sampled
 
-from mlmem_ros.physics import CASE_II, Chain, Specimen, stable_step, substep_times, walls
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_II, Chain, Specimen, stable_step, substep_times, walls
+from mlmem.physics.equilibrium import resting_wall
 
 
 def cycle(chain, peak):

@@ -5,9 +5,9 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.device import PRESETS
-from mlmem_ros.physics import CASE_II, Specimen, Wall, level_of, walls
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import PRESETS
+from mlmem.physics import CASE_II, Specimen, Wall, level_of, walls
+from mlmem.physics.equilibrium import resting_wall
 
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
 

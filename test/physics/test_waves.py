@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import PEFRL, Design, Specimen
-from mlmem_ros.physics.equilibrium import blank
-from mlmem_ros.physics.waves import Tones, cells, product, rows
+from mlmem.physics import PEFRL, Design, Specimen
+from mlmem.physics.equilibrium import blank
+from mlmem.physics.waves import Tones, cells, product, rows
 
 MADE = Specimen(Design(N=24, gamma=0.0, beta=0.0, J=8, J_s=16, j_0=4.0, d=0.04))
 OMEGA = np.array([0.4, 0.8, 1.3, 1.7, 2.0, 2.6]) - 0.004j

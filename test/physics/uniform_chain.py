@@ -12,9 +12,9 @@ import sys
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_II, Chain, Specimen, StateError, stable_step
-from mlmem_ros.physics.formulas import on_site
-from mlmem_ros.physics.jit import kernel
+from mlmem.physics import CASE_II, Chain, Specimen, StateError, stable_step
+from mlmem.physics.formulas import on_site
+from mlmem.physics.jit import kernel
 
 UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
 

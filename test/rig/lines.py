@@ -5,8 +5,8 @@
 import time
 from functools import cache
 
-from mlmem_ros.device import MemoryElement, Settings, factory_calibration
-from mlmem_ros.physics import CASE_II
+from mlmem import MemoryElement, Settings, factory_calibration
+from mlmem.physics import CASE_II
 from mlmem_ros.rig import Rig
 from mlmem_ros.rig.frames import Parser, encode
 from mlmem_tools.rig.emulated import EmulatedRig

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem_ros.device import DriverError
+from mlmem import DriverError
 from mlmem_ros.rig.frames import PLAY, Hello, Kind, Parser, encode, play
 
 from .lines import emulated

@@ -13,18 +13,9 @@ import struct
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
-    Driver,
-    DriverError,
-    Loop,
-    MemoryElement,
-    Read,
-    Refused,
-    Settings,
-    Write,
-)
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.physics import CASE_II
+from mlmem import Driver, DriverError, Loop, MemoryElement, Read, Refused, Settings, Write
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import CASE_II
 from mlmem_ros.rig.frames import HEADER, SAMPLES, Hello, Kind, encode
 
 from .lines import Line, calibration, driven, emulated

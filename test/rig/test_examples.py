@@ -22,17 +22,10 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.device import (
-    DriverError,
-    MemoryElement,
-    Read,
-    Settings,
-    SettingsError,
-    Write,
-    drivers,
-)
-from mlmem_ros.device.settings import ReadSettings, ScaleSettings
-from mlmem_ros.physics import CASE_II
+from mlmem import DriverError, MemoryElement, Read, Settings, SettingsError, Write
+from mlmem.instrument import drivers
+from mlmem.physics import CASE_II
+from mlmem.settings import ReadSettings, ScaleSettings
 from mlmem_ros.rig import Rig
 from mlmem_ros.rig.frames import Kind, encode
 

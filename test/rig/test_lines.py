@@ -10,10 +10,11 @@ import tty
 
 import pytest
 
-from mlmem_ros.device import DriverError, Erase, MemoryElement, Read, Settings, Write, drivers
-from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import DriverError, Erase, MemoryElement, Read, Settings, Write
+from mlmem.instrument import drivers
+from mlmem.physics import CASE_II, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import Kind, Parser, encode
 from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
 

@@ -11,20 +11,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
-    Driver,
-    DriverError,
-    Erase,
-    MemoryElement,
-    Read,
-    Settings,
-    SettingsError,
-    Write,
-    drivers,
-)
-from mlmem_ros.device.drivers import Simulation, Watchdog
-from mlmem_ros.device.settings import TimeSettings
-from mlmem_ros.physics import CASE_II, HeldCell, substep_times
+from mlmem import Driver, DriverError, Erase, MemoryElement, Read, Settings, SettingsError, Write
+from mlmem.instrument import drivers
+from mlmem.instrument.drivers import Simulation, Watchdog
+from mlmem.physics import CASE_II, HeldCell, substep_times
+from mlmem.settings import TimeSettings
 
 from .lines import calibration
 
@@ -221,8 +212,8 @@ def test_a_driver_that_quits_ends_no_thread(where):
         ('bench:', "device.driver must be sim, rig or package.module:Class; got 'bench:'"),
         ('no_such_package:Rig', "no_such_package cannot be imported: .*No module named 'no_such"),
         ('bench:Rig', 'device.driver bench:Rig: bench has no Rig'),
-        ('bench:LEAD', 'LEAD must be a subclass of mlmem_ros.device.Driver; got .0.02'),
-        ('pathlib:Path', 'Path must be a subclass of mlmem_ros.device.Driver'),
+        ('bench:LEAD', 'LEAD must be a subclass of mlmem.Driver; got .0.02'),
+        ('pathlib:Path', 'Path must be a subclass of mlmem.Driver'),
     ],
 )
 def test_an_invalid_driver_is_refused(bench, name, why):

@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Calibrate,
     Driver,
     End,
@@ -32,11 +32,11 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.procedures.blocks import run
-from mlmem_ros.device.procedures.listening import pulse_echo
-from mlmem_ros.device.settings import ScaleSettings, TimeSettings
-from mlmem_ros.physics import CASE_II
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import CASE_II
+from mlmem.procedures.blocks import run
+from mlmem.procedures.listening import pulse_echo
+from mlmem.settings import ScaleSettings, TimeSettings
 from mlmem_ros.rig.driver import BEAT, Rig
 from mlmem_ros.rig.frames import Kind, encode
 from mlmem_tools.rig.emulated import Sensors

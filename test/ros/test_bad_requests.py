@@ -8,7 +8,7 @@ import pytest
 from rclpy.parameter import Parameter
 from robot import values
 
-from mlmem_ros.device import preset
+from mlmem import preset
 
 LIMIT = preset('case_2').settings.actuator.max_strain
 LEVEL = 2

@@ -129,7 +129,7 @@ def test_a_client_loads_neither_the_material_nor_the_compiler():
     program = (
         'import sys, mlmem_tools.cli.main as cli\n'
         'cli.main(["read", "--node", "nobody", "--wait", "0.1"])\n'
-        'print(*(name for name in ("numba", "scipy", "rich", "mlmem_ros.device") '
+        'print(*(name for name in ("numba", "scipy", "rich", "mlmem") '
         'if name in sys.modules))'
     )
     done = subprocess.run(
@@ -214,7 +214,7 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize('module', ['argparse', 'mlmem_ros.procedures', 'rclpy'])
+@pytest.mark.parametrize('module', ['argparse', 'mlmem.procedure_table', 'rclpy'])
 def test_ctrl_c_while_it_loads(module):
     """In its first second; as long as Python itself starts, it is Python that ends it."""
     done = subprocess.run(

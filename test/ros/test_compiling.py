@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.physics import CASE_II
+from mlmem.physics import CASE_II
 from mlmem_ros.ros.node import starting
 
 NODE = SimpleNamespace(get_logger=lambda: logging.getLogger('test'))

@@ -14,8 +14,8 @@ from nodes import QUICK, program
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.task import Future
 
+from mlmem import SettingsError, Write
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
-from mlmem_ros.device import SettingsError, Write
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.middleware import events_executor
 from mlmem_ros.ros.process import NAMES

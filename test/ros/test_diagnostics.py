@@ -11,14 +11,14 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from robot import Robot, values
 
+from mlmem import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
+from mlmem.instrument.end import End
+from mlmem.loop.timetable import LoopStatistics, SteadyPacer
+from mlmem.physics import CASE_II
+from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import WriterStatus
-from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
-from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.end import End
-from mlmem_ros.device.timetable import LoopStatistics, SteadyPacer
 from mlmem_ros.host import State
-from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import ERROR, OK, WARN, Health, Hysteresis, Pace
 

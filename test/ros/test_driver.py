@@ -8,7 +8,7 @@ from robot import Robot
 
 DRIVER = """\
 import sys
-from mlmem_ros.device.drivers import Simulation
+from mlmem.instrument.drivers import Simulation
 
 class Quits(Simulation):
     def __init__(self, design, settings, address):

@@ -12,8 +12,8 @@ import pytest
 from nodes import QUICK, arrived
 from robot import BLANK, SENSOR, Imu, Robot, values
 
+from mlmem import Disturb, Inject, SetFaults, preset
 from mlmem_ros.contract.calls import NoAnswer, RequestRefused
-from mlmem_ros.device import Disturb, Inject, SetFaults, preset
 from mlmem_ros.ros.client.client import standalone, wait_until
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay

@@ -5,7 +5,7 @@
 import pytest
 from robot import Robot
 
-from mlmem_ros.device import SettingsError
+from mlmem import SettingsError
 from mlmem_ros.host.settings import FileSettings
 
 

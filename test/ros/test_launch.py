@@ -17,7 +17,7 @@ import pytest
 from closed_bag import check_closed
 from robot import Robot
 
-from mlmem_ros.device import PRESETS, preset
+from mlmem import PRESETS, preset
 from mlmem_ros.host.settings import declarations
 from mlmem_ros.parameter_file import text_of
 

@@ -14,11 +14,10 @@ from nodes import QUICK
 from rclpy.parameter import Parameter
 from robot import Robot
 
-from mlmem_ros import law_file
-from mlmem_ros.device import preset
+from mlmem import law_file, preset
+from mlmem.physics.curve import Curve
 from mlmem_ros.host.settings import declarations
 from mlmem_ros.parameter_file import load as load_parameters
-from mlmem_ros.physics.curve import Curve
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 from mlmem_tools.view.about import WANTED, About, grouped

@@ -18,10 +18,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
+from mlmem import Settings, new_element
+from mlmem.physics import CASE_II
 from mlmem_ros.contract import topics
-from mlmem_ros.device import Settings, new_element
 from mlmem_ros.host.settings import PublishSettings
-from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.views import ChainMarkers
 
 ROOT = Path(__file__).parents[2]

@@ -4,8 +4,8 @@
 
 import pytest
 
+from mlmem import SettingsError
 from mlmem_ros import MemoryClient, RequestRefused, standalone
-from mlmem_ros.device import SettingsError
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.main import bank_arguments
 from mlmem_ros.ros.node.run import NOT_SAVED

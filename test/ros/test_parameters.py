@@ -14,7 +14,7 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.parameter import Parameter
 from robot import Robot
 
-from mlmem_ros.device import PRESETS, SettingsError, preset
+from mlmem import PRESETS, SettingsError, preset
 from mlmem_ros.host.settings import declarations
 from mlmem_ros.parameter_file import text_of
 

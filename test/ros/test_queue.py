@@ -14,9 +14,9 @@ from nodes import SOON, arrived, hears, program, refused
 from robot import PATIENCE, Robot
 from std_srvs.srv import Trigger
 
+from mlmem.loop.mailbox import Cancel
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import action_types
-from mlmem_ros.device.mailbox import Cancel
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import events_executor
 from mlmem_ros.ros.process import profile_variable

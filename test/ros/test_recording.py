@@ -15,9 +15,9 @@ from nodes import arrived
 from robot import OUT, Robot
 from rosbags.highlevel import AnyReader
 
+from mlmem import UNDECODABLE
+from mlmem.instrument.end import End
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.device import UNDECODABLE
-from mlmem_ros.device.end import End
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay

@@ -6,6 +6,10 @@ import pytest
 from rcl_interfaces.msg import ParameterValue
 from rclpy.parameter import Parameter
 
+from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, SetStrain, Write
+from mlmem.instrument.instrument import Units
+from mlmem.physics import CASE_II
+from mlmem.settings import ScaleSettings
 from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import message_of
 from mlmem_ros.contract.commands import (
@@ -15,18 +19,6 @@ from mlmem_ros.contract.commands import (
     requested,
 )
 from mlmem_ros.contract.services import REQUESTS
-from mlmem_ros.device import (
-    Abort,
-    Erase,
-    FollowTrajectory,
-    Read,
-    Refused,
-    SetStrain,
-    Write,
-)
-from mlmem_ros.device.instrument import Units
-from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.physics import CASE_II
 
 
 def parameters(**values):

@@ -18,10 +18,10 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from nodes import QUICK
 from robot import Robot, values
 
+from mlmem import DriverError, DriverHangs, preset
+from mlmem.instrument.drivers import Simulation
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.device import DriverError, DriverHangs, preset
-from mlmem_ros.device.drivers import Simulation
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load

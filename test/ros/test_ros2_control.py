@@ -17,8 +17,8 @@ import yaml
 from nodes import QUICK, arrived
 from sensor_msgs.msg import JointState
 
-from mlmem_ros.device import PRESETS, preset
-from mlmem_ros.device.instrument import Units
+from mlmem import PRESETS, preset
+from mlmem.instrument.instrument import Units
 from mlmem_ros.host import worker
 
 FOLDER = Path(__file__).parents[2] / 'ros2_control'

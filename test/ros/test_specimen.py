@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from robot import Robot, values
 
-from mlmem_ros import element_file
-from mlmem_ros.device import preset
-from mlmem_ros.device.pulse_corrections import PulseCorrection, PulseCorrections, schedule_of
-from mlmem_ros.physics import Scatter, Specimen, scattered
+from mlmem import element_file, preset
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, schedule_of
+from mlmem.physics import Scatter, Specimen, scattered
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 

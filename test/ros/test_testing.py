@@ -13,8 +13,8 @@ from nodes import QUICK
 from robot import Robot
 from sensor_msgs.msg import JointState
 
+from mlmem import SettingsError, preset
 from mlmem_ros import RequestError, RequestRefused
-from mlmem_ros.device import SettingsError, preset
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 from mlmem_ros.testing.running import in_use
 

@@ -15,9 +15,9 @@ from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mlmem_ros.device import Outcome, Settings, Write, new_element
+from mlmem import Outcome, Settings, Write, new_element
+from mlmem.physics import CASE_II, walls
 from mlmem_ros.host.settings import IMAGE_COLUMNS, PublishSettings
-from mlmem_ros.physics import CASE_II, walls
 from mlmem_ros.ros.views import (
     BLUE,
     CELLS,

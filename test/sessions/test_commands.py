@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from mlmem_ros.device import (
+from mlmem import (
     Abort,
     Calibrate,
     Disturb,
@@ -26,7 +26,7 @@ from mlmem_ros.device import (
     Survey,
     Write,
 )
-from mlmem_ros.device.commands import KINDS
+from mlmem.commands import KINDS
 from mlmem_ros.session.records import as_dict, command_of
 
 COMMANDS = [

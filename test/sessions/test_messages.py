@@ -11,12 +11,12 @@ import pytest
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from sampled import sampled
 
+from mlmem import Faults, Refused, SetFaults, SetStrain, Write, new_element
+from mlmem.physics import CASE_II
 from mlmem_ros import __version__
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.device import Faults, Refused, SetFaults, SetStrain, Write, new_element
-from mlmem_ros.physics import CASE_II
 from mlmem_ros.session import records
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import element_of, replay

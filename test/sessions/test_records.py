@@ -8,12 +8,12 @@ import json
 import numpy as np
 import pytest
 
+from mlmem import Calibration, DelayTable, MemoryElement, SetStrain, Settings
+from mlmem.instrument.end import End, Shot
+from mlmem.physics import CASE_II
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.contract.values import SHOT_HEAD, numbers
-from mlmem_ros.device import Calibration, DelayTable, MemoryElement, SetStrain, Settings
-from mlmem_ros.device.end import End, Shot
-from mlmem_ros.physics import CASE_II
 from mlmem_ros.session import records
 from mlmem_ros.session.data import RecordedEcho, SessionData, _shot
 from mlmem_ros.session.records import naming, read_command, read_header, read_state_hash

@@ -11,10 +11,10 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from mlmem import new_element
+from mlmem.instrument.instrument import Units
+from mlmem.physics import CASE_II
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import new_element
-from mlmem_ros.device.instrument import Units
-from mlmem_ros.physics import CASE_II
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay, replay_commands
 from mlmem_tools.cli.main import main

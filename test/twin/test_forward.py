@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mlmem_ros.device.end import End, Shot
-from mlmem_ros.physics import CASE_II, Scatter, scattered
-from mlmem_ros.physics.curve import Curve
+from mlmem.instrument.end import End, Shot
+from mlmem.physics import CASE_II, Scatter, scattered
+from mlmem.physics.curve import Curve
 from mlmem_tools.twin.forward import Forward
 from mlmem_tools.twin.unknowns import Unknowns, stretched
 

@@ -8,10 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem_ros import element_file
-from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import (
+from mlmem import (
     UNDECODABLE,
     Calibrate,
     Calibration,
@@ -21,18 +18,21 @@ from mlmem_ros.device import (
     SetFaults,
     SettingsError,
     Shot,
+    element_file,
     new_element,
     preset,
 )
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import End
-from mlmem_ros.device.factory import calibration_of
-from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.register import resting
-from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.outside import DecodeError, decode
-from mlmem_ros.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
-from mlmem_ros.physics.equilibrium import blank
+from mlmem.factory import calibration_of
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.instrument.instrument import Instrument
+from mlmem.parsing import DecodeError, decode
+from mlmem.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
+from mlmem.physics.equilibrium import blank
+from mlmem.readers.register import resting
+from mlmem.settings import ProbeSettings
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.errors import BagError
 from mlmem_ros.session import records
 from mlmem_ros.session.records import read_header
 from mlmem_tools.twin.forward import Forward

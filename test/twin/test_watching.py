@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem_ros.device import EchoReceived, Faults, Read, SetFaults, Write, new_element, preset
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.reading import BLANK, UNDECODABLE, Reading
-from mlmem_ros.element_file import Element
-from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
+from mlmem import EchoReceived, Faults, Read, SetFaults, Write, new_element, preset
+from mlmem.element_file import Element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import INTEGRATORS, Scatter, scattered
+from mlmem.readers.reading import BLANK, UNDECODABLE, Reading
 from mlmem_tools.rig.emulated import Sensors
 from mlmem_tools.twin.watching import SHARED_KINDS, Residuals, place
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.device import Faults
+from mlmem import Faults
 
 ROOT = Path(__file__).parent.parent.parent
 STATE = 'mlmem.shown().state'

@@ -11,9 +11,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mlmem import Settings
+from mlmem.physics import CASE_II
 from mlmem_ros.contract import topics
-from mlmem_ros.device import Settings
-from mlmem_ros.physics import CASE_II
 from mlmem_tools.view.about import About
 from mlmem_tools.view.frames import COUNTS, Pictures
 

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from mlmem import Faults
+from mlmem.settings import ActuatorSettings, ScaleSettings
 from mlmem_ros.contract.answers import SelfTested
-from mlmem_ros.device import Faults
-from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
 from mlmem_tools.view.requests import Activity, Requests
 
 ACTUATOR, SCALE = ActuatorSettings(max_strain=0.08, hand_rate=1e-4), ScaleSettings(time=1e-4)

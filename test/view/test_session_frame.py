@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mlmem import new_element, preset
+from mlmem.moves.corrections import AS_SET, PulseCorrections
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.device import new_element, preset
-from mlmem_ros.device.pulse_corrections import AS_SET, PulseCorrections
 from mlmem_ros.session import records
 from mlmem_tools.view import session_frame
 from mlmem_tools.view.frames import COUNTS, counts, packed

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import mlmem_tools
-from mlmem_ros.device.words import Code
+from mlmem.readers.words import Code
 
 WORDS = Path(mlmem_tools.__file__).parent / 'view/static/js/words.js'
 ASK = """

@@ -4,7 +4,7 @@
 
 from typing import Any
 
-from mlmem_ros.device import preset, presets
+from mlmem import preset, presets
 from mlmem_tools.checks import check
 
 from .table import table

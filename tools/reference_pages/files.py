@@ -11,11 +11,11 @@ from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
-from mlmem_ros import element_file
+from mlmem import Read, element_file, new_element, preset, snapshot
+from mlmem.moves import corrections
+from mlmem.physics import Specimen
 from mlmem_ros.bag import jazzy, writer
-from mlmem_ros.device import Read, new_element, preset, pulse_corrections, snapshot
 from mlmem_ros.host import design_check, state_file
-from mlmem_ros.physics import Specimen
 from mlmem_ros.session import records
 
 from . import keys
@@ -27,7 +27,7 @@ def files_page() -> str:
     element = new_element(preset('bits_1'))
     taken, learnt = (
         snapshot.take(element),
-        pulse_corrections.PulseCorrections((pulse_corrections.AS_SET,) * 2, '', (1.0,) * 2),
+        corrections.PulseCorrections((corrections.AS_SET,) * 2, '', (1.0,) * 2),
     )
     calibrated = dataclasses.replace(element.calibration, pulse_corrections=learnt).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)

@@ -11,16 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros import element_file
+from mlmem import Read, element_file, new_element, preset
+from mlmem.loop.loop import Loop
+from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.contract import answers, services, topics
 from mlmem_ros.contract.services import ACTIONS
 from mlmem_ros.contract.topics import Topic
-from mlmem_ros.device import Read, new_element, preset
-from mlmem_ros.device.loop import Loop
 from mlmem_ros.host import ThrottledLog
-from mlmem_ros.procedures import PROCEDURES
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_tools.twin.watcher import Watcher

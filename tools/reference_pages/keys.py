@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The keys of all files, and what they mean; `files` compares them with those that are written."""
 
-from mlmem_ros import element_file
+from mlmem import element_file
 from mlmem_ros.bag import contents
 from mlmem_ros.host import state_file
 from mlmem_ros.session import records

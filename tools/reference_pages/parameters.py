@@ -5,8 +5,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from mlmem_ros.described import Description
-from mlmem_ros.device.failures import MEANINGS, Meaning
+from mlmem.instrument.fault_script import MEANINGS, Meaning
+from mlmem.schema import Description
 from mlmem_ros.host.settings import LIVE, OF_A_PRESET, OF_THE_NODE, declarations
 
 from .table import table

@@ -6,7 +6,7 @@ import dataclasses
 import json
 from typing import Any
 
-from mlmem_ros.described import wanted
+from mlmem.schema import wanted
 from mlmem_ros.rig import driver, frames
 
 from .table import table

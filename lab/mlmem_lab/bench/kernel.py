@@ -23,10 +23,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, Integrator
-from mlmem_ros.physics.equilibrium import wall_profile
-from mlmem_ros.physics.methods.noh_bathe import coefficients
-from mlmem_ros.physics.potential import Array
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, Integrator
+from mlmem.physics.equilibrium import wall_profile
+from mlmem.physics.methods.noh_bathe import coefficients
+from mlmem.physics.potential import Array
 
 from .measure import Comparison, Contender, measure
 

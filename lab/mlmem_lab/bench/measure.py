@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mlmem.physics.potential import Array
 from mlmem_ros.packages import installed
-from mlmem_ros.physics.potential import Array
 
 if TYPE_CHECKING:
     from rich.table import Table

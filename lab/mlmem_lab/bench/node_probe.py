@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.device.timetable import LoopStatistics
+from mlmem.loop.timetable import LoopStatistics
 from mlmem_ros.ros.main import bank_arguments
 from mlmem_ros.ros.node.node import MemoryNode
 from mlmem_ros.ros.node.run import ONE, GuardedExecutor, begin, end

@@ -22,12 +22,12 @@ from typing import Any
 
 import numpy as np
 
+from mlmem.physics import CASE_II, Chain, Specimen, substep_times
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.potential import Array
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.physics import CASE_II, Chain, Specimen, substep_times
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.records import STRING
 
 from .measure import Comparison, Contender, measure

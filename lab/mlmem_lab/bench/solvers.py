@@ -20,12 +20,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mlmem_ros.physics import NOH_BATHE, PEFRL, Chain, Integrator
-from mlmem_ros.physics.formulas import on_site
-from mlmem_ros.physics.jit import fma, inlined, kernel
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.physics.specimen import Specimen
-from mlmem_ros.physics.stepping import stable_step
+from mlmem.physics import NOH_BATHE, PEFRL, Chain, Integrator
+from mlmem.physics.formulas import on_site
+from mlmem.physics.jit import fma, inlined, kernel
+from mlmem.physics.potential import Array
+from mlmem.physics.specimen import Specimen
+from mlmem.physics.stepping import stable_step
 
 from .kernel import STEP, Problem
 from .measure import Comparison, Contender, measure

@@ -13,16 +13,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import End
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.transducer import Transducer
-from mlmem_ros.physics import CASE_II, INTEGRATORS, NOH_BATHE, PEFRL, Chain, Integrator, Specimen
-from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.instrument.motion import Cycle
+from mlmem.instrument.transducer import Transducer
+from mlmem.move_settings import WriteSettings
+from mlmem.physics import CASE_II, INTEGRATORS, NOH_BATHE, PEFRL, Chain, Integrator, Specimen
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.potential import Array
+from mlmem.settings import Settings
 
 from ..studies.trace import strain_chain, wall_path
 from .measure import Comparison, Entry

@@ -55,10 +55,10 @@ def chain(arguments: argparse.Namespace) -> int:
     """Fit, predict, report; return the exit status."""
     from rich.progress import Progress
 
-    from mlmem_ros.law_file import load
-    from mlmem_ros.outside import DecodeError
-    from mlmem_ros.physics import DesignError
-    from mlmem_ros.physics.potential import StateError
+    from mlmem.law_file import load
+    from mlmem.parsing import DecodeError
+    from mlmem.physics import DesignError
+    from mlmem.physics.potential import StateError
     from mlmem_tools.law.curves import CurveError
 
     from .tracked import Chain, fit, load_coupling, load_film

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from mlmem_ros.physics import HeldCell, substep_times
-from mlmem_ros.physics.curve import Curve
-from mlmem_ros.physics.methods import NOH_BATHE
-from mlmem_ros.physics.potential import Array
+from mlmem.physics import HeldCell, substep_times
+from mlmem.physics.curve import Curve
+from mlmem.physics.methods import NOH_BATHE
+from mlmem.physics.potential import Array
 from mlmem_tools.law.curves import FORCES, LENGTHS, CurveError, column, numbers, table
 
 from ..lattices import Coupling, Friction, Lattice, Linear, OnSite, PowerLaw

@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.law_file import load as load_law
+from mlmem.instrument.end import End
+from mlmem.law_file import load as load_law
+from mlmem.physics import CASE_II
+from mlmem.settings import ScaleSettings
 from mlmem_ros.parameter_file import load, text_of
-from mlmem_ros.physics import CASE_II
 from mlmem_tools.checks.capacity import capacities
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import cycle_time
@@ -33,9 +33,9 @@ from .pulses import dynamic_range
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mlmem_ros.device import Settings
-    from mlmem_ros.element_file import Element
-    from mlmem_ros.physics import Design
+    from mlmem import Settings
+    from mlmem.element_file import Element
+    from mlmem.physics import Design
 
 
 def find(arguments: argparse.Namespace) -> int:

@@ -30,13 +30,13 @@ from functools import partial
 
 import numpy as np
 
-from mlmem_ros.device import Settings
-from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
-from mlmem_ros.device.presets import hand_rate, kick_and_push
-from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings, ReadSettings, TimeSettings
-from mlmem_ros.physics import CASE_II, Design, Specimen
-from mlmem_ros.physics.held_wall import hold_walls, uniform
-from mlmem_ros.physics.waves import band
+from mlmem import Settings
+from mlmem.move_settings import EraseSettings, WriteSettings
+from mlmem.physics import CASE_II, Design, Specimen
+from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.waves import band
+from mlmem.presets import hand_rate, kick_and_push
+from mlmem.settings import ActuatorSettings, ProbeSettings, ReadSettings, TimeSettings
 from mlmem_tools.checks import Report, Verdict, check
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import CALM

@@ -16,13 +16,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from mlmem_ros.device.decoding import primary
-from mlmem_ros.device.echo import blanking, threshold
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.physics import PEFRL, Design, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.waves import band, fastest_speed, group_velocity
+from mlmem.instrument.end import End
+from mlmem.physics import PEFRL, Design, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.waves import band, fastest_speed, group_velocity
+from mlmem.readers.decoding import primary
+from mlmem.readers.echo import blanking, threshold
+from mlmem.settings import ProbeSettings
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
 

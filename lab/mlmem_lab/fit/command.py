@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from mlmem import Shot
+from mlmem.element_file import Element, save
+from mlmem.parsing import DecodeError
+from mlmem.physics import INTEGRATORS, Design, DesignError, Integrator
+from mlmem.physics.potential import Array
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import Shot
-from mlmem_ros.element_file import Element, save
-from mlmem_ros.outside import DecodeError
 from mlmem_ros.parameter_file import load as design_of
-from mlmem_ros.physics import INTEGRATORS, Design, DesignError, Integrator
-from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import load
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, print_json

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.described import short_repr
-from mlmem_ros.device.end import End, Shot
-from mlmem_ros.outside import DecodeError, read
+from mlmem.instrument.end import End, Shot
+from mlmem.parsing import DecodeError, read
+from mlmem.schema import short_repr
 
 HEAD = ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt', 'rest_left', 'rest_right')
 """What describes a shot; units are lattice constants and time units of the instrument."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.potential import Array
 
 from .misfit import LARGEST, WHOLE, Misfit, Normal, Slopes, basis
 

@@ -14,9 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from mlmem_ros.device.end import Shot
-from mlmem_ros.physics import Design, Integrator, StateError
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.end import Shot
+from mlmem.physics import Design, Integrator, StateError
+from mlmem.physics.potential import Array
 from mlmem_tools.twin.forward import NEAR, equilibria
 from mlmem_tools.twin.unknowns import Unknowns
 

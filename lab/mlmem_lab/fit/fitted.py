@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.physics import Specimen
-from mlmem_ros.physics.potential import Array
+from mlmem.physics import Specimen
+from mlmem.physics.potential import Array
 from mlmem_tools.twin.forward import Clock
 from mlmem_tools.twin.unknowns import SHARED, Unknowns
 

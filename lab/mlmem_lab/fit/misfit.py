@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.device.end import Shot
-from mlmem_ros.physics import Design, DesignError, Integrator, StateError
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.end import Shot
+from mlmem.physics import Design, DesignError, Integrator, StateError
+from mlmem.physics.potential import Array
 from mlmem_tools.twin.forward import Clock, Forward
 from mlmem_tools.twin.noise import noise, straightened, whitened
 from mlmem_tools.twin.tangent import Single

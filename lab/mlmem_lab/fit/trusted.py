@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from mlmem_ros.physics import DesignError, StateError
+from mlmem.physics import DesignError, StateError
 from mlmem_tools.twin.unknowns import SHARED
 
 from .fitted import ASKS, LEAST, SURE, Fit, inverse

@@ -6,7 +6,7 @@ have in common.
 `Chain` is the material of a memory; a lattice is what the same loops do with another law: a
 measured potential, magnets between the cells, dry friction. A law is a value. It knows its energy
 and force for arrays, and its constants, whose type chooses the scalar formula of its force in the
-loops (`mlmem_ros.physics.jit.formula`).
+loops (`mlmem.physics.jit.formula`).
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.methods import NOH_BATHE, Integrator
-from mlmem_ros.physics.methods.integrator import Cells, Forcing, aligned
-from mlmem_ros.physics.potential import Array, StateError
-from mlmem_ros.physics.stepping import FREE, HeldCell
+from mlmem.physics.methods import NOH_BATHE, Integrator
+from mlmem.physics.methods.integrator import Cells, Forcing, aligned
+from mlmem.physics.potential import Array, StateError
+from mlmem.physics.stepping import FREE, HeldCell
 
 
 class Law(ABC):

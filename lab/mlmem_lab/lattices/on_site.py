@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem_ros.physics.jit import formula, inlined
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.jit import formula, inlined
+from mlmem.physics.potential import Array
 
 from .lattice import OnSite
 

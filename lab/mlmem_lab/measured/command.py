@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .study import Study
 
 
-MODULES = ('mlmem_ros/physics', 'lab/mlmem_lab/lattices', 'lab/mlmem_lab/measured')
+MODULES = ('mlmem/physics', 'lab/mlmem_lab/lattices', 'lab/mlmem_lab/measured')
 
 LOOKS = {'curves': 'curves alone', 'unseen': 'left out', 'seen': 'with its data'}
 """What is known of a lattice that is predicted."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.potential import Array
 
 from ..studies import style
 from .posterior import LOSSES, Model, Particles

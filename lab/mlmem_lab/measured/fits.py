@@ -25,7 +25,7 @@ from functools import partial
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.potential import Array
 
 from .runs import CASES, RAILS, SILENT, Case, Run, runs
 from .wave import ELEMENTS, FIRST, HAND, LAST, MEASURED, Losses, Wave, launch, shell

@@ -22,7 +22,7 @@ from functools import partial
 
 import numpy as np
 
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.potential import Array
 
 from .runs import CASES, RAILS, SILENT, Case, runs
 from .shells import SERIES, Chains, table, waves

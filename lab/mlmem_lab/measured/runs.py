@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.potential import Array
 
 DATA = Path(__file__).parent / 'data'
 CM_PER_MS = 10.0

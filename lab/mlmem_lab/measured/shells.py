@@ -15,8 +15,8 @@ from functools import cache
 import numpy as np
 from scipy.optimize import least_squares
 
-from mlmem_ros.physics.jit import kernel
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.jit import kernel
+from mlmem.physics.potential import Array
 
 from .runs import DATA
 from .wave import ELEMENTS, FIRST, LAST, MASS

@@ -16,8 +16,8 @@ from functools import cache
 
 import numpy as np
 
-from mlmem_ros.physics import NOH_BATHE, HeldCell, Integrator, substep_times
-from mlmem_ros.physics.potential import Array
+from mlmem.physics import NOH_BATHE, HeldCell, Integrator, substep_times
+from mlmem.physics.potential import Array
 
 from ..lattices import Friction, Lattice, Pieces, PowerLaw, Wells
 from . import runs

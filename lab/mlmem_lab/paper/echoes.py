@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from mlmem_ros.device.echo import Echo, EchoDetector
-from mlmem_ros.device.end import End, Pulse
-from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.physics import PEFRL, Chain, Design, HeldCell, Integrator, substep_times
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.end import End, Pulse
+from mlmem.physics import PEFRL, Chain, Design, HeldCell, Integrator, substep_times
+from mlmem.physics.potential import Array
+from mlmem.readers.echo import Echo, EchoDetector
+from mlmem.settings import ProbeSettings
 
 PAPER = ProbeSettings(omega_c=2.0, v_th=7.5e-5, gain_decay=0.0)
 """The paper's detector, a plain threshold, with our reading of its two numbers."""

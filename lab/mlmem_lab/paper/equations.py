@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.physics.design import Design
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.design import Design
+from mlmem.physics.potential import Array
 
 Function = Callable[[float], float]
 RightHandSide = Callable[[float, Array], Array]

@@ -6,14 +6,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from mlmem_ros.device import MemoryElement
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.transducer import Transducer
-from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
-from mlmem_ros.physics.energy import end_force, energy
-from mlmem_ros.physics.equilibrium import metamaterial_force
-from mlmem_ros.physics.potential import Array, StateError
-from mlmem_ros.physics.stepping import Inputs
+from mlmem import MemoryElement
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.transducer import Transducer
+from mlmem.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
+from mlmem.physics.energy import end_force, energy
+from mlmem.physics.equilibrium import metamaterial_force
+from mlmem.physics.potential import Array, StateError
+from mlmem.physics.stepping import Inputs
 
 
 class MeteredChain(Chain):

@@ -17,15 +17,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mlmem_ros.device import PRESETS, Preset
-from mlmem_ros.device.move_settings import peak
-from mlmem_ros.device.moves import kick_speed
-from mlmem_ros.device.pulse_corrections import corrected, kicked
-from mlmem_ros.element_file import load, save
-from mlmem_ros.outside import DecodeError
+from mlmem import PRESETS, Preset
+from mlmem.element_file import load, save
+from mlmem.move_settings import peak
+from mlmem.moves.corrections import corrected, kicked
+from mlmem.moves.planner import kick_speed
+from mlmem.parsing import DecodeError
+from mlmem.physics import Design, DesignError
 from mlmem_ros.parameter_file import ParameterFileError
 from mlmem_ros.parameter_file import load as preset_of
-from mlmem_ros.physics import Design, DesignError
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, print_json
 

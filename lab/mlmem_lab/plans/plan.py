@@ -11,24 +11,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.memory import Memory
-from mlmem_ros.device.presets import Preset
-from mlmem_ros.device.procedures.blocks import run
-from mlmem_ros.device.procedures.driving import go_to_level
-from mlmem_ros.device.pulse_corrections import (
-    PulseCorrection,
-    PulseCorrections,
-    kicked,
-    menu,
-    schedule_of,
-)
-from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
-from mlmem_ros.physics.equilibrium import blank, relax, resting_wall
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.drivers import Simulation
+from mlmem.memory import Memory
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, kicked, menu, schedule_of
+from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
+from mlmem.physics.equilibrium import blank, relax, resting_wall
+from mlmem.physics.potential import Array
+from mlmem.presets import Preset
+from mlmem.procedures.blocks import run
+from mlmem.procedures.driving import go_to_level
+from mlmem.readers.calibration import Calibration, DelayTable
+from mlmem.readers.reading import BLANK
+from mlmem.settings import Settings
 
 from ..windows.flight import Found, bare, least_room, search_kicks
 from .words import search_words

@@ -10,8 +10,8 @@ from functools import cache
 
 import numpy as np
 
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.physics import Specimen
+from mlmem.physics import Specimen
+from mlmem.settings import Settings
 
 from ..windows.flight import SPEEDS, Found, bare, middle
 from ..windows.words import KINDS, ahead, kicked_behind

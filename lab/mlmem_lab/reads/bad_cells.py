@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import (
+from mlmem import (
     BLANK,
     Erase,
     Faults,
@@ -32,10 +32,10 @@ from mlmem_ros.device import (
     new_element,
     preset,
 )
-from mlmem_ros.device.factory import rehearsed
-from mlmem_ros.device.register import resting
-from mlmem_ros.device.settings import ElementSettings
-from mlmem_ros.physics import StateError
+from mlmem.factory import rehearsed
+from mlmem.physics import StateError
+from mlmem.readers.register import resting
+from mlmem.settings import ElementSettings
 
 from ..results import run
 from .count import true_level

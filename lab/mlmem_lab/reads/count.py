@@ -15,26 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Settings, Write, new_element
+from mlmem.instrument.drivers import Simulation, steps_per_tick
+from mlmem.physics import INTEGRATORS, Chain, Design, Specimen, StateError, level_of, walls
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.specimen import Scatter, scattered
+from mlmem.presets import PRESETS
+from mlmem.readers.reading import UNDECODABLE
+from mlmem.readers.register import resting
+from mlmem.readers.words import words_of
 from mlmem_lab.designer import propose
 from mlmem_lab.studies.tolerance.estimate import Rate
-from mlmem_ros.device import (
-    Abort,
-    Erase,
-    MemoryElement,
-    Read,
-    SetStrain,
-    Settings,
-    Write,
-    new_element,
-)
-from mlmem_ros.device.drivers import Simulation, steps_per_tick
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.device.register import resting
-from mlmem_ros.device.words import words_of
-from mlmem_ros.physics import INTEGRATORS, Chain, Design, Specimen, StateError, level_of, walls
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.specimen import Scatter, scattered
 
 from ..results import APART
 

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from mlmem_ros.physics import Integrator
+from mlmem.physics import Integrator
 
 from ..lattices import Coupling, Lattice, Linear, Phi4, PowerLaw, Toda
 from ..measured.runs import CASES

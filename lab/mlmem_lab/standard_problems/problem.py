@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mlmem_ros.physics import Integrator
-from mlmem_ros.physics.potential import Array
+from mlmem.physics import Integrator
+from mlmem.physics.potential import Array
 
 from ..lattices import Lattice
 

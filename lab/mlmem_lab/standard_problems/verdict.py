@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from mlmem_ros import outside
-from mlmem_ros.described import printable, short_repr
-from mlmem_ros.outside import DecodeError
-from mlmem_ros.physics import NOH_BATHE, PEFRL
+from mlmem import parsing
+from mlmem.parsing import DecodeError
+from mlmem.physics import NOH_BATHE, PEFRL
+from mlmem.schema import printable, short_repr
 
 from . import PROBLEMS, Answers
 
@@ -85,7 +85,7 @@ def read_others(path: Path) -> dict[str, Answers]:
     """
     found: dict[str, Answers] = {}
     try:
-        rows = csv.DictReader(io.StringIO(outside.read(path), newline=''))
+        rows = csv.DictReader(io.StringIO(parsing.read(path), newline=''))
         if not {'problem', 'quantity', 'value'} <= set(rows.fieldnames or ()):
             names = short_repr(rows.fieldnames)
             raise DecodeError(f'it must have the columns problem, quantity, value; got {names}')

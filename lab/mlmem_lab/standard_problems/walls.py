@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_I, CASE_II, Chain, Design, HeldCell, Integrator, substep_times
-from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.potential import Array
+from mlmem.physics import CASE_I, CASE_II, Chain, Design, HeldCell, Integrator, substep_times
+from mlmem.physics.energy import energy
+from mlmem.physics.potential import Array
 
 from .problem import Answers, crossing, problem
 

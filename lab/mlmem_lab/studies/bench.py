@@ -10,16 +10,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-from mlmem_ros.device import Calibration, MemoryElement, Settings, factory_calibration
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.factory import calibration_of
-from mlmem_ros.device.move_settings import WriteSettings
-from mlmem_ros.device.pulse_corrections import learnt
-from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.device.register import levels_of
-from mlmem_ros.element_file import Element, element_of
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import Design, Specimen, level_of
+from mlmem import Calibration, MemoryElement, Settings, factory_calibration
+from mlmem.element_file import Element, element_of
+from mlmem.factory import calibration_of
+from mlmem.instrument.drivers import Simulation
+from mlmem.move_settings import WriteSettings
+from mlmem.moves.corrections import learnt
+from mlmem.parsing import decode
+from mlmem.physics import Design, Specimen, level_of
+from mlmem.readers.reading import UNDECODABLE
+from mlmem.readers.register import levels_of
 
 
 @dataclass(frozen=True)

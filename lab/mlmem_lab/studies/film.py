@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from mlmem_ros.device import EchoReceived, Erase, Outcome, Read, Write, new_element, preset
-from mlmem_ros.device.echo import Echo, threshold
-from mlmem_ros.physics import CASE_II
+from mlmem import EchoReceived, Erase, Outcome, Read, Write, new_element, preset
+from mlmem.physics import CASE_II
+from mlmem.readers.echo import Echo, threshold
 
 from ..results import DEVICE, ROOT, keep_picture
 from . import style

@@ -24,14 +24,14 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Calibration, Erase, Read, Settings, Write
-from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.register import resting
-from mlmem_ros.device.words import code_of
-from mlmem_ros.element_file import Element
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import Design
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem import Calibration, Erase, Read, Settings, Write
+from mlmem.element_file import Element
+from mlmem.parsing import decode
+from mlmem.physics import Design
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.readers.reading import BLANK
+from mlmem.readers.register import resting
+from mlmem.readers.words import code_of
 
 from .bench import Bench
 from .campaign import Campaign, Row

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device.echo import threshold
-from mlmem_ros.device.end import End
-from mlmem_ros.device.instrument import Units
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.end import End
+from mlmem.instrument.instrument import Units
+from mlmem.physics.potential import Array
+from mlmem.readers.echo import threshold
 from mlmem_ros.session.data import SessionData
 
 from ..results import keep_picture

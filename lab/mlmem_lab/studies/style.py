@@ -19,7 +19,7 @@ from cycler import cycler
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from mlmem_ros.physics import Design
+from mlmem.physics import Design
 
 S1 = '#d55e00'
 """The inactive phase: vermilion, for the paper's red."""

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mlmem_ros.device import Command, MemoryElement, Outcome, Write
-from mlmem_ros.device.motion import Cycle, Ramp
-from mlmem_ros.physics import Chain, Design, level_of, substep_times, walls
-from mlmem_ros.physics.potential import Array
+from mlmem import Command, MemoryElement, Outcome, Write
+from mlmem.instrument.motion import Cycle, Ramp
+from mlmem.physics import Chain, Design, level_of, substep_times, walls
+from mlmem.physics.potential import Array
 
 
 @dataclass

@@ -18,15 +18,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from mlmem_ros.device import Erase, MemoryElement, Write, new_element, preset
-from mlmem_ros.device.echo import blanking, listening_time, weights, window
-from mlmem_ros.device.end import BoundaryMotion, End, Kick, Pulse
-from mlmem_ros.device.motion import Ramp
-from mlmem_ros.device.presets import Preset
-from mlmem_ros.device.reading import BLANK
-from mlmem_ros.device.settings import ProbeSettings, Settings
-from mlmem_ros.physics import Chain
-from mlmem_ros.physics.potential import Array
+from mlmem import Erase, MemoryElement, Write, new_element, preset
+from mlmem.instrument.end import BoundaryMotion, End, Kick, Pulse
+from mlmem.instrument.motion import Ramp
+from mlmem.physics import Chain
+from mlmem.physics.potential import Array
+from mlmem.presets import Preset
+from mlmem.readers.echo import blanking, listening_time, weights, window
+from mlmem.readers.reading import BLANK
+from mlmem.settings import ProbeSettings, Settings
 from mlmem_tools.view.about import About
 from mlmem_tools.view.session_frame import load
 

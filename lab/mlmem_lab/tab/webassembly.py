@@ -109,8 +109,8 @@ def loop() -> tuple[str, str]:
     import numba
     import numpy as np
 
-    from mlmem_ros.physics.methods.integrator import Cells, Forcing
-    from mlmem_ros.physics.methods.pefrl import Constants, advance
+    from mlmem.physics.methods.integrator import Cells, Forcing
+    from mlmem.physics.methods.pefrl import Constants, advance
 
     known: Any = numba
     types, carray = known.types, known.carray

@@ -10,22 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from mlmem_ros.device import (
-    Driver,
-    Event,
-    Faults,
-    MemoryElement,
-    Outcome,
-    SetFaults,
-    SettingsError,
-)
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.factory import calibration_of, factory_calibration
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.element_file import Element
-from mlmem_ros.physics import HeldCell, Scatter, Specimen, scattered
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.procedures import Procedures
+from mlmem import Driver, Event, Faults, MemoryElement, Outcome, SetFaults, SettingsError
+from mlmem.element_file import Element
+from mlmem.factory import calibration_of, factory_calibration
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import HeldCell, Scatter, Specimen, scattered
+from mlmem.physics.potential import Array
+from mlmem.presets import PRESETS
+from mlmem.procedure_table import Procedures
 from mlmem_ros.rig.link import Tcp
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 

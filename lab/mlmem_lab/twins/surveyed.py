@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Driver, MemoryElement, Shot, Survey, factory_calibration
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.element_file import Element
-from mlmem_ros.physics import Design, Scatter, scattered
+from mlmem import Driver, MemoryElement, Shot, Survey, factory_calibration
+from mlmem.element_file import Element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import Design, Scatter, scattered
+from mlmem.presets import PRESETS
 from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import FINER
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors

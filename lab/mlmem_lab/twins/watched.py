@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import (
+from mlmem import (
     Calibrate,
     EchoReceived,
     Erase,
@@ -23,7 +23,7 @@ from mlmem_ros.device import (
     SetFaults,
     Write,
 )
-from mlmem_ros.physics import INTEGRATORS
+from mlmem.physics import INTEGRATORS
 from mlmem_tools.rig.emulated import Sensors
 from mlmem_tools.twin.watching import Comparison, Residuals, place
 

@@ -22,11 +22,11 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from mlmem_ros.device.moves import How
-from mlmem_ros.device.presets import PRESETS
-from mlmem_ros.element_file import Element
+from mlmem.element_file import Element
+from mlmem.moves.planner import How
+from mlmem.physics import INTEGRATORS
+from mlmem.presets import PRESETS
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import INTEGRATORS
 from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 

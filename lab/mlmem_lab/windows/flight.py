@@ -15,14 +15,14 @@ from functools import partial
 
 import numpy as np
 
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import BoundaryMotion, Kick, Pulse
-from mlmem_ros.device.move_settings import KickSettings, PushSettings
-from mlmem_ros.device.reading import BLANK, UNDECODABLE
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.physics import Chain, HeldCell, Specimen, StateError, level_of, substep_times
-from mlmem_ros.physics.equilibrium import blank, resting_wall
-from mlmem_ros.physics.potential import Array
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import BoundaryMotion, Kick, Pulse
+from mlmem.move_settings import KickSettings, PushSettings
+from mlmem.physics import Chain, HeldCell, Specimen, StateError, level_of, substep_times
+from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics.potential import Array
+from mlmem.readers.reading import BLANK, UNDECODABLE
+from mlmem.settings import Settings
 
 from ..studies.bench import nearness
 

@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Erase, Write, new_element, preset
-from mlmem_ros.device.reading import BLANK, UNDECODABLE
-from mlmem_ros.physics import Specimen, level_of
+from mlmem import Erase, Write, new_element, preset
+from mlmem.physics import Specimen, level_of
+from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 

@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Preset, preset
-from mlmem_ros.device.end import Kick, Pulse
-from mlmem_ros.device.move_settings import KickSettings, PushSettings
-from mlmem_ros.device.reading import BLANK, UNDECODABLE
-from mlmem_ros.physics import Chain, Scatter, Specimen, StateError, scattered, walls
-from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.equilibrium import blank, resting_wall
-from mlmem_ros.physics.potential import Array
+from mlmem import Preset, preset
+from mlmem.instrument.end import Kick, Pulse
+from mlmem.move_settings import KickSettings, PushSettings
+from mlmem.physics import Chain, Scatter, Specimen, StateError, scattered, walls
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics.potential import Array
+from mlmem.readers.reading import BLANK, UNDECODABLE
 
 from .flight import Course, after_push, bare, drive, kick_of, rest_of
 

@@ -14,11 +14,11 @@ from typing import Any
 
 from rich.table import Table
 
-from mlmem_ros.device.moves import NARROW, How, kick_speed, pushes
-from mlmem_ros.device.reading import BLANK
-from mlmem_ros.element_file import Element
+from mlmem.element_file import Element
+from mlmem.moves.planner import NARROW, How, kick_speed, pushes
+from mlmem.physics import Specimen
+from mlmem.readers.reading import BLANK
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import Specimen
 from mlmem_tools.cli.output import plain_table
 
 from .flight import FARTHEST, QUANTITIES, after_kick, after_push, bare, kick_rooms, push_rooms

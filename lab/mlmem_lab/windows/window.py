@@ -19,17 +19,17 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device.actuator import Actuator
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.moves import How, Move, half_period, moves_from, step_cycle
-from mlmem_ros.device.pulse_corrections import corrected
-from mlmem_ros.device.reading import UNDECODABLE
-from mlmem_ros.device.settings import ActuatorSettings, Settings
-from mlmem_ros.element_file import Element
+from mlmem.element_file import Element
+from mlmem.instrument.actuator import Actuator
+from mlmem.instrument.drivers import Simulation
+from mlmem.moves.corrections import corrected
+from mlmem.moves.planner import How, Move, half_period, moves_from, step_cycle
+from mlmem.physics import Chain, StateError, level_of, substep_times
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.potential import Array
+from mlmem.readers.reading import UNDECODABLE
+from mlmem.settings import ActuatorSettings, Settings
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import Chain, StateError, level_of, substep_times
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.potential import Array
 
 from ..studies.bench import nearness
 

@@ -15,12 +15,12 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from mlmem_ros.device import preset
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.device.end import Kick
-from mlmem_ros.device.move_settings import KickSettings
-from mlmem_ros.device.register import levels_of, resting
-from mlmem_ros.physics import Chain, Specimen, StateError
+from mlmem import preset
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import Kick
+from mlmem.move_settings import KickSettings
+from mlmem.physics import Chain, Specimen, StateError
+from mlmem.readers.register import levels_of, resting
 
 from ..results import DEVICE, FOLDER, save
 from .flight import drive, rest_of

@@ -11,10 +11,10 @@ import dataclasses
 import pytest
 from sampled import sampled
 
+from mlmem import preset
+from mlmem.instrument.motion import Cycle
+from mlmem.physics.waves import frequency
 from mlmem_lab.designer import DesignNotFound, propose
-from mlmem_ros.device import preset
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.physics.waves import frequency
 from mlmem_tools.checks import Verdict
 
 BITS = pytest.mark.parametrize('bits', sampled((1, 2, 4), lambda bits: bits == 4))

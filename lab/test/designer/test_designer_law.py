@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from mlmem import law_file
+from mlmem.physics import CASE_II
+from mlmem.physics.curve import Curve
 from mlmem_lab.designer import DesignNotFound, proposal, propose
 from mlmem_lab.designer.proposal import GAMMA, balance
-from mlmem_ros import law_file
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.curve import Curve
 from mlmem_tools.checks import Report
 from mlmem_tools.cli.main import main
 from mlmem_tools.law.curves import load_run, measured

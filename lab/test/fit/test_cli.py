@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mlmem import element_file, preset
 from mlmem_lab.fit import command, csv_shots
 from mlmem_lab.fit.fitted import with_term
-from mlmem_ros import element_file, parameter_file
-from mlmem_ros.device import preset
+from mlmem_ros import parameter_file
 from mlmem_tools.cli.main import main
 
 from .truth import SMALL

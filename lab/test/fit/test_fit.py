@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mlmem.instrument.end import End
+from mlmem.physics.curve import Curve
 from mlmem_lab.fit.descent import LAST
 from mlmem_lab.fit.fit import (
     Misfitting,
@@ -33,8 +35,6 @@ from mlmem_lab.fit.fitted import (
 from mlmem_lab.fit.misfit import LEAST_DRIFT, WHOLE
 from mlmem_lab.fit.trusted import asks, doubts
 from mlmem_lab.twins.surveyed import surveyed
-from mlmem_ros.device.end import End
-from mlmem_ros.physics.curve import Curve
 
 from .truth import SHOTS, SMALL, hidden, measured
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from rig.lines import ADDRESS, Line
 
+from mlmem import MemoryElement, Shot, Survey, factory_calibration, preset
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import Scatter, scattered
 from mlmem_lab.fit.fit import ranked
 from mlmem_lab.fit.misfit import WHOLE, Misfit
 from mlmem_lab.twins.sensed import performed
-from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration, preset
-from mlmem_ros.device.drivers import Simulation
-from mlmem_ros.physics import Scatter, scattered
 from mlmem_ros.rig import Rig
 from mlmem_tools.cli.rig import _emulated, rig
 from mlmem_tools.twin.noise import FLOOR

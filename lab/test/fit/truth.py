@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from mlmem_ros.device.end import End, Shot
-from mlmem_ros.physics import Design
+from mlmem.instrument.end import End, Shot
+from mlmem.physics import Design
 
 SMALL = Design(N=36, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, tail=9)
 """Two levels of nine cells."""

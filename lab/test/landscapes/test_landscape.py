@@ -18,6 +18,9 @@ import numpy as np
 import oracle
 import pytest
 
+from mlmem.physics import CASE_I, CASE_II, Specimen, StateError, walls
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.held_wall import hold_walls, uniform
 from mlmem_lab.landscapes import (
     BOUND,
     DisplacementFit,
@@ -27,9 +30,6 @@ from mlmem_lab.landscapes import (
     landscape,
     strained,
 )
-from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError, walls
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.held_wall import hold_walls, uniform
 
 ZERO = np.zeros(CASE_I.N)
 

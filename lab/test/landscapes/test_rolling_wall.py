@@ -17,9 +17,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem.physics import CASE_II, Scatter, Specimen, scattered
+from mlmem.physics.held_wall import hold_walls
 from mlmem_lab.studies.tolerance.particle import POINTS_PER_CELL, Schedule, roll, track
-from mlmem_ros.physics import CASE_II, Scatter, Specimen, scattered
-from mlmem_ros.physics.held_wall import hold_walls
 
 SHORT = dataclasses.replace(CASE_II, N=75)
 PEAK = -0.015

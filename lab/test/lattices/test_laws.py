@@ -11,6 +11,9 @@ import pkgutil
 import numpy as np
 import pytest
 
+from mlmem.physics import NOH_BATHE, PEFRL
+from mlmem.physics.formulas import coupling, on_site
+from mlmem.physics.jit import kernel
 from mlmem_lab import lattices
 from mlmem_lab.lattices import (
     Coupling,
@@ -24,9 +27,6 @@ from mlmem_lab.lattices import (
     Toda,
     Wells,
 )
-from mlmem_ros.physics import NOH_BATHE, PEFRL
-from mlmem_ros.physics.formulas import coupling, on_site
-from mlmem_ros.physics.jit import kernel
 
 N = 6
 TABLE = Pieces(

@@ -5,8 +5,8 @@
 import pytest
 from bare_writes import writes
 
-from mlmem_ros.device import Settings
-from mlmem_ros.device.motion import Cycle
+from mlmem import Settings
+from mlmem.instrument.motion import Cycle
 from mlmem_ros.parameter_file import load
 from mlmem_tools.checks.bare import scaled
 from mlmem_tools.checks.concern import Subject

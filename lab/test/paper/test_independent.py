@@ -22,8 +22,8 @@ import math
 import numpy as np
 import pytest
 
+from mlmem.physics import CASE_I, CASE_II
 from mlmem_lab.paper import equations as other
-from mlmem_ros.physics import CASE_I, CASE_II
 
 SMALL = dataclasses.replace(CASE_II, N=40)
 
@@ -35,7 +35,7 @@ def test_it_shares_no_code_with_the_material():
         for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
         for name in node.names if node.level or node.module.startswith('mlmem')
     }  # fmt: skip
-    assert imported == {'mlmem_ros.physics.design.Design', 'mlmem_ros.physics.potential.Array'}
+    assert imported == {'mlmem.physics.design.Design', 'mlmem.physics.potential.Array'}
     calls = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
     assert not calls & {'potential', 'alpha', 's', 'strain_shape', 'D_s1', 'D_s2', 'k_s1', 'k_s2'}
 

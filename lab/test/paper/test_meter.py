@@ -19,14 +19,14 @@ import numpy as np
 import oracle
 import pytest
 
+from mlmem import Settings, Write, new_element
+from mlmem.instrument.end import Move
+from mlmem.instrument.motion import Ramp
+from mlmem.physics import CASE_II, Chain, HeldCell, Specimen, substep_times
+from mlmem.physics.energy import actuator_force, energy
+from mlmem.physics.equilibrium import resting_wall
 from mlmem_lab.paper.meter import MeteredChain, fit_meter
 from mlmem_lab.studies.trace import Trace, watch
-from mlmem_ros.device import Settings, Write, new_element
-from mlmem_ros.device.end import Move
-from mlmem_ros.device.motion import Ramp
-from mlmem_ros.physics import CASE_II, Chain, HeldCell, Specimen, substep_times
-from mlmem_ros.physics.energy import actuator_force, energy
-from mlmem_ros.physics.equilibrium import resting_wall
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 SMALL = dataclasses.replace(CASE_II, N=60, eta=0.05)

@@ -5,10 +5,10 @@
 import numpy as np
 import pytest
 
+from mlmem.physics import CASE_II, Specimen
+from mlmem.physics.held_wall import hold_walls
+from mlmem.settings import DisturbanceSettings
 from mlmem_lab.paper.figures import retention
-from mlmem_ros.device.settings import DisturbanceSettings
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.held_wall import hold_walls
 
 
 def test_without_a_shake_and_slowly_every_level_is_kept_up_to_the_static_limit(small):

@@ -7,15 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem import Settings, Write, new_element
+from mlmem.instrument.end import End
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import CycleSettings, WriteSettings
+from mlmem.physics import CASE_II, Chain, Specimen, level_of, walls
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.readers.echo import EchoDetector
 from mlmem_lab.paper.echoes import PAPER, PRINTED, detect, listen, probe_element, without_wall
 from mlmem_lab.studies.trace import Trace, strain_chain, wall_path, watch
-from mlmem_ros.device import Settings, Write, new_element
-from mlmem_ros.device.echo import EchoDetector
-from mlmem_ros.device.end import End
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import CycleSettings, WriteSettings
-from mlmem_ros.physics import CASE_II, Chain, Specimen, level_of, walls
-from mlmem_ros.physics.equilibrium import resting_wall
 
 
 @pytest.mark.parametrize('every', [7.0, 100.0, 500.0, 5000.0])

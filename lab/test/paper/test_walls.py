@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem import preset
+from mlmem.physics import PEFRL, Chain, HeldCell, Specimen, substep_times
+from mlmem.readers.register import resting
 from mlmem_lab.paper.figures.walls import NEAR, reflectivity
-from mlmem_ros.device import preset
-from mlmem_ros.device.register import resting
-from mlmem_ros.physics import PEFRL, Chain, HeldCell, Specimen, substep_times
 
 LOOK, SIGMA, DT, EVERY = 70, 16.0, 0.1, 4
 

@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from mlmem_ros.device.presets import Preset, preset
+from mlmem.presets import Preset, preset
 
 
 def first_levels(n):

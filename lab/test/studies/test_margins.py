@@ -14,6 +14,9 @@ import time
 import numpy as np
 import pytest
 
+from mlmem import Outcome, Settings, SettingsError
+from mlmem.physics import CASE_II
+from mlmem.settings import TimeSettings
 from mlmem_lab.studies import style
 from mlmem_lab.studies.bench import Bench
 from mlmem_lab.studies.campaign import Ledger, run
@@ -27,10 +30,7 @@ from mlmem_lab.studies.trace import (
     least_margins,
     write_upward,
 )
-from mlmem_ros.device import Outcome, Settings, SettingsError
-from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II
 from mlmem_tools.cli.main import main
 
 SETTINGS = Settings(time=TimeSettings(tick=50.0))

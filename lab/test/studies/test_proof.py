@@ -9,8 +9,8 @@ from bare_writes import writes
 from sampled import sampled
 from small_register import first_levels
 
+from mlmem import Settings, preset
 from mlmem_lab.studies.proof import Proof, Tally
-from mlmem_ros.device import Settings, preset
 from mlmem_ros.parameter_file import load, parse
 from mlmem_tools.checks import Verdict, check
 from mlmem_tools.checks.bare import scaled

@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 import pytest
 
+from mlmem import Settings
+from mlmem.physics import CASE_II
 from mlmem_lab.shaken import Counts, G, Shaking, count
-from mlmem_ros.device import Settings
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II
 
 TICK = 2e-3
 

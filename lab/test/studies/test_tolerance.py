@@ -12,6 +12,8 @@ import pytest
 from sampled import sampled
 from small_register import first_levels
 
+from mlmem import UNDECODABLE, Settings, preset
+from mlmem.physics import CASE_II, Design, Scatter, scattered
 from mlmem_lab.studies import campaign
 from mlmem_lab.studies.style import styled
 from mlmem_lab.studies.tolerance import element
@@ -21,9 +23,7 @@ from mlmem_lab.studies.tolerance.element import Chance, chance, outcomes
 from mlmem_lab.studies.tolerance.estimate import ENOUGH, RARE, Fragility, fit, rare_scatter
 from mlmem_lab.studies.tolerance.particle import PROBABILITY, StepForecast, weights
 from mlmem_lab.studies.tolerance.study import Tolerance
-from mlmem_ros.device import UNDECODABLE, Settings, preset
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II, Design, Scatter, scattered
 from mlmem_tools.cli.main import main
 
 SHORT = dataclasses.replace(CASE_II, N=75)

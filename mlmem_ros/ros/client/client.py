@@ -24,6 +24,9 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
+from mlmem.procedure_table import PROCEDURES
+from mlmem.schema import printable, short_repr
+
 from ...contract.answers import (
     ANSWERS,
     Answer,
@@ -45,8 +48,6 @@ from ...contract.calls import (
     parse_self_test,
 )
 from ...contract.services import DEADLINE, action_types
-from ...described import printable, short_repr
-from ...procedures import PROCEDURES
 from ..middleware import ALIVE, events_executor
 from .goal import Goal
 from .line import Line
@@ -144,7 +145,7 @@ class MemoryClient:
         return self._request('abort', Done, timeout)
 
     def procedure(self, name: str, timeout: float = 120.0, **arguments: Any) -> Goal[Any]:
-        """Request any procedure by its name, with its arguments: see `mlmem_ros.procedures`."""
+        """Request any procedure by its name, with its arguments: see `mlmem.procedure_table`."""
         return self._goal(name, ANSWERS.get(name, Decoded), timeout, **arguments)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:

@@ -22,8 +22,9 @@ from typing import Any, TypeVar
 from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future as RclpyFuture
 
+from mlmem.schema import short_repr
+
 from ...contract.calls import NoAnswer
-from ...described import short_repr
 from .link import Call, Connection, Link
 
 T = TypeVar('T')

@@ -19,12 +19,12 @@ from action_msgs.srv import CancelGoal
 from rclpy.node import Node
 from rclpy.qos import qos_profile_action_status_default
 
-from ... import threads
+from mlmem import Outcome, Refused, threads
+from mlmem.loop.mailbox import Request
+
 from ...contract import answers, messages, services
 from ...contract.commands import made
 from ...contract.services import REQUESTS
-from ...device import Outcome, Refused
-from ...device.mailbox import Request
 from ...host import Host
 from ..middleware import EVERY_ONE, RELIABLE
 from .callback_guard import REQUESTER, outcome_of

@@ -23,8 +23,8 @@ from rclpy.exceptions import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ...described import Description, short_repr
-from ...device import SettingsError
+from mlmem import SettingsError
+from mlmem.schema import Description, short_repr
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""

@@ -13,14 +13,15 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
+from mlmem import UNDECODABLE, DriverError, Loop, MemoryElement, Reading
+from mlmem.instrument.end import End
+from mlmem.physics import stable_step, walls
+from mlmem.physics.energy import energy
+
 from ...contract.messages import key_values
 from ...contract.topics import DIAGNOSTICS
 from ...contract.values import content
-from ...device import UNDECODABLE, DriverError, Loop, MemoryElement, Reading
-from ...device.end import End
 from ...host import Host
-from ...physics import stable_step, walls
-from ...physics.energy import energy
 from ..middleware import profile
 from .callback_guard import CallbackGuard
 

@@ -18,10 +18,10 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
-from ... import threads
+from mlmem import DriverError, Event, Refused, threads
+from mlmem.loop.timetable import Pacer, SteadyPacer
+
 from ...contract.services import SERVICES
-from ...device import DriverError, Event, Refused
-from ...device.timetable import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
 from ...host.building import Built
 from ...host.settings import INTROSPECTION, Parameters

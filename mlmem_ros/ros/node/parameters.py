@@ -13,11 +13,17 @@ from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_system_default
 from rclpy.service_introspection import ServiceIntrospectionState
 
+from mlmem import PRESETS, Preset, Refused, SettingsError, preset
+from mlmem.instrument import drivers
+from mlmem.loop.timetable import checked_speed
+from mlmem.parsing import DecodeError
+from mlmem.physics import DesignError
+from mlmem.physics.curve import Curve
+from mlmem.procedure_table import UNSET
+from mlmem.schema import descriptions, short_repr
+from mlmem.settings import Settings
+
 from ...contract.services import SERVICES
-from ...described import descriptions, short_repr
-from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
-from ...device.settings import Settings
-from ...device.timetable import checked_speed
 from ...host import Host
 from ...host.settings import (
     DIGEST,
@@ -31,10 +37,6 @@ from ...host.settings import (
     declarations,
     groups,
 )
-from ...outside import DecodeError
-from ...physics import DesignError
-from ...physics.curve import Curve
-from ...procedures import UNSET
 from .declared_parameters import CheckedParameters, DeclaredParameters, descriptor
 
 FAULTS = 'faults.'
@@ -103,7 +105,7 @@ class ParameterSet:
         present = self.values()
         words = present.design.levels
         if present.settings.register.spacing:
-            from ...device.words import words_of  # few elements hold many walls
+            from mlmem.readers.words import words_of  # few elements hold many walls
 
             words = words_of(present.design, present.settings)
         self._limit_content(words)
@@ -190,7 +192,7 @@ class ParameterSet:
         """
         if not (text := self._known.value(LAW)):
             return None
-        from ...law_file import curve_of  # most elements have the paper's
+        from mlmem.law_file import curve_of  # most elements have the paper's
 
         try:
             return curve_of(text, *map(self._known.value, ('scale.length', 'scale.stiffness')))
@@ -205,7 +207,7 @@ class ParameterSet:
         """
         if not source:
             return source
-        from ...law_file import curve_of, is_text, text_in
+        from mlmem.law_file import curve_of, is_text, text_in
 
         try:
             if not is_text(source):

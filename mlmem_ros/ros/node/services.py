@@ -17,12 +17,14 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
+from mlmem import Command, Refused, SelfTest, Write
+from mlmem.instrument import drivers
+from mlmem.procedure_table import PROCEDURES, Procedure
+
 from ...contract import answers, messages, topics
 from ...contract.commands import Record, made, name_of, requested, wait_of
-from ...device import Command, Refused, SelfTest, Write, drivers
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
-from ...procedures import PROCEDURES, Procedure
 from ..middleware import CLIENTS, EVERY_ONE, SIGN
 from .callback_guard import REQUESTER, outcome_of
 

@@ -21,9 +21,10 @@ from rclpy.clock import Clock, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
 
+from mlmem import Refused
+from mlmem.loop.mailbox import Request, Steps
+
 from ...contract.services import SIMULATOR, STEPS
-from ...device import Refused
-from ...device.mailbox import Request, Steps
 from ...host import REFUSALS, Host
 from ..middleware import EVERY_ONE
 from .actions import Action, Goal

@@ -12,9 +12,10 @@ from typing import Protocol
 
 from rclpy.node import Node
 
-from ...device import DriverError, DriverHangs
+from mlmem import DriverError, DriverHangs
+from mlmem.physics import INTEGRATORS, Design, kernel_in_cache
+
 from ...host import REFUSALS, Host, ThrottledLog
-from ...physics import INTEGRATORS, Design, kernel_in_cache
 from .callback_guard import CallbackGuard
 
 

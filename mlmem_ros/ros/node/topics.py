@@ -17,12 +17,12 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu
 
-from ... import threads
+from mlmem import Event, MemoryElement, threads
+
 from ...contract import messages, topics
 from ...contract.commands import OF_TOPIC, NoCommand
 from ...contract.topics import Topic
 from ...contract.values import published
-from ...device import Event, MemoryElement
 from ...host import Host
 from ...host.settings import PublishSettings
 from ..middleware import overridable, profile

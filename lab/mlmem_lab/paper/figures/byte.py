@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Write, new_element
-from mlmem_ros.device.echo import EchoDetector
-from mlmem_ros.device.end import End
-from mlmem_ros.device.presets import preset
-from mlmem_ros.device.register import forecasts_of, resting
-from mlmem_ros.physics import Specimen
+from mlmem import Write, new_element
+from mlmem.instrument.end import End
+from mlmem.physics import Specimen
+from mlmem.presets import preset
+from mlmem.readers.echo import EchoDetector
+from mlmem.readers.register import forecasts_of, resting
 
 from ...studies import style
 from ..figure import Data, Figure, Quality

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device.echo import Echo, blanking
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.waves import band
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.waves import band
+from mlmem.readers.echo import Echo, blanking
+from mlmem.settings import ProbeSettings
 
 from ...studies import style
 from ..echoes import PAPER, PRINTED, detect, listen, without_wall

@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem_ros.device.end import Pulse
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import CycleSettings, WriteSettings
-from mlmem_ros.physics import CASE_I, CASE_II, NOH_BATHE, Chain, Design, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.held_wall import hold_walls, uniform
-from mlmem_ros.physics.waves import band
+from mlmem.instrument.end import Pulse
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import CycleSettings, WriteSettings
+from mlmem.physics import CASE_I, CASE_II, NOH_BATHE, Chain, Design, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.waves import band
 from mlmem_tools.checks.quasistatic import DEPARTURE, depinning_strain
 
 from ...landscapes import fit_kink

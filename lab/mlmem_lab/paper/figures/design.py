@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Settings
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.waves import band
+from mlmem import Settings
+from mlmem.physics import CASE_II
+from mlmem.physics.waves import band
 from mlmem_tools.checks.quasistatic import held_landscape
 
 from ...studies import style

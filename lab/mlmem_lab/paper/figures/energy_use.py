@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Command, Erase, Read, Settings, Write, new_element
-from mlmem_ros.device.moves import paper_way
+from mlmem import Command, Erase, Read, Settings, Write, new_element
+from mlmem.moves.planner import paper_way
+from mlmem.physics import CASE_II, level_of
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II, level_of
 
 from ...studies import style
 from ...studies.trace import Trace, watch

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_I, CASE_II, Specimen
-from mlmem_ros.physics.held_wall import hold_walls, uniform
+from mlmem.physics import CASE_I, CASE_II, Specimen
+from mlmem.physics.held_wall import hold_walls, uniform
 
 from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judged

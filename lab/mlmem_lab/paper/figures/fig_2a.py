@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_I, Specimen
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem.physics import CASE_I, Specimen
+from mlmem.physics.held_wall import hold_walls
 
 from ...landscapes import (
     BOUND,

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_I, Chain, Design, Specimen, substep_times
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_I, Chain, Design, Specimen, substep_times
+from mlmem.physics.equilibrium import resting_wall
 from mlmem_tools.checks.quasistatic import DEPARTURE, depinning_strain
 
 from ...studies import style

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_I
+from mlmem.physics import CASE_I
 
 from ...studies import style
 from ..figure import Data, Figure, Quality

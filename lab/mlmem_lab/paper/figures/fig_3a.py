@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Settings
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.waves import band, wavenumber
+from mlmem import Settings
+from mlmem.physics import CASE_II
+from mlmem.physics.waves import band, wavenumber
 
 from ...studies import style
 from ..echoes import PAPER, PRINTED

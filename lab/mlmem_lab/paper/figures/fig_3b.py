@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device.echo import blanking
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_II, Specimen
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.readers.echo import blanking
 
 from ...studies import style
 from ..echoes import PAPER, PRINTED, probe_element

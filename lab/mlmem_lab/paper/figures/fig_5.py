@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Erase, Settings, Write, new_element
-from mlmem_ros.device.settings import TimeSettings
-from mlmem_ros.physics import CASE_II, level_of
+from mlmem import Erase, Settings, Write, new_element
+from mlmem.physics import CASE_II, level_of
+from mlmem.settings import TimeSettings
 
 from ...studies import style
 from ...studies.trace import Trace, watch

@@ -8,9 +8,9 @@ import dataclasses
 
 import numpy as np
 
-from mlmem_ros.physics import CASE_I, Chain, Design, Specimen
-from mlmem_ros.physics.held_wall import hold_walls, uniform
-from mlmem_ros.physics.potential import Array
+from mlmem.physics import CASE_I, Chain, Design, Specimen
+from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.potential import Array
 
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judged

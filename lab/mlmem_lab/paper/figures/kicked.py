@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Erase, Write, new_element, preset
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.potential import Array
+from mlmem import Erase, Write, new_element, preset
+from mlmem.physics import CASE_II
+from mlmem.physics.potential import Array
 
 from ...studies import style
 from ...studies.trace import Trace, wall_path, watch

@@ -11,10 +11,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from mlmem_ros.device.end import Move
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import EraseSettings, WriteSettings
-from mlmem_ros.physics import CASE_II, Chain, HeldCell, level_of, substep_times, walls
+from mlmem.instrument.end import Move
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import EraseSettings, WriteSettings
+from mlmem.physics import CASE_II, Chain, HeldCell, level_of, substep_times, walls
 
 from ...studies import style
 from ...studies.trace import strain_chain

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.device import Command, Erase, Write, new_element, preset
+from mlmem import Command, Erase, Write, new_element, preset
 
 from ...studies.trace import Trace, watch
 from ..figure import Data, Figure, Quality

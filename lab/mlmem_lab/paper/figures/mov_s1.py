@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mlmem_ros.device import Command, Erase, Write, new_element
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.potential import Array
+from mlmem import Command, Erase, Write, new_element
+from mlmem.physics import CASE_II
+from mlmem.physics.potential import Array
 
 from ...studies import style
 from ...studies.trace import Trace, watch

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import CycleSettings
-from mlmem_ros.physics import CASE_II, Chain, Specimen, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import CycleSettings
+from mlmem.physics import CASE_II, Chain, Specimen, level_of
+from mlmem.physics.equilibrium import resting_wall
 
 from ...studies.trace import strain_chain, wall_position
 from ..figure import Data, Figure, Judged, Quality, judged

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.device.settings import DisturbanceSettings, ScaleSettings
-from mlmem_ros.physics import CASE_II, Chain, Specimen, StateError, level_of, substep_times
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.held_wall import hold_walls
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.physics.waves import band
+from mlmem.physics import CASE_II, Chain, Specimen, StateError, level_of, substep_times
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.held_wall import hold_walls
+from mlmem.physics.potential import Array
+from mlmem.physics.waves import band
+from mlmem.settings import DisturbanceSettings, ScaleSettings
 
 from ...studies import style
 from ..figure import Data, Figure, Quality

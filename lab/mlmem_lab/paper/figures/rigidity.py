@@ -10,10 +10,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import CycleSettings, WriteSettings, peak
-from mlmem_ros.physics import CASE_II, Chain, Design, Specimen, level_of
-from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import CycleSettings, WriteSettings, peak
+from mlmem.physics import CASE_II, Chain, Design, Specimen, level_of
+from mlmem.physics.equilibrium import resting_wall
 
 from ...studies import style
 from ...studies.trace import strain_chain, wall_path

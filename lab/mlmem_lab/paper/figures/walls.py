@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device.presets import preset
-from mlmem_ros.device.register import resting
-from mlmem_ros.device.words import Code
-from mlmem_ros.physics import Specimen
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.physics.waves import band, carried, cells, passing, reflected
+from mlmem.physics import Specimen
+from mlmem.physics.potential import Array
+from mlmem.physics.waves import band, carried, cells, passing, reflected
+from mlmem.presets import preset
+from mlmem.readers.register import resting
+from mlmem.readers.words import Code
 
 from ...studies import style
 from ..figure import Data, Figure, Quality

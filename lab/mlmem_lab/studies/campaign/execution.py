@@ -24,9 +24,9 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from mlmem.atomic_files import write_atomically
+from mlmem.parsing import DecodeError, require_regular
 from mlmem_ros import __version__
-from mlmem_ros.durable import write_atomically
-from mlmem_ros.outside import DecodeError, require_regular
 
 from .campaign import Campaign, CampaignError, Row, evaluate_one
 

@@ -98,7 +98,7 @@ def _report(
     console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, arguments: argparse.Namespace
 ) -> None:
     """Save table, margins and map, and print a summary."""
-    from mlmem_ros.durable import write_atomically
+    from mlmem.atomic_files import write_atomically
 
     from ...results import DEVICE, keep_picture
     from ..campaign import save_table
@@ -138,7 +138,7 @@ def _words(margins: Margins) -> list[str]:
 
 def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int:
     """Run one point of the table alone and print its writes."""
-    from mlmem_ros.device import SettingsError
+    from mlmem import SettingsError
 
     from . import rerun
 

@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from numpy.typing import NDArray
 
-from mlmem_ros.physics.potential import Array
+from mlmem.physics.potential import Array
 
 from ..campaign import Row
 from ..style import FAINT, INK, PALE, S1, axes_grid, new_figure

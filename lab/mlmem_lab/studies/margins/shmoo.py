@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.described import descriptions
-from mlmem_ros.device import Settings, SettingsError
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.moves import paper_way
-from mlmem_ros.element_file import Element
-from mlmem_ros.physics import Design
-from mlmem_ros.physics.potential import Array
+from mlmem import Settings, SettingsError
+from mlmem.element_file import Element
+from mlmem.instrument.motion import Cycle
+from mlmem.moves.planner import paper_way
+from mlmem.physics import Design
+from mlmem.physics.potential import Array
+from mlmem.schema import descriptions
 
 from ..bench import Bench
 from ..campaign import Campaign, Row

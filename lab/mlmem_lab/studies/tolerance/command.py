@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .study import Tolerance
 
 
-MODULES = ('mlmem_ros/device', 'mlmem_ros/physics', 'lab/mlmem_lab/studies/tolerance')
+MODULES = ('mlmem', 'mlmem/physics', 'lab/mlmem_lab/studies/tolerance')
 
 AMOUNTS = 10
 

@@ -21,19 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.device import UNDECODABLE, Faults, MemoryElement, SetFaults
-from mlmem_ros.device.errors import ProcedureFailed
-from mlmem_ros.device.procedures import run
-from mlmem_ros.device.procedures.blocks import Procedure, kick, wait
-from mlmem_ros.device.procedures.driving import go_to_level
-from mlmem_ros.device.procedures.listening import hear, look
-from mlmem_ros.device.procedures.many_walls import put
-from mlmem_ros.device.reading import Reading
-from mlmem_ros.device.register import NEAR, resting
-from mlmem_ros.device.settings import Settings
-from mlmem_ros.device.words import code_of, words_of
-from mlmem_ros.outside import decode
-from mlmem_ros.physics import (
+from mlmem import UNDECODABLE, Faults, MemoryElement, SetFaults
+from mlmem.errors import ProcedureFailed
+from mlmem.parsing import decode
+from mlmem.physics import (
     Design,
     DesignError,
     Scatter,
@@ -43,9 +34,18 @@ from mlmem_ros.physics import (
     scattered,
     walls,
 )
-from mlmem_ros.physics.equilibrium import blank, resting_wall
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.rng import Stream, generator
+from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics.potential import Array
+from mlmem.procedures import run
+from mlmem.procedures.blocks import Procedure, kick, wait
+from mlmem.procedures.driving import go_to_level
+from mlmem.procedures.listening import hear, look
+from mlmem.procedures.many_walls import put
+from mlmem.readers.reading import Reading
+from mlmem.readers.register import NEAR, resting
+from mlmem.readers.words import code_of, words_of
+from mlmem.rng import Stream, generator
+from mlmem.settings import Settings
 
 from ..bench import Bench
 from ..campaign import Row

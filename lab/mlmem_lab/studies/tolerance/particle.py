@@ -27,14 +27,14 @@ from functools import cached_property
 
 import numpy as np
 
-from mlmem_ros.device import Settings
-from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.move_settings import peak
-from mlmem_ros.physics import Design, Specimen
-from mlmem_ros.physics.held_wall import excerpt, hold_walls
-from mlmem_ros.physics.jit import kernel
-from mlmem_ros.physics.potential import Array
-from mlmem_ros.rng import Stream, generator
+from mlmem import Settings
+from mlmem.instrument.motion import Cycle
+from mlmem.move_settings import peak
+from mlmem.physics import Design, Specimen
+from mlmem.physics.held_wall import excerpt, hold_walls
+from mlmem.physics.jit import kernel
+from mlmem.physics.potential import Array
+from mlmem.rng import Stream, generator
 
 POINTS_PER_CELL = 8
 """Positions per cell at which the pull is tabulated, as in `quasistatic`."""

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.device import Settings
-from mlmem_ros.device.end import End
-from mlmem_ros.device.words import words_of
-from mlmem_ros.physics import Design
+from mlmem import Settings
+from mlmem.instrument.end import End
+from mlmem.physics import Design
+from mlmem.readers.words import words_of
 
 from ..campaign import Campaign, Ledger, Row, run
 from .element import (

@@ -1,0 +1,196 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a device takes and what it reports: commands, events, and the progress of a procedure.
+
+Commands are all its inputs: procedures (see `mlmem.procedure_table`) and what has no outcome. A
+command is stamped with the tick at which it takes effect.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, get_args
+
+from .instrument.end import Shot
+from .instrument.faults import Faults
+from .procedure_table import JOINT, Procedures
+from .readers.echo import Echo
+from .readers.reading import Reading, Unknown
+
+
+@dataclass(frozen=True)
+class SetStrain:
+    """Move the strain to a set-point by hand."""
+
+    strain: float
+
+
+@dataclass(frozen=True)
+class FollowTrajectory:
+    """Move the strain by hand along a timed profile, which begins with the next tick.
+
+    Seconds are those of the device at speed 1: `scale.time` per time unit.
+
+    Attributes:
+        times: Of every point, in seconds since the beginning.
+        strains: Of every point.
+        rates: Of every point, in 1/s; empty for straight lines between them.
+    """
+
+    times: tuple[float, ...]
+    strains: tuple[float, ...]
+    rates: tuple[float, ...] = ()
+    joint: str = JOINT
+
+    def __post_init__(self) -> None:
+        for name in ('times', 'strains', 'rates'):  # lists if they come from a file
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+
+
+@dataclass(frozen=True)
+class Disturb:
+    """Shake the base: its acceleration in lattice constants per time unit squared."""
+
+    acceleration: float
+
+
+@dataclass(frozen=True)
+class SetFaults:
+    """Replace all faults by these."""
+
+    faults: Faults
+
+
+@dataclass(frozen=True)
+class Inject:
+    """Let things fail by a script, a list of `failures.Failure` as JSON, whose first tick is the
+    next one. A later script, or faults that are set, end it.
+    """
+
+    script: str
+
+
+@dataclass(frozen=True)
+class SetMethod:
+    """Write by another method from now on: one of `write.method`."""
+
+    method: str
+
+
+Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Inject | SetMethod | Procedures
+
+KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)}
+"""The commands by name."""
+
+
+def is_number(value: object, limit: float) -> bool:
+    """Return whether a value is a number of at most this magnitude; NaN and bools are not."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and abs(value) <= limit  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class EchoReceived:
+    """A probe and its reading, with or without an echo within the listening time."""
+
+    echo: Echo
+    reading: Reading
+
+
+@dataclass(frozen=True)
+class Check:
+    """One test of a self-test."""
+
+    name: str
+    passed: bool
+    message: str
+    values: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a procedure ended.
+
+    Attributes:
+        procedure: Its name, one of `PROCEDURES`.
+        error: Why not; empty on success.
+        reading: The last reading it made, or None.
+        delays: Echo delay of every level in time units, by end, from a calibration.
+        found: What else was measured, by name: as `contract.answers` declares it.
+    """
+
+    procedure: str
+    success: bool
+    error: str
+    reading: Reading | None
+    attempts: int
+    start_tick: int
+    end_tick: int
+    checks: tuple[Check, ...] = ()
+    delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    found: dict[str, float | str] = field(default_factory=dict)
+
+    @property
+    def ticks(self) -> int:
+        """How long it took."""
+        return self.end_tick - self.start_tick
+
+
+Event = EchoReceived | Shot | Outcome | Unknown
+
+
+QUIETING = 'quieting'
+STRAINING = 'straining'
+LAUNCHING = 'launching'
+SETTLING = 'settling'
+LISTENING = 'listening'
+"""Phases of any procedure."""
+
+WAITING = 'waiting'
+"""Phase of a request whose procedure has not begun, because another one runs."""
+
+
+class Feedback(NamedTuple):
+    """Feedback from a running procedure.
+
+    Attributes:
+        phase: Its present phase, one of the above; empty before its first tick.
+        share: Elapsed share of the expected duration, 0 to 1.
+        strain: Strain that the encoder of the transmission reads.
+        attempts: Attempts so far, including the present one.
+        place: Place among those that wait, from 1; 0 once it runs.
+    """
+
+    phase: str
+    share: float
+    strain: float
+    attempts: int
+    place: int = 0
+
+
+class Progress:
+    """The progress of one procedure."""
+
+    def __init__(self, procedure: str = '', tick: int = 0) -> None:
+        self.procedure = procedure
+        self.phase = ''
+        self.attempts = 1
+        self.start_tick = self._end = tick
+
+    def expect(self, end: float) -> None:
+        """Expect the end at this tick or later.
+
+        A procedure that another one calls ends within the expected time; a further attempt
+        prolongs it.
+        """
+        self._end = max(self._end, round(end))
+
+    def tried(self, procedure: str, attempts: int) -> None:
+        """Set the attempts of the procedure itself; those of one that it calls do not count."""
+        if procedure == self.procedure:
+            self.attempts = attempts
+
+    def share(self, tick: int) -> float:
+        """Return the elapsed share of the expected time, 0 to 1; 1 if it is late."""
+        passed = tick - self.start_tick
+        return passed / max(self._end - self.start_tick, passed, 1)

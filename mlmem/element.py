@@ -1,0 +1,390 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The memory element: takes commands, runs procedures on its instrument; and how one is made."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from . import commands, factory, procedures
+from .commands import Command, Event, Feedback, Outcome, Progress
+from .errors import ProcedureFailed, Refused, SettingsError
+from .instrument.base import NO_SHAKES, Shakes
+from .instrument.drivers import Driver
+from .instrument.end import End
+from .instrument.faults import Faults
+from .instrument.instrument import LONGEST_RUN
+from .memory import Memory
+from .physics import Design
+from .presets import Preset
+from .procedure_table import PROCEDURES, Abort, Procedures
+from .procedures import Procedure, Result
+from .readers.calibration import Calibration
+from .readers.reading import UNDECODABLE
+from .schema import descriptions, problems, short_repr
+from .settings import Settings
+
+NAMES = {row.command: name for name, row in PROCEDURES.items()}
+"""Names of procedures by their commands."""
+
+WAY_HOME = '; if this remains so without faults, reset replaces the element by a blank one'
+"""Ends the error of a procedure if an end rests in neither phase."""
+
+FAR = 2**31
+"""More ticks than are ever run."""
+
+
+class MemoryElement(Memory):
+    """A device that advances by ticks and takes commands between them."""
+
+    def __init__(
+        self,
+        design: Design,
+        settings: Settings,
+        calibration: Calibration,
+        driver: Driver | None = None,
+    ) -> None:
+        """Make a device like a `Memory`, whose levels with known bad cells have been rehearsed."""
+        super().__init__(design, settings, calibration, driver)
+        if self.bad_cells is not None:
+            self.bad_cells = factory.rehearsed(design, settings)
+        self._running: Run | None = None
+
+    script: Sequence[tuple[int, Faults]] = ()
+    """The faults to come, with the ticks from which on they are all that is faulty."""
+
+    # --- commands ------------------------------------------------------------------------
+
+    @property
+    def procedure(self) -> str:
+        """Name of the running procedure, empty when there is none."""
+        return self.progress.procedure if self._running else ''
+
+    def runs(self, run: Run | None) -> bool:
+        """Return whether a procedure is under way."""
+        return run is not None and run is self._running
+
+    def feedback(self) -> Feedback:
+        """Return the progress of the running procedure."""
+        progress = self.progress
+        share = progress.share(self.ticks)
+        return Feedback(progress.phase, share, self.transmission.encoder, progress.attempts)
+
+    @property
+    def still(self) -> bool:
+        """Whether no procedure runs, and strain and base stand still."""
+        return not self._running and super().still
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether no procedure runs, and ticks change nothing but clocks."""
+        return not self._running and not self._events and super().at_rest
+
+    @property
+    def idle_ticks(self) -> int:
+        """Ticks until the next decision if no command comes, which can be run later together.
+
+        It is 0 for a real element that moves, because that cannot be delayed.
+        """
+        if not self.simulated and (self._running or not self.still):
+            return 0
+        due = self._running.due if self._running else self.ticks + FAR
+        return min(due, *(tick for tick, _ in self.script[:1]), self.ticks + FAR) - self.ticks
+
+    @property
+    def released(self) -> bool:
+        """Whether no procedure runs, and the strain is zero and stays zero."""
+        actuator = self.actuator
+        return not (self._running or actuator.moving or actuator.strain)
+
+    def apply(self, command: Command) -> Run | None:
+        """Take a command, which takes effect in the next tick; return the procedure that it
+        begins, or None.
+
+        Raises:
+            Refused: A procedure runs, or a value is out of range; nothing is changed.
+        """
+        name = NAMES.get(type(command))
+        wanted = self._checked(command) if name is not None else {}
+        match command:  # allowed at any time
+            case Abort(why):
+                self._stop(f'aborted: {why}' if why else 'aborted')
+                if self.actuator.strain != 0.0 or self.actuator.moving:
+                    self.forget('aborted')
+            case commands.Disturb(acceleration):
+                self.base.disturb(acceleration)
+                return None
+            case commands.SetFaults(faults):
+                self._suffer(faults)
+                self.script = ()
+                return None
+            case commands.Inject(script):
+                self.script = self.course(script, self.faults)
+                return None
+            case commands.SetMethod(method):
+                self.settings = with_method(self.settings, method)
+                return None
+        if self._running:
+            raise Refused(f'busy: {self.procedure} is running; abort it or wait')
+        if name is not None:
+            return self._begin(name, command, wanted)
+        match command:
+            case commands.SetStrain() | commands.FollowTrajectory() if (
+                not self.settings.actuator.present
+            ):
+                raise Refused('a strain needs an actuator, and there is none (actuator.present)')
+            case commands.SetStrain(strain):
+                if not self.actuator.slew_to(strain):
+                    return None
+            case commands.FollowTrajectory():
+                self.actuator.follow(command, self.settings.scale.time)
+            case _:
+                known = ', '.join(commands.KINDS)
+                raise Refused(f'command must be one of {known}; got {short_repr(command)}')
+        self.forget('strained by hand')
+        return None
+
+    def course(self, script: str, faults: Faults) -> tuple[tuple[int, Faults], ...]:
+        """Return all faults from each tick of a script on that begins in the next tick, over those
+        that are there then; raises as `apply`.
+        """
+        from .instrument import fault_script  # few elements fail by a script
+
+        coming = fault_script.course(fault_script.parsed(script), faults, self.ticks)
+        for _, each in coming:
+            self.specimen(each)
+        return tuple(coming)
+
+    def _suffer(self, faults: Faults) -> None:
+        """Replace all faults by these; raises as `specimen` does."""
+        before = self.faults
+        self.set_faults(faults)
+        if not faults.same_material(before):
+            self.forget('faults were set')
+
+    def forget(self, reason: str, after: int = 0) -> None:
+        """Treat the content as unknown, and say so at once; of what a procedure does, its outcome
+        says it.
+        """
+        known = self.reading is not None
+        super().forget(reason, after)
+        if known and self.unknown is not None and not self._running:
+            self._events.append(self.unknown)
+
+    def check(self, command: Command) -> None:
+        """Check the arguments of a procedure.
+
+        Raises:
+            Refused: One is out of range, or a bad cell makes a level unusable.
+        """
+        self._checked(command)
+
+    def _checked(self, command: Command) -> dict[str, Any]:
+        """Return the arguments of a procedure."""
+        if wrong := problems(command, level=self.words - 1):
+            text = '; '.join(wrong)
+            raise Refused(text if self.register is None else text.replace('level', 'word', 1))
+        wanted = {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
+        lost = self.bad_cells.lost if self.bad_cells is not None else {}
+        if why := lost.get(wanted.get('level', UNDECODABLE)):
+            raise Refused(f'level {wanted["level"]} {why}')
+        return wanted
+
+    def _bear(self) -> None:
+        """Raise `Refused` if a pulse may move the wall, which only a push may."""
+        for end, loudest in self.loudest.items():
+            if (A := self.transducer.probes[end].A) > loudest:
+                group = 'probe' if end is End.LEFT else 'probe_right'
+                raise Refused(
+                    f'{group}.A must be at most {loudest:.3g}, or a pulse may move the wall; got '
+                    f'{A:g}. To push a wall out set push.A and write.method to kick, and erase'
+                )
+
+    def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
+        if not isinstance(command, Abort):  # all others listen
+            self._bear()
+        steps = procedures.steps(name)
+        before, self.progress = self.progress, Progress(name, self.ticks)
+        try:
+            procedures.estimates.expect(self, steps.expected(self, **wanted))
+        except ProcedureFailed as error:  # there is no way, as without an actuator
+            self.progress = before
+            raise Refused(str(error)) from error
+        self._running = Run(command, steps.begin(self, **wanted), self.ticks)
+        return self._running
+
+    def _stop(self, why: str) -> None:
+        """End the running procedure, if there is one."""
+        if self._running:
+            self._running.steps.close()
+            self._end(False, why, Result(None))
+            self.statistics.aborted += 1
+            if self.unknown is not None and self.unknown.since >= self.progress.start_tick:
+                self.unknown = dataclasses.replace(self.unknown, reason='aborted')
+
+    # --- time ----------------------------------------------------------------------------
+
+    def advance(self, most: int = 1, shakes: Shakes = NO_SHAKES) -> list[Event]:
+        """Advance by a tick, or by a run of ticks without decisions.
+
+        Results and events do not depend on how time is divided into runs, to the bit.
+
+        Args:
+            most: Most ticks of the run.
+            shakes: Accelerations of the base that take effect within the run. While a procedure
+                runs, which may listen, only in its first tick.
+
+        Returns:
+            The events of the first tick. The others have none, but for an acceleration of theirs
+            that makes the content unknown: that event names its tick.
+
+        Raises:
+            StateError: The material cannot continue (see `Chain.advance`). It is as before the
+                failing tick, the procedure has failed, and strain and base stand still.
+            DriverError: As in `pass_ticks`; the procedure has failed.
+            Refused: An acceleration is beyond the limit (see `Base.check`).
+        """
+        for acceleration in shakes.values():
+            self.base.check(acceleration)
+        while self.script and self.script[0][0] <= self.ticks:
+            (_, faults), *self.script = self.script
+            self._suffer(faults)
+        if 0 in shakes:
+            self.base.disturb(shakes[0])  # as `apply` does, before a procedure looks at it
+        ticks = self._step(self._running) if self._running else most
+        shaken = self.base.harmful(shakes)
+        if shaken == 0:
+            self.transducer.shaken = True
+            self.forget('shaken')
+        if self._events:  # reported after the first
+            ticks = 1
+        ticks = min(ticks, most, *(tick - self.ticks for tick, _ in self.script[:1]))
+        if shaken is not None and shaken < ticks:
+            self.forget('shaken', shaken)
+        self.pass_ticks(ticks, shakes)
+        events, self._events = self._events, []
+        return events
+
+    def perform(self, command: Procedures, between: Callable[[], object] | None = None) -> Outcome:
+        """Apply a command and advance until its procedure has ended; return its outcome.
+
+        If given, `between` is called between two ticks.
+
+        Raises:
+            Refused: As in `apply`.
+            StateError: As in `advance`.
+        """
+        run = self.apply(command)
+        assert run is not None
+        while run.outcome is None:
+            self.advance(LONGEST_RUN if between is None else 1)
+            if between is not None and run.outcome is None:
+                between()
+        return run.outcome
+
+    def _step(self, run: Run) -> int:
+        """Resume a procedure; return after how many ticks to resume it again."""
+        try:
+            ticks = next(run.steps)
+        except StopIteration as stop:
+            result: Result = stop.value
+            failed = ', '.join(check.name for check in result.checks if not check.passed)
+            self._finish(not failed, f'failed: {failed}' if failed else '', result)
+        except ProcedureFailed as failure:
+            result = Result(self.reading, failure.attempts)
+            self._finish(False, f'{failure}{self._way_home()}', result)
+        else:
+            run.due = self.ticks + ticks
+            return ticks
+        return 1
+
+    def stand_still(self, why: str) -> None:
+        """End everything under way after a failed tick."""
+        super().stand_still(why)
+        self.forget(why)
+        if self._running:
+            self._running.steps.close()
+            self.statistics.count(self._end(False, f'{why}{self._way_home()}', Result(None)))
+
+    def _way_home(self) -> str:
+        """Return what to do about cells that have left their phases, as far as the ends show."""
+        stray = None in (self.phase(End.LEFT), self.phase(End.RIGHT))
+        return WAY_HOME if stray and self.simulated and self.procedure != 'reset' else ''
+
+    def _finish(self, success: bool, error: str, result: Result) -> None:
+        """End the running procedure, successful or not: release cells, return the strain to zero.
+
+        What changes nothing, such as a read, keeps a strain that was set by hand.
+        """
+        outcome = self._end(success, error, result)
+        self.statistics.count(outcome)
+        self.transducer.release()
+        if PROCEDURES[outcome.procedure].changes and self.actuator.motion.target != 0.0:
+            self.actuator.ramp_to(0.0, self.settings.erase.release)
+
+    def _end(self, success: bool, error: str, result: Result) -> Outcome:
+        run, self._running = self._running, None
+        assert run is not None
+        found = dict(result.found)
+        if result.reading is not None and (word := self.word_of(result.reading)) is not None:
+            found['word'] = word
+        run.outcome = Outcome(
+            self.progress.procedure, success, error, result.reading, result.attempts,
+            self.progress.start_tick, self.ticks, result.checks, result.delays, found,
+        )  # fmt: skip
+        self._events.append(run.outcome)
+        return run.outcome
+
+
+def new_element(
+    design: Design | Preset,
+    settings: Settings | None = None,
+    calibration: Calibration | None = None,
+    driver: Driver | None = None,
+) -> MemoryElement:
+    """Return a calibrated device, blank unless a driver has its own element.
+
+    Args:
+        settings: The instrument's settings, by default the preset's, or those for Case II.
+        calibration: A known calibration for them; by default the factory's.
+        driver: The driver of a real element; by default that of a simulated one.
+
+    Raises:
+        SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
+        DesignError: The step is beyond the stability limit.
+    """
+    if isinstance(design, Preset):
+        settings = settings or design.settings
+        design = design.design
+    settings = settings or Settings()
+    calibration = calibration or factory.factory_calibration(design, settings)
+    return MemoryElement(design, settings, calibration, driver)
+
+
+def with_method(settings: Settings, method: str) -> Settings:
+    """Return settings that write by another method.
+
+    Raises:
+        Refused: There is no such method, or it needs an actuator and there is none.
+    """
+    try:
+        write = replace(settings.write, method=method)
+    except SettingsError as error:
+        raise Refused(f'write.{error}') from error
+    try:
+        return replace(settings, write=write)
+    except SettingsError as error:
+        raise Refused(str(error)) from error
+
+
+@dataclass(eq=False)
+class Run:
+    """A procedure under way."""
+
+    command: Command
+    steps: Procedure[Any]
+    due: int
+    outcome: Outcome | None = None

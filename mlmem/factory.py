@@ -1,0 +1,134 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is known of an element before it is used: the delays of an ideal one of its design, and the
+levels that known bad cells leave.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from .errors import ProcedureFailed, SettingsError
+from .instrument.drivers import Simulation
+from .instrument.end import End
+from .instrument.instrument import Instrument
+from .memory import Memory
+from .physics import Design, Specimen, StateError
+from .physics.equilibrium import blank, resting_wall
+from .physics.potential import Array
+from .procedures.blocks import run, wait
+from .procedures.driving import erase
+from .procedures.listening import pulse_echo
+from .procedures.writing import write
+from .readers.calibration import Calibration, DelayTable
+from .readers.decoding import primary
+from .readers.echo import Echo
+from .readers.reading import BLANK
+from .settings import ElementSettings, Settings
+
+if TYPE_CHECKING:
+    from .readers.bad_cells import BadCells
+
+
+@lru_cache(maxsize=64)  # shared by equal instruments
+def factory_calibration(design: Design, settings: Settings) -> Calibration:
+    """Return the echo delays of an ideal element; raises as `calibration_of`."""
+    return calibration_of(Specimen(design), design, settings)
+
+
+def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibration:
+    """Return the echo delays of an element in an instrument for a design, probed with its wall
+    resting at every level.
+
+    Always by the method whose waves do not depend on its step: delays are those of the element.
+
+    Raises:
+        SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
+    """
+    at_rest = replace(settings.read, rest=0.0)  # the ideal element is at rest
+    converged = replace(settings.time, integrator='pefrl')
+    body = Simulation.of(made, converged)
+    twin = Instrument(design, replace(settings, read=at_rest, time=converged), body)
+    walls = [_resting(made, level) for level in range(design.levels)]
+    heard = [_echoes(twin, wall, tuple(End)) for wall in walls]
+    for level, echoes in enumerate(heard):
+        for end, echo in echoes.items():
+            if echo.delay is None:
+                probe = twin.transducer.probes[end]
+                raise SettingsError(
+                    f'level {level} gives no echo at the {end} end: with carrier '
+                    f'{probe.omega_c:g} and threshold {probe.v_th:g} it cannot be read'
+                )
+    empty = _echoes(twin, blank(made), (End.RIGHT,))[End.RIGHT].delay
+    left, right = (
+        DelayTable(
+            tuple(each[end].delay or 0.0 for each in heard),
+            of_blank,
+            tuple(each[end].shape for each in heard),
+        )
+        for end, of_blank in ((End.LEFT, None), (End.RIGHT, empty))
+    )
+    found = Calibration(left, right)
+    found.check(design.levels, primary(settings.read))
+    return found
+
+
+def _resting(made: Specimen, level: int) -> Array:
+    try:
+        return resting_wall(made, level)
+    except StateError as error:
+        raise SettingsError(f'the wall does not settle at level {level}: {error}') from error
+
+
+def _echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:
+    """Place a configuration, probe it once, and return the echoes at some ends."""
+    twin.chain.place(v)
+    twin.transducer.assume_rest()
+    write = twin.settings.write
+    try:
+        if twin.design.substrate == 'elastic':  # the wall strains it: let it come to rest
+            run(twin, wait(twin, write.settle + write.final_settle))
+            twin.transducer.assume_rest()
+        return run(twin, pulse_echo(twin, ends))
+    except ProcedureFailed as error:
+        raise SettingsError(f'the ideal element cannot be probed: {error}') from error
+
+
+@lru_cache(maxsize=8)
+def rehearsed(design: Design, settings: Settings) -> BadCells:
+    """Return the forecasts with the known bad cells, and which levels can be used.
+
+    A weak cell holds a wall that should pass, or lets go one that should rest. So where one is
+    known, every level is written, from that below, and left in a simulation.
+
+    Raises:
+        SettingsError: As `bad_cells`.
+    """
+    from .readers.bad_cells import bad_cells, with_bad_cells  # few elements have bad cells
+    from .readers.register import resting
+
+    found, weak = bad_cells(design, settings), settings.element.weak
+    if not weak:
+        return found
+    plain = replace(settings, element=ElementSettings())
+    made, once = with_bad_cells(design, settings), replace(settings.write, attempts=1)
+    body = Simulation.of(made, settings.time)
+    twin = Memory(design, plain, factory_calibration(design, plain), body)
+    twin.settings, twin.bad_cells = replace(settings, write=once), found
+    lost: dict[int, str] = {}
+    for level in found.usable:
+        site = min(weak, key=lambda site: abs(site - design.defect(level)))
+        below = max((n for n in found.usable if n < level and n not in lost), default=BLANK)
+        ways = (below, write, (level,)), (level, erase, ()), (level, write, (max(0, below),))
+        for start, way, target in ways:
+            twin.renew()
+            twin.chain.place(resting(made, (start,) if start >= 0 else ()))
+            twin.transducer.assume_rest()
+            try:
+                run(twin, way(twin, *target))
+            except (ProcedureFailed, StateError):  # there is no way, or a cell left its range
+                lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
+                break
+    return found.without(lost)

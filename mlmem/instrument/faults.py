@@ -1,0 +1,253 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults of a device. The defaults describe a healthy one.
+
+Each fault acts in one place: on the transducers' signals (`Sensors`), on how they move an end
+(`moved`), between actuator and substrate (`actuator`), or in the material (`with_faults`). The
+device does not know its own faults; it has to detect them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import Checked, SettingsError
+from ..physics import HeldCell, Scatter, Specimen, scattered
+from ..physics.formulas import exponential
+from ..physics.potential import Array
+from ..rng import Stream, happens, normal
+from ..schema import Description, described, descriptions, fields_in
+from .end import End
+
+
+@dataclass(frozen=True)
+class OfMaterial(Description):
+    """The description of a fault of the material, which a real element cannot be given.
+
+    Attributes:
+        cell: Whether its value is the site of a cell, 0 for none.
+    """
+
+    cell: bool = False
+
+
+ENDS = ('both', 'left', 'right')
+"""The transducers by instance."""
+
+_time = fields_in('time', 0.0, 1e6)
+_probability = fields_in('', 0.0, 1.0)
+_of_material = fields_in('', 0.0, 0.5, kind=OfMaterial)
+_cell = fields_in('', 0, 100_000, kind=OfMaterial, cell=True)
+
+
+@dataclass(frozen=True)
+class Faults(Checked):
+    """The present faults of a device.
+
+    Random events depend only on `seed` and the tick, so a replay meets the same faults.
+    """
+
+    sensor_noise: float = described(
+        0.0, 'standard deviation of the noise of the signal', unit='cells', low=0.0, high=1.0
+    )
+    sensor_dropout: float = _probability(
+        0.0, 'probability that the signal freezes at its last sample for a tick'
+    )
+    sensor_end: str = described('both', 'the transducer whose signal is faulty', choices=ENDS)
+    sensor_off: bool = described(False, 'the signal is 0')
+    sensor_gain: float = described(
+        1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0
+    )
+    sensor_lag: float = _time(0.0, "time constant of the signal's lag")
+    sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4)
+    transducer_end: str = described('both', 'the transducer that drives badly', choices=ENDS)
+    transducer_off: bool = described(False, 'it leaves its end free')
+    transducer_gain: float = described(
+        1.0, 'its way, relative to what was asked for', low=-2.0, high=2.0
+    )
+    actuator_offset: float = described(
+        0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
+    )
+    actuator_lag: float = _time(0.0, "time constant of the actuator's lag")
+    actuator_stuck: bool = described(False, 'the actuator does not move')
+    missed_cycle: float = _probability(
+        0.0, 'probability that the grip slips for a whole strain cycle'
+    )
+    weak_cell: int = _cell(0, 'site of a weak cell; 0: none')
+    weak_factor: float = _of_material(
+        0.5, 'on-site stiffness of the weak cell, relative to nominal', low=0.01, high=1.0
+    )
+    stuck_cell: int = _cell(0, 'site of a cell that sticks to its substrate cell; 0: none')
+    disorder_alpha: float = _of_material(
+        0.0, 'standard deviation of every on-site stiffness, relative'
+    )
+    disorder_k_r: float = _of_material(
+        0.0, 'standard deviation of every coupling spring, relative'
+    )
+    disorder_s: float = _of_material(0.0, 'standard deviation of every substrate spring, relative')
+    damping_factor: float = _of_material(1.0, "damping, relative to the design's", high=100.0)
+    seed: int = described(
+        0, 'seed of the random numbers: noise, drop-out, slips, disorder', low=0, high=2**31 - 1
+    )
+
+    def active(self) -> dict[str, Any]:
+        """Return the active faults by name; empty for a healthy device.
+
+        The seed alone is not a fault, nor is the factor of an absent weak cell, nor the end of an
+        absent fault of a signal.
+        """
+        found = {
+            field.name: value
+            for field in dataclasses.fields(self)
+            if (value := getattr(self, field.name)) != field.default and field.name != 'seed'
+        }
+        if not self.weak_cell:
+            found.pop('weak_factor', None)
+        for part in ('sensor', 'transducer'):
+            if {name for name in found if name.startswith(part)} == {f'{part}_end'}:
+                found.pop(f'{part}_end')
+        return found
+
+    def of_the_material(self) -> dict[str, Any]:
+        """Return the active faults that a real element cannot have, by name."""
+        active = self.active()
+        rows = descriptions(self)
+        return {
+            field.name: active[field.name]
+            for field, row in rows
+            if isinstance(row, OfMaterial) and field.name in active
+        }
+
+    @cached_property
+    def only_of_the_material(self) -> bool:
+        """Whether strain, signals and driven ends are free of faults."""
+        return self.active() == self.of_the_material()
+
+    def same_material(self, other: Faults) -> bool:
+        """Whether the material is the same with other faults."""
+        material = self.of_the_material()
+        same = material == other.of_the_material()
+        return same and (self.seed == other.seed or not material)
+
+
+HEALTHY = Faults()
+
+NOTHING: Array = np.empty((2, 0))
+"""What a signal that is not late has still to show."""
+
+
+def with_faults(made: Specimen, faults: Faults) -> Specimen:
+    """Return the material `made` with its faults.
+
+    Raises:
+        SettingsError: The design does not have a named cell, or a stuck cell is one that a
+            transducer holds.
+    """
+    design = made.design
+    if faults.weak_cell > design.N:
+        raise SettingsError(f'weak_cell must be from 0 to N = {design.N}; got {faults.weak_cell}')
+    if faults.stuck_cell == 1 or faults.stuck_cell >= design.N:
+        raise SettingsError(
+            f'stuck_cell must be 0 or from 2 to N - 1 = {design.N - 1}, because the transducers '
+            f'hold the ends; got {faults.stuck_cell}'
+        )
+    scatter = Scatter(faults.disorder_alpha, faults.disorder_k_r, faults.disorder_s)
+    disorder = scattered(design, scatter, faults.seed)
+    alpha = np.asarray(made.alpha_factor * disorder.alpha_factor)
+    stuck = made.stuck
+    if faults.weak_cell:
+        alpha[faults.weak_cell - 1] *= faults.weak_factor
+    if faults.stuck_cell:
+        stuck += (faults.stuck_cell,)
+    return dataclasses.replace(
+        made, alpha_factor=alpha, k_r_factor=made.k_r * disorder.k_r,
+        s_factor=made.s_factor * disorder.s_factor, stuck=stuck,
+        eta_factor=made.eta_factor * faults.damping_factor,
+    )  # fmt: skip
+
+
+def moved(asked: HeldCell, start: Array, faults: Faults) -> HeldCell | None:
+    """Return how a transducer moves its end for a motion; None if it leaves the end free.
+
+    `start` is displacement and velocity at which the motion began, shape (2, 1).
+    """
+    end = 'left' if asked.site == 1 else 'right'
+    if faults.only_of_the_material or faults.transducer_end not in ('both', end):
+        return asked
+    if faults.transducer_off:
+        return None
+    began = start * ((1.0,), (0.0,))
+    return HeldCell(asked.site, began + faults.transducer_gain * (asked.motion - began))
+
+
+class Sensors:
+    """The signals of both transducers, with their faults.
+
+    Attributes:
+        late: The samples that a late signal still has to show, shape (2, m).
+        slow: Where a slow signal is, without the noise of its samples, shape (2,); or None.
+    """
+
+    def __init__(self, dt: float) -> None:
+        """Watch ends whose samples are `dt` apart."""
+        self.dt = dt
+        self.late: Array = NOTHING
+        self.slow: Array | None = None
+
+    def delay(self, faults: Faults) -> int:
+        """Return how many samples late the signals are."""
+        return round(faults.sensor_delay / self.dt)
+
+    def change(self, faults: Faults) -> None:
+        """Forget what the signals have still to show, unless they stay as late as they are, and
+        where they are unless they stay slow.
+        """
+        if self.late.shape[1] != self.delay(faults):
+            self.late = NOTHING
+        if not faults.sensor_lag:
+            self.slow = None
+
+    def sense(self, ends: Array, last: Array, faults: Faults, tick: int) -> Array:
+        """Return the samples of both ends in a tick, shape (2, steps), as transducers with faults
+        measure them.
+
+        `ends` are the true displacements, and `last` the last samples before, shape (2,).
+        """
+        if faults.only_of_the_material:
+            return ends
+        present = self._delayed(ends, last, self.delay(faults))
+        found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present
+        if faults.sensor_lag:
+            found = self._slowed(found, last, faults.sensor_lag)
+        if happens(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
+            found = np.repeat(last[:, None], ends.shape[1], axis=1)
+        elif faults.sensor_noise:
+            noise = normal(ends.shape, faults.seed, tick, Stream.NOISE)
+            found = found + faults.sensor_noise * noise
+        if faults.sensor_end != 'both':
+            sound = End(faults.sensor_end).opposite.row
+            found[sound] = ends[sound]
+        return found
+
+    def _delayed(self, ends: Array, last: Array, m: int) -> Array:
+        """Return what is shown m samples late; a delay begins with the last sample before."""
+        if self.late.shape[1] != m:
+            self.late = np.repeat(last[:, None], m, axis=1)
+        shown = np.concatenate((self.late, ends), axis=1)
+        self.late = shown[:, ends.shape[1] :].copy()
+        return shown[:, : ends.shape[1]]
+
+    def _slowed(self, wanted: Array, last: Array, constant: float) -> Array:
+        """Return a signal behind a first-order lag, which begins with the last sample before."""
+        kept = float(exponential(np.array([-self.dt / constant]))[0])
+        found, at = np.empty_like(wanted), last if self.slow is None else self.slow
+        for k in range(wanted.shape[1]):
+            at = wanted[:, k] + kept * (at - wanted[:, k])
+            found[:, k] = at
+        self.slow = found[:, -1].copy()
+        return found

@@ -1,0 +1,345 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A driver with its actuator, transmission, base and transducers, advanced tick by tick.
+
+It knows neither commands nor levels: procedures act on it, and `MemoryElement` runs them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..commands import Progress
+from ..errors import Astray, DriverError, Refused, SettingsError
+from ..physics import CASE_II, Chain, Design, DesignError, Specimen, StateError, substep_times
+from ..physics.equilibrium import blank
+from ..physics.jit import kernel
+from ..physics.potential import Array
+from ..readers.decoding import REST_TOLERANCE, phase_of
+from ..readers.echo import listening_time
+from ..settings import ScaleSettings, Settings
+from .actuator import Actuator, Transmission, TransmissionState
+from .base import NO_SHAKES, Base, BaseState, Shakes
+from .drivers import Driver, Simulation
+from .end import End
+from .faults import HEALTHY, Faults, Sensors, with_faults
+from .transducer import LONG_AGO, Transducer
+
+LONGEST_RUN = 50
+"""Most ticks of a run: their strains fit into a cache."""
+
+FARTHEST = 1e6
+"""Largest possible end displacement in cells."""
+
+SLOW = 1e-5
+"""Speed of the substrate's end, in cells per time unit, up to which it excites no waves."""
+
+JUMP = {End.LEFT: 0.1, End.RIGHT: REST_TOLERANCE}
+"""Largest offset of an end from a ground state, as a fraction of their distance, with which it is
+driven about its rest. At the left a strain moves it by 0.06, and a pulse that begins with a jump
+of 0.13 takes a wall at level 0 of `bits_1` or `bits_4` away; the right one follows the substrate,
+whose strain may have an offset that the encoder does not see."""
+
+EARLY = 1e-6
+"""Tolerance in ticks against rounding of the clock: rather early than late."""
+
+
+class Instrument:
+    """Strains an element and listens to its ends, tick by tick.
+
+    Attributes:
+        made: What a simulated element is without faults.
+        ticks: Ticks done: its clock.
+        tick: Length of a tick in time units.
+        steps_per_tick: Samples of a tick.
+        computed: Tick after which the element rests: nothing but clocks has changed since.
+        last_moved: Tick after which substrate, base and material have not moved or changed, and no
+            wall was kicked or pushed.
+        substrate_speed: Mean speed of the substrate's end in the last tick.
+        progress: Progress of the running procedure.
+    """
+
+    def __init__(self, design: Design, settings: Settings, driver: Driver | None = None) -> None:
+        """Put an unstrained element into an instrument: by default a simulated one, blank and at
+        rest.
+
+        Raises:
+            SettingsError: It needs too many steps or samples, or a tick is not a whole number of
+                samples.
+            DesignError: The step is beyond the stability limit.
+        """
+        self.design = design
+        self.tick = settings.time.tick
+        self.driver = driver or Simulation.of(design, settings.time)
+        if not self.driver.strains:
+            settings = replace(settings, actuator=replace(settings.actuator, present=False))
+        self.settings = settings
+        self.made = self.chain.specimen if self.simulated else Specimen(design)
+        self.steps_per_tick = _samples(self.tick, self.driver.dt)
+        self.actuator = Actuator(settings.actuator)
+        self.transmission = Transmission(settings.actuator)
+        self.base = Base(settings.disturbance, self.tick, design.holding_force)
+        self.faults = HEALTHY
+        self.sensors = Sensors(self.driver.dt)
+        self.transducer = Transducer(design, settings, self.driver)
+        self.ticks = 0
+        self.computed = 0
+        self.last_moved = -LONG_AGO
+        self.substrate_speed = 0.0
+        self.progress = Progress()
+        self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
+        self._substeps = np.diff(self._times, prepend=0.0)
+        self._excites = SLOW * self._substeps
+        self._progress = self._times / self.tick
+
+    @property
+    def chain(self) -> Chain:
+        """The simulated material. Procedures must not use it.
+
+        Raises:
+            Refused: The element is real.
+        """
+        if (chain := self.driver.chain) is None:
+            raise Refused('only a simulated element has a chain')
+        return chain
+
+    @property
+    def simulated(self) -> bool:
+        """Whether there is a `chain`."""
+        return self.driver.chain is not None
+
+    @property
+    def units(self) -> Units:
+        """The units in SI."""
+        return Units(self.design, self.settings.scale)
+
+    @property
+    def still(self) -> bool:
+        """Whether strain and base stand still."""
+        return not self.actuator.moving and self.base.still
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether ticks change nothing but clocks until something is set."""
+        actuator = self.actuator
+        if actuator.moving or not (self.base.still and self.transducer.at_rest and self.faultless):
+            return False
+        goal = actuator.goal
+        V_N = goal * self.design.end_displacement(1.0)
+        if goal != self.transmission.state.commanded or not self.driver.at_rest(V_N):
+            return False
+        return self.transducer.at_its_samples
+
+    @property
+    def faultless(self) -> bool:
+        """Whether the strain and the samples are free of faults."""
+        return self.transmission.state.true and self.faults.only_of_the_material
+
+    def passage(self, end: End) -> float:
+        """Return in which time a pulse of an end comes back from the far end, at the most."""
+        return listening_time(self.design, self.transducer.probes[end], end)
+
+    def next_look(self, remaining: float) -> int:
+        """Return after how many ticks to check something that takes this long; never too many."""
+        return max(1, math.floor(remaining / self.tick - EARLY) + 1)
+
+    def phase(self, end: End) -> int | None:
+        """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
+        substrate = end.displacement(self.design, self.transmission.encoder)
+        return phase_of(self.design, self.transducer.rest(end) - substrate)
+
+    def require_phase(self, end: End) -> None:
+        """Make sure that an end rests where a pulse about its rest begins without a jump.
+
+        Raises:
+            Astray: It does not, or a transducer shows it elsewhere.
+        """
+        rest = self.transducer.rest(end) - end.displacement(self.design, self.transmission.encoder)
+        if phase_of(self.design, rest, JUMP[end]) is None:
+            raise Astray(
+                f'the {end} end rests in neither phase, at {rest:.2f} cells: no pulse is fired '
+                'there, which would begin with a jump'
+            )
+
+    def specimen(self, faults: Faults) -> Specimen:
+        """Return the material with faults; any thread may call it.
+
+        Raises:
+            Refused: The design has no such cell, the step is too long for this material, or the
+                element is real.
+        """
+        if not self.simulated and (wrong := faults.of_the_material()):
+            raise Refused(f'faults: {", ".join(wrong)} apply only to a simulated element')
+        try:
+            specimen = with_faults(self.made, faults)
+            if (chain := self.driver.chain) is not None:
+                chain.check(specimen)
+        except (SettingsError, DesignError) as error:
+            raise Refused(f'faults: {error}') from error
+        return specimen
+
+    def set_faults(self, faults: Faults) -> None:
+        """Replace all faults by these; raises as `specimen` does, with nothing changed."""
+        specimen = self.specimen(faults)
+        if self.simulated:
+            self.chain.set_specimen(specimen)
+            self.last_moved = self.ticks
+        self.sensors.change(faults)
+        self.faults = faults
+
+    def renew(self) -> None:
+        """Put a fresh blank element, unstrained and at rest, in the place of a simulated one.
+
+        Raises:
+            Refused: The element is real.
+        """
+        self.chain.place(blank(self.made))
+        self.actuator.hold(0.0)
+        self.transmission.state = TransmissionState()
+        self.transducer.release()
+        self.transducer.assume_rest()
+        self.last_moved = -LONG_AGO
+
+    def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
+        """Let ticks pass, with accelerations as for `Base.advance`; while it is `faultless`, in
+        one call of the driver.
+
+        The results have the same bits as tick by tick.
+
+        Raises:
+            StateError: The material cannot continue (see `Chain.advance`). It is as before the
+                failing tick, and strain and base stand still.
+            DriverError: The element cannot be reached, or its driver returns impossible values.
+        """
+        if not shakes and self.at_rest:
+            self.driver.pass_by(ticks * self.steps_per_tick)
+            self.transducer.pass_by(self.steps_per_tick, ticks)
+            self.ticks += ticks
+            self.substrate_speed = 0.0
+            return
+        try:
+            if ticks > 1 and self.faultless:
+                try:
+                    self._pass(ticks, shakes)
+                except StateError:
+                    pass  # tick by tick shows which one fails
+                else:
+                    return
+            for tick in range(ticks):
+                self._pass(1, {0: shakes[tick]} if tick in shakes else NO_SHAKES)
+        except (StateError, DriverError) as error:
+            self.actuator.hold(self.actuator.strain)
+            self.stand_still(str(error))
+            raise
+
+    def _pass(self, ticks: int, shakes: Shakes) -> None:
+        """Let ticks pass in one run; on `StateError` nothing is changed."""
+        actuator, transmission, transducer = self.actuator, self.transmission, self.transducer
+        before = actuator.state, transmission.state, transducer.held, self.base.state
+        shake = self.base.advance(self._progress, ticks, shakes)
+        commanded = actuator.advance(self._times, ticks)
+        strain = transmission.advance(commanded, self._substeps, self.faults, self.ticks)
+        held_cell = transducer.held_cell(ticks * self.steps_per_tick, self.faults)
+        V_N = strain * self.design.end_displacement(1.0)
+        start = self.driver.V_N
+        try:
+            ends = self.driver.advance(V_N, held_cell, shake, ticks)
+        except OSError as error:
+            raise DriverError(f'the driver failed: {error}') from error
+        except StateError:
+            actuator.state, transmission.state, transducer.held, self.base.state = before
+            raise
+        if not self.simulated:
+            _check(ends, ticks * self.steps_per_tick)
+        before_last = start if ticks == 1 else V_N[-len(self._times) - 1]
+        self.substrate_speed = (float(V_N[-1]) - float(before_last)) / self.tick
+        shaken = 0 if shake is None else len(np.trim_zeros(shake, 'b'))
+        strained = before[1].strain * self.design.end_displacement(1.0)
+        if moved := max(_last_moved(V_N, strained, self._excites), shaken):
+            self.last_moved = self.ticks + math.ceil(moved / len(self._times))
+        last = transducer.recent[:, -1]
+        heard = self.sensors.sense(ends, last, self.faults, self.ticks)
+        transducer.record(heard, ticks, self.driver.interrupted)
+        self.ticks += ticks
+        self.computed = self.ticks
+
+    def stand_still(self, why: str) -> None:
+        """End everything under way after a failed tick."""
+        self.base.state = BaseState()
+        self.substrate_speed = 0.0
+        self.transducer.release()
+
+
+@kernel
+def _last_moved(V_N: Array, start: float, excites: Array) -> int:
+    """Return how many values there are up to the last towards which the substrate moves.
+
+    A lagging actuator approaches its set-point for ever; what excites no waves does not count.
+    """
+    for k in range(len(V_N) - 1, -1, -1):
+        before = V_N[k - 1] if k else start
+        if abs(V_N[k] - before) > excites[k % len(excites)]:
+            return k + 1
+    return 0
+
+
+def _samples(tick: float, dt: float) -> int:
+    """Return how many samples a tick has."""
+    samples = max(1, round(tick / dt))
+    if not math.isclose(samples * dt, tick, rel_tol=1e-9):
+        raise SettingsError(
+            f'time.tick must be a whole number of samples, which are {dt:.6g} apart; got {tick:g}'
+        )
+    return samples
+
+
+def _check(ends: Array, samples: int) -> None:
+    """Raise `DriverError` for impossible samples of a real element."""
+    if np.shape(ends) != (2, samples):
+        raise DriverError(
+            f'the driver must return {samples} samples of both ends; got shape {np.shape(ends)}'
+        )
+    if not (np.abs(ends) <= FARTHEST).all():  # false for NaN, too
+        raise DriverError(
+            f'the driver must return displacements of at most {FARTHEST:g} cells; got more, or NaN'
+        )
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units of an element of some size and scale.
+
+    Attributes:
+        scale: The dimensionless units in SI.
+    """
+
+    design: Design = CASE_II
+    scale: ScaleSettings = field(default_factory=ScaleSettings)
+
+    @property
+    def length(self) -> float:
+        """One lattice constant, in m."""
+        return self.scale.length
+
+    @property
+    def elongation(self) -> float:
+        """Displacement of the substrate's end for a strain of 1, in m."""
+        return self.scale.length * self.design.end_displacement(1.0)
+
+    @property
+    def speed(self) -> float:
+        """One lattice constant per time unit, in m/s."""
+        return self.scale.length / self.scale.time
+
+    @property
+    def acceleration(self) -> float:
+        """One lattice constant per time unit squared, in m/s^2."""
+        return self.scale.acceleration
+
+    @property
+    def force(self) -> float:
+        """k_r times one lattice constant, in N."""
+        return self.scale.stiffness * self.scale.length

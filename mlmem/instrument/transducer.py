@@ -1,0 +1,399 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The transducers at both ends: hold or free a boundary cell, sense its displacement, and know
+what may still be on its way to it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import MISSING, dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import SettingsError
+from ..move_settings import PushSettings
+from ..physics import Design, HeldCell, substep_times
+from ..physics.formulas import exponential
+from ..physics.potential import Array
+from ..physics.waves import band
+from ..readers.echo import FAINTEST, EchoDetector, loudness, weights
+from ..schema import described
+from ..settings import ProbeSettings, Settings
+from .drivers import Driver
+from .end import BoundaryMotion, End, Kick, Move, Pulse, WaveformRecorder
+from .faults import HEALTHY, Faults, moved
+
+LONG_AGO = 2**53
+"""More samples than are ever taken."""
+
+
+@dataclass(frozen=True)
+class Returns:
+    """What is known of the waves that an end may still see."""
+
+    bound: float = described(
+        MISSING,
+        'greatest mean |v| of the carrier in a tick that may still arrive, in cells',
+        low=0.0,
+    )
+    since: int = described(MISSING, 'samples since the end was last driven', low=0)
+    seen: int = described(MISSING, 'samples in which that motion itself is seen', low=0)
+
+
+NOTHING = Returns(0.0, LONG_AGO, 0)
+"""Of an end that was never driven."""
+
+
+class Reverberation:
+    """Follows the waves at one end.
+
+    An end that is still for a moment proves nothing: a packet of waves bounces between the wall
+    and the end, and between two arrivals it is not seen. But on its way it only loses energy, so
+    what an end has seen bounds what it will see again: its greatest motion, less exp(-eta t / 2).
+    That holds for everything that has reached an end at least once since it was excited.
+
+    Attributes:
+        returns: What is known of them.
+        gain: Mean |v| that the filter leaves of a white noise with mean |v| of 1.
+        memory: Samples that the filter looks back.
+    """
+
+    def __init__(self, design: Design, probe: ProbeSettings, dt: float) -> None:
+        """Follow an end that is at rest, for the echoes of a probe, sampled at intervals dt."""
+        self.returns = NOTHING
+        self._weights = weights(probe, dt)
+        self._loss = 0.5 * design.eta * dt
+        self._kept: dict[int, float] = {}
+        self.gain = math.sqrt(float(np.square(self._weights).sum()))
+        self.memory = len(self._weights) - 1
+
+    def ignore(self, samples: int) -> None:
+        """Ignore the end while it is driven, for some samples: its waves are yet to return."""
+        self.returns = Returns(self.returns.bound, 0, samples + self.memory)
+
+    def returned(self) -> None:
+        """Take note that the waves of its last motion have come back, so that they are bounded."""
+        self.returns = replace(self.returns, since=LONG_AGO)
+
+    def fades(self, limit: float) -> int:
+        """Return after how many samples the bound is at a limit at the earliest; it may be never.
+
+        Without damping, waves are bounded by what they were.
+        """
+        if self.returns.bound <= limit:
+            return 0
+        if self._loss == 0.0:
+            return LONG_AGO
+        return max(1, math.floor(math.log(self.returns.bound / limit) / self._loss))
+
+    def loudness(self, v: float, n: int) -> float:
+        """Return the mean |v| of the carrier in a tick of n samples which, as all before, are v.
+
+        The filter removes a constant up to rounding.
+        """
+        return loudness(np.full(self.memory + n, v), self._weights, 1)[0]
+
+    def pass_by(self, loudness: float, n: int, ticks: int) -> None:
+        """Take ticks of n samples that are all the same; see `loudness`. Nothing is driven."""
+        bound, since, seen = self.returns.bound, self.returns.since, self.returns.seen
+        if bound > loudness:
+            fading = np.full(ticks + 1, self._share(n))
+            fading[0] = bound
+            bound = float(np.multiply.accumulate(fading)[-1])  # one by one, as in `follow`
+        since = min(since + n * ticks, LONG_AGO)
+        self.returns = Returns(max(bound, loudness), since, seen)
+
+    def follow(self, v: Array, ticks: int) -> None:
+        """Take the samples of ticks, shape (memory + n,), after those that the filter needs."""
+        n = (len(v) - self.memory) // ticks
+        kept = self._share(n)
+        bound, since, seen = self.returns.bound, self.returns.since, self.returns.seen
+        for loud in loudness(v, self._weights, ticks):
+            bound *= kept
+            if loud > bound and since >= seen:
+                bound = loud
+            since += n
+        self.returns = Returns(bound, min(since, LONG_AGO), seen)
+
+    def _share(self, n: int) -> float:
+        """Return what is left of a wave after n samples."""
+        if n not in self._kept:
+            self._kept[n] = float(exponential(np.array(-self._loss * n)))
+        return self._kept[n]
+
+
+REST_PERIODS = 8.0
+"""Periods of the slowest carrier over which the rest displacement is averaged."""
+
+MOTION_REMAINING = 1e-3
+"""Fraction of the fastest motion left in the difference of samples that measures noise."""
+
+MOST_SAMPLES = 1_000_000
+"""Most samples kept of an end."""
+
+HIGHEST_DIFFERENCE = 24
+"""Highest order: beyond, samples are too far apart to distinguish motion from noise."""
+
+
+class Held(NamedTuple):
+    """A held boundary cell: its prescribed motion, its site, and the steps done."""
+
+    motion: BoundaryMotion
+    site: int
+    steps: int
+
+
+class Transducer:
+    """Drives and senses the first and the last cell of a chain.
+
+    Attributes:
+        recent: Last displacements of both ends, shape (2, w), newest last. They give the rest
+            displacement, and show whether the element is quiet.
+        reverberation: The waves that may still arrive, by end.
+        recorders: What records both ends, by pulse, in their order.
+        held: The held boundary cell, or None.
+        interrupted: Whether listening was interrupted since the pulse.
+        shaken: Whether the base has shaken enough to move the wall since the pulse.
+    """
+
+    def __init__(self, design: Design, settings: Settings, driver: Driver) -> None:
+        """Fit transducers to the ends of an element.
+
+        Raises:
+            SettingsError: A carrier is so slow that too many samples would have to be kept.
+        """
+        self._design = design
+        self._driver = driver
+        self.probes = {end: end.probe(settings) for end in End}
+        slowest = min(probe.omega_c for probe in self.probes.values())
+        dt = driver.dt
+        width = 2.0 * math.pi * REST_PERIODS / slowest
+        self._difference = _difference(upper_edge(design), dt)
+        samples = max(math.ceil(width / dt), self._difference + 1)
+        if samples > MOST_SAMPLES:
+            raise SettingsError(
+                f'omega_c must be at least {slowest * samples / MOST_SAMPLES:.4g} with steps of '
+                f'{dt:.4g}, or the rest displacement needs more than {MOST_SAMPLES} samples; '
+                f'got {slowest:g}'
+            )
+        self.reverberation = {
+            end: Reverberation(design, probe, dt) for end, probe in self.probes.items()
+        }
+        samples = max(samples, *(each.memory for each in self.reverberation.values()))
+        self.recent: Array = np.empty((2, samples))
+        self._recorded: Array | None = None  # `recent`, if it was heard
+        self._flat: Array | None = None  # `recent`, if all its samples are the same
+        self.assume_rest()
+        self.detectors: dict[End, EchoDetector] = {}
+        self.recorders: list[WaveformRecorder] = []
+        self.interrupted = self.shaken = False
+        self._hums: dict[End, float] = {}  # what the filters leave of them
+        self._late: dict[End, int] = {}  # ticks still to come of samples from before the pulse
+        self._rest: dict[End, float] = {}
+        self._kick = settings.kick
+        self._lag = round(driver.lag * settings.time.tick / dt)
+        self.held: Held | None = None
+
+    @property
+    def driving(self) -> bool:
+        """Whether a boundary cell is held."""
+        return self.held is not None
+
+    @property
+    def remaining(self) -> float:
+        """Time until the held cell is released; 0 if none is held."""
+        if self.held is None:
+            return 0.0
+        return self.held.motion.duration - self.held.steps * self._driver.dt
+
+    @property
+    def busy(self) -> bool:
+        """Whether a cell is held or a detector is listening."""
+        return self.driving or bool(self.detectors)
+
+    # --- sensing -------------------------------------------------------------------------
+
+    def assume_rest(self) -> None:
+        """Assume that both ends have rested where they are."""
+        self._recorded = self._flat = None
+        for end, reverberation in self.reverberation.items():
+            self.recent[end.row] = self._driver.end(end.site(self._design))
+            reverberation.returns = NOTHING
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing is driven or recorded, and all recent samples of an end are the same."""
+        if self.busy or self.recorders:
+            return False
+        for each in self.reverberation.values():
+            if each.returns.since < each.returns.seen:  # its own drive is still seen
+                return False
+        recent = self.recent
+        if self._flat is not recent:
+            assumed = self._recorded is not recent  # nothing was heard since, not even noise
+            if assumed or recent[0, -1] != recent[0, -2] or (recent != recent[:, -1:]).any():
+                return False
+            self._flat, self._hums = recent, {}
+        return True
+
+    @property
+    def at_its_samples(self) -> bool:
+        """Whether both ends are where they were last heard."""
+        return all(
+            self._driver.end(end.site(self._design)) == self.recent[end.row, -1] for end in End
+        )
+
+    def rest(self, end: End) -> float:
+        """Return the mean displacement of an end over the recent samples."""
+        return float(self.recent[end.row].mean())
+
+    def unrest(self, end: End) -> float:
+        """Return the mean departure of an end from its rest over the recent samples."""
+        samples = self.recent[end.row]
+        return float(np.abs(samples - samples.mean()).mean())
+
+    def noise(self, end: End) -> float:
+        """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.
+
+        A difference of high enough order contains less than 0.1 % of a motion as fast as the pass
+        bands allow, but all of a white noise. For Case II that is order 6 with samples 0.25 time
+        units apart, and order 13 with 0.5.
+        """
+        differences = np.diff(self.recent[end.row], self._difference)
+        return float(np.abs(differences).mean()) / _noise_gain(self._difference)
+
+    @property
+    def speed(self) -> float:
+        """Speed of the first cell."""
+        if (chain := self._driver.chain) is not None:
+            return float(chain.velocity[0])
+        return float(self.recent[0, -1] - self.recent[0, -2]) / self._driver.dt
+
+    # --- driving -------------------------------------------------------------------------
+
+    def fire(self, end: End, floor: float = 0.0) -> EchoDetector:
+        """Fire the probe pulse of an end, about its rest, and listen for the echo.
+
+        `floor` is the contribution of noise alone to v_c, in cells.
+        """
+        detector = self.listen(end, floor)
+        self._record(end, self.probes[end])
+        self._hold(end, Pulse(self._rest[end], self.probes[end]))
+        return detector
+
+    def listen(self, end: End, floor: float = 0.0) -> EchoDetector:
+        """Listen as after a pulse (see `fire`) without firing one."""
+        if not self.detectors:
+            self.interrupted = self.shaken = False
+        rest = self._rest[end] = self.rest(end)
+        self._late[end] = self._driver.lag
+        least = FAINTEST * max(1.0, abs(rest))  # relative rounding
+        past = self.recent[end.row] - rest
+        detector = EchoDetector(self.probes[end], self._driver.dt, floor, least, past)
+        self.detectors[end] = detector
+        return detector
+
+    def shoot(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
+        """Fire a pulse of any shape about the rest of an end, and record both ends."""
+        self.shaken = False
+        recorder = self._record(end, probe)
+        self._hold(end, Pulse(self.rest(end), probe))
+        return recorder
+
+    def _record(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
+        recorder = WaveformRecorder(end, probe, self.recent, self._driver.lag)
+        self.recorders.append(recorder)
+        return recorder
+
+    def move(self, end: End, target: float, speed: float) -> None:
+        """Move a boundary cell at constant speed to a displacement, then release it."""
+        start = self._driver.end(end.site(self._design))
+        self._hold(end, Move(start, target, speed))
+
+    def kick(self, target: float, speed: float) -> None:
+        """Move the left end smoothly to a ground state, hold it there, then release it."""
+        start = self._driver.end(End.LEFT.site(self._design))
+        self._hold(End.LEFT, Kick(start, target, speed, self._kick))
+
+    def push(self, end: End, pulse: PushSettings) -> None:
+        """Fire a loud pulse about the rest of an end."""
+        self._hold(end, Pulse(self.rest(end), pulse))
+
+    def _hold(self, end: End, motion: BoundaryMotion) -> None:
+        self.held = Held(motion, end.site(self._design), 0)
+        samples = math.ceil(motion.duration / self._driver.dt)
+        self.reverberation[end].ignore(samples + self._lag)
+
+    def release(self) -> None:
+        """Release a held cell, and stop listening at both ends."""
+        self.held = None
+        self.detectors = {}
+        self.recorders = []
+
+    # --- the tick ------------------------------------------------------------------------
+
+    def held_cell(self, steps: int, faults: Faults = HEALTHY) -> HeldCell | None:
+        """Return how a cell is moved during the next steps, or None."""
+        if self.held is None:
+            return None
+        motion, site, begun = self.held
+        times = substep_times(steps, self._driver.dt, self._driver, begun)
+        driven = times[times <= motion.duration]
+        goes_on = len(driven) == len(times)
+        self.held = Held(motion, site, begun + steps) if goes_on else None
+        if not len(driven):
+            return None
+        return moved(HeldCell(site, motion.at(driven)), motion.at(np.zeros(1)), faults)
+
+    def pass_by(self, n: int, ticks: int) -> None:
+        """Take ticks of n samples that are all the same, and stay so."""
+        for end, reverberation in self.reverberation.items():
+            if end not in self._hums:
+                v = float(self.recent[end.row, -1])
+                self._hums[end] = reverberation.loudness(v, n)
+            reverberation.pass_by(self._hums[end], n, ticks)
+
+    def record(self, ends: Array, ticks: int = 1, interrupted: bool = False) -> None:
+        """Take the displacements of both ends after every step of ticks, shape (2, steps).
+
+        `interrupted` says whether sampling was interrupted within them.
+        """
+        width = self.recent.shape[1]
+        known = np.concatenate((self.recent, ends), axis=1)
+        self.recent = self._recorded = known[:, -width:].copy()  # a view would keep all
+        for end, reverberation in self.reverberation.items():
+            reverberation.follow(known[end.row, width - reverberation.memory :], ticks)
+        for recorder in self.recorders:
+            recorder.take(ends, ticks, interrupted)
+        self.interrupted |= bool(self.detectors) and interrupted
+        for end, detector in self.detectors.items():
+            late = min(self._late[end], ticks)
+            self._late[end] -= late
+            if late < ticks:
+                heard = ends[end.row, late * ends.shape[1] // ticks :]
+                detector.feed(heard - self._rest[end])
+
+
+def _noise_gain(order: int) -> float:
+    """Return the factor of a difference on white noise: the root sum square of its weights."""
+    return math.sqrt(math.comb(2 * order, order))
+
+
+def upper_edge(design: Design) -> float:
+    """Return the upper edge of the pass bands, rounded up to a tenth."""
+    stiffest = max(design.k_s1, design.k_s2) * float(design.alpha.max())
+    return math.ceil(10.0 * band(stiffest)[1]) / 10.0
+
+
+def _difference(omega: float, dt: float) -> int:
+    """Return the least order of a difference of samples that removes motion but not noise.
+
+    `omega` is the angular frequency of the fastest motion.
+    """
+    motion = 2.0 * math.sin(min(0.5 * omega * dt, 0.5 * math.pi))
+    order = 1
+    while motion**order > MOTION_REMAINING * _noise_gain(order) and order < HIGHEST_DIFFERENCE:
+        order += 1
+    return order

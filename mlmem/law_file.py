@@ -1,0 +1,123 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The file of an on-site law: `law.yaml`, as `mlmem law` writes it and `design.law` names it.
+
+`{format: 1, unit: SI, law: {low: 0.0, high: 0.04, force: [...]}, force_std: [...]}`: a `Curve` in
+m and N, or with `unit: cells` in those of a design. A parameter holds the same as one line of
+text.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import MISSING, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .atomic_files import write_atomically
+from .parsing import DecodeError, decode, from_yaml, read
+from .physics import DesignError
+from .physics.curve import Curve
+from .schema import described
+
+FORMAT = 1
+"""Version of the format."""
+
+SI, CELLS = 'SI', 'cells'
+
+
+class LawFileError(DecodeError):
+    """A file or a text is not a law; the message says why."""
+
+
+@dataclass(frozen=True)
+class _File:
+    """The keys of a file."""
+
+    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
+    law: Curve = described(MISSING, 'the curve of force')
+    unit: str = described(
+        SI, 'SI: m and N; cells: lattice constants and k_r of the design', choices=(SI, CELLS)
+    )
+    force_std: tuple[float | None, ...] = ()
+
+
+def load(path: Path | str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
+    """Read a law, as a `Design` takes it (see `curve_of`).
+
+    Raises:
+        LawFileError: It cannot be read, or is none.
+    """
+    return curve_of(text_in(path), length, stiffness)
+
+
+def curve_of(text: str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
+    """Return the law of a text, in units of a lattice constant and of a spring.
+
+    Args:
+        text: What a file holds.
+        length: Lattice constant, m.
+        stiffness: Of the springs between cells, N/m.
+
+    Raises:
+        LawFileError: It is none.
+    """
+    given = _decoded(text)
+    law = given.law
+    if given.unit == CELLS:
+        return law
+    try:
+        force = (np.array(law.force) / (stiffness * length)).tolist()
+        return replace(law, low=law.low / length, high=law.high / length, force=tuple(force))
+    except DesignError as error:
+        raise LawFileError(f'this law is none in units of {length:g} m: {error}') from error
+
+
+def text_in(path: Path | str) -> str:
+    """Return the text of a file, without its scatter, as one line that a parameter holds.
+
+    Raises:
+        LawFileError: It cannot be read, or is none.
+    """
+    try:
+        given = _decoded(read(path))
+    except DecodeError as error:
+        raise LawFileError(f'{path}: {error}') from error
+    return text_of(given.law, given.unit)
+
+
+def text_of(law: Curve, unit: str = CELLS) -> str:
+    """Return a law, that of a design or in SI units, as one line of text."""
+    return json.dumps({'format': FORMAT, 'unit': unit, 'law': _values(law)})
+
+
+def is_text(source: str) -> bool:
+    """Return whether a text is a law itself and not the path of one."""
+    return source.lstrip().startswith('{')
+
+
+def save(path: Path, law: Curve, force_std: Sequence[float] = ()) -> None:
+    """Write a law in SI units to a file, whole or not at all.
+
+    Raises:
+        OSError: It cannot be written; a file that was there is as it was.
+    """
+    import yaml  # type: ignore[import-untyped]
+
+    values = {'format': FORMAT, 'unit': SI, 'law': _values(law), 'force_std': list(force_std)}
+    write_atomically(path, yaml.safe_dump(values, sort_keys=False, default_flow_style=None))
+
+
+def _values(law: Curve) -> dict[str, object]:
+    factor = {} if law.d == 1.0 else {'d': law.d}
+    return {'low': law.low, 'high': law.high, 'force': list(map(float, law.force)), **factor}
+
+
+def _decoded(text: str) -> _File:
+    try:
+        given: _File = decode(_File, from_yaml(text))
+    except ValueError as error:
+        raise LawFileError(f'this is not a law as `mlmem law` writes: {error}') from error
+    return given

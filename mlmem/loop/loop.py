@@ -1,0 +1,357 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Real time: a thread that runs a device's ticks at the pace of a clock.
+
+The clock decides only when the next tick runs, never what it computes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any, NamedTuple, TypeVar
+
+from .. import threads
+from ..commands import Command, Disturb, Event, Inject, SetFaults
+from ..element import MemoryElement
+from ..errors import Refused
+from ..procedure_table import Abort
+from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, Steps
+from .open_requests import OpenRequests, Resolve, Stamped
+from .timetable import LONGEST_SLEEP, LoopStatistics, Pacer, SteadyPacer, Timetable, checked_speed
+
+T = TypeVar('T')
+
+Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
+"""Called in the loop's thread after every tick, or run of ticks."""
+
+SHUT_DOWN = 'the device is shut down'
+
+
+class _Turn(NamedTuple):
+    """The loop's next work: a batch of deferred ticks, or one tick that takes the commands."""
+
+    due: float
+    batch: int = 0
+    asked_for: bool = False
+
+
+class Loop:
+    """Runs a device and hands it commands at tick boundaries.
+
+    Attributes:
+        failure: What stopped the loop, or None.
+    """
+
+    def __init__(
+        self,
+        element: MemoryElement,
+        listener: Listener,
+        *,
+        pacer: Pacer | None = None,
+        speed: float = 1.0,
+        batch: int = 1,
+        has_subscribers: Callable[[], bool] = lambda: True,
+        stream_period: Callable[[], int] = lambda: 1,
+        queue: int = 0,
+        resolve: Resolve = lambda request: request.resolve(request.outcome),
+        failed: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Prepare a loop; `start` sets it going.
+
+        Args:
+            listener: Called after ticks with the commands that they began with and their events.
+            speed: Multiple of the scale's real time; 0 runs as fast as possible.
+            batch: Most ticks to defer and run together: ticks that matter to the listener must be
+                multiples of this number to be on time.
+            has_subscribers: Returns whether anybody waits for the ticks that are multiples of
+                `batch`; if not, they are deferred like the others, and longer.
+            stream_period: Returns a number beyond whose multiples no run of ticks extends, because
+                somebody waits for these; 0 if nobody waits for any.
+            queue: Most procedures of different clients that wait for their turn.
+            resolve: Answers a request whose procedure has ended, at once or later. No command has
+                taken effect since.
+            failed: Called in the loop's thread after a failure has stopped it.
+        """
+        self.element = element
+        self.statistics = LoopStatistics()
+        self.failure: BaseException | None = None
+        self._listener = listener
+        self._pacer = pacer or SteadyPacer()
+        self._failed = failed
+        self._box = Mailbox(checked_speed(speed))
+        self._asked = OpenRequests(element, self.statistics, resolve, self._box.put_back, queue)
+        self._check_shake = element.base.check
+        self._paused = False  # as last seen by the loop's thread
+        self._times = Timetable(
+            element, self._pacer, self.statistics, speed=speed, batch=batch,
+            has_subscribers=has_subscribers, stream_period=stream_period,
+        )  # fmt: skip
+        self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
+
+    # --- from any thread -----------------------------------------------------------------
+
+    def start(self) -> None:
+        """Let time run."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the loop after the present tick, and refuse pending requests."""
+        self._end(Ending.STOP)
+
+    def finish(self) -> None:
+        """Abort any procedure, bring the strain to zero regardless of the clock, and stop."""
+        self._end(Ending.FINISH)
+
+    def _end(self, ending: Ending) -> None:
+        self._box.end(ending)
+        if self._thread.is_alive():
+            self._thread.join()
+        self._box.close(Refused(SHUT_DOWN))  # if it was never started
+
+    @property
+    def pacer(self) -> Pacer:
+        """The clock."""
+        return self._pacer
+
+    @property
+    def speed(self) -> float:
+        """Requested multiple of the scale's real time; 0 for as fast as possible."""
+        return self._box.speed
+
+    def set_speed(self, speed: float) -> None:
+        """Run at a multiple of the scale's real time from now on; 0: as fast as possible.
+
+        Raises:
+            SettingsError: It is none; see `checked_speed`.
+        """
+        self._box.set_speed(checked_speed(speed))
+
+    def cancel(self, request: Asked) -> Asked:
+        """Abort the procedure of exactly this request in the next tick.
+
+        Returns:
+            Its answer is the outcome of the abort once the strain is zero; None if the procedure
+            has ended.
+        """
+        return self._box.submit(Request(Cancel(request)))
+
+    def call(self, function: Callable[[], T]) -> Future[T]:
+        """Call a function between two ticks, in the loop's thread, paused or not."""
+        return self._box.call(function)
+
+    def review(self) -> None:
+        """Refuse requests that have waited for too long, or whose clients have gone."""
+        if self._asked.waiting:
+            self._box.call(self._asked.review)
+
+    def submit(
+        self, command: Command, client: Client | None = None, wait: float = math.inf
+    ) -> Asked:
+        """Hand in a command for the next tick; a procedure of a `client` may wait for its turn for
+        so many seconds.
+
+        Returns:
+            Its answer is the outcome of a procedure when it ends, and None for what begins none,
+            once it is accepted: a script of failures at once, though time is paused.
+        """
+        if isinstance(command, Disturb):  # check it before it replaces a valid one
+            try:
+                self._check_shake(command.acceleration)
+            except Refused as refusal:
+                return Request(command).refuse(refusal)
+            return self._box.shake(self._pacer.now(), command)
+        if isinstance(command, Inject) and self._box.paused:
+            return Request(command, self._box.call(lambda: self._await_script(command)))
+        deadline = threads.monotonic() + wait
+        return self._box.submit(Request(command, client=client, deadline=deadline))
+
+    @property
+    def paused(self) -> bool:
+        """Whether time is paused."""
+        return self._box.paused
+
+    @property
+    def stepping(self) -> bool:
+        """Whether ticks are run that were asked for while time is paused."""
+        return bool(self._box.steps)
+
+    def pause(self, paused: bool) -> Future[int]:
+        """Pause or resume time, which ends the ticks that are asked for; the answer is the number
+        of ticks done, when pausing including the one in progress.
+        """
+        return self._box.call(lambda: self.element.ticks, paused)
+
+    def step(self, steps: Steps | None = None) -> Request[int]:
+        """Run ticks while paused, by default one; the answer is the number of all ticks after the
+        last, once its events are published, or the exception `Refused` if time is running.
+        """
+        return self._box.step(steps or Steps())
+
+    def shorten(self, request: Request[int]) -> None:
+        """Let a request for ticks end with the next one."""
+        self._box.shorten(request)
+
+    # --- in the loop's thread ------------------------------------------------------------
+
+    def _run(self) -> None:
+        refusal = Refused(SHUT_DOWN)
+        try:
+            self._run_ticks()
+            if self._box.ending is Ending.FINISH:
+                self._release()
+        except BaseException as failure:  # whatever it is, the device reports it and stops
+            self.failure = failure
+            refusal = Refused(f'the device has stopped: {failure}')
+        self._box.close(refusal)
+        self._asked.refuse(refusal)
+        if self.failure is not None:
+            self._failed()
+
+    def _run_ticks(self) -> None:
+        due, made_up = self._pacer.now(), False
+        while (turn := self._wait(due, made_up)) is not None:
+            made_up = turn.batch > 0
+            if turn.batch:
+                due = self._make_up(turn.due, turn.batch)
+            else:
+                commands: list[Stamped] = []
+                while (request := self._box.take(self._box.commands)) is not None:
+                    commands += self._asked.apply(request)
+                ended = self._tick(turn.due, commands, turn.asked_for)
+                due = math.inf if turn.asked_for else self._times.after(turn.due, ended)
+
+    def _await_script(self, command: Inject) -> None:
+        """Leave a script for the next tick, if it can begin there: over the faults of then."""
+        coming = (each.asked.faults for each in self._box.pending(SetFaults))
+        self.element.course(command.script, next(coming, self.element.faults))
+        self._box.submit(Request(command))
+
+    def _release(self) -> None:
+        """Abort any procedure and bring the strain to zero, without pacing."""
+        self._box.close(Refused(SHUT_DOWN))
+        if self.element.released:
+            return
+        abort = Abort(SHUT_DOWN)
+        commands: list[Stamped] = [(self.element.ticks, abort)]
+        self.element.apply(abort)
+        while not self.element.released:
+            self._tick(self._pacer.now(), commands)
+            commands = []
+
+    def _make_up(self, due: float, ticks: int) -> float:
+        """Run deferred ticks, the first due at a given time; return when the next is due.
+
+        Each run ends at a tick that the listener waits for. Accelerations take effect within it;
+        while a procedure runs, which may listen, only in its first tick.
+        """
+        period, self._times.slept = self._times.period, False
+        latest = due + ticks * period
+        while ticks:
+            begun, first = self._pacer.now(), self.element.ticks
+            most = self._times.together(ticks)
+            within = 1 if self.element.procedure else most
+            shakes = self._box.take_shakes(due, period, within)
+            if within < most:
+                until_shaken = (self._box.next_shake() - due) / period
+                most = int(min(most, max(1.0, until_shaken)))
+            self._advance(most, [], shakes)
+            run = self.element.ticks - first
+            busy = (self._pacer.now() - begun) / run
+            if self.element.computed <= first:  # it rested
+                self.statistics.count(max(0.0, begun - latest), busy, run)
+            else:
+                self._times.took(busy)
+                for number in range(run):
+                    self.statistics.count(max(0.0, begun + number * busy - latest), busy)
+            due, ticks = due + run * period, ticks - run
+        return self._times.after(latest - period, self._pacer.now())
+
+    def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
+        """Run a tick with the commands that take effect in it; return when it ended.
+
+        Without a pace it may be a run of ticks, unless a single tick was requested.
+        """
+        begun, first = self._pacer.now(), self.element.ticks
+        paced = self._times.period > 0.0 or asked_for
+        shakes = self._box.take_shakes()
+        self._advance(1 if paced else self._times.longest_run, commands, shakes)
+        if asked_for:
+            self._box.stepped(self.element.ticks)
+        now, ticks = self._pacer.now(), self.element.ticks - first
+        self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
+        return now
+
+    def _advance(self, most: int, commands: list[Stamped], shakes: Mapping[int, Disturb]) -> None:
+        """Run a tick, or several without decisions; publish the events, then answer."""
+        first = self.element.ticks
+        commands += [(first + tick, command) for tick, command in shakes.items()]
+        events = self.element.advance(
+            most, {tick: command.acceleration for tick, command in shakes.items()}
+        )
+        self._listener(commands, events)
+        self._asked.resolve()
+
+    def _wait(self, due: float, made_up: bool) -> _Turn | None:
+        """Make pending calls and wait until ticks are due; None if the loop is to end.
+
+        While time is paused no tick is due, so there is none to make up for. At a speed beyond the
+        machine there always is, so who waits comes next when ticks were just `made_up`.
+        """
+        box, times = self._box, self._times
+        while True:
+            if (left := self._asked.deadline - threads.monotonic()) <= 0.0:
+                self._asked.review()
+                continue
+            if not made_up and (overdue := self._overdue(due)):
+                return _Turn(due, overdue)
+            while (call := box.take(box.calls)) is not None:
+                _make(call)
+            with box.changed:
+                if box.ending is not Ending.NOT:
+                    return None
+                self._paused = box.paused
+                if box.held:
+                    within = None if left == math.inf else left
+                    box.changed.wait_for(lambda: not box.held or bool(box.calls), within)
+                    due = math.inf if box.paused else self._pacer.now()
+                    continue
+                now = self._pacer.now()
+                if box.speed != times.speed:
+                    if times.slept and (ticks := times.deferred(now - due, box)) and now >= due:
+                        return _Turn(due, min(ticks, 1 + int((now - due) / times.period)))
+                    times.slept = False
+                    times.set_speed(box.speed)
+                if box.steps:
+                    return _Turn(min(due, now), asked_for=True)
+                due = min(due, now + times.period)  # do not wait for a clock that jumped back
+                batch = 0 if made_up and box.commands else times.deferred(now - due, box)
+                wake = times.wake(due, batch)
+                if now >= wake:
+                    return _Turn(due, batch)
+                if not box.calls:
+                    box.asleep = times.sleeps(batch)
+                    times.slept |= box.asleep
+                    self._pacer.wait(box.changed, min(wake - now, LONGEST_SLEEP))
+                    box.asleep = False
+                made_up = False
+
+    def _overdue(self, due: float) -> int:
+        """Return how many deferred ticks come before a pending call, which needs them done."""
+        box = self._box
+        with box.changed:
+            none = self._paused or not box.calls  # a paused loop defers no ticks
+            if none or box.ending is not Ending.NOT or box.speed != self._times.speed:
+                return 0
+            return self._times.deferred(self._pacer.now() - due, box)
+
+
+def _make(call: Request[Any]) -> None:
+    """Call a function, and answer with its result or its exception."""
+    try:
+        result = call.asked()
+    except Exception as failure:
+        call.refuse(failure)
+    else:
+        call.resolve(result)

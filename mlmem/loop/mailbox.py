@@ -1,0 +1,308 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Requests to a running device: one object from the edge to the answer; and the mailbox in which
+other threads leave them for the loop's: one lock guards it, one thread takes them out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sized
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Generic, Protocol, TypeVar
+
+from .. import threads
+from ..commands import Disturb, Outcome
+from ..element import Run
+from ..errors import Refused
+
+T = TypeVar('T')
+
+
+class Client(Protocol):
+    """Who asks."""
+
+    @property
+    def key(self) -> object:
+        """What is equal for requests of one client."""
+
+    @property
+    def gone(self) -> bool:
+        """Whether it is known to be there no more."""
+
+
+@dataclass(eq=False)
+class Request(Generic[T]):
+    """What is asked of a device, who waits for it, and what came of it.
+
+    Any thread may make one. The loop's thread takes it up and settles it, at once or when its
+    procedure has ended.
+
+    Attributes:
+        asked: A command, a `Cancel`, or a function to call between two ticks.
+        answer: Its outcome, for whoever waits: the exception `Refused` if it is not accepted.
+        client: Who asks, and would wait for a turn; None: nobody would.
+        deadline: When its turn must have come, on the steady clock.
+        place: Its place among those that wait, from 1; 0 if it does not wait.
+        run: The procedure that it has begun, or None.
+    """
+
+    asked: Any
+    answer: Future[T] = field(default_factory=lambda: threads.Future())
+    client: Client | None = None
+    deadline: float = math.inf
+    place: int = 0
+    run: Run | None = None
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How its procedure has ended; None without one, and while it runs."""
+        return self.run.outcome if self.run is not None else None
+
+    def taken_up(self) -> bool:
+        """Return whether somebody still waits, who can no longer withdraw it then."""
+        return self.answer.running() or self.answer.set_running_or_notify_cancel()
+
+    def resolve(self, outcome: T) -> None:
+        """Answer it."""
+        self.answer.set_result(outcome)
+
+    def refuse(self, reason: BaseException) -> Request[T]:
+        """Answer it with an exception; return it."""
+        self.answer.set_exception(reason)
+        return self
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """What ends the procedure of exactly this request, and no other."""
+
+    of: Request[Any]
+
+
+Asked = Request[Outcome | None]
+"""A request with a command, or a `Cancel`."""
+
+MOST = 1000
+"""Most pending commands, accelerations or single ticks: a pause keeps them waiting."""
+
+
+class Ending(Enum):
+    """How a loop is to end."""
+
+    NOT = 'goes on'
+    FINISH = 'aborts any procedure and releases the strain first'
+    STOP = 'after the present tick'
+
+
+@dataclass
+class Steps:
+    """Ticks that are asked for while time is paused.
+
+    Attributes:
+        left: How many remain.
+        told: Called in the loop's thread after each, once its events are published.
+        done: How many were run.
+        cut: Whether they were to be more: time was paused or resumed, or who asked wants no more.
+    """
+
+    left: int = 1
+    told: Callable[[Steps], None] = lambda steps: None
+    done: int = 0
+    cut: bool = False
+
+
+class Mailbox:
+    """Requests that wait for the loop's thread, and how that thread is to run.
+
+    Attributes:
+        changed: Notified when anything here changes; its lock guards all attributes.
+        commands: Pending commands, oldest first.
+        shakes: Pending accelerations of the base, which are accepted, with their times.
+        steps: Pending requests for ticks while time is paused.
+        speed: Multiple of real time; 0 for as fast as possible.
+        ending: How the loop is to end.
+        asleep: Whether the loop waits so long that even an acceleration has to wake it.
+    """
+
+    def __init__(self, speed: float) -> None:
+        self.changed = threads.Condition()
+        self.paused = False
+        self.speed = speed
+        self.ending = Ending.NOT
+        self.asleep = False
+        self._closed: Refused | None = None
+        self.commands: deque[Asked] = deque()
+        self.shakes: deque[tuple[float, Disturb]] = deque()
+        self.calls: deque[Request[Any]] = deque()
+        self.steps: deque[Request[int]] = deque()
+
+    # --- from any thread -----------------------------------------------------------------
+
+    def submit(self, request: Asked) -> Asked:
+        """Leave a command for the next tick."""
+        with self.changed:
+            return self._posted(self.commands, request, _full(self.commands))
+
+    def shake(self, when: float, command: Disturb) -> Asked:
+        """Leave an acceleration of the base for the tick that a time falls into: it is accepted.
+
+        It does not wake the loop, unless `asleep`, because such messages are frequent. While time
+        is paused, a newer one replaces the last.
+        """
+        request: Asked = Request(command)
+        with self.changed:
+            if self._closed is not None:
+                return request.refuse(self._closed)
+            if self.shakes and (self.held or len(self.shakes) == MOST):
+                self.shakes.pop()
+            self.shakes.append((when, command))
+            if self.asleep:
+                self.changed.notify_all()
+        request.resolve(None)
+        return request
+
+    def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
+        """Leave a function to be called between two ticks; with `paused`, pause or resume time,
+        either of which ends the ticks that are asked for.
+
+        When it is called, no earlier tick is still running.
+        """
+        with self.changed:
+            if self._closed is None and paused is not None:
+                self.paused = paused
+                self._shorten(*self.steps)
+            return self._posted(self.calls, Request[T](function)).answer
+
+    def step(self, steps: Steps) -> Request[int]:
+        """Ask for ticks while time is paused."""
+        with self.changed:
+            refusal = None if self.paused else Refused('step works only while paused; pause first')
+            return self._posted(self.steps, Request[int](steps), _full(self.steps) or refusal)
+
+    def shorten(self, request: Request[int]) -> None:
+        """Let a request for ticks end with the next one."""
+        with self.changed:
+            self._shorten(request)
+
+    def _shorten(self, *requests: Request[int]) -> None:
+        for request in requests:
+            steps: Steps = request.asked
+            steps.cut = steps.cut or steps.left > 1
+            steps.left = min(steps.left, 1)
+
+    def set_speed(self, speed: float) -> None:
+        """Run at another multiple of real time from the next tick on."""
+        with self.changed:
+            self.speed = speed
+            self.changed.notify_all()
+
+    def end(self, ending: Ending) -> None:
+        """End the loop; one that is to stop no longer finishes."""
+        with self.changed:
+            if self.ending is not Ending.STOP:
+                self.ending = ending
+            self.changed.notify_all()
+
+    def close(self, refusal: Refused) -> None:
+        """Refuse all pending and future requests; the first reason stays."""
+        with self.changed:
+            self._closed = refusal = self._closed or refusal
+            self.shakes.clear()
+            waiting: list[Request[Any]] = []
+            for queue in (self.commands, self.calls, self.steps):
+                waiting += queue
+                queue.clear()
+        for request in waiting:
+            if request.taken_up():
+                request.refuse(refusal)
+
+    def _posted(
+        self, queue: deque[Request[T]], request: Request[T], refusal: Refused | None = None
+    ) -> Request[T]:
+        """Leave a request, or refuse it; call with the lock held."""
+        if (refusal := self._closed or refusal) is not None:
+            return request.refuse(refusal)
+        queue.append(request)
+        self.changed.notify_all()
+        return request
+
+    # --- in the loop's thread ------------------------------------------------------------
+
+    def put_back(self, request: Asked) -> None:
+        """Leave a command that was taken out, before all others."""
+        with self.changed:
+            if self._closed is not None:
+                request.refuse(self._closed)
+            else:
+                self.commands.appendleft(request)
+
+    @property
+    def held(self) -> bool:
+        """Whether ticks are held back; call with the lock held."""
+        return self.paused and not self.steps and self.ending is Ending.NOT
+
+    def pending(self, kind: type[Any]) -> list[Asked]:
+        """Return the commands of a kind that wait for the next tick, newest first."""
+        with self.changed:
+            return [each for each in reversed(self.commands) if isinstance(each.asked, kind)]
+
+    def take(self, queue: deque[Request[T]]) -> Request[T] | None:
+        """Take out the oldest request that was not withdrawn; it no longer can be."""
+        while True:
+            with self.changed:
+                if not queue:
+                    return None
+                request = queue.popleft()
+            if request.taken_up():
+                return request
+
+    def stepped(self, ticks: int) -> None:
+        """Count a tick that was asked for; answer its request, with all ticks so far, if it was
+        the last.
+        """
+        with self.changed:  # or a pause in between would miss the request
+            if (request := self.take(self.steps)) is None:
+                return
+            steps: Steps = request.asked
+            steps.done, steps.left = steps.done + 1, steps.left - 1
+            closed = self._closed if steps.left else None
+            if steps.left and closed is None:
+                self.steps.appendleft(request)
+        steps.told(steps)
+        if closed is not None:
+            request.refuse(closed)
+        elif not steps.left:
+            request.resolve(ticks)
+
+    def take_shakes(
+        self, due: float = math.inf, period: float = 1.0, ticks: int = 1
+    ) -> dict[int, Disturb]:
+        """Take out the accelerations that fall into some ticks, or come before them.
+
+        Args:
+            due: When the first of these ticks is due; by default, all are taken.
+            period: Between two of them.
+            ticks: How many they are.
+
+        Returns:
+            By number of the tick, from 0, its newest; it supersedes older ones.
+        """
+        taken: dict[int, Disturb] = {}
+        with self.changed:
+            while self.shakes and self.shakes[0][0] < due + ticks * period:
+                when, command = self.shakes.popleft()
+                taken[int(min(max((when - due) / period, 0.0), ticks - 1.0))] = command
+        return taken
+
+    def next_shake(self) -> float:
+        """Return the time of the oldest pending acceleration; infinity if there is none."""
+        with self.changed:
+            return self.shakes[0][0] if self.shakes else math.inf
+
+
+def _full(queue: Sized) -> Refused | None:
+    return Refused(f'{MOST} requests are already waiting') if len(queue) >= MOST else None

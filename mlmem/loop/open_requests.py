@@ -1,0 +1,147 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Requests whose commands an element carries out: from the tick they begin with to the answer.
+
+One procedure runs at a time. Those of other clients wait for their turn, in order of arrival; all
+else passes them. A client's own second procedure is refused: it has not seen how the first ended.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+
+from .. import threads
+from ..commands import Command
+from ..element import MemoryElement
+from ..errors import Refused
+from ..procedure_table import PROCEDURES, Abort
+from .mailbox import Asked, Cancel
+from .timetable import LoopStatistics
+
+Stamped = tuple[int, Command]
+"""A command and the tick at which it took effect."""
+
+Resolve = Callable[[Asked], None]
+"""Called in the loop's thread, between two ticks, when a request's procedure has ended."""
+
+CANCELED = 'canceled by its client'
+
+QUEUED = tuple(row.command for row in PROCEDURES.values() if row.command is not Abort)
+"""Commands that wait for their turn."""
+
+
+class OpenRequests:
+    """Applies commands to an element, and remembers the requests whose procedures run."""
+
+    def __init__(
+        self,
+        element: MemoryElement,
+        statistics: LoopStatistics,
+        resolve: Resolve,
+        put_back: Callable[[Asked], None],
+        most: int,
+    ) -> None:
+        """Begin without requests; `statistics` counts the refused, `put_back` takes the one whose
+        turn has come, and at most so many wait.
+        """
+        self._element = element
+        self._statistics = statistics
+        self._resolve = resolve
+        self._put_back = put_back
+        self._most = most
+        self._open: list[Asked] = []
+        self._next: Asked | None = None  # put back, and not taken up again
+        self.waiting: deque[Asked] = deque()
+
+    def apply(self, request: Asked) -> list[Stamped]:
+        """Apply a command; return it with its tick if it is accepted."""
+        command = request.asked
+        if request is self._next:
+            self._next = None
+        if isinstance(command, Cancel):
+            if command.of in self.waiting:
+                self._drop(command.of, CANCELED)
+            if not self._element.runs(command.of.run):
+                request.resolve(None)
+                return []
+            command = Abort(CANCELED)
+        try:
+            if self._waits(request):
+                self.waiting.append(request)
+                self._number()
+                return []
+            request.run = self._element.apply(command)
+        except Refused as refusal:
+            self._refuse(request, refusal)
+            return []
+        except Exception as failure:
+            request.refuse(failure)
+            raise
+        if request.run is not None:
+            self._open.append(request)
+        else:
+            request.resolve(None)
+        return [(self._element.ticks, command)]
+
+    def resolve(self) -> None:
+        """Answer those whose procedures have ended, at once or later."""
+        for request in [each for each in self._open if each.outcome is not None]:
+            self._open.remove(request)
+            self._resolve(request)
+        if self.waiting and self._next is None and not self._element.procedure:
+            self.review()
+            if self.waiting:
+                self._next = self.waiting.popleft()
+                self._next.place = 0
+                self._number()
+                self._put_back(self._next)
+
+    @property
+    def deadline(self) -> float:
+        """When the first of those that wait has waited for too long, on the monotonic clock."""
+        return min((request.deadline for request in self.waiting), default=math.inf)
+
+    def review(self) -> None:
+        """Refuse those that have waited for too long, or whose clients have gone."""
+        now = threads.monotonic()
+        for request in list(self.waiting):
+            if now >= request.deadline:
+                self._drop(request, f'busy: {self._element.procedure or "another"} came first')
+            elif request.client is not None and request.client.gone:
+                self._drop(request, 'its client has gone')
+
+    def refuse(self, refusal: Refused) -> None:
+        """Refuse all."""
+        for request in (*self._open, *self.waiting):
+            request.refuse(refusal)
+        self.waiting.clear()
+
+    def _waits(self, request: Asked) -> bool:
+        running, client = self._element.procedure, request.client
+        if not running or client is None or not isinstance(request.asked, QUEUED):
+            return False
+        self._element.check(request.asked)
+        others = [each.client for each in (*self._open, *self.waiting)]
+        if any(other is not None and other.key == client.key for other in others):
+            return False  # and is refused as busy
+        if len(self.waiting) >= self._most:
+            self.review()
+        if len(self.waiting) >= self._most > 0:
+            raise Refused(f'busy: {running} is running, and {self._most} requests wait')
+        return self._most > 0
+
+    def _drop(self, request: Asked, why: str) -> None:
+        self.waiting.remove(request)
+        self._number()
+        waited = 'while it waited for its turn: nothing has changed'
+        self._refuse(request, Refused(f'{why} {waited}'))
+
+    def _refuse(self, request: Asked, refusal: Refused) -> None:
+        self._statistics.refused += 1
+        request.refuse(refusal)
+
+    def _number(self) -> None:
+        for place, request in enumerate(self.waiting, start=1):
+            request.place = place

@@ -1,0 +1,255 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An instrument that interprets its echoes: calibration, content, and its history: how often, how
+reliably and how fast it was written.
+
+Procedures know nothing else about an element.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from .commands import EchoReceived, Event, Outcome
+from .instrument.drivers import Driver
+from .instrument.end import End, Shot
+from .instrument.instrument import Instrument
+from .physics import Design, Specimen
+from .readers.calibration import Calibration
+from .readers.decoding import decode, primary, undecodable
+from .readers.echo import Echo
+from .readers.reading import UNDECODABLE, Reading, Unknown, describe_level
+from .schema import described
+from .settings import Settings
+
+if TYPE_CHECKING:
+    from .readers.bad_cells import BadCells
+    from .readers.register import Forecasts, Register
+
+_count = partial(described, low=0, high=2**62)
+
+
+@dataclass
+class MemoryStatistics:
+    """Counts over the life of an element, saved with its content."""
+
+    level_writes: list[int] = described(MISSING, 'successful writes by level', low=0)
+    level_ticks: list[int] = described(MISSING, 'total ticks they took, by level', low=0)
+    writes: int = _count(0, 'writes that were not aborted')
+    first_try: int = _count(0, 'of these, those that succeeded at the first attempt')
+    retries: int = _count(0, 'attempts beyond the first')
+    failures: int = _count(0, 'writes that did not reach their level')
+    erases: int = _count(0, 'erases that were not aborted')
+    reads: int = _count(0, 'reads that were not aborted')
+    undecodable: int = _count(0, 'of these, those that decoded nothing')
+    aborted: int = _count(0, 'procedures ended by an abort')
+    cycles: int = _count(0, 'strain cycles of all procedures, launches too: they wear an element')
+    resets: int = _count(0, 'how often it was replaced by a fresh one')
+
+    @classmethod
+    def of(cls, words: int) -> MemoryStatistics:
+        """Return the statistics of a new element with so many contents."""
+        return cls([0] * words, [0] * words)
+
+    def count(self, outcome: Outcome) -> None:
+        """Count the outcome of a procedure that was not aborted."""
+        match outcome.procedure:
+            case 'write':
+                self._count_write(outcome)
+            case 'read':
+                self.reads += 1
+                self.undecodable += not outcome.success
+            case 'erase':
+                self.erases += 1
+
+    def _count_write(self, outcome: Outcome) -> None:
+        self.writes += 1
+        self.retries += outcome.attempts - 1
+        if not outcome.success or outcome.reading is None:
+            self.failures += 1
+            return
+        self.first_try += outcome.attempts == 1
+        level = outcome.reading.level
+        self.level_writes[level] += 1
+        self.level_ticks[level] += outcome.end_tick - outcome.start_tick
+
+    def as_dict(self) -> dict[str, float]:
+        """Return flat values for diagnostics: the counts, and the mean ticks of a write by level.
+
+        Levels never written have no mean.
+        """
+        values: dict[str, float] = {
+            name: count
+            for name, count in dataclasses.asdict(self).items()
+            if not name.startswith('level_')
+        }
+        for level, count in enumerate(self.level_writes):
+            if count:
+                values[f'mean_ticks_{level}'] = self.level_ticks[level] / count
+        return values
+
+
+SHAKEN = (
+    'the base shook by more than disturbance.harmless: the wall may have moved since the pulse'
+)
+"""Why a reading is none, whatever was heard."""
+
+SLOWER = 1.1
+"""Most by which an element may be slower than its calibration."""
+
+
+class Memory(Instrument):
+    """An instrument that reads levels.
+
+    Attributes:
+        forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
+        register: What it answers in every word, if it holds many walls; None for one wall.
+        twin: The element by which that is forecast; None: the ideal one.
+        bad_cells: What it answers at every level with known bad cells; None without any.
+        reading: The last reading; None while the content is unknown.
+        unknown: Why and since when it is, if it was known before.
+        loudest: The loudest pulse that moves nothing, in cells, by end, where that is known.
+    """
+
+    def __init__(
+        self,
+        design: Design,
+        settings: Settings,
+        calibration: Calibration,
+        driver: Driver | None = None,
+    ) -> None:
+        """Make an instrument, as `Instrument` does, with the echo delay of every level.
+
+        Raises:
+            SettingsError: The calibration has a different number of levels.
+        """
+        calibration.check(design.levels, primary(settings.read))
+        super().__init__(design, settings, driver)
+        self.calibration = calibration
+        self.forecast: Calibration | None = None
+        self.reading: Reading | None = None
+        self.unknown: Unknown | None = None
+        self.loudest: Mapping[End, float] = {}
+        self.register: Register | None = None
+        self.twin: Specimen | None = None
+        self.bad_cells: BadCells | None = None
+        if settings.register.spacing:
+            from .readers.register import ideal_forecasts  # few elements hold many walls
+
+            self.register = ideal_forecasts(design, settings)
+        if settings.element.bad_cells:
+            from .readers.bad_cells import bad_cells  # nor do many have known bad cells
+
+            self.bad_cells = bad_cells(design, settings)
+        self.statistics = MemoryStatistics.of(self.words)
+        self._events: list[Event] = []
+
+    def adopt(self, twin: Specimen) -> None:
+        """Forecast what a register answers by its twin; raises as `register.forecasts_of`."""
+        from .readers.register import forecasts_of  # most have none
+
+        self.register, self.twin = forecasts_of(twin, self.settings), twin
+
+    @property
+    def words(self) -> int:
+        """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
+        return self.design.levels if self.register is None else self.register.code.words
+
+    def word_of(self, reading: Reading) -> int | None:
+        """Return the word in a reading; None if it holds one wall, or the word is not known."""
+        known = self.register is not None and reading.level != UNDECODABLE
+        return reading.level if known else None
+
+    def describe_content(self, content: int) -> str:
+        """Return a content in words: a word of a register, or a level."""
+        known = self.register is not None and content != UNDECODABLE
+        return f'word {content}' if known else describe_level(content)
+
+    @property
+    def waveforms(self) -> Forecasts | None:
+        """The forecasts with which waveforms are compared; None if it is read by delays."""
+        return self.bad_cells if self.register is None else self.register
+
+    @property
+    def levels(self) -> Sequence[int]:
+        """Levels of one wall that can be used, from the left."""
+        return range(self.design.levels) if self.bad_cells is None else self.bad_cells.usable
+
+    def _proven(self, reading: Reading) -> Reading:
+        """Return a reading, undecodable if the wall may have moved since the pulse."""
+        spoilt = self.transducer.shaken and reading.level != UNDECODABLE
+        return undecodable(reading, SHAKEN) if spoilt else reading
+
+    def forget(self, reason: str, after: int = 0) -> None:
+        """Treat the content as unknown, after so many ticks, because the wall may move.
+
+        What is unknown already is so for its first reason.
+        """
+        if self.reading is not None:
+            self.reading, self.unknown = None, Unknown(reason, self.ticks + after)
+
+    def renew(self) -> None:
+        """Put a fresh blank element in the place of a simulated one; see `Instrument.renew`."""
+        super().renew()
+        self.statistics.resets += 1
+        self.forget('replaced')
+
+    def report(self, shot: Shot) -> None:
+        """Report a shot of a survey."""
+        self._events.append(shot)
+
+    def begin_cycle(self, how: str = 'strained') -> None:
+        """Count a cycle of strain, a kick or a push that is about to move the wall."""
+        self.statistics.cycles += 1
+        self.forget(f'{how} by a procedure')
+
+    @property
+    def audible(self) -> tuple[End, ...]:
+        """The ends that can hear something: both, if the wall lies between their phases."""
+        if self.phase(End.LEFT) == 0:
+            return (End.RIGHT,)
+        if self.phase(End.RIGHT) == 1:
+            return (End.LEFT,)
+        return self.calibration.ends
+
+    def passage(self, end: End) -> float:
+        """Return in which time a pulse of an end comes back from the farthest reflector."""
+        return SLOWER * self.calibration.longest(end)
+
+    def hear_nothing(self, reason: str) -> Reading:
+        """Store why no pulse was fired."""
+        self.reading = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf, reason)
+        self.unknown = None
+        return self.reading
+
+    def hear_word(self, found: Reading, echo: Echo) -> Reading:
+        """Store what waveforms say, unless the walls may have moved since, and report it."""
+        self.reading = self._proven(found)
+        self.unknown = None
+        self._events.append(EchoReceived(echo, self.reading))
+        return self.reading
+
+    def hear(self, echoes: Mapping[End, Echo], end: str = '') -> Reading:
+        """Decode the echoes at the ends, store the reading and report it.
+
+        Args:
+            end: The end whose delay is reported: 'left', 'right' or 'both'; empty for the one in
+                the settings.
+        """
+        phases = self.phase(End.LEFT), self.phase(End.RIGHT)
+        self.reading = self._proven(
+            decode(self.design, self.settings.read, self.calibration, echoes, phases, end)
+        )
+        self.unknown = None
+        if self.reading.level != UNDECODABLE:  # all that is under way was seen
+            for each in echoes:
+                self.transducer.reverberation[each].returned()
+        last = End.RIGHT if self.reading.end == End.RIGHT else End.LEFT  # which is reported
+        for echo in sorted(echoes.values(), key=lambda echo: echo.end is last):
+            self._events.append(EchoReceived(echo, self.reading))
+        return self.reading

@@ -1,0 +1,203 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What can be set on the moves of a wall: cycles of strain, and motions of an end.
+
+Times are in time units sqrt(m / k_r), strains are Delta l / l of the element, tension positive.
+The defaults are for the paper's Case II element.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from .errors import Checked
+from .schema import described, fields_in
+
+_time = fields_in('time', 0.0, 1e6)
+_speed = fields_in('cells/time', 1e-4, 10.0)
+_part = fields_in('', 0.0, 1.0)
+_count = fields_in('', 1, 100)
+_strain = fields_in('', -0.5, 0.5)
+_compression = fields_in('', -0.5, -1e-6)
+_tension = fields_in('', 1e-6, 0.5)
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    return tuple(map(float, text.split()))
+
+
+def _by_level(text: str, least: str = '1e-4') -> Any:
+    """Return a field of numbers, one for each level from 0 on."""
+    return described(
+        '',
+        text,
+        words=f'0 or from {least} to 10',
+        word=lambda word: not float(word) or float(least) <= float(word) <= 10.0,
+    )
+
+
+@dataclass(frozen=True)
+class CycleSettings(Checked):
+    """One strain cycle: ramp to the peak, hold, ramp back, settle. Ramps are smooth.
+
+    The way back can pause at a fraction of the peak: a wall that was freed quickly swings in a
+    well that becomes shallow before it is released.
+    """
+
+    ramp: float = _time(1200.0, 'ramp to the peak strain', low=1.0)
+    hold: float = _time(600.0, 'hold at the peak strain')
+    ease: float = _time(0.0, 'ramp from the peak to the pause on the way back; 0: no pause')
+    ease_to: float = _part(0.5, 'strain of that pause, as a fraction of the peak', low=-1.0)
+    release: float = _time(1200.0, 'ramp back to zero strain', low=1.0)
+    settle: float = _time(1500.0, 'rest after the cycle')
+
+
+@dataclass(frozen=True)
+class WriteSettings(CycleSettings):
+    """Launch, step and verify."""
+
+    method: str = described(
+        'strain',
+        'strain: by strain cycles, as in the paper; kick: by kicks and pushes, with strain only '
+        'where no kick reaches; auto: by whichever is fastest',
+        choices=('strain', 'kick', 'auto'),
+    )
+    compression: float = _compression(
+        -0.034, 'peak strain at levels where compression frees the wall'
+    )
+    tension: float = _tension(0.048, 'peak strain at levels where tension frees the wall')
+    start_strain: float = _strain(0.035, 'strain under which the wall is launched', low=0.0)
+    launch_speed: float = _speed(0.05, 'speed at which the boundary cell is moved')
+    final_settle: float = _time(
+        0.0, 'longest extra rest after the last cycle of a write, until the ends are quiet'
+    )
+    last_release: float = _time(
+        0.0,
+        'shortest ramp back to zero strain in the last cycle of a write: after a gentle end the '
+        'level can be read sooner',
+    )
+    shaped: bool = described(
+        False,
+        'make each ramp of a step up in two halves, half a period of the cells at the right end '
+        'apart: the cells ring less, and the level can be read sooner',
+    )
+    attempts: int = _count(3, 'most attempts of a write')
+    escalation: float = described(
+        1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
+    )
+    escalation_limit: float = described(
+        1.35, 'largest such factor: a greater peak may move the wall twice', low=1.0, high=4.0
+    )
+    min_margin: float = _part(0.5, 'least level margin of a written level', high=0.99)
+    pulses: int = _count(
+        20,
+        'pulses that a calibration tries for a step that fails; 1: only the one in the settings',
+        high=20,
+    )
+
+
+@dataclass(frozen=True)
+class EraseSettings(CycleSettings):
+    """The kink that is driven across: a wall and a kink need opposite strains.
+
+    The tension frees the kink but not the wall, so that the kink catches up with it.
+    """
+
+    compression: float = _compression(
+        -0.042, 'peak strain at levels where compression frees the kink'
+    )
+    tension: float = _tension(0.026, 'peak strain at levels where tension frees the kink')
+    start_strain: float = _strain(-0.03, 'strain under which the kink is launched', high=0.0)
+    launch_speed: float = _speed(0.05, 'speed at which the boundary cell is moved')
+    trust_reading: bool = described(
+        False, 'start to listen for a blank element once the kink is at the level last read'
+    )
+
+
+def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
+    """Return the peak strain that frees a wall or a kink by compression, or by tension."""
+    return cycles.compression if compress else cycles.tension
+
+
+@dataclass(frozen=True)
+class KickSettings(Checked):
+    """The motion of the left end that sends a wall from blank to the level its speed selects."""
+
+    speeds: str = _by_level(
+        'mean speed in cells per time unit for every level from 0 on, separated by spaces; 0: no '
+        'kick to this level'
+    )
+    kinks: str = _by_level(
+        'the same for a kink, behind a wall that rests already; only a register needs it'
+    )
+    rooms: str = _by_level(
+        'relative change of its speed that the kick to every level bears, separated by spaces; '
+        'with less than 0.1 it is not used. Empty: all are used',
+        least='0',
+    )
+    late: float = _part(
+        0.0,
+        'how late in the motion the end is fastest: 0 half-way, towards 1 later; then a level '
+        'needs its speed less exactly',
+    )
+    hold: float = _time(20.0, 'hold at the other ground state')
+    settle: float = _time(800.0, 'rest in which the wall comes to its level')
+
+    @cached_property
+    def fastest(self) -> float:
+        """Highest speed of a kick, relative to its mean: 1.5 if it is fastest half-way."""
+        if not self.late:
+            return 1.5
+        s = [k / 1000.0 for k in range(1001)]
+        x = [each + self.late * each * (each - 1.0) for each in s]
+        return max(
+            6.0 * y * (1.0 - y) * (1.0 + self.late * (2.0 * each - 1.0))
+            for each, y in zip(s, x, strict=True)
+        )
+
+    @cached_property
+    def by_level(self) -> tuple[float, ...]:
+        """Mean speeds of walls by level; 0 where there is no kick."""
+        return _numbers(self.speeds)
+
+    @cached_property
+    def of_kinks(self) -> tuple[float, ...]:
+        """Mean speeds of kinks by level."""
+        return _numbers(self.kinks)
+
+    def room(self, level: int) -> float:
+        """Relative change of the speed that the kick to a level bears; 1 if that is not known."""
+        rooms = _numbers(self.rooms)
+        return rooms[level] if level < len(rooms) else 1.0
+
+
+@dataclass(frozen=True)
+class PushSettings(Checked):
+    """The loud pulse that pushes the wall out at the left end, from any level."""
+
+    end: str = described('right', 'end that is driven', choices=('left', 'right'))
+    omega_c: float = described(0.8, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
+    A: float = described(0.0, 'amplitude; 0: no push', unit='cells', low=0.0, high=5.0)
+    sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
+    patience: float = _time(1200.0, 'longest wait for the wall to leave')
+    settle: float = _time(200.0, 'rest before a kick, once the wall has left')
+    pulses: int = _count(3, 'most pulses until the wall has left')
+    after: float = described(
+        1.0,
+        'factor on the speed of a kick that follows: waves of the pulse, still under way, brake '
+        'the wall',
+        low=0.5,
+        high=2.0,
+    )
+    room: float = _part(
+        1.0,
+        'relative change that amplitude, carrier and length bear each, from every level, with up '
+        'to `pulses`; with less than 0.1 the push is not used',
+    )
+
+    @property
+    def speed(self) -> float:
+        """About the highest speed of the end."""
+        return self.A * self.omega_c

@@ -1,0 +1,184 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Measure a design over a grid of its parameters and over scattered elements."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .physics import Design, Scatter, Specimen, scattered
+from .progress import track_progress
+
+Measurement = Callable[[Specimen], 'float | Mapping[str, Any]']
+"""What is measured of an element: a number, or several by name."""
+
+SCATTER_AXES = {f'{field.name}_std': field.name for field in fields(Scatter)}
+"""Names of axes that scatter elements, and the fields of `Scatter` that they set."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of equal columns: what a sweep returns.
+
+    Attributes:
+        columns: Names of the columns.
+        rows: One mapping per element, in the order of the grid; the seed changes fastest.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, Any], ...]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Mapping[str, Any]]:
+        return iter(self.rows)
+
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        """Return a column, shape (rows,)."""
+        return np.array([row[column] for row in self.rows])
+
+    def average(self, column: str, *by: str) -> Table:
+        """Return mean and standard error of a column for each combination of others.
+
+        The standard error of one value is NaN.
+        """
+        groups: dict[tuple[Any, ...], list[float]] = {}
+        for row in self.rows:
+            groups.setdefault(tuple(row[name] for name in by), []).append(float(row[column]))
+        names = (*by, f'{column}_mean', f'{column}_error')
+        rows = []
+        for key, values in groups.items():
+            several = len(values) > 1
+            error = float(np.std(values, ddof=1)) / len(values) ** 0.5 if several else np.nan
+            rows.append(dict(zip(names, (*key, float(np.mean(values)), error), strict=True)))
+        return Table(names, tuple(rows))
+
+    def save(self, path: Path | str) -> Path:
+        """Write it as CSV.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        path = Path(path)
+        with path.open('w', newline='', encoding='utf-8') as file:
+            writer = csv.DictWriter(file, self.columns)
+            writer.writeheader()
+            writer.writerows(self.rows)
+        return path
+
+    def to_pandas(self) -> Any:
+        """Return a pandas DataFrame.
+
+        Raises:
+            ModuleNotFoundError: pandas is not installed.
+        """
+        import pandas
+
+        return pandas.DataFrame(list(self.rows), columns=list(self.columns))
+
+    def __str__(self) -> str:
+        cells = [list(self.columns)]
+        cells += [[_format_cell(row[name]) for name in self.columns] for row in self.rows]
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        lines = ('  '.join(f'{c:>{w}}' for c, w in zip(row, widths, strict=True)) for row in cells)
+        return '\n'.join(lines)
+
+
+def _format_cell(value: Any) -> str:
+    return f'{value:.6g}' if isinstance(value, float) else str(value)
+
+
+def sweep(
+    design: Design,
+    *,
+    measure: Measurement,
+    seeds: Iterable[int] = (0,),
+    executor: Executor | None = None,
+    progress: bool = True,
+    **axes: Sequence[Any],
+) -> Table:
+    """Measure every combination of parameters and seeds.
+
+    Args:
+        design: What the axes change.
+        measure: Called with every element; in other processes if the executor has these, so it
+            must be importable there.
+        seeds: Of the scattered elements; the same seed gives the same element.
+        executor: Any `concurrent.futures` executor, such as a `ProcessPoolExecutor` or Dask's
+            `Client.get_executor()`; by default the calls follow each other in this process.
+        progress: Whether to show a progress bar if it takes longer than two seconds.
+        axes: Values by the name of a field of `Design` (`eta=[0.002, 0.004]`), or of a scatter:
+            `alpha_std`, `k_r_std`, `s_std`, `mass_std`, `offset_std`.
+
+    Raises:
+        ValueError: An axis is neither, or has no values.
+        DesignError: A value is out of range.
+    """
+    of_design = {field.name for field in fields(Design)}
+    for name, values in axes.items():
+        if name not in of_design and name not in SCATTER_AXES:
+            known = ', '.join([*sorted(of_design), *SCATTER_AXES])
+            raise ValueError(f'an axis must be one of {known}; got {name!r}')
+        if not len(values):
+            raise ValueError(f'axis {name} must have values; got none')
+    points = [
+        dict(zip((*axes, 'seed'), values, strict=True))
+        for values in itertools.product(*axes.values(), tuple(seeds))
+    ]
+    if not points:
+        raise ValueError('seeds must name at least one; got none')
+    elements = (_make_element(design, point) for point in points)
+    found = _run(measure, elements, len(points), executor, progress)
+    rows = [point | _name_values(values) for point, values in zip(points, found, strict=True)]
+    return Table(tuple(rows[0]), tuple(rows))
+
+
+def _make_element(design: Design, point: Mapping[str, Any]) -> Specimen:
+    """Return the element of a point of the grid."""
+    deviations = {
+        SCATTER_AXES[name]: value for name, value in point.items() if name in SCATTER_AXES
+    }
+    changed = {
+        name: value for name, value in point.items() if name not in SCATTER_AXES and name != 'seed'
+    }
+    return scattered(replace(design, **changed), Scatter(**deviations), point['seed'])
+
+
+def _run(
+    measure: Measurement,
+    elements: Iterable[Specimen],
+    total: int,
+    executor: Executor | None,
+    progress: bool,
+) -> list[Any]:
+    """Return what was measured of all elements, in their order."""
+
+    def show(items: Iterable[Any]) -> Iterable[Any]:
+        return track_progress(items, total, 'sweeping') if progress else items
+
+    if executor is None:
+        return [measure(element) for element in show(elements)]
+    futures: list[Future[Any]] = [executor.submit(measure, element) for element in elements]
+    try:
+        for future in show(as_completed(futures)):
+            future.result()
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+    return [future.result() for future in futures]
+
+
+def _name_values(measured: Any) -> dict[str, Any]:
+    """Return the columns of a measurement: its own names, or `value` for a number."""
+    return dict(measured) if isinstance(measured, Mapping) else {'value': measured}

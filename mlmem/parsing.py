@@ -1,0 +1,324 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What comes from outside: files that a user names, records, messages, as declared values.
+
+A dataclass is all the declaration there is. Its annotations say the types, `described` the ranges,
+`__post_init__` what else must hold; `decode` does the rest. Nothing that is read is trusted: a
+text is bounded in size and depth before it is parsed, and a message shows no more than a part.
+"""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import enum
+import functools
+import json
+import stat
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+
+from . import atomic_files
+from .schema import Description, fits, printable, short_repr, wanted
+
+DEEPEST = 50
+"""Most levels of a document: ours have seven, and a parser may overflow the stack."""
+
+MOST_VALUES = 2**21
+"""Most values of a YAML document: an element of 100 000 cells has a fifth of them."""
+
+LONGEST = 300
+"""Most characters of a message."""
+
+ANY = Description('')
+"""Of a field that is not described."""
+
+Some = TypeVar('Some')
+
+
+class DecodeError(ValueError):
+    """What was read is not what is declared; the message, of one line and at most `LONGEST`
+    characters, says where, and what was expected. The errors of our kinds of files derive from it.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(message, LONGEST))
+
+
+# --- texts ------------------------------------------------------------------------------------
+
+
+def read(path: Path | str, most: int = atomic_files.MOST) -> str:
+    """Return the content of a regular file in UTF-8 of at most `most` bytes.
+
+    Raises:
+        DecodeError: There is none, or it cannot be read; the message does not name it.
+    """
+    try:
+        return atomic_files.read_text(Path(path), most)
+    except (OSError, ValueError) as error:
+        raise DecodeError(atomic_files.reason(error)) from error
+
+
+def require_regular(path: Path) -> None:
+    """Make sure that what a library will open is a file or folder: a pipe may never end.
+
+    Raises:
+        DecodeError: It is not, or not there; the message does not name it.
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError) as error:
+        raise DecodeError(atomic_files.reason(error)) from error
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise DecodeError('it is not a regular file')
+
+
+def from_json(text: str | bytes) -> Any:
+    """Return what a JSON text holds; raises `DecodeError`."""
+    try:
+        return json.loads(text, parse_constant=_no_constant)
+    except RecursionError:
+        raise DecodeError('it must be JSON; it is nested too deeply') from None
+    except ValueError as error:
+        raise DecodeError(f'it must be JSON; {printable(str(error), 100)}') from error
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise ValueError(f'{name} is not JSON')
+
+
+def from_yaml(text: str, *, texts: bool = False) -> Any:
+    """Return what a YAML text holds, every scalar as a text if wanted; raises `DecodeError`.
+
+    What an alias stands for counts each time: a kilobyte of them can stand for gigabytes.
+    """
+    import yaml  # type: ignore[import-untyped]
+
+    fast = 'C' if hasattr(yaml, 'CBaseLoader') else ''  # PyYAML may be without libyaml
+    base, loader = (
+        getattr(yaml, f'{fast}{name}Loader') for name in ('Base', 'Base' if texts else 'Safe')
+    )
+    try:
+        nodes, inside, sizes = 0, [], {}
+        for event in yaml.parse(text, base):
+            nodes += 1
+            if isinstance(event, yaml.CollectionStartEvent):
+                inside.append((event.anchor, nodes))
+            elif isinstance(event, yaml.CollectionEndEvent):
+                anchor, before = inside.pop()
+                sizes[anchor] = nodes - before
+            elif isinstance(event, yaml.AliasEvent):  # 1 for a scalar's; not of what holds it
+                nodes += sizes.get(event.anchor, 1)
+                if event.anchor in (anchor for anchor, _ in inside):
+                    raise DecodeError('it must be YAML; it holds itself')
+            if len(inside) > DEEPEST or nodes > MOST_VALUES:
+                what = 'nested too deeply' if len(inside) > DEEPEST else 'too large'
+                raise DecodeError(f'it must be YAML; it is {what}')
+        single = loader(text)
+        try:
+            return single.get_single_data()
+        finally:
+            single.dispose()
+    except DecodeError:
+        raise
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
+        raise DecodeError(f'it must be YAML; {_place_in_yaml(error)}') from error
+
+
+def _place_in_yaml(error: Exception) -> str:
+    """Return what is wrong with a YAML text and where, without quoting it."""
+    mark, problem = (getattr(error, f'problem{suffix}', None) for suffix in ('_mark', ''))
+    if mark is None:
+        return 'a value is none'
+    quotes = type(error).__name__ in ('ComposerError', 'ConstructorError')  # an anchor or a tag
+    what = '' if quotes or not problem else f': {problem}'
+    return f'line {mark.line + 1}, column {mark.column + 1} is none{what}'
+
+
+# --- values -----------------------------------------------------------------------------------
+
+
+def decode(kind: type[Some] | Any, data: Any, name: str = '', given: Description = ANY) -> Any:
+    """Return plain values, as JSON and YAML have them, as what a type declares.
+
+    A document of another kind is refused without quoting it: a client may name any file.
+
+    A dataclass comes from an object, or from a list of all its fields; a tuple or list from a
+    list; a mapping with other keys than texts from a list of pairs; an array from a number, a
+    list of numbers or of hexadecimal ones, or the object that `encoded` gives. Numbers are finite.
+
+    Args:
+        data: The values.
+        name: What they are called in messages.
+        given: The range of every number in them.
+
+    Raises:
+        DecodeError: They are no such values; the message names the place.
+    """
+    if kind is Any:
+        return data
+    if data is None and given.null is not None:
+        return given.null
+    origin, args = typing.get_origin(kind), typing.get_args(kind)
+    if origin in (typing.Union, types.UnionType):
+        return _one_of(args, data, name, given)
+    if dataclasses.is_dataclass(kind):
+        return _object(kind, data, name)
+    if origin is np.ndarray:
+        return _array(data, name, given)
+    if origin in (tuple, list, Sequence):
+        return _list(origin, args, data, name, given)
+    if origin in (dict, Mapping):
+        return _mapping(args, data, name, given)
+    if isinstance(kind, enum.EnumMeta):
+        words = tuple(str(each.value) for each in list[enum.Enum](kind))
+        return kind(decode(str, data, name, Description('', choices=words)))
+    if not fits(data, kind.__name__, given):
+        _refuse(name, wanted(kind.__name__, given), data)
+    if kind is int and not -(2**63) <= data < 2**63:
+        _refuse(name, 'a whole number of 64 bits', data)
+    return float(data) if kind is float else data
+
+
+def encoded(values: Any) -> dict[str, Any]:
+    """Return an array with every bit, as `decode` takes it."""
+    data = np.ascontiguousarray(values, dtype='<f8').tobytes()
+    return {'shape': list(values.shape), 'f8': base64.b64encode(data).decode('ascii')}
+
+
+def _refuse(name: str, what: str, data: Any) -> NoReturn:
+    raise DecodeError(f'{name or "it"} must be {what}; got {short_repr(data)}')
+
+
+def _inside(name: str, key: object) -> str:
+    short = printable(str(key), 40)
+    return f'{name}.{short}' if name else short
+
+
+@functools.cache
+def _declared(kind: type) -> dict[str, tuple[Any, Description, bool]]:
+    """Return type and description of every field, and whether it must be given."""
+    hints = typing.get_type_hints(kind)
+    missing = dataclasses.MISSING
+    return {
+        each.name: (
+            hints[each.name],
+            each.metadata.get('description', ANY),
+            each.default is missing and each.default_factory is missing,
+        )
+        for each in dataclasses.fields(kind)
+        if each.init
+    }
+
+
+def _object(kind: type, data: Any, name: str) -> Any:
+    fields = _declared(kind)
+    if isinstance(data, list) and data and len(data) == len(fields):
+        data = dict(zip(fields, data, strict=True))
+    if not isinstance(data, Mapping):
+        if not name:
+            raise DecodeError(f'it must be an object; got {_kind_of(data)}')
+        _refuse(name, 'an object', data)
+    if not name and data and fields and not any(key in fields for key in data):
+        raise DecodeError(f'it has none of the keys {", ".join(fields)}')
+    if unknown := [key for key in data if key not in fields]:
+        there = f' in {name}' if name else ''
+        known = ', '.join(fields)
+        raise DecodeError(f'there is no {short_repr(unknown[0], 40)}{there}; there are {known}')
+    if missing := [key for key, (*_, needed) in fields.items() if needed and key not in data]:
+        text = fields[missing[0]][1].text if len(missing) == 1 else ''
+        raise DecodeError(f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}')
+    try:
+        return kind(**{
+            key: decode(hint, data[key], _inside(name, key), given)
+            for key, (hint, given, _) in fields.items()
+            if key in data
+        })  # fmt: skip
+    except DecodeError:
+        raise
+    except ValueError as error:
+        raise DecodeError(f'{name}: {error}' if name else str(error)) from error
+
+
+def _kind_of(data: Any) -> str:
+    """Return in words what kind of value a document is."""
+    if data is None:
+        return 'nothing'
+    return 'a list' if isinstance(data, list) else 'a text' if isinstance(data, str) else 'a value'
+
+
+def _one_of(kinds: Sequence[Any], data: Any, name: str, given: Description) -> Any:
+    """Return the value of the first type that takes it; the last one says what is wrong."""
+    if data is None and types.NoneType in kinds:
+        return None
+    *others, last = (kind for kind in kinds if kind is not types.NoneType)
+    for kind in others:
+        try:
+            return decode(kind, data, name, given)
+        except DecodeError:
+            continue
+    return decode(last, data, name, given)
+
+
+def _list(origin: Any, kinds: Sequence[Any], data: Any, name: str, given: Description) -> Any:
+    if not isinstance(data, (list, tuple)):
+        _refuse(name, 'a list', data)
+    if origin is not tuple or kinds[-1:] == (...,):
+        kinds = [kinds[0]] * len(data)
+    elif len(data) != len(kinds):
+        _refuse(name, f'a list of {len(kinds)}', data)
+    values = (
+        decode(kind, value, f'{name}[{place}]', given)
+        for place, (kind, value) in enumerate(zip(kinds, data, strict=True))
+    )
+    return list(values) if origin is list else tuple(values)
+
+
+def _mapping(kinds: Sequence[Any], data: Any, name: str, given: Description) -> dict[Any, Any]:
+    key, value = kinds
+    if key is not str and not isinstance(key, enum.EnumMeta):
+        if not isinstance(data, list):
+            _refuse(name, 'a list of pairs', data)
+        return dict(_list(tuple, (key, value), pair, name, given) for pair in data)
+    if not isinstance(data, Mapping):
+        _refuse(name, 'an object', data)
+    return {
+        decode(key, each, f'a key of {name}'): decode(value, item, _inside(name, each), given)
+        for each, item in data.items()
+    }
+
+
+def _array(data: Any, name: str, given: Description) -> Any:
+    what = 'a list of finite numbers'
+    found: Any
+    try:
+        if isinstance(data, Mapping):
+            raw = base64.b64decode(data['f8'], validate=True)
+            found = np.frombuffer(raw, dtype='<f8').reshape(data['shape']).astype(np.float64)
+        elif isinstance(data, list):
+            found = np.array([_number(each) for each in data], dtype=np.float64)
+        else:
+            found = np.float64(_number(data))
+    except (LookupError, TypeError, ValueError, OverflowError):
+        _refuse(name, what, data)
+    low = -np.inf if given.low is None else given.low
+    high = np.inf if given.high is None else given.high
+    right = np.isfinite(found) & (found >= low) & (found <= high)
+    if not right.all():
+        worst = float(np.atleast_1d(found)[~np.atleast_1d(right)].flat[0])
+        _refuse(name, f'{what}: each {wanted("float", given)}', worst)
+    return np.asarray(found)
+
+
+def _number(data: Any) -> float:
+    if isinstance(data, str) and data.lstrip('-').startswith('0x'):
+        return float.fromhex(data)
+    if type(data) not in (int, float):
+        raise TypeError
+    return float(data)

@@ -1,0 +1,236 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An on-site law that is not the paper's: a curve of force over configuration.
+
+Measured shells have one, and so has every formula that was tabulated. It is a cubic spline of
+additions, multiplications and one division, so that it has the same bits everywhere.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..schema import described, problems
+from .jit import fma, formula
+from .potential import Array, DesignError
+
+FEWEST, MOST = 8, 4096
+"""Numbers of forces of a curve."""
+
+FINER = 8
+"""Parts of an interval in which a zero of the force is looked for."""
+
+
+class Constants(NamedTuple):
+    """What the loops take.
+
+    Attributes:
+        height: alpha_j d, shape (N,).
+        pieces: Coefficients of the force from power 0 up, shape (4, m + 1): of every interval, and
+            before and after them of a straight line.
+        per: Intervals in a unit of length.
+    """
+
+    height: Array
+    pieces: Array
+    per: float
+
+
+@formula(Constants)
+def spline(constants: Constants, j: int, y: float) -> tuple[float, float]:
+    """Return alpha_j d and the force at y, counted from an interval before the first force."""
+    height, pieces, per = constants
+    place, last = y * per, float(pieces.shape[1] - 1)
+    k = int(min(max(place, 0.0), last))  # 0 for NaN, which stays NaN
+    t = place - k
+    force = fma(t, fma(t, fma(t, pieces[3, k], pieces[2, k]), pieces[1, k]), pieces[0, k])
+    return height[j], force
+
+
+@dataclass(frozen=True)
+class Curve:
+    """An on-site law psi(D) by its slope, the force that holds a cell at D.
+
+    Between the forces it is a cubic spline, which repeats a cubic exactly, beyond them a straight
+    line. Ground states are counted from 0; they need not be degenerate, nor two.
+
+    Attributes:
+        low, high: Configurations of the first and the last force.
+        force: At equal distances, d psi'.
+        d: Factor of energy and force.
+
+    Raises:
+        DesignError: A value is out of range.
+    """
+
+    low: float = described(MISSING, 'configuration of the first force', low=-1e6, high=1e6)
+    high: float = described(MISSING, 'configuration of the last force', low=-1e6, high=1e6)
+    force: tuple[float, ...] = ()
+    d: float = described(1.0, 'factor of energy and force', low=1e-12, high=1e9)
+
+    def __post_init__(self) -> None:
+        found = problems(self)
+        if not found and self.high <= self.low:
+            found.append(f'high must be above low = {self.low:g}; got {self.high:g}')
+        if not FEWEST <= len(self.force) <= MOST:
+            found.append(f'force must be {FEWEST} to {MOST} numbers; got {len(self.force)}')
+        elif not np.isfinite(np.array(self.force, dtype=np.float64)).all():
+            found.append('force must be finite numbers')
+        if found:
+            raise DesignError('; '.join(found))
+
+    @classmethod
+    def of(
+        cls, force: Callable[[Array], ArrayLike], low: float, high: float, number: int = 256
+    ) -> Curve:
+        """Return a formula's curve, of a number of forces from low to high."""
+        D = np.linspace(low, high, number)
+        return cls(low, high, tuple(np.asarray(force(D), dtype=np.float64).tolist()))
+
+    # --- the spline ----------------------------------------------------------------------
+
+    @property
+    def step(self) -> float:
+        """Distance between two forces."""
+        return (self.high - self.low) / (len(self.force) - 1)
+
+    @property
+    def origin(self) -> float:
+        """Configuration from which the loops count: one step below the first force."""
+        return self.low - self.step
+
+    @cached_property
+    def pieces(self) -> Array:
+        """Coefficients of the force over d (see `Constants`)."""
+        f = [float(each) for each in self.force]
+        s = _slopes(f)
+        rows = [(f[0] - s[0], s[0], 0.0, 0.0)]
+        for (f0, s0), (f1, s1) in itertools.pairwise(zip(f, s, strict=True)):
+            rows.append((f0, s0, 3.0 * (f1 - f0) - (2.0 * s0 + s1), s0 + s1 - 2.0 * (f1 - f0)))
+        rows.append((f[-1], s[-1], 0.0, 0.0))
+        return np.ascontiguousarray(np.array(rows).T)
+
+    def constants(self, height: Array) -> Constants:
+        """Return what `formulas.on_site` takes, given alpha_j d, shape (N,)."""
+        return Constants(height, self.pieces, 1.0 / self.step)
+
+    def _at(self, D: ArrayLike) -> tuple[Any, Array]:
+        """Return the number of the piece of every configuration, and the place in it."""
+        t = (np.asarray(D, dtype=np.float64) - self.origin) * (1.0 / self.step)
+        k = np.fmin(np.fmax(t, 0.0), self.pieces.shape[1] - 1.0).astype(np.int64)  # 0 for NaN
+        return k, t - k
+
+    def slope(self, D: ArrayLike) -> Array:
+        """Return psi' at the configurations D (any shape)."""
+        k, t = self._at(D)
+        p0, p1, p2, p3 = self.pieces[:, k]
+        return np.asarray(self.d * (p0 + t * (p1 + t * (p2 + t * p3))))
+
+    def stiffness(self, D: ArrayLike) -> Array:
+        """Return psi'' at the configurations D."""
+        k, t = self._at(D)
+        _, p1, p2, p3 = self.pieces[:, k]
+        return np.asarray(self.d / self.step * (p1 + t * (2.0 * p2 + t * (3.0 * p3))))
+
+    def energy(self, D: ArrayLike) -> Array:
+        """Return psi at the configurations D; it is 0 in the first ground state."""
+        at_zero = self._integral(self.ground_states[0] if self.ground_states else self.low)
+        return np.asarray(self._integral(D) - at_zero)
+
+    def _integral(self, D: ArrayLike) -> Array:
+        whole = (self.pieces / np.array([[1.0], [2.0], [3.0], [4.0]])).sum(axis=0)
+        before = np.concatenate(([0.0], np.cumsum(whole)[:-1]))
+        k, t = self._at(D)
+        p0, p1, p2, p3 = self.pieces[:, k]
+        part = t * (p0 + t * (p1 / 2.0 + t * (p2 / 3.0 + t * (p3 / 4.0))))
+        return np.asarray(self.d * self.step * (before[k] + part))
+
+    def stiffest(self, reach: float) -> float:
+        """Return a bound on |psi''|, which holds everywhere: beyond the curve it is constant."""
+        _, p1, p2, p3 = self.pieces
+        with np.errstate(divide='ignore', invalid='ignore'):
+            turn = np.nan_to_num(np.clip(-p2 / (3.0 * p3), 0.0, 1.0))
+        stiff = [p1 + t * (2.0 * p2 + t * 3.0 * p3) for t in (0.0, turn, 1.0)]
+        return float(self.d / self.step * np.abs(stiff).max())
+
+    # --- its ground states -----------------------------------------------------------------
+
+    @cached_property
+    def _zeros(self) -> list[tuple[float, bool]]:
+        """Where the force is zero between the first and the last, and whether it rises there."""
+        D = np.linspace(self.low, self.high, FINER * (len(self.force) - 1) + 1)
+        high = self.slope(D) > 0.0
+        found = []
+        for k in np.flatnonzero(high[:-1] != high[1:]):
+            left, right, rises = float(D[k]), float(D[k + 1]), bool(high[k + 1])
+            while left < (middle := 0.5 * (left + right)) < right:
+                if (self.slope(middle) > 0.0) == rises:
+                    right = middle
+                else:
+                    left = middle
+            found.append((right, rises))
+        return found
+
+    @cached_property
+    def ground_states(self) -> tuple[float, ...]:
+        """The configurations of the minima, rising."""
+        return tuple(D for D, stable in self._zeros if stable)
+
+    def ground_state(self, n: int) -> float:
+        """Return the n-th ground state, from 0.
+
+        Raises:
+            DesignError: The law has no such one.
+        """
+        if not 0 <= n < len(self.ground_states):
+            raise DesignError(
+                f'the law has no ground state {n}; it has {len(self.ground_states)}, counted '
+                'from 0'
+            )
+        return self.ground_states[n]
+
+    def barrier(self, n: int) -> float:
+        """Return the barrier top between ground states n and n + 1.
+
+        Raises:
+            DesignError: The law has no such barrier.
+        """
+        low, high = self.ground_state(n), self.ground_state(n + 1)
+        return next(D for D, stable in self._zeros if not stable and low < D < high)
+
+    def wells(self, first: int, last: int) -> tuple[float, float]:
+        """Return the configurations that bound the wells of a range of ground states.
+
+        That is the barriers below the first and above the last one, or the ends of the curve.
+        """
+        below = [D for D, stable in self._zeros if not stable and self.ground_state(first) > D]
+        above = [D for D, stable in self._zeros if not stable and self.ground_state(last) < D]
+        return max(below, default=self.low), min(above, default=self.high)
+
+
+def _slopes(f: list[float]) -> list[float]:
+    """Return the slopes per interval at the knots of the spline through values of any cubic.
+
+    At the ends it has the slope of the cubic through the four outermost values.
+    """
+    n = len(f)
+    first = (-11.0 * f[0] + 18.0 * f[1] - 9.0 * f[2] + 2.0 * f[3]) / 6.0
+    final = (11.0 * f[-1] - 18.0 * f[-2] + 9.0 * f[-3] - 2.0 * f[-4]) / 6.0
+    right = [3.0 * (f[i + 1] - f[i - 1]) for i in range(1, n - 1)]
+    right[0] -= first
+    right[-1] -= final
+    ratio = [0.25]
+    right[0] *= 0.25
+    for i in range(1, len(right)):  # the tridiagonal system of 1, 4, 1
+        ratio.append(1.0 / (4.0 - ratio[-1]))
+        right[i] = (right[i] - right[i - 1]) * ratio[i]
+    for i in range(len(right) - 2, -1, -1):
+        right[i] -= ratio[i] * right[i + 1]
+    return [first, *right, final]

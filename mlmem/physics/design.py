@@ -1,0 +1,250 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design of an element: every symbol of Table I as one immutable value, and the paper's two.
+
+All lengths are in lattice constants, times in sqrt(m / k_r), stiffnesses in k_r.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import MISSING, asdict, dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..schema import described, fields_in, problems
+from .curve import Curve
+from .potential import Array, DesignError, Potential
+
+RIGIDITY = 10.0
+"""Least ratio of substrate stiffness to the metamaterial's that we accept as >>."""
+
+
+_cells = fields_in('cells', 2, 100_000)
+_stiffness = fields_in('k_r', 1e-9, 1e9)
+
+
+@dataclass(frozen=True)
+class Design:
+    """A mechanical multi-level memory element, validated on creation.
+
+    Sites are counted from 1 as in the paper; arrays hold site j at index j - 1.
+
+    Attributes:
+        law: The on-site law where it is not the paper's formula, with energies in units of d; a, b
+            and c then have no meaning.
+
+    Raises:
+        DesignError: A value is out of range, or the values do not make a memory.
+    """
+
+    N: int = described(MISSING, 'number of unit cells', low=3, high=100_000)
+    gamma: float = described(
+        MISSING, 'gradient of the on-site potential, per cell', low=-1.0, high=1.0
+    )
+    beta: float = described(MISSING, 'anomaly of the defect cells', low=-1.0, high=10.0)
+    J: int = _cells(MISSING, 'cells per level: period of the defects')
+    J_s: int = _cells(MISSING, 'period of the substrate stiffness')
+    j_0: float = _cells(MISSING, 'site of least substrate stiffness', low=-1e6, high=1e6)
+    d: float = described(MISSING, 'half the barrier height of the potential', low=1e-9, high=1e3)
+    a: float = described(0.2582, 'linear phase coefficient of the potential', low=1e-9, high=1e3)
+    b: float = described(0.0172, 'cubic phase coefficient of the potential', low=-1e3, high=1e3)
+    c: float = described(7.4489, 'offset of the potential', low=-1e6, high=1e6)
+    s_min: float = _stiffness(1000.0, 'least substrate stiffness')
+    s_max: float = _stiffness(3000.0, 'greatest substrate stiffness')
+    eta: float = described(1 / 250, 'on-site viscous damping', unit='1/time', low=0.0, high=10.0)
+    phase: int = described(
+        1, 'ground state that is the inactive phase s1; s2 is the next one', low=-100, high=100
+    )
+    tail: int = _cells(
+        0,
+        'cells at the right end without defects, so that the last echo is clear of its pulse',
+        low=0,
+    )
+    substrate: str = described(
+        'rigid', 'substrate model: Eq. (1a) alone, or with Eq. (1b)', choices=('rigid', 'elastic')
+    )
+    law: Curve | None = None
+
+    def __post_init__(self) -> None:
+        found = problems(self) or self._inconsistencies()
+        if found:
+            raise DesignError('; '.join(found))
+
+    def _inconsistencies(self) -> list[str]:
+        found = []
+        if (last := self.N - self.tail - 1) < self.J:
+            found.append(
+                f'J must be at most N - tail - 1 = {last}, or no level fits; got {self.J}'
+            )
+        if self.beta <= -1.0:
+            found.append(f'beta must be greater than -1; got {self.beta:g}')
+        elif self.alpha.min() <= 0.0:
+            worst = int(self.alpha.argmin()) + 1
+            found.append(
+                'alpha = (1 + gamma j)(1 + beta [J divides j]) must stay positive; got '
+                f'{self.alpha.min():.4g} at j = {worst}: choose gamma above -1/N = '
+                f'{-1 / self.N:.4g}'
+            )
+        if self.law is not None and any(
+            getattr(self, name) != type(self).__dataclass_fields__[name].default for name in 'abc'
+        ):
+            found.append("a, b and c are of the paper's formula; with a law leave them out")
+        if self.s_max < self.s_min:
+            found.append(f's_max must be at least s_min = {self.s_min:g}; got {self.s_max:g}')
+        if found:
+            return found
+        try:
+            stiffest = max(1.0, self.k_s1, self.k_s2)
+        except DesignError as error:
+            return [f'at least two neighbouring ground states are needed; {error}']
+        if self.s_min < RIGIDITY * stiffest:
+            found.append(
+                f's_min must be far above max(k_r, k_s) = {stiffest:.4g} (at least '
+                f'{RIGIDITY:g} times), or the wall strains the substrate; got {self.s_min:g}'
+            )
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values; the paper's law is not named."""
+        values = asdict(self)
+        if self.law is None:
+            del values['law']
+        return values
+
+    # --- the potential -------------------------------------------------------------------
+
+    @cached_property
+    def potential(self) -> Potential | Curve:
+        """The on-site potential, before its amplification alpha_j."""
+        if self.law is not None:
+            return replace(self.law, d=self.law.d * self.d)
+        return Potential(self.a, self.b, self.c, self.d)
+
+    @cached_property
+    def D_s1(self) -> float:
+        """Configuration of the inactive phase (blank cells)."""
+        return self.potential.ground_state(self.phase)
+
+    @cached_property
+    def D_s2(self) -> float:
+        """Configuration of the active phase."""
+        return self.potential.ground_state(self.phase + 1)
+
+    @cached_property
+    def D_barrier(self) -> float:
+        """Configuration of the barrier top between the phases, which defines a wall's position."""
+        return self.potential.barrier(self.phase)
+
+    @cached_property
+    def wells(self) -> tuple[float, float]:
+        """Configurations between which a cell is in one of the two phases, barriers included."""
+        return self.potential.wells(self.phase, self.phase + 1)
+
+    @cached_property
+    def k_s1(self) -> float:
+        """On-site stiffness of the inactive phase."""
+        return float(self.potential.stiffness(self.D_s1))
+
+    @cached_property
+    def k_s2(self) -> float:
+        """On-site stiffness of the active phase."""
+        return float(self.potential.stiffness(self.D_s2))
+
+    @cached_property
+    def holding_force(self) -> float:
+        """Greatest steady, uniform force that drives no cell over a barrier.
+
+        The weakest cell of the gradient decides; a soft defect is held by its neighbours.
+        """
+        low, high = self.wells
+        edges = (low, self.D_s1, self.D_barrier, self.D_s2, high)
+        ways = [np.linspace(*each, 1001) for each in itertools.pairwise(edges)]
+        weakest = min(float(np.abs(self.potential.slope(way)).max()) for way in ways)
+        return weakest * min(1.0, 1.0 + self.gamma * self.N)
+
+    # --- the element ---------------------------------------------------------------------
+
+    @cached_property
+    def sites(self) -> Array:
+        """Site numbers 1 ... N, shape (N,)."""
+        return _frozen(np.arange(1, self.N + 1, dtype=np.float64))
+
+    @cached_property
+    def alpha(self) -> Array:
+        """Amplification of the on-site potential, shape (N,)."""
+        defect = (self.sites % self.J == 0) & (self.sites <= self.N - self.tail)
+        return _frozen((1.0 + self.gamma * self.sites) * (1.0 + self.beta * defect))
+
+    @cached_property
+    def s(self) -> Array:
+        """Substrate stiffness s_{j+1/2} of Eq. (2), shape (N - 1,)."""
+        return _frozen(stiffness_profile(self, self.sites[:-1]))
+
+    @cached_property
+    def strain_shape(self) -> Array:
+        """Quasi-static substrate displacement V_j for a unit V_N (V_1 = 0), shape (N,)."""
+        return _frozen(strain_shape(self.s))
+
+    @property
+    def levels(self) -> int:
+        """Number p of levels; a defect at the very end (j = N - tail) does not count."""
+        return (self.N - self.tail - 1) // self.J
+
+    @property
+    def cells(self) -> tuple[int, int, int, int]:
+        """Number of cells, and the places of defects and substrate: N, J, J_s, tail."""
+        return self.N, self.J, self.J_s, self.tail
+
+    @property
+    def bits(self) -> int:
+        """Bits per element, floor(log2 p)."""
+        return self.levels.bit_length() - 1
+
+    def defect(self, level: int) -> int:
+        """Return the site of the defect that pins the wall of a level (0 ... p - 1)."""
+        return (level + 1) * self.J
+
+    def freed_by_compression(self, level: int) -> bool:
+        """Return whether compression, rather than tension, frees the wall at a level.
+
+        Compression draws a wall to the next maximum of the substrate stiffness, tension to the
+        next minimum; so it depends on which of them comes first (Fig. 2a).
+        """
+        ahead = (self.defect(level) - self.j_0) % self.J_s
+        return ahead < self.J_s / 2.0
+
+    def code(self, level: int) -> str:
+        """Return the binary code of a level, `bits` wide where it fits (Fig. 1a)."""
+        return format(level, f'0{max(self.bits, 1)}b')
+
+    def end_displacement(self, strain: float) -> float:
+        """Return V_N for a strain Delta l / l of the element, l = N (tension positive)."""
+        return strain * self.N
+
+
+def stiffness_profile(design: Design, j: Array) -> Array:
+    """Return the substrate stiffness s_{j+1/2} of Eq. (2) at any real j."""
+    half = design.J_s / 2.0
+    distance = np.abs(np.mod(j - design.j_0 - half, design.J_s) - half)
+    return np.asarray(design.s_min + (design.s_max - design.s_min) * distance / half)
+
+
+def strain_shape(s: Array) -> Array:
+    """Return the displacement V_j of springs in a row, stiffness s, for V_1 = 0 and V_N = 1."""
+    compliance = np.concatenate(([0.0], np.cumsum(1.0 / s)))
+    return np.asarray(compliance / compliance[-1])
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
+
+
+CASE_I = Design(N=200, gamma=-2.5e-4, beta=-1 / 5, J=100, J_s=200, j_0=81.0, d=0.0061)
+"""Table I, Case I: the element of the energy landscape, Fig. 2. One defect in its middle."""
+
+CASE_II = Design(N=225, gamma=-4e-4 / 3, beta=-1 / 20, J=25, J_s=50, j_0=17.0, d=0.0380)
+"""Table I, Case II: the eight-level memory, Figs. 3 to 5."""

@@ -1,0 +1,198 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The table of procedures: what each is called, what it takes and means, and where it is done; and
+the levels that they speak of.
+
+Whatever offers procedures follows from it: the device, `~/request`, services, actions, the command
+line, the page, the reference and the SROS 2 policy. It is here, beside the layers, because a
+client and the command line read it without importing the device.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass
+from typing import Any, NamedTuple
+
+from .schema import Description, described, descriptions
+
+BLANK = -1
+"""Level of an element without a wall."""
+
+UNDECODABLE = -2
+"""Level reported when the reading is not clear."""
+
+UNSET = -1
+"""Stands for no content in a request to write, and in the parameters that it takes."""
+
+CONTENT = ('level', 'word')
+"""What a request to write may name its content: the level of one wall, or the word of a register.
+"""
+
+JOINT = 'substrate'
+"""The one joint of an element, as named in `~/joint_states`."""
+
+
+def describe_level(level: int) -> str:
+    """Return a level in words."""
+    if level >= 0:
+        return f'level {level}'
+    return 'blank' if level == BLANK else 'undecodable'
+
+
+@dataclass(frozen=True)
+class Write:
+    """Write a level, or a word of a register, and verify it."""
+
+    level: int = described(
+        MISSING, 'level or word to write, from 0; in decimal or as 0xa7', low=0, high=2**53 - 1
+    )
+
+
+@dataclass(frozen=True)
+class Read:
+    """Probe both ends, and decode."""
+
+    end: str = described(
+        '',
+        'end whose delay is answered: left, right or both; empty: `read.end`',
+        choices=('', 'left', 'right', 'both'),
+    )
+
+
+@dataclass(frozen=True)
+class Erase:
+    """Make the element blank."""
+
+
+@dataclass(frozen=True)
+class Calibrate:
+    """Learn the echo delay of every level, then restore the content."""
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """Write and read every level, test actuator and transducers, then restore the content."""
+
+
+@dataclass(frozen=True)
+class Locate:
+    """Measure where the wall is, between levels too; of a register, every wall."""
+
+
+@dataclass(frozen=True)
+class Reset:
+    """Replace a simulated element by a fresh blank one."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Pulse the element in several states and record both ends, then restore the content."""
+
+
+@dataclass(frozen=True)
+class Abort:
+    """Stop the running procedure and bring the strain to zero.
+
+    Attributes:
+        why: The reason, for the outcome of what is stopped.
+    """
+
+    why: str = ''
+
+
+Procedures = Write | Read | Erase | Calibrate | SelfTest | Locate | Reset | Survey | Abort
+"""Commands that take time; their outcome is reported at the end."""
+
+
+class Procedure(NamedTuple):
+    """A row of the table.
+
+    Attributes:
+        steps: Module and name of its generator, in `device.procedures`.
+        expected: Name of the estimate of its duration, in `device.procedures.estimates`.
+        changes: Whether content or calibration may change: a success is acknowledged when the
+            state is saved.
+        action: Whether it is also an action, of the name of the command.
+    """
+
+    command: type[Any]
+    meaning: str
+    steps: str
+    expected: str
+    changes: bool = True
+    action: bool = True
+
+    @property
+    def arguments(self) -> Iterator[tuple[str, str, Any, Description]]:
+        """Name, type, default (or `MISSING`) and description of every argument."""
+        for field, description in descriptions(self.command):
+            yield field.name, str(field.type), field.default, description
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        """Arguments without a default."""
+        return tuple(name for name, _, default, _ in self.arguments if default is MISSING)
+
+    @property
+    def targets(self) -> Mapping[str, str]:
+        """The parameters with what must be given, for a service that takes nothing."""
+        return {name: f'target_{name}' for name in CONTENT} if self.command is Write else {}
+
+
+PROCEDURES = {
+    'write': Procedure(
+        Write, 'write a level or word and verify it by an echo', 'writing.write', 'writing_now'
+    ),
+    'read': Procedure(
+        Read,
+        'fire a probe pulse at either end and decode the echoes',
+        'listening.read',
+        'looking',
+        changes=False,
+    ),
+    'erase': Procedure(Erase, 'make the element blank', 'driving.erase', 'erasing'),
+    'calibrate': Procedure(
+        Calibrate,
+        'learn the echo delay of every level, then restore the content',
+        'maintenance.calibrate',
+        'everything',
+    ),
+    'self_test': Procedure(
+        SelfTest,
+        'test transducers, actuator, erase and every level from both ends, then restore the '
+        'content; one status for each',
+        'maintenance.self_test',
+        'everything',
+    ),
+    'locate': Procedure(
+        Locate,
+        'measure where the wall is, in cells and between levels too; of a register, every wall',
+        'locating.locate',
+        'reading',
+        changes=False,
+        action=False,
+    ),
+    'reset': Procedure(
+        Reset,
+        'replace a simulated element by a fresh blank one: for cells driven out of their phases',
+        'maintenance.reset',
+        'reading',
+        action=False,
+    ),
+    'survey': Procedure(
+        Survey,
+        'pulse the element in several states and publish what both ends do as `~/waveform`, for '
+        '`mlmem fit`; then restore the content',
+        'surveying.survey',
+        'surveying',
+    ),
+    'abort': Procedure(
+        Abort,
+        'stop the running procedure and bring the strain to zero',
+        'blocks.abort',
+        'releasing',
+        action=False,
+    ),
+}
+"""All procedures by name."""

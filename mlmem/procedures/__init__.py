@@ -1,0 +1,46 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The device's procedures, as sequences that the tick loop advances.
+
+A procedure is a generator: what it does before a `yield` takes effect in the following tick. It
+yields the number of ticks after which to resume it. Resumed earlier, it does nothing but yield
+the remaining number. It never sleeps or reads a clock. It knows only what the device can measure,
+the displacements of the two ends, and never the true wall position.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from typing import NamedTuple
+
+from ..procedure_table import PROCEDURES
+from . import estimates
+from .blocks import Procedure, Result, run
+
+__all__ = ['Procedure', 'Result', 'Steps', 'run', 'steps']
+
+
+class Steps(NamedTuple):
+    """How a procedure is done; both take the element and the arguments of its command.
+
+    Attributes:
+        begin: Returns the generator.
+        expected: Returns how long it will take, in time units.
+    """
+
+    begin: Callable[..., Procedure[Result]]
+    expected: Callable[..., float]
+
+
+@cache
+def steps(name: str) -> Steps:
+    """Return how a procedure of the table is done."""
+    row = PROCEDURES[name]
+    module, _, begin = row.steps.partition('.')
+    return Steps(
+        getattr(import_module(f'{__name__}.{module}'), begin), getattr(estimates, row.expected)
+    )
+
+
+for _name in ('write', 'read', 'erase', 'abort'):  # or the first of them would wait for an import
+    steps(_name)

@@ -1,0 +1,239 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Driving the wall: push it out, or drive a kink across until it meets the wall; and take it to a
+level by the fastest moves, open loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..errors import Astray, NotFollowed, ProcedureFailed
+from ..instrument.end import End
+from ..instrument.motion import Cycle
+from ..memory import Memory
+from ..move_settings import peak
+from ..moves.corrections import PulseCorrection, corrected
+from ..moves.planner import How, Move, gentle, half_period, paper_way, pushes, route, step_cycle
+from ..readers.reading import BLANK, UNDECODABLE, describe_level
+from ..settings import Settings
+from .blocks import (
+    Procedure,
+    Result,
+    bring_back,
+    bring_ends_back,
+    catch_up,
+    gone,
+    kick,
+    kick_to,
+    launch,
+    play,
+    push,
+    return_to_zero,
+)
+from .listening import look, wait_for_quiet
+
+LOOK_SPACING = 8
+"""An erase listens after every cycle at first, then at intervals that grow by an eighth: listening
+takes as long as one cycle or several."""
+
+
+BEYOND = 1.2, 5.0, 2.0
+"""Factors on the speed of the fastest kick for a kink that is to run out at the right, one a try:
+a short element needs a faster one, and too fast a kick sends waves instead."""
+
+UNPUSHED = 'and what else would drive it out needs an actuator'
+"""Ends the error where pushes have failed."""
+
+
+def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
+    """Make the element blank: by a push unless `plainly`, or else by a kink.
+
+    Raises:
+        ProcedureFailed: The element is not blank after all pushes and then two cycles per level.
+    """
+    yield from return_to_zero(element)
+    if element.register is not None:
+        from .many_walls import clear  # few elements hold many walls
+
+        return (yield from clear(element))
+    if not plainly and pushes(element.settings):
+        pushed = yield from _push(element)
+        if pushed is not None:
+            return pushed
+    if not element.settings.actuator.present:
+        raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
+    return (yield from _drive_kink(element))
+
+
+def push_out(element: Memory) -> Procedure[None]:
+    """Push the wall out, so that a kick can follow; what pushes do not move is driven out.
+
+    Raises:
+        ProcedureFailed: The wall stays, and there is no actuator.
+    """
+    for pulse in range(element.settings.push.pulses):
+        if (yield from _push_once(element, pulse)):
+            return
+    if not element.settings.actuator.present:
+        raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
+    yield from erase(element, plainly=True)
+
+
+def _push(element: Memory) -> Procedure[Result | None]:
+    """Push the wall out; return None if an element that is pushed again and again is not blank."""
+    for pulse in range(element.settings.push.pulses):
+        element.progress.tried('erase', pulse + 1)
+        if (yield from _push_once(element, pulse)):
+            reading = yield from look(element)
+            if reading.level == BLANK:
+                return Result(reading, pulse + 1)
+    return None
+
+
+def _push_once(element: Memory, tried: int) -> Procedure[bool]:
+    """Push a wall out at the left end; return whether it has left.
+
+    No push moves a wall that ran past the right end, as after too fast a kick: a kink is sent
+    after it, and a wall to meet the kink if that stops short.
+
+    Raises:
+        Astray: The end to be driven rests in neither phase, and nothing else moves a wall.
+    """
+    speeds = element.settings.kick.by_level
+    if element.phase(End.RIGHT) != 0 and any(speeds):
+        yield from bring_ends_back(element)
+        if element.phase(End.LEFT) == 0:
+            yield from kick_to(element, element.design.D_s2, max(speeds))
+            yield from bring_ends_back(element)
+        speed = BEYOND[tried % len(BEYOND)] * max(speeds)
+        yield from kick_to(element, element.design.D_s1, speed)
+        if (yield from gone(element)):
+            return True
+    try:
+        return (yield from push(element))
+    except Astray:
+        if not element.settings.actuator.present:
+            raise
+        return False
+
+
+def _drive_kink(element: Memory) -> Procedure[Result]:
+    """Launch a kink and drive it on until it meets the wall.
+
+    At the same site a kink needs the opposite strain of a wall. A probe from the right end shows
+    whether the wall is gone: then the echo comes from the far end. With `erase.trust_reading` it
+    first listens when the kink is where the wall was read.
+    """
+    settings = element.settings.erase
+    design = element.design
+    cycles = 2 * design.levels + 2
+    kink, meeting = 0, _meeting(element)
+    for _ in range(cycles):
+        yield from catch_up(element)
+        for end in (End.RIGHT, End.LEFT):
+            if element.phase(end) is None:
+                yield from bring_back(element, end)
+        if element.phase(End.LEFT) != 0:
+            element.begin_cycle()
+            yield from launch(element, settings, design.D_s1)
+            if kink:  # launched again: the prediction no longer holds
+                kink = meeting = 0
+        late = kink - meeting
+        if late >= 0 and late % max(1, late // LOOK_SPACING) == 0:
+            reading = yield from look(element)
+            if reading.level == BLANK:
+                return Result(reading)
+        element.begin_cycle()
+        compress = not design.freed_by_compression(kink % 2)
+        yield from play(element, Cycle.planned(settings, peak(settings, compress)))
+        kink += 1
+    raise ProcedureFailed(
+        f'the element is not blank after {cycles} strain cycles; read last: '
+        f'{describe_level(reading.level)}'
+    )
+
+
+def _meeting(element: Memory) -> int:
+    """Return after how many cycles the kink meets the wall, if known, to listen from then on.
+
+    The kink begins at level 0 and advances one level per cycle. A wall that compression frees
+    has also moved by then; with short levels the two attract from one level apart.
+    """
+    reading = element.reading
+    if not element.settings.erase.trust_reading or reading is None or reading.level < 1:
+        return 0
+    return reading.level - 1 + element.design.freed_by_compression(reading.level)
+
+
+def go_to_level(
+    element: Memory,
+    present: int,
+    level: int,
+    force: float = 1.0,
+    *,
+    nudge: float = 1.0,
+    plainly: bool = False,
+    strained: bool = True,
+    corrections: Sequence[PulseCorrection] | None = None,
+) -> Procedure[None]:
+    """Drive the wall from the level that was read to another by the fastest moves, open loop.
+
+    Args:
+        force: Factor on the peak strains of steps up, within the actuator's limit.
+        nudge: Factor on the speed of a kick, within the transducer's limit.
+        plainly: Use only steps up and a kink, as in the paper.
+        strained: Whether to use the actuator, if there is one.
+        corrections: PulseCorrections by the level to which a move goes; by default those learnt.
+
+    Raises:
+        ProcedureFailed: There is no way; `NotFollowed` if there is only one by strain, and the
+            actuator does not follow.
+    """
+    design, settings = element.design, element.settings
+    corrections = element.calibration.pulses(settings) if corrections is None else corrections
+    settings = paper_way(settings) if plainly else element.calibration.adapt(settings)
+    if not strained:
+        settings = replace(settings, actuator=replace(settings.actuator, present=False))
+    if present == UNDECODABLE:
+        yield from erase(element, plainly=plainly)
+        present = BLANK
+    moves = route(design, settings, present, level)
+    for move in moves:
+        if move.how is How.PUSH:
+            yield from push_out(element)
+            nudge *= settings.push.after
+            continue
+        if move.how is How.KICK:
+            yield from kick(element, move.target, corrections[move.target].speed * nudge)
+            continue
+        if move.how is How.ERASE:
+            yield from erase(element, plainly=plainly)
+            continue
+        last = move is moves[-1] and move.how is not How.LAUNCH
+        try:
+            yield from _strain(
+                element,
+                gentle(settings) if last else settings,
+                move,
+                corrections[move.target],
+                force,
+            )
+        except NotFollowed as failure:
+            needy = f'a {move.how.value} to {describe_level(move.target)} needs strain'
+            raise NotFollowed(f'{needy}, and {failure}') from None
+    yield from wait_for_quiet(element, settings.write.final_settle)
+
+
+def _strain(
+    element: Memory, settings: Settings, move: Move, correction: PulseCorrection, force: float
+) -> Procedure[None]:
+    design = element.design
+    element.begin_cycle()
+    if move.how is How.LAUNCH:
+        yield from launch(element, corrected(settings, correction).write, design.D_s2)
+        return
+    settings = corrected(settings, correction)
+    delay = half_period(design) if settings.write.shaped else 0.0
+    yield from play(element, step_cycle(design, settings, move.start, force), delay)

@@ -1,0 +1,113 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Expected durations of procedures in time units, for display only.
+
+Anything unexpected (a failed attempt, an end that does not come to rest) is added as it occurs.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from ..memory import Memory
+from ..moves.planner import ringing, route
+from ..readers.echo import TAIL
+from ..readers.reading import BLANK, UNDECODABLE
+from .listening import expected_wait
+
+RECORD = 900.0
+"""Time for which both ends are recorded after a pulse."""
+
+SILENCE = 10.0
+"""Damping times 1 / eta for which the element rests before a pulse: what is left of waves is then
+fainter than the noise of a good transducer."""
+
+SHOTS = 13
+"""Shots of a survey."""
+
+
+def expect(element: Memory, duration: float) -> None:
+    """Expect the running procedure to end after at least this time."""
+    element.progress.expect(element.ticks + duration / element.tick)
+
+
+def reading(element: Memory) -> float:
+    """Return how long a read of an element at rest takes."""
+    if element.waveforms is not None:
+        pulses = 2 if element.bad_cells is not None and element.bad_cells.beyond else 1
+        return pulses * element.waveforms.listener.ticks * element.tick
+    longest = max(element.calibration.longest(end) for end in element.calibration.ends)
+    return element.settings.read.rest + longest + TAIL
+
+
+def driving(element: Memory, present: int, target: int) -> float:
+    """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
+    if element.register is not None:
+        from .many_walls import kicking_time, way  # few elements hold many walls
+
+        present, code = 0 if present == BLANK else present, element.register.code
+        planned = way(element.settings, code, present, max(0, target))
+        return kicking_time(element.design, element.settings, *planned)
+    start = element.design.levels - 1 if present == UNDECODABLE else present
+    settings = element.calibration.adapt(element.settings)
+    moves = route(element.design, settings, start, target)
+    if present == UNDECODABLE and target != BLANK:
+        return driving(element, start, BLANK) + driving(element, BLANK, target)
+    rings = ringing(element.design) if moves and moves[-1].how.hasty else 0.0
+    return sum(move.time for move in moves) + element.settings.write.final_settle + rings
+
+
+def writing(element: Memory, present: int, target: int) -> float:
+    """Return the time to drive the wall to a level, and to verify it."""
+    return max(driving(element, present, target), expected_wait(element)) + reading(element)
+
+
+def everything(element: Memory) -> float:
+    """Return the time of a calibration or self-test.
+
+    That is to erase, write and read every level, and restore the content.
+    """
+    levels = (BLANK, *element.levels)
+    top = levels[-1]
+    steps = sum(driving(element, *pair) for pair in pairwise(levels))
+    content = max(BLANK, known(element))
+    restoring = writing(element, top, content)
+    return writing(element, top, BLANK) + steps + (len(levels) - 1) * reading(element) + restoring
+
+
+def surveying(element: Memory) -> float:
+    """Return the time of a survey."""
+    content, top = max(BLANK, known(element)), max(element.levels, default=BLANK)
+    each = RECORD + (SILENCE / element.design.eta if element.design.eta else 0.0)
+    way = driving(element, content, BLANK) + driving(element, BLANK, top)
+    return way + writing(element, top, content) + SHOTS * each
+
+
+def known(element: Memory) -> int:
+    """Return the content, as far as known: a level, `BLANK` or `UNDECODABLE`."""
+    return UNDECODABLE if element.reading is None else element.reading.level
+
+
+# --- of procedures, when they begin -----------------------------------------------------------
+
+
+def writing_now(element: Memory, level: int) -> float:
+    """Return the time of a write; what is not known is read first."""
+    if (present := known(element)) == UNDECODABLE:
+        return 2.0 * reading(element) + driving(element, BLANK, level)
+    return writing(element, present, level)
+
+
+def looking(element: Memory, end: str) -> float:
+    """Return the time of a read, and before it of the wait for what is still on its way."""
+    return expected_wait(element) + reading(element)
+
+
+def erasing(element: Memory) -> float:
+    """Return the time of an erase."""
+    return writing(element, known(element), BLANK)
+
+
+def releasing(element: Memory) -> float:
+    """Return the time of an abort."""
+    return element.settings.erase.release if element.actuator.strain else 0.0

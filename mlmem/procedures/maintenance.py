@@ -1,0 +1,260 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Maintenance: the calibration, which learns the echo delay of every level and which pulse takes
+the wall there; the self-test of actuator, transducers, erase and every level; and the reset, the
+way home of an element that no strain brings back.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ..commands import Check
+from ..errors import ProcedureFailed, SettingsError
+from ..instrument.end import End
+from ..memory import Memory
+from ..moves.corrections import kicked
+from ..moves.planner import pushes
+from ..readers.calibration import Calibration, DelayTable
+from ..readers.decoding import MOST_RAISED, primary
+from ..readers.echo import threshold
+from ..readers.reading import BLANK, UNDECODABLE, Reading
+from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
+from .driving import erase
+from .listening import listen, look, noise_floor, quiet
+from .writing import climb, restore, write
+
+
+def calibrate(element: Memory) -> Procedure[Result]:
+    """Learn the delay of every level from both ends, and restore the content in any case.
+
+    Every new delay must be nearest to that of the same level in the present calibration, because a
+    failed step would shift all levels of the table by one. Such a step is repeated with up to
+    `write.pulses` other pulses, and the one that works is learnt too. A twin's forecast takes the
+    place of the present calibration, if there is one. An element with many walls, or known bad
+    cells, learns nothing: a wall at every level must be heard as forecast.
+
+    Raises:
+        ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels (the
+            old calibration is kept), or the content could not be restored.
+    """
+    yield from return_to_zero(element)
+    if element.waveforms is not None:
+        return (yield from _verify(element))
+    content, known = (yield from listen(element)), element.calibration
+    try:
+        element.calibration = yield from _learn(element)
+    except ProcedureFailed as failure:
+        element.calibration = known
+        try:
+            yield from restore(element, content)
+        except ProcedureFailed as lost:
+            raise ProcedureFailed(f'{failure}; nor was the content restored: {lost}') from failure
+        raise
+    restored = yield from restore(element, content)
+    learnt = element.calibration
+    return replace(restored, delays={end: learnt.table(end).delays for end in learnt.ends})
+
+
+def _verify(element: Memory) -> Procedure[Result]:
+    """Write one wall to every level that can be used: what is heard is as forecast."""
+    content = yield from listen(element)
+    for word in element.register.code.each if element.register else element.levels:
+        yield from write(element, word)
+    return (yield from restore(element, content))
+
+
+def _climb_all(element: Memory) -> Procedure[dict[int, Reading]]:
+    """Take the wall from blank to every level, and return the readings."""
+    top, place, heard = element.design.levels - 1, BLANK, dict[int, Reading]()
+    stops = [level for level in range(top) if kicked(element.settings, level)]
+    for level in (*stops, top):
+        heard |= yield from climb(element, place, level)
+        place = level
+    return heard
+
+
+def _learn(element: Memory) -> Procedure[Calibration]:
+    """Erase, step through all levels, and return the new calibration."""
+    element.calibration = element.forecast or element.calibration
+    empty = (yield from erase(element)).reading
+    blank = empty.delay if empty else None
+    try:
+        heard = yield from _climb_all(element)
+        levels = [heard[level] for level in range(element.design.levels)]
+        right = DelayTable(
+            tuple(each.right_delay or 0.0 for each in levels),
+            blank,
+            tuple(each.shapes[End.RIGHT] for each in levels),
+        )
+        learnt = replace(element.calibration, right=right)
+        if learnt.left is not None:
+            left = DelayTable(
+                tuple(each.left_delay or 0.0 for each in levels),
+                shapes=tuple(each.shapes[End.LEFT] for each in levels),
+            )
+            learnt = replace(learnt, left=left)
+        learnt.check(element.design.levels, primary(element.settings.read))
+    except (ProcedureFailed, SettingsError) as error:
+        raise ProcedureFailed(f'the calibration was not taken: {error}') from error
+    return learnt
+
+
+TEST_STRAIN = 0.01
+"""Test strain for the actuator: a third of that which moves a wall."""
+
+STRAIN_TOLERANCE = 0.05
+"""Largest error of the strain at the right end, as a fraction of the test strain."""
+
+
+Tested = tuple[bool, str, dict[str, float]]
+"""Whether a test passed, its result in words, and the measured values."""
+
+
+def self_test(element: Memory) -> Procedure[Result]:
+    """Test everything, with one check each, and restore the content.
+
+    If a transducer or the actuator fails, nothing is written and the content stays; but kicks and
+    pushes need no actuator. A failing level does not stop the test of others.
+
+    Raises:
+        ProcedureFailed: The content cannot be read and so could not be restored; nothing is
+            written.
+    """
+    yield from return_to_zero(element)
+    content = yield from listen(element)
+    if content.level == UNDECODABLE:
+        raise ProcedureFailed(
+            f'not tested: the content cannot be read now ({content.reason}) and so could not be '
+            'restored; write a level or erase first'
+        )
+    checks = []
+    for end in element.calibration.ends:
+        checks.append((yield from _tried(f'transducer {end}', _hear(element, end))))
+    able = _passed(checks)
+    if able and element.settings.actuator.present:
+        checks.append((yield from _tried('actuator', _strain(element))))
+        able = checks[-1].passed or _strainless(element)
+    if able:
+        checks.append((yield from _tried('erase', _erase(element))))
+        register = element.register
+        words = register.code.each if register else element.levels
+        for level, word in zip(element.levels, words, strict=True):
+            checks.append((yield from _tried(f'level {level}', _level(element, word))))
+        checks.append((yield from _tried('restore', _restore(element, content))))
+    return Result(element.reading, checks=tuple(checks))
+
+
+def _tried(name: str, test: Procedure[Tested]) -> Procedure[Check]:
+    """Return the check of a test, which fails if a procedure does."""
+    try:
+        passed, message, values = yield from test
+    except ProcedureFailed as failure:
+        return Check(name, False, str(failure))
+    return Check(name, passed, message, values)
+
+
+def _passed(checks: list[Check]) -> bool:
+    return all(check.passed for check in checks)
+
+
+def _strainless(element: Memory) -> bool:
+    """Return whether every level is written without strain, and the strain is zero."""
+    settings = element.settings
+    kicks = all(kicked(settings, level) for level in range(element.design.levels))
+    return kicks and pushes(settings) and element.transmission.encoder == 0.0
+
+
+def _hear(element: Memory, end: End) -> Procedure[Tested]:
+    """Measure the noise of an end's sensor: it must not raise the threshold at the last echo.
+
+    The last echo is that of the level farthest from the end, or of the blank element.
+    """
+    yield from quiet(element)
+    floor = noise_floor(element, end)
+    table, probe = element.calibration.table(end), element.transducer.probes[end]
+    last = np.array(table.longest)
+    needed = float(threshold(probe, last))
+    raised = float(threshold(probe, last, floor)) / needed
+    heard = f'noise raises the threshold by a factor of {raised:.3g}; limit {MOST_RAISED:g}'
+    values = {'floor': floor, 'threshold': needed, 'raised': raised}
+    return raised <= MOST_RAISED, heard, values
+
+
+def _erase(element: Memory) -> Procedure[Tested]:
+    yield from erase(element)
+    return True, 'blank', {}
+
+
+def _strain(element: Memory) -> Procedure[Tested]:
+    """Strain the element a little, from zero, and check that its right end follows.
+
+    As slowly as an erase, so that the end is at rest when it is measured.
+    """
+    times = element.settings.erase
+    asked = min(TEST_STRAIN, element.settings.actuator.max_strain)
+    offset = yield from _felt(element)
+    yield from ramp(element, asked, times.ramp)
+    yield from wait(element, times.settle)
+    felt = yield from _felt(element)
+    yield from ramp(element, 0.0, times.release)
+    yield from wait(element, times.settle)
+    error = max(abs(offset), abs(felt - asked))
+    return (
+        error <= STRAIN_TOLERANCE * asked,
+        f'measured strain {offset:.4f} at a set-point of 0 and {felt:.4f} at {asked:g}',
+        {'offset': offset, 'felt': felt, 'asked': asked},
+    )
+
+
+def _felt(element: Memory) -> Procedure[float]:
+    """Return the strain measured at the right end, which is inactive."""
+    yield from catch_up(element)
+    stretched = element.transducer.rest(End.RIGHT) - element.design.D_s1
+    return stretched / element.design.end_displacement(1.0)
+
+
+def _level(element: Memory, level: int) -> Procedure[Tested]:
+    written = yield from write(element, level)
+    reading = yield from look(element)
+    delays = {'left_delay': reading.left_delay, 'right_delay': reading.right_delay}
+    values = {
+        'attempts': float(written.attempts),
+        **{name: math.nan if delay is None else delay for name, delay in delays.items()},
+        'level_margin': reading.level_margin,
+        'threshold_margin': reading.threshold_margin,
+        'confidence': reading.confidence,
+    }
+    if reading.level != level:
+        found = reading.reason or element.describe_content(reading.level)
+        return False, found, values
+    tries = '' if written.attempts == 1 else f' after {written.attempts} attempts'
+    return True, f'read{tries}', values
+
+
+def _restore(element: Memory, content: Reading) -> Procedure[Tested]:
+    yield from restore(element, content)
+    return True, element.describe_content(content.level), {}
+
+
+def reset(element: Memory) -> Procedure[Result]:
+    """Replace a simulated element by a fresh one, blank and unstrained, and listen to it.
+
+    Cells driven out of their two phases stay in another ground state, from which neither an erase
+    nor a write brings them back. Calibration, faults and history stay.
+
+    Raises:
+        ProcedureFailed: The element is real, or the new one does not sound blank, for instance
+            because of a fault.
+    """
+    if not element.simulated:
+        raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
+    element.renew()
+    reading = yield from look(element)
+    if reading.level != (BLANK if element.register is None else 0):
+        why = reading.reason or element.describe_content(reading.level)
+        raise ProcedureFailed(f'the new element does not sound blank: {why}')
+    return Result(reading)

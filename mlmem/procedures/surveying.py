@@ -1,0 +1,184 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Surveying: pulses from both ends into several states, whose waveforms tell of every cell.
+
+A fit (`mlmem_tools.twin`) finds the element that explains them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..commands import LISTENING
+from ..errors import ProcedureFailed
+from ..instrument.end import End
+from ..memory import Memory
+from ..moves.corrections import menu
+from ..physics import Design
+from ..physics.waves import band
+from ..readers.reading import BLANK
+from ..settings import ProbeSettings
+from .blocks import Procedure, Result, ramp, return_to_zero, wait
+from .driving import erase, go_to_level
+from .estimates import RECORD, SILENCE
+from .listening import listen, quiet
+from .writing import restore
+
+AMPLITUDE = 0.01
+"""Amplitude of the pulses in cells: what a cell adds to an echo is still linear in it."""
+
+STRAIN = 0.009
+"""Strain that tells of the substrate; no wall is there that it could free."""
+
+
+INAUDIBLE = 3e-7
+"""Mean size of waves in cells that no fit hears: a third of what it takes for noise at least."""
+
+WHITE = 1.2
+"""Mean departure from rest, over that of white noise, up to which there are no waves in it."""
+
+
+class Aim(NamedTuple):
+    """A pulse of a survey.
+
+    Attributes:
+        end: The driven end.
+        carrier: Its place in the pass band of that end's phase, 0 to 1.
+        sigma: Of its envelope.
+    """
+
+    end: End
+    carrier: float
+    sigma: float
+    strain: float = 0.0
+
+
+BLANK_SHOTS = (
+    Aim(End.RIGHT, 0.30, 4.0),
+    Aim(End.LEFT, 0.46, 3.0),
+    Aim(End.LEFT, 0.115, 4.0, -STRAIN),
+    Aim(End.RIGHT, 0.40, 3.0, STRAIN),
+)
+"""With no wall: one phase only, and the only one that is strained."""
+
+FIRST_SHOTS = (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.30, 4.0))
+"""With the wall near the left end, where a launch leaves it."""
+
+MIDDLE_SHOTS = (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.115, 5.0), Aim(End.RIGHT, 0.30, 4.0))
+"""With the wall in the middle."""
+
+LAST_SHOTS = (
+    Aim(End.RIGHT, 0.46, 3.0),
+    Aim(End.LEFT, 0.53, 5.0),
+    Aim(End.RIGHT, 0.30, 5.0),
+    Aim(End.LEFT, 0.31, 5.0),
+)
+"""With the wall as far right as it can be."""
+
+
+def survey(element: Memory) -> Procedure[Result]:
+    """Pulse the element in several states, record both ends, and restore the content.
+
+    The pulses were chosen for what they tell of the cells. The wall is driven to a level without a
+    look where it arrives: a fit finds that out.
+
+    Raises:
+        ProcedureFailed: Nothing damps the waves, there is no actuator, cells are known to be bad,
+            no wall can be launched, the ends do not come to rest, or the content could not be
+            restored.
+    """
+    design = element.design
+    if design.eta == 0.0:
+        raise ProcedureFailed('a survey needs damping: without, the element never comes to rest')
+    if not element.settings.actuator.present:
+        raise ProcedureFailed('a survey strains the element, and there is no actuator')
+    if element.bad_cells is not None:
+        raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
+    yield from return_to_zero(element)
+    content = yield from listen(element)
+    yield from erase(element)
+    yield from _shoot_all(element, 0, BLANK_SHOTS)
+    shots, place = len(BLANK_SHOTS), (yield from _launched(element))
+    yield from _shoot_all(element, design.defect(place), FIRST_SHOTS)
+    shots += len(FIRST_SHOTS)
+    goals = [(design.levels // 2, MIDDLE_SHOTS), (design.levels - 1, LAST_SHOTS)]
+    while goals:
+        level, aims = goals.pop(0)
+        if level <= place:
+            continue
+        yield from go_to_level(element, place, level)
+        yield from quiet(element)
+        if _inside(element):
+            yield from _shoot_all(element, design.defect(level), aims)
+            shots, place = shots + len(aims), level
+        elif level > 1:  # try half of the way
+            yield from erase(element)
+            place, goals = (yield from _launched(element)), [(level // 2, aims)]
+    restored = yield from restore(element, content)
+    return replace(restored, found={'shots': shots})
+
+
+def _launched(element: Memory) -> Procedure[int]:
+    """Launch a wall with the first pulse of the menu that works; return the level meant."""
+    known = element.calibration.pulses(element.settings)
+    for correction in (known[0], *menu(element.settings, 0)):
+        yield from go_to_level(element, BLANK, 0, corrections=[correction])
+        yield from quiet(element)
+        if _inside(element):
+            return 0
+        if element.phase(End.LEFT) != 0:
+            yield from erase(element)
+    raise ProcedureFailed('no pulse launches a wall into the element')
+
+
+def _inside(element: Memory) -> bool:
+    """Return whether there is a wall between the ends, by their phases."""
+    return (element.phase(End.LEFT), element.phase(End.RIGHT)) == (1, 0)
+
+
+def _shoot_all(element: Memory, wall: float, aims: tuple[Aim, ...]) -> Procedure[None]:
+    for aim in aims:
+        yield from _shoot(element, wall, aim)
+
+
+def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
+    limit, times = element.settings.actuator.max_strain, element.settings.erase
+    if aim.strain:
+        yield from ramp(element, max(-limit, min(aim.strain, limit)), times.ramp)
+    yield from quiet(element)
+    yield from wait(element, SILENCE / element.design.eta)
+    yield from _faded(element)
+    element.require_phase(aim.end)
+    probe = pulse(element.design, wall, aim)
+    transducer = element.transducer
+    recorder = transducer.shoot(aim.end, probe)
+    element.progress.phase = LISTENING
+    ticks = math.ceil((12.0 * probe.sigma + RECORD) / element.tick) + element.driver.lag
+    end = element.ticks + ticks
+    while element.ticks < end:
+        yield end - element.ticks
+    transducer.release()
+    element.report(recorder.shot(wall, element.transmission.encoder, element.driver.dt))
+    if aim.strain:
+        yield from ramp(element, 0.0, times.release)
+
+
+def _faded(element: Memory) -> Procedure[None]:
+    """Wait until no earlier wave is left that a fit would hear, at most as long again."""
+    transducer, step = element.transducer, 1.0 / element.design.eta
+    for _ in range(round(SILENCE)):
+        if all(
+            transducer.unrest(end) <= max(WHITE * transducer.noise(end), INAUDIBLE) for end in End
+        ):
+            return
+        yield from wait(element, step)
+
+
+def pulse(design: Design, wall: float, aim: Aim) -> ProbeSettings:
+    """Return a pulse, with its carrier in the band of the phase of its end."""
+    active = wall and aim.end is End.LEFT
+    low, high = band(design.k_s2 if active else design.k_s1)
+    carrier = low + aim.carrier * (high - low)
+    return ProbeSettings(omega_c=carrier, A=AMPLITUDE, sigma=aim.sigma)

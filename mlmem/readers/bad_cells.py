@@ -1,0 +1,253 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Bad cells that are known: what the element answers with them, and which levels are left.
+
+A stuck cell lets no wall pass, and no pulse: of the two ends one hears the wall, and no delay of
+that end alone proves a level. So an element with known bad cells is read as a register is: by one
+pulse inside both pass bands, whose waveform at both ends is compared with the forecast for every
+level. The pulse passes the wall and comes back from the cell, too, which confirms both. Behind a
+stuck cell a pulse of the right end must hear no wall.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from ..errors import SettingsError
+from ..instrument.end import End, Shot
+from ..physics import Design, Specimen, StateError
+from ..physics.potential import Array
+from ..physics.waves import band, group_velocity
+from ..settings import Settings
+from .echo import pulse_duration
+from .reading import BLANK, UNDECODABLE, Reading
+from .register import Content, Forecasts, resting
+from .waveforms import Ends, Listener
+
+LEAST = 0.02
+"""Least distance of the forecast of a level to any other, over the pulse, to be told."""
+
+MOST = 0.5
+"""Most that this distance counts: with few levels forecasts are far apart."""
+
+BEHIND = 8
+"""Levels behind a wall up to which two others are forecast: beyond, their echo is fainter."""
+
+MOST_CELLS = 1000
+"""Cells up to which an element with bad cells is read: a longer one damps the pulse."""
+
+UNTOLD = 'cannot be told: it sounds like another level'
+
+
+class Beyond(Forecasts):
+    """What both ends do after a pulse of the right one, which no wall behind the last stuck cell
+    returns, or two.
+
+    Attributes:
+        cell: The last stuck cell.
+    """
+
+    def __init__(
+        self, contents: Sequence[Content], parts: Array, listener: Listener, cell: int
+    ) -> None:
+        super().__init__(contents, parts, listener)
+        self.nearest = np.minimum(self.nearest, MOST * float(np.linalg.norm(parts[0])))
+        self.cell = cell
+
+    def confirm(self, reading: Reading, shot: Shot, noise: float, least: float) -> Reading:
+        """Return a reading if no wall is beyond the cell, or else an undecodable one."""
+        mirrored = replace(shot, samples=shot.samples[::-1], rest=shot.rest[::-1])
+        found = self.decode(mirrored, noise, (0, 0), least)
+        if found.level == BLANK:
+            return reading
+        why = found.reason or f'the right end hears {found.walls} walls'
+        reason = f'nothing is known beyond cell {self.cell}: {why}'
+        return replace(reading, level=UNDECODABLE, code='', level_margin=0.0, reason=reason)
+
+
+class BadCells(Forecasts):
+    """What both ends do by level with known bad cells.
+
+    Attributes:
+        lost: Why a level cannot be used, by level.
+        beyond: What a pulse of the right end hears, if a stuck cell hides that part; or None.
+    """
+
+    def __init__(
+        self,
+        contents: Sequence[Content],
+        parts: Array,
+        listener: Listener,
+        lost: dict[int, str],
+        beyond: Beyond | None = None,
+    ) -> None:
+        super().__init__(contents, parts, listener)
+        self.beyond = beyond
+        from_blank = np.linalg.norm(parts - parts[0], axis=1)
+        from_blank[0] = from_blank[1:].min(initial=np.inf)
+        pulse = float(np.linalg.norm(parts[0]))  # of the blank element: mostly the pulse itself
+        self.nearest = np.minimum(self.nearest, np.minimum(from_blank, MOST * pulse))
+        alike = {
+            each.number: UNTOLD
+            for each, near in zip(contents, self.nearest, strict=True)
+            if near < LEAST * pulse
+        }
+        alike.pop(UNDECODABLE, None)
+        self.lost = dict(sorted({**alike, **lost}.items()))
+        for row, each in enumerate(contents):
+            if each.number in self.lost:  # what sounds like it is refused anyway
+                self.nearest[row] = MOST * pulse
+        levels = {each.number for each in contents if len(each.walls) == 1}
+        self.usable = tuple(sorted(levels - set(self.lost)))
+        if BLANK in self.lost or not self.usable:
+            raise SettingsError(f'the element is lost with its bad cells: {self}')
+
+    def without(self, lost: dict[int, str]) -> BadCells:
+        """Return the forecasts with more levels that cannot be used, and why."""
+        lost = {**self.lost, **lost}
+        return BadCells(self.contents, self.parts, self.listener, lost, self.beyond)
+
+    @property
+    def least(self) -> float:
+        """The least distance between a level that is used, or blank, and any other."""
+        told = [each.number in (BLANK, *self.usable) for each in self.contents]
+        return float(self.nearest[told].min())
+
+    def decode(
+        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
+    ) -> Reading:
+        """Return the level, as `Forecasts.decode`; one that cannot be used is undecodable."""
+        reading = super().decode(shot, noise, phases, least)
+        if reading.level == UNDECODABLE and reading.walls:
+            return replace(reading, level_margin=0.0, reason=f'there are {reading.walls} walls')
+        if why := self.lost.get(reading.level):
+            reason = f'it sounds like level {reading.level}, which {why}'
+            return replace(reading, level=UNDECODABLE, code='', level_margin=0.0, reason=reason)
+        return reading
+
+    def __str__(self) -> str:
+        """Which levels cannot be used, and why."""
+        return '; '.join(self._told()) or 'every level can be used'
+
+    def _told(self) -> Iterator[str]:
+        for level, why in self.lost.items():
+            if self.lost.get(level - 1) == why:
+                continue
+            last = next(n for n in itertools.count(level) if self.lost.get(n + 1) != why)
+            yield f'level{f" {level}" if last == level else f"s {level} to {last}"} {why}'
+
+
+def with_bad_cells(design: Design, settings: Settings) -> Specimen:
+    """Return the element of a design with the known bad cells.
+
+    Raises:
+        SettingsError: The design has no such cell.
+    """
+    alpha, given = np.ones(design.N), settings.element
+    most = design.N - 1 if given.stuck else design.N
+    if (last := max((*given.stuck, *given.weak), default=0)) > most:
+        raise SettingsError(
+            f'bad_cells must be from 2 to {most} in a design of {design.N} cells; got {last}'
+        )
+    for site, factor in given.weak.items():
+        alpha[site - 1] = factor
+    return Specimen(design, alpha_factor=alpha, stuck=given.stuck)
+
+
+def _walls(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
+    """Yield one wall at every level; then, up to those that are reached, what must not be taken
+    for it: two walls near each other, or a wall with two behind it.
+    """
+    yield from ((level,) for level in range(levels))
+    for first, apart in itertools.product(range(reached), (1, 2)):
+        if first + apart < reached:
+            yield first, first + apart
+        for n in range(first + 1, min(first + BEHIND, reached - apart)):
+            yield first, n, n + apart
+
+
+@lru_cache(maxsize=8)
+def bad_cells(design: Design, settings: Settings) -> BadCells:
+    """Return the forecasts with the known bad cells, in the phase of a blank element. Which levels
+    a write reaches, `factory.rehearsed` tells.
+
+    Raises:
+        SettingsError: The design has no such cell, its substrate is elastic, it is too long, the
+            pulse is not inside both pass bands, or no level is left.
+    """
+    made, settings = with_bad_cells(design, settings), _listening(design, settings)
+    contents, at, lost = [Content(BLANK, (), '')], [resting(made, ())], {}
+    for level in range(design.levels):
+        if why := settings.element.blocked(design.defect(level)):
+            lost[level] = f'cannot be reached: {why}'
+    for levels in _walls(design.levels, design.levels - len(lost)):
+        try:
+            at.append(resting(made, levels))
+        except StateError:
+            if len(levels) == 1:
+                lost.setdefault(levels[0], 'cannot be held: no wall rests there beside a bad cell')
+            continue
+        alone = len(levels) == 1
+        number, code = (levels[0], design.code(levels[0])) if alone else (UNDECODABLE, '')
+        contents.append(Content(number, levels, code))
+    listener = Listener(settings)
+    ends = Ends(made, settings, listener)
+    parts = ends.heard(made, at)
+    return BadCells(contents, parts, listener, lost, _beyond(made, settings, ends, listener))
+
+
+def _beyond(made: Specimen, settings: Settings, ends: Ends, listener: Listener) -> Beyond | None:
+    """Return the forecasts for the part that stuck cells hide from the left end, if there is one:
+    without walls, and with two near each other.
+    """
+    if not settings.element.stuck:
+        return None
+    design, cell = made.design, max(settings.element.stuck)
+    contents, at = [Content(BLANK, (), '')], [resting(made, ())]
+    first = next((n for n in range(design.levels) if design.defect(n) > cell), design.levels)
+    for low, apart in itertools.product(range(first, design.levels), (1, 2)):
+        if low + apart < design.levels:
+            with contextlib.suppress(StateError):
+                at.append(resting(made, (low, low + apart)))
+                contents.append(Content(UNDECODABLE, (low, low + apart), ''))
+    return Beyond(contents, ends.heard(made, at, End.RIGHT), listener, cell)
+
+
+def stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:
+    """Return what both ends of a blank element do with a stuck cell, by its site; 0 if none is.
+
+    Raises:
+        SettingsError: Such an element is not read; see `bad_cells`.
+    """
+    settings = _listening(design, settings)
+    listener, rest = Listener(settings), [resting(Specimen(design), ())]
+    made = [Specimen(design), *(Specimen(design, stuck=(site,)) for site in sites)]
+    ends = Ends(made[0], settings, listener)
+    parts = np.concatenate([ends.heard(each, rest) for each in made])
+    return Forecasts([Content(sum(each.stuck), (), '') for each in made], parts, listener)
+
+
+def _listening(design: Design, settings: Settings) -> Settings:
+    """Return settings whose read listens until the pulse comes back from the farthest cell."""
+    probe = settings.register.probe
+    if design.substrate == 'elastic' or design.N > MOST_CELLS:
+        raise SettingsError(
+            f'bad_cells must be empty for more than {MOST_CELLS} cells, or an elastic substrate'
+        )
+    one, other = (band(k_s) for k_s in (design.k_s1, design.k_s2))
+    low, high = max(one[0], other[0]), min(one[1], other[1])
+    if not low < probe.omega_c < high:
+        raise SettingsError(
+            f'register.omega_c must be inside both pass bands, {low:.4g} to {high:.4g}, to read '
+            f'an element with bad cells; got {probe.omega_c:g}'
+        )
+    slowest = min(float(group_velocity(probe.omega_c, k_s)) for k_s in (design.k_s1, design.k_s2))
+    listen = max(settings.register.listen, 2.0 * design.N / slowest + pulse_duration(probe))
+    return replace(settings, register=replace(settings.register, listen=math.ceil(listen)))

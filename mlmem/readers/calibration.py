@@ -1,0 +1,271 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What an element has learnt: the echo delay of every level, and corrections of its pulses."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from ..errors import SettingsError
+from ..instrument.end import End
+from ..moves.corrections import (
+    AS_SET,
+    PulseCorrection,
+    PulseCorrections,
+    schedule_of,
+    without_kicks,
+)
+from ..physics import Design
+from ..physics.potential import Array
+from ..settings import ProbeSettings, Settings
+from .echo import Crossings, Shape, first_heard
+
+DETECTOR = 'carrier 1'
+"""Name of the detector that delays depend on: those of another do not apply."""
+
+ABOUT = 3
+"""Levels to either side whose spacing counts."""
+
+
+@dataclass(frozen=True)
+class DelayTable:
+    """The delays at one end.
+
+    Attributes:
+        delays: Echo delay of every level in time units, by level.
+        blank: Echo delay of a blank element, or None if it gives no echo.
+        shapes: The shape of every level's echo; empty if that is not known.
+    """
+
+    delays: tuple[float, ...]
+    blank: float | None = None
+    shapes: tuple[Shape, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.delays or not np.isfinite(self.delays).all():
+            raise SettingsError(
+                f'delays must be finite, one for every level; got {list(self.delays)}'
+            )
+        if self.blank is not None and not (
+            np.isfinite(self.blank) and self.blank not in self.delays[1:]
+        ):
+            raise SettingsError(
+                f'blank must be a finite delay that no level but 0 has, or None; got {self.blank}'
+            )
+        if self.shapes and len(self.shapes) != len(self.delays):
+            raise SettingsError(
+                f'shapes must be {len(self.delays)}, one for every level; got {len(self.shapes)}'
+            )
+        if not all(known is None or np.isfinite(known) for each in self.shapes for known in each):
+            raise SettingsError('shapes must be finite, or None')
+        if not all(loud > 0.0 for *_, loud in self.shapes):
+            raise SettingsError('an echo must be louder than 0')
+
+    def check(self) -> None:
+        """Raise `SettingsError` unless every level can be told from the others."""
+        steps = np.diff(self.delays)
+        if not ((steps > 0).all() or (steps < 0).all()):
+            raise SettingsError(
+                'delays must rise or fall from level to level, or levels cannot be told apart; '
+                f'got {[round(delay, 2) for delay in self.delays]}'
+            )
+
+    @property
+    def longest(self) -> float:
+        """The delay of the farthest echo."""
+        return max(self.delays if self.blank is None else (*self.delays, self.blank))
+
+    def nearest(self, delay: float, without: int | None = None) -> tuple[int, float]:
+        """Return the entry nearest to a delay `without` a level, or -1 for the blank entry, and
+        how clear the choice is.
+
+        Returns:
+            The level, or -1 for the blank entry; and the level margin: 1 at the entry, 0 half-way
+            to a neighbour, negative beyond the ends of the table.
+        """
+        entries = dict(enumerate(self.delays))
+        if self.blank is not None:
+            entries[-1] = self.blank
+        if len(entries) > 1 and without is not None:
+            entries.pop(without, None)
+        level = min(entries, key=lambda key: abs(entries[key] - delay))
+        nearest = entries.pop(level)
+        offset = delay - nearest
+        others = [value - nearest for value in entries.values() if value != nearest]
+        same_side = [gap for gap in others if gap * offset > 0.0]
+        spacing = min(map(abs, same_side or others or [nearest]))
+        return level, 1.0 - 2.0 * abs(offset) / spacing
+
+    def margin(self, level: int, offset: float, least: float) -> float:
+        """Return how well an echo agrees with a level that is `offset` later than its entry: 1 at
+        none, 0 at half a spacing.
+
+        The spacing is the median one about the level, or `least`, which is that of the fastest
+        waves: two levels that are near the end may have about the same delay.
+        """
+        about = self.delays[max(0, level - ABOUT) : level + ABOUT + 1]
+        steps = [abs(late - early) for early, late in pairwise(about)]
+        spacing = max(least, median(steps) if steps else 0.0)
+        return 1.0 - 2.0 * abs(offset) / spacing
+
+    def crossings(self, level: int) -> Crossings:
+        """Return when the echo of a level crosses the thresholds."""
+        low, high, _ = self.shapes[level] if self.shapes else (None, None, 0.0)
+        return low, self.delays[level], high
+
+    def apart(self, level: int, heard: Crossings, probe: ProbeSettings) -> tuple[float, int]:
+        """Return how much nearer an echo is to a level than to any other, and the worst other.
+
+        It is 1 at the level's own times, 0 half-way to the other's and -1 at these; -1, too, of
+        two levels that sound the same. How far two echoes are apart is the sum over the crossings
+        that all have, and one before listening begins is as any other such. That is a metric:
+        an echo within half of the distance of two levels of one is below 0 for the other, whatever
+        they are. With a single level there is nothing to tell apart: 1, and itself.
+        """
+        if len(self.delays) == 1:
+            return 1.0, level
+        known, times = self._heard_alike(heard, probe)
+        far = np.abs(known - times).sum(axis=1)
+        between = np.abs(known - known[level]).sum(axis=1)
+        nearer = np.full(len(known), -1.0)
+        np.divide(far - far[level], between, out=nearer, where=between > 0.0)
+        nearer[level] = np.inf
+        worst = int(nearer.argmin())
+        return float(nearer[worst]), worst
+
+    def closest(self, probe: ProbeSettings) -> tuple[float, int]:
+        """Return the least time between the crossings of a level and of the next one, on average
+        over the crossings, and which level; infinity if there is only one.
+        """
+        known, _ = self._heard_alike((0.0, 0.0, 0.0), probe)
+        between = np.abs(np.diff(known, axis=0)).mean(axis=1)
+        level = int(between.argmin()) if len(between) else 0
+        return float(between.min(initial=np.inf)), level
+
+    def _heard_alike(self, heard: Crossings, probe: ProbeSettings) -> tuple[Array, Array]:
+        """Return the crossings that all levels and an echo have: of the levels, and its own."""
+        known = np.array([self.crossings(n) for n in range(len(self.delays))], dtype=float)
+        times = np.array(heard, dtype=float)
+        used = np.isfinite(known).all(axis=0) & np.isfinite(times)
+        earliest = first_heard(probe)
+        return np.maximum(known[:, used], earliest), np.maximum(times[used], earliest)
+
+    def distance(self, delay: float, distances: Sequence[float]) -> float:
+        """Return the distance of a reflector in cells, by interpolation between the levels.
+
+        `distances` are those of every level's wall from this end, in cells.
+        """
+        order = np.argsort(self.delays)
+        known, far = np.asarray(self.delays)[order], np.asarray(distances, dtype=float)[order]
+        return float(np.interp(delay, known, far))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the table for a file."""
+        shapes = {'shapes': [list(each) for each in self.shapes]} if self.shapes else {}
+        return {'delays': list(self.delays), 'blank': self.blank, **shapes}
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The delay tables of both ends, and what was learnt about the steps.
+
+    Attributes:
+        left: Table of the left end, or None if it is not read from: in a long element only the
+            right end hears the echoes, since waves are faster there.
+        right: Table of the right end, which also detects a blank element.
+        pulse_corrections: Corrections of launch and steps, or None if all are as in the settings.
+    """
+
+    left: DelayTable | None
+    right: DelayTable
+    pulse_corrections: PulseCorrections | None = None
+
+    @property
+    def ends(self) -> tuple[End, ...]:
+        """Ends from which every level can be read."""
+        return (End.RIGHT,) if self.left is None else tuple(End)
+
+    def check(self, levels: int, first: End | None = None) -> None:
+        """Raise `SettingsError` unless the tables have this number of levels.
+
+        If given, the end that names the level must be able to tell all levels apart.
+        """
+        if first in self.ends:
+            self.table(first).check()
+        for end in self.ends:
+            if (count := len(self.table(end).delays)) != levels:
+                raise SettingsError(
+                    f'the calibration must have {levels} levels, like the design; got {count}'
+                )
+        known = self.pulse_corrections
+        if known is not None and (count := len(known.steps)) != levels:
+            raise SettingsError(
+                f'pulse_corrections must be {levels}, one for every level; got {count}'
+            )
+
+    def pulses(self, settings: Settings) -> list[PulseCorrection]:
+        """Return the corrections of launch and steps, by the level to which they take the wall.
+
+        Those that were learnt with another schedule do not apply.
+        """
+        known = self.pulse_corrections
+        if known is None or known.schedule != schedule_of(settings):
+            return [AS_SET] * len(self.right.delays)
+        return list(known.steps)
+
+    def adapt(self, settings: Settings) -> Settings:
+        """Return settings without the kicks that do not arrive."""
+        steps = self.pulses(settings)
+        if unkicked := [level for level, each in enumerate(steps) if not each.speed]:
+            settings = without_kicks(settings, unkicked)
+        return settings
+
+    def longest(self, end: End) -> float:
+        """Return the delay of the farthest echo at an end, or the other if it is not read from."""
+        return self.table(end if end in self.ends else end.opposite).longest
+
+    def table(self, end: End) -> DelayTable:
+        """Return the table of an end.
+
+        Raises:
+            SettingsError: The left end has none.
+        """
+        if end is End.RIGHT:
+            return self.right
+        if self.left is None:
+            raise SettingsError('the left end is not read from (read.end is right)')
+        return self.left
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return both tables for a file, and the corrections if there are any."""
+        left = self.left and self.left.as_dict()
+        found = {'left': left, 'right': self.right.as_dict()}
+        if self.pulse_corrections:
+            found['pulse_corrections'] = self.pulse_corrections.as_dict()
+        return found
+
+
+def calibration_key(design: Design, settings: Settings) -> str:
+    """Return a hash of everything that echo delays depend on: design, pulses and detectors.
+
+    Delays stored under one key do not apply under another.
+    """
+    values = [
+        design.as_dict(),
+        dataclasses.asdict(settings.probe),
+        dataclasses.asdict(settings.probe_right),
+        settings.time.tick,
+        settings.time.integrator,
+        DETECTOR,
+    ]
+    text = json.dumps(values, sort_keys=True)  # every bit of a float
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -1,0 +1,356 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Decoding: from the echoes at the ends to a reading; both ends must hear the same wall.
+
+No error of one end alone turns one level into another, whatever it hears and which of them names
+the level: either end by itself must tell the level from all others. So where one is wrong, the
+other hears its own level and no other, and they disagree. `exchanged` proves it for a calibration.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from statistics import median_low
+from typing import Any
+
+from ..instrument.end import End
+from ..physics import Design
+from ..physics.waves import fastest_speed
+from ..procedure_table import BLANK, UNDECODABLE, describe_level
+from ..settings import ProbeSettings, ReadSettings, Settings
+from .calibration import Calibration
+from .echo import TAIL, Echo, Shape, hidden
+from .reading import Reading
+
+REST_TOLERANCE = 0.25
+"""Largest offset of a rest displacement from a ground state, as a fraction of their distance."""
+
+LOUDEST = 1.25
+"""Most that an echo may be louder than calibrated. In healthy elements, with disorder too, it is
+within 3 %; a light cell behind a wall answers with it, and both ends hear the level before."""
+
+NO_SHAPE: Shape = (None, None, math.inf)
+
+TOLD = 0.1
+"""Least by which an echo must be nearer to its level than to any other, 0 being half-way: it is
+then off by less than 0.45 of their distance, and one taken for the other by at least 0.55."""
+
+MOST_RAISED = 1.4
+"""Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
+that the delay may be that of the next level."""
+
+
+def phase_of(design: Design, rest: float, tolerance: float = REST_TOLERANCE) -> int | None:
+    """Return the phase of an end: 0 inactive, 1 active, None in between.
+
+    `rest` is the rest displacement of the end minus that of the substrate under it, in cells.
+    """
+    active = (rest - design.D_s1) / (design.D_s2 - design.D_s1)
+    phase = round(active)
+    return phase if phase in (0, 1) and abs(active - phase) <= tolerance else None
+
+
+def decode(
+    design: Design,
+    settings: ReadSettings,
+    calibration: Calibration,
+    echoes: Mapping[End, Echo],
+    phases: tuple[int | None, int | None],
+    end: str = '',
+) -> Reading:
+    """Decode the echoes at one end or both, given the phases of the ends (see `phase_of`).
+
+    A stored level has the active phase at the left end and the inactive one at the right; one end
+    names it, and the other must confirm it. A blank element is inactive at both, and its far end
+    returns the echo of a probe from the right. If both ends have the same phase and an echo comes
+    from within, there are two walls between them.
+
+    Args:
+        design: The element.
+        settings: How to judge an echo.
+        calibration: The delays of the levels.
+        echoes: The echoes, by end.
+        phases: Of the left and the right end.
+        end: The end whose delay and distance are reported, or both; by default the settings'.
+    """
+    if len(echoes) == 1:
+        (echo,) = echoes.values()
+        return _decode(design, settings, calibration, echo, phases)
+    first = primary(settings)
+    said = _decode(design, settings, calibration, echoes[first], phases)
+    other = echoes[first.opposite]
+    said = _confirmed(design, settings, calibration, said, other, phases)
+    said = _as_loud(calibration, said, echoes)
+    return _reported(design, calibration, said, end or settings.end)
+
+
+def primary(settings: ReadSettings) -> End:
+    """Return the end whose echo names the level; the other end must confirm it."""
+    return End.RIGHT if settings.end == End.RIGHT else End.LEFT
+
+
+def _reported(design: Design, calibration: Calibration, reading: Reading, end: str) -> Reading:
+    """Return a reading with the delay and the distance at an end; for both, at the left."""
+    which = End.RIGHT if end == End.RIGHT else End.LEFT
+    delay = reading.right_delay if which is End.RIGHT else reading.left_delay
+    distance = reading.distance
+    if reading.level >= 0 and delay is not None:
+        distance = _distance(design, calibration, which, delay)
+    return replace(reading, end=end, delay=delay, distance=distance)
+
+
+def _distance(design: Design, calibration: Calibration, end: End, delay: float) -> float:
+    """Return the distance from an end to what answers with a delay, between the levels."""
+    distances = [end.distance(design, level) for level in range(design.levels)]
+    return calibration.table(end).distance(delay, distances)
+
+
+def _decode(
+    design: Design,
+    settings: ReadSettings,
+    calibration: Calibration,
+    echo: Echo,
+    phases: tuple[int | None, int | None],
+) -> Reading:
+    nothing = Reading(
+        UNDECODABLE, '', echo.end.value, echo.delay, 0.0, echo.threshold_margin, math.inf,
+        shapes={echo.end: echo.shape}, **_delay(echo),
+    )  # fmt: skip
+    if reason := _unclear(calibration, echo, phases):
+        return replace(nothing, reason=reason)
+    assert echo.delay is not None
+    # The two farthest echoes may be alike; the phase of the left end distinguishes them: with a
+    # kink behind it there is no wall at the first defect.
+    impossible = BLANK if phases[0] == 1 else 0
+    table = calibration.table(echo.end)
+    level, margin = table.nearest(echo.delay, impossible)
+    if echo.early and margin < 1.0:  # unless the calibrated delay of a level is that short
+        return replace(
+            nothing,
+            reason=f'something is heard at the {echo.end} end when listening begins, at '
+            f'{echo.delay:.2f}, and no level is so near',
+        )
+    least = _least(settings, echo)
+    if phases[1] == 1:
+        if margin < least:
+            return replace(nothing, reason=WALL_GONE, walls=0)
+        return replace(
+            nothing,
+            reason='the right end is active, but the left one hears a wall at level '
+            f'{level}: there are two walls, or more',
+            walls=2,
+        )
+    distance = _distance(design, calibration, echo.end, echo.delay)
+    if margin < least:
+        cell = echo.end.cell(design, distance)
+        return replace(
+            nothing,
+            reason=f'the delay {echo.delay:.2f} at the {echo.end} end lies between levels (margin '
+            f'{margin:.2f}): what answers is near cell {cell:.0f}',
+        )
+    if level == BLANK:
+        return replace(nothing, level=BLANK, level_margin=margin, walls=0)
+    if phases[0] == 0:
+        return replace(
+            nothing,
+            reason=f'the left end is inactive, but the delay {echo.delay:.2f} from the right is '
+            f'that of a wall at level {level}: there are two walls, or more, or something else '
+            f'answers near cell {design.defect(level)}',
+            walls=2,
+        )
+    return replace(
+        nothing, level=level, code=design.code(level), level_margin=margin, distance=distance
+    )
+
+
+def _delay(echo: Echo) -> dict[str, Any]:
+    return {f'{echo.end.value}_delay': echo.delay}
+
+
+def _least(settings: ReadSettings, echo: Echo) -> float:
+    """Return the least level margin at either end. A strong cell before a wall has both ends hear
+    it near the next level, but not as near as a wall there.
+    """
+    return max(settings.min_margin, settings.shaken_margin if echo.shaken else 0.0)
+
+
+WALL_GONE = 'the right end is active: the wall has left the element'
+
+
+def _unclear(calibration: Calibration, echo: Echo, phases: tuple[int | None, int | None]) -> str:
+    """Return why an echo has no delay that can be decoded; empty if it has one."""
+    end, what = echo.end, 'shaking' if echo.shaken else 'noise'
+    if None in phases:
+        return f'the {End.LEFT if phases[0] is None else End.RIGHT} end rests in neither phase'
+    if end is End.LEFT and phases[0] == 0:
+        return 'the left end is inactive and hears nothing: probe the right'
+    if end not in calibration.ends:
+        return f'the {end} end is not read from (read.end is right)'
+    if end is End.RIGHT and phases[1] == 1:
+        return WALL_GONE
+    if echo.spoiled:
+        return f'the base began to shake while the {end} end listened'
+    if echo.delay is None and echo.raised > 1.0:
+        return (
+            f'no echo rises above the {what} at the {end} end: that gives a v_c of up to '
+            f'{echo.floor:.2g} and raises the threshold up to {echo.raised:.2g} times'
+        )
+    if echo.delay is None:
+        return 'no echo came back'
+    if echo.raised > MOST_RAISED:
+        return (
+            f'the {what} at the {end} end hides when the echo began: it raises the threshold '
+            f'{echo.raised:.2g} times, and a delay is reliable up to {MOST_RAISED:g} times'
+        )
+    return ''
+
+
+def _confirmed(
+    design: Design,
+    settings: ReadSettings,
+    calibration: Calibration,
+    said: Reading,
+    other: Echo,
+    phases: tuple[int | None, int | None],
+) -> Reading:
+    """Return a reading from one end that the echo at the other end confirms, or an undecodable
+    one.
+
+    A single wall is heard from both ends, each time from its own side. Whatever else answers (a
+    stuck or damaged cell, a second wall, a pulse that still bounces) does so before the wall, and
+    on one side: then the other end does not hear the wall where this one does. What makes both
+    ends hear late or early, like weak sensors, moves the two places apart.
+    """
+    said = replace(
+        said,
+        threshold_margin=min(said.threshold_margin, other.threshold_margin),
+        shapes={**said.shapes, other.end: other.shape},
+        **_delay(other),
+    )
+    if said.level == UNDECODABLE:
+        return said
+    if reason := _unclear(calibration, other, phases):
+        return undecodable(said, f'{describe_level(said.level)} is not confirmed: {reason}')
+    assert other.delay is not None
+    margin, like = agreement(
+        design, calibration, other.probe, other.end, said.level, other.delay, other.shape
+    )
+    if margin >= _least(settings, other):
+        if like is None:
+            return replace(said, level_margin=min(said.level_margin, margin), walls=1)
+        return undecodable(
+            said,
+            f'{describe_level(said.level)} is not confirmed: the {other.end} end does not tell it '
+            f'from {describe_level(like)}',
+        )
+    level, _ = calibration.table(other.end).nearest(other.delay, BLANK)
+    here, there = (
+        (end, design.defect(n)) for end, n in ((said.end, said.level), (other.end, level))
+    )
+    text = (
+        f'the {here[0]} end hears a wall at level {said.level}, near cell {here[1]}, and the '
+        f'{there[0]} end one near cell {there[1]}'
+    )
+    if (here[1] < there[1]) == (other.end is End.RIGHT) and level != said.level:
+        text += ': something else answers at one of them, or there are three walls, or more'
+        return undecodable(said, text, walls=3)
+    return undecodable(said, text)
+
+
+def _as_loud(calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
+    """Return a reading if no echo is much louder than that of its level; noise adds to both.
+
+    Both are heard up to the same time, `TAIL` after the later echo of that level: a faint one may
+    cross late, and grows as one listens on.
+    """
+    if said.level < 0:
+        return said
+    longest = max(echo.t[-1] for echo in echoes.values())
+    later = {end: longest - echo.t[-1] for end, echo in echoes.items()}  # its pulse was fired
+    delays = {end: calibration.table(end).delays[said.level] for end in echoes}
+    until = max(delays[end] + later[end] for end in echoes) + TAIL
+    for end, echo in echoes.items():
+        shapes = calibration.table(end).shapes
+        if shapes and not echo.floor:
+            *_, loud = shapes[said.level]
+            if (ratio := echo.loudness(until - later[end]) / loud) > LOUDEST:
+                text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
+                return undecodable(
+                    said, f'{text}{said.level}: something else answers with the wall'
+                )
+    return said
+
+
+def agreement(
+    design: Design,
+    calibration: Calibration,
+    probe: ProbeSettings,
+    end: End,
+    level: int,
+    delay: float,
+    shape: Shape,
+) -> tuple[float, int | None]:
+    """Return the level margin with which an end hears a wall at a level that the other one names,
+    and another level that its echo may as well be of, or None.
+
+    Each crossing, of the threshold and of `echo.SHARES` of it, is compared with its own of that
+    level; most must agree, so the margin is their median. An echo that begins before listening
+    does comes from near this end: it agrees with a level whose own echo does so, and with no
+    other. Two levels near this end may both agree; then all crossings say which is nearer.
+    """
+    table = calibration.table(end)
+    low, high, _ = shape
+    heard = low, delay, high
+    nearer, other = table.apart(level, heard, probe)
+    like = other if nearer < TOLD else None
+    if hidden(probe, delay):
+        return (1.0 if hidden(probe, table.delays[level]) else 0.0), like
+    fastest = 2.0 * design.J / fastest_speed(end.k_s(design))
+    pairs = [(delay, table.delays[level])]
+    for time, known in zip(heard[::2], table.crossings(level)[::2], strict=True):
+        if time and known and not (hidden(probe, time) or hidden(probe, known)):
+            pairs.append((time, known))
+    return median_low([table.margin(level, time - known, fastest) for time, known in pairs]), like
+
+
+def exchanged(
+    design: Design, settings: Settings, calibration: Calibration
+) -> list[tuple[End, int, int]]:
+    """Return what an error of one end alone does to levels: the erring end, what may be said, and
+    the level of the wall; `UNDECODABLE` is said of a level that no echo proves.
+
+    Whatever the erring end hears, the other one hears the wall as calibrated. So it is enough that
+    this end by itself accepts its level and no other, whether it names levels or confirms them.
+    The list is empty if that is so at every `read.end`. Where only one end is calibrated none
+    confirms it, and its error turns any level into any other.
+    """
+    found, levels, least = [], range(design.levels), settings.read.min_margin
+    if len(calibration.ends) == 1:
+        return [
+            (*calibration.ends, said, true) for true in levels for said in levels if said != true
+        ]
+    for honest in calibration.ends:
+        table, probe = calibration.table(honest), honest.probe(settings)
+        for true in levels:
+            low, delay, high = table.crossings(true)
+            said = set()
+            for level in levels:
+                margin, like = agreement(
+                    design, calibration, probe, honest, level, delay, (low, high, math.inf)
+                )
+                if margin >= least and like is None:
+                    said.add(level)
+            named, _ = table.nearest(delay, BLANK)
+            said |= {named} if true in said else {named, UNDECODABLE}
+            found += [(honest.opposite, level, true) for level in sorted(said - {true})]
+    return found
+
+
+def undecodable(reading: Reading, reason: str, walls: int | None = None) -> Reading:
+    """Return a reading that names no level, for a reason."""
+    return replace(
+        reading, level=UNDECODABLE, code='', level_margin=0.0, distance=math.inf, reason=reason,
+        walls=walls,
+    )  # fmt: skip

@@ -1,0 +1,85 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What was decoded: a level with its margins, or blank, or undecodable and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field
+
+from ..instrument.end import End
+from ..procedure_table import BLANK as BLANK
+from ..procedure_table import UNDECODABLE as UNDECODABLE
+from ..procedure_table import describe_level as describe_level
+from ..schema import described
+from .echo import Shape
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A decoded echo, or the echoes from both ends.
+
+    Attributes:
+        level: A level or word from 0, `BLANK` or `UNDECODABLE`.
+        code: Binary code of a level; empty otherwise.
+        end: The end whose delay is given: 'left', 'right' or 'both'.
+        delay: Echo delay there in time units, or None without an echo; for both, at the left.
+        level_margin: 1 at the calibrated delay, 0 half-way to the next level; the lesser of both
+            ends.
+        threshold_margin: Greatest v_c over the threshold; above 1 for an echo; the lesser of both
+            ends.
+        distance: Distance from the end to the wall in cells; infinite without an echo. For both
+            ends, from the left.
+        reason: Why it could not be decoded; empty otherwise.
+        walls: Number of walls, as far as the ends can tell: 0, 1, 2 or 3 (three or more); None if
+            they cannot.
+        right_delay: Echo delay at the right end if it was probed.
+        left_delay: Echo delay at the left end if it was probed.
+        shapes: Shapes of the echoes, by end.
+    """
+
+    level: int
+    code: str
+    end: str
+    delay: float | None
+    level_margin: float
+    threshold_margin: float
+    distance: float = described(
+        MISSING, 'from the end to the wall in cells; infinite without an echo', null=math.inf
+    )
+    reason: str = ''
+    walls: int | None = None
+    right_delay: float | None = None
+    left_delay: float | None = None
+    shapes: Mapping[End, Shape] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def confidence(self) -> float:
+        """See the function `confidence`; 0 if nothing was decoded."""
+        if self.level == UNDECODABLE:
+            return 0.0
+        return confidence(self.level_margin, self.threshold_margin)
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """The content is no longer known; also the event that says so."""
+
+    reason: str = described(MISSING, 'what may have moved the wall')
+    since: int = described(MISSING, 'the tick in which it took effect', low=0, high=2**62)
+
+    def __str__(self) -> str:
+        return f'unknown since tick {self.since}: {self.reason}'
+
+
+def confidence(level_margin: float, threshold_margin: float) -> float:
+    """Return how much may be lost before the answer changes, from 0 to 1.
+
+    The lesser of two fractions: how far the delay may still shift on the way to the next level
+    (the level margin), and how much of its height the echo may still lose before it is missed
+    (1 - 1 / threshold margin).
+    """
+    if threshold_margin <= 1.0:
+        return 0.0
+    return max(0.0, min(level_margin, 1.0 - 1.0 / threshold_margin))

@@ -1,0 +1,351 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Many walls in one element: what it answers to a pulse in each word.
+
+Walls and kinks alternate, from the right end on, and rest at levels that are at least
+`register.spacing` apart. A pulse whose carrier lies inside both pass bands passes every wall and
+brings an echo of each. What both ends do after it is forecast for every word; the nearest forecast
+names the word, if what is left is no more than noise.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SettingsError
+from ..instrument.end import End, Shot
+from ..physics import Design, Specimen, StateError, walls
+from ..physics.equilibrium import BESIDE, resting_walls
+from ..physics.potential import Array
+from ..physics.waves import Complex, cells, product, rows
+from ..settings import Settings
+from .reading import UNDECODABLE, Reading
+from .waveforms import Ends, Listener
+from .words import Code, code_of
+
+REACH = 30.0
+"""Distance in cells beyond which a wall changes nothing: it ends as exp(-0.5 distance)."""
+
+NEAR = 2.0
+"""Distance in cells up to which a wall rests at the defect of its level."""
+
+LEFT_OVER = 0.3
+"""What may be left of a waveform when its forecast is taken off, relative to the distance of that
+forecast from any other: what explains half of the distance could be another word."""
+
+NOISE = 2.0
+"""Ratio up to which the noise during a read may exceed that before it."""
+
+ELSEWHERE, ROOM = 96, 0.6
+"""Walls that rest elsewhere of which a waveform is forecast; and what may be left at a word,
+relative to the least that the nearest word leaves of any of these: others leave a quarter less."""
+
+HELD = 40
+"""Newton steps in which a wall that is held comes to rest: others slide to a level."""
+
+ROWS = 256
+"""Forecasts that are compared with all others at a time."""
+
+NEIGHBOURS = 4
+"""Nearest forecasts whose distance is found again in double precision: in single precision it
+depends on the order of sums, and so on the BLAS and its threads, by 3e-5."""
+
+
+def resting(made: Specimen, levels: Sequence[int]) -> Array:
+    """Return the displacements of an unstrained element with walls and kinks at some levels.
+
+    Raises:
+        StateError: They do not rest there.
+    """
+    design = made.design
+    v = resting_walls(made, [design.defect(level) + BESIDE for level in levels])
+    if levels_of(design, v) != tuple(sorted(levels)):
+        found = sorted(wall.position for wall in walls(design, v))
+        raise StateError(
+            f'walls at the levels {list(levels)} do not rest there; they are at {found}'
+        )
+    return v
+
+
+def levels_of(design: Design, v: Array) -> tuple[int, ...] | None:
+    """Return the levels at which walls and kinks are, the lowest first; None if one is elsewhere,
+    or two are at one level.
+    """
+    found = list[int]()
+    for wall in walls(design, v):
+        level = min(range(design.levels), key=lambda n: abs(design.defect(n) - wall.position))
+        if abs(design.defect(level) - wall.position) > NEAR or level in found:
+            return None
+        found.append(level)
+    return tuple(sorted(found))
+
+
+def elsewhere(made: Specimen, code: Code) -> Iterator[Array]:
+    """Yield displacements of an element that rests in no word, at most `ELSEWHERE`: a wall of a
+    random word, or one more, is pinned by the lattice between levels, or rests nearer to another
+    than words allow.
+    """
+    design, random = made.design, np.random.default_rng(0)
+    for turn in np.linspace(-1.0, design.levels, ELSEWHERE, endpoint=False):
+        between = 0.25 + 0.5 * (turn % 1.0)  # nearer to a level it goes there
+        place = round(design.defect(0) + design.J * (math.floor(turn) + between))
+        at = [design.defect(n) + BESIDE for n in code.walls(int(random.integers(code.words)))]
+        if at and random.integers(2):
+            at.remove(min(at, key=lambda each: abs(each - place)))
+        with contextlib.suppress(StateError):  # nothing holds it there
+            v = resting_walls(made, [*at, place], iterations=HELD)
+            levels = levels_of(design, v)
+            if levels is None or not code.allows(levels):
+                yield v
+
+
+class Content(NamedTuple):
+    """What an element may hold: its number, the levels of its walls, and its code."""
+
+    number: int
+    walls: tuple[int, ...]
+    code: str
+
+
+class Match(NamedTuple):
+    """A content beside what was heard.
+
+    Attributes:
+        content: The nearest.
+        left: What remains when its forecast is taken off.
+        nearest: Distance of its forecast from any other (`Forecasts.nearest`).
+        along: How far what is heard is on the way to any other: 0 at the forecast, 1 at the other.
+    """
+
+    content: Content
+    left: float
+    nearest: float
+    along: float
+
+
+class Forecasts:
+    """What both ends do after the pulse of a read, by content.
+
+    Attributes:
+        contents: What the element may hold, one a row of `parts`.
+        parts: In the band, shape (contents, 4 lines); see `Listener`.
+        listener: Makes parts.
+    """
+
+    def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
+        self.contents, self.parts, self.listener = contents, parts, listener
+        self._square = np.square(parts).sum(axis=1)
+        self.odd = np.array([len(each.walls) % 2 for each in contents])
+
+    @cached_property
+    def nearest(self) -> Array:
+        """Distance of every part to the nearest one with the same phase at the left end, shape
+        (contents,); at most the pulse, as far as the blank element answers it.
+        """
+        found, pulse = np.empty(len(self.parts)), float(np.linalg.norm(self.parts[0]))
+        for odd in (0, 1):
+            same = np.flatnonzero(self.odd == odd)
+            parts = (self.parts[same] - self.parts[0]).astype(np.float32)
+            square = np.square(parts).sum(axis=1)
+            for at in range(0, len(same), ROWS):
+                these = slice(at, at + ROWS)
+                apart = square[these, None] + square - 2.0 * parts[these] @ parts.T
+                itself = np.arange(at, at + len(apart))[:, None]
+                np.put_along_axis(apart, itself, np.inf, axis=1)
+                near = np.argpartition(apart, min(NEIGHBOURS, len(same)) - 1)[:, :NEIGHBOURS]
+                ways = np.linalg.norm(self.parts[same[near]] - self.parts[same[itself]], axis=2)
+                ways = np.where(near == itself, pulse, ways)
+                found[same[these]] = ways.min(axis=1, initial=pulse)
+        return found
+
+    @property
+    def least(self) -> float:
+        """The least distance between what is told apart."""
+        return float(self.nearest.min())
+
+    @cached_property
+    def quiet(self) -> float:
+        """Noise (`Listener.noise`) up to which every content can be told from all others."""
+        return LEFT_OVER * LEFT_OVER * self.least * self.least / NOISE
+
+    def match(self, part: Array, phase: int) -> Match:
+        """Return the nearest content to a part with a phase at the left end."""
+        same = self.odd == phase
+        left = np.where(same, self._square - 2.0 * self.parts @ part, np.inf)
+        row = int(np.argmin(left))
+        forecast = self.parts[row]
+        off = part - forecast
+        same[row] = False
+        apart = (self._square - 2.0 * self.parts @ forecast + self._square[row])[same]
+        along = (self.parts @ off - forecast @ off)[same] / np.maximum(apart, 1e-30)
+        return Match(
+            self.contents[row], float(np.linalg.norm(off)), float(self.nearest[row]),
+            float(along.max(initial=0.0)),
+        )  # fmt: skip
+
+    def decode(
+        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
+    ) -> Reading:
+        """Return the content of what both ends did after a pulse, given the noise before and the
+        phases of the ends.
+
+        The nearest forecast must leave no more than `LEFT_OVER` of its distance to any other, and
+        `least` is the least margin in the direction of any: 1 at the forecast, 0 half-way. So an
+        error at one end or at both, of any shape, that is smaller than half the difference of two
+        words changes none; a greater one is the difference of two words, or is refused.
+        """
+        nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
+        if reason := unheard(shot, noise > self.quiet, phases):
+            return replace(nothing, reason=reason)
+        part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
+        found = self.match(part, phases[End.LEFT.row] or 0)
+        content, allowed = found.content, LEFT_OVER * found.nearest
+        if found.left > allowed:
+            return replace(
+                nothing,
+                reason=f'the nearest forecast, of {content.number}, leaves '
+                f'{found.left / allowed:.3g} times what it may: a wall is between levels, or '
+                'something else answers, or there is noise',
+            )
+        margin = round(1.0 - 2.0 * found.along, 6)
+        if margin < least:
+            return replace(nothing, reason=f'what is heard lies between words ({margin:.2f})')
+        return replace(
+            nothing, level=content.number, code=content.code, level_margin=margin,
+            threshold_margin=round(allowed / max(found.left, 1e-3 * allowed), 6),
+            walls=len(content.walls),
+        )  # fmt: skip
+
+
+def unheard(shot: Shot, loud: bool, phases: Sequence[int | None]) -> str:
+    """Return why what the ends did tells nothing, whatever it was; '' if it may.
+
+    Args:
+        loud: Whether there was too much noise before.
+        phases: Of the left and the right end.
+    """
+    if None in phases:
+        return f'the {list(End)[phases.index(None)]} end rests in neither phase'
+    if phases[End.RIGHT.row] == 1:
+        return 'the right end is active: a wall has left the element'
+    if not np.isfinite(shot.samples).all():
+        return 'listening was interrupted'
+    return 'the ends move too much to hear every wall' if loud else ''
+
+
+class Register(Forecasts):
+    """What both ends do by word.
+
+    Attributes:
+        code: The words.
+    """
+
+    def __init__(self, code: Code, parts: Array, listener: Listener) -> None:
+        words = range(code.words)
+        contents = [Content(word, code.walls(word), code.binary(word)) for word in words]
+        super().__init__(contents, parts, listener)
+        self.code = code
+
+    def keep_from(self, parts: Array, odd: Array) -> None:
+        """Let every word leave less, if need be, so that nothing is read as one that is none.
+
+        Args:
+            parts: What is heard of walls that are elsewhere, shape (m, 4 lines).
+            odd: Whether there is an odd number of them, shape (m,).
+        """
+        least = LEFT_OVER / ROOM
+        for phase in (0, 1):
+            words, these = np.flatnonzero(self.odd == phase), parts[odd == phase]
+            left = self._square[words] - 2.0 * these @ self.parts[words].T
+            nearest = words[left.argmin(axis=1)]
+            off = np.linalg.norm(these - self.parts[nearest], axis=1)
+            least = (off / self.nearest[nearest]).min(initial=least)
+        self.nearest = self.nearest * (least * ROOM / LEFT_OVER)
+
+
+def forecasts_of(made: Specimen, settings: Settings) -> Register:
+    """Return the forecasts of an element in every word.
+
+    Raises:
+        SettingsError: The element holds one wall, or walls of a word do not rest at their levels.
+    """
+    code = code_of(made.design, settings)
+    if code is None:
+        raise SettingsError('an element with one wall is read by its delays')
+    listener = Listener(settings)
+    ends = Ends(made, settings, listener)
+    parts = np.concatenate(
+        [
+            ends.parts(rows(*each))
+            for each in _in_parts(made, code, ends.tones.square, ends.tones.loss)
+        ]
+    )
+    found, others = Register(code, parts, listener), list(elsewhere(made, code))
+    if others:
+        active = np.stack(others)[:, [0, -1]] > made.design.D_barrier
+        found.keep_from(ends.heard(made, others), active[:, 0] != active[:, 1])
+    return found
+
+
+@lru_cache(maxsize=8)
+def ideal_forecasts(design: Design, settings: Settings) -> Register:
+    """Return the forecasts of an ideal element in every word; raises as `forecasts_of`."""
+    return forecasts_of(Specimen(design), settings)
+
+
+def _surroundings(made: Design, code: Code) -> NDArray[np.int64]:
+    """Return a number for every word and level that says which walls are near, and in which
+    phase, shape (words, levels): the same number, the same cells of this level.
+
+    Walls are near within `REACH` of the middle between this level and the next.
+    """
+    near = math.ceil(REACH / made.J - 0.5)
+    walls = code.sets()
+    behind = np.cumsum(walls[:, ::-1], axis=1)[:, ::-1] % 2
+    padded = np.pad(walls, ((0, 0), (near, near))).astype(np.int64)
+    found = np.pad(behind, ((0, 0), (0, near + 1)))[:, near + 1 :].astype(np.int64)
+    for k in range(2 * near + 1):
+        found = 2 * found + padded[:, k : k + code.levels]
+    return np.asarray(found * code.levels + np.arange(code.levels))
+
+
+def _in_parts(
+    made: Specimen, code: Code, square: Complex, loss: Complex
+) -> Iterator[tuple[Complex, NDArray[np.int64]]]:
+    """Yield the matrices of the levels' cells, and of which the words consist, `ROWS` at a time.
+
+    A word whose every level has been seen with the same surroundings needs no equilibrium of its
+    own.
+
+    Raises:
+        SettingsError: Walls of a word do not rest at their levels.
+    """
+    design = made.design
+    around, chosen = np.unique(_surroundings(design, code), return_inverse=True)
+    chosen = chosen.reshape(code.words, code.levels)
+    edges = [0, *(design.defect(n) + design.J // 2 for n in range(code.levels - 1)), design.N]
+    matrices = np.empty((len(around), len(square), 2, 2), dtype=np.complex128)
+    known = np.zeros(len(around), dtype=np.bool_)
+    for word in np.random.default_rng(0).permutation(code.words):
+        if known[chosen[word]].all():
+            continue
+        try:
+            v = resting(made, code.walls(int(word)))
+        except StateError as error:
+            raise SettingsError(f'{code.binary(word)} cannot be held: {error}') from error
+        stiffness, mass, spring = cells(made, v)
+        for level, number in enumerate(chosen[word]):
+            if not known[number]:
+                part = slice(edges[level], edges[level + 1])
+                matrices[number] = product(stiffness[part], mass[part], spring[part], square, loss)
+        known[chosen[word]] = True
+    for at in range(0, code.words, ROWS):
+        yield matrices, chosen[at : at + ROWS]

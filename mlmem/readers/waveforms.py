@@ -1,0 +1,168 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What both ends do after the pulse of a read: how it is compared, and how it is forecast, for
+walls and kinks anywhere.
+
+A pulse is small, so the forecast is that of small waves (`physics.waves`): the left end follows
+the pulse, which takes the force f = (p / q) u_1, and is free afterwards, which ends that force.
+What the ends of a simulated element do differs by 0.3 % of the pulse, most of it because a wall is
+not quite linear: a tenth of the pulse leaves 0.04 %.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..instrument.drivers import steps_per_tick
+from ..instrument.end import End, Pulse
+from ..physics import PEFRL, Specimen
+from ..physics.potential import Array
+from ..physics.waves import Complex, Tones, cells, product, rows
+from ..settings import Settings
+from .echo import pulse_duration
+
+BAND = 4.0
+"""Half of the band that is compared, over 1 / sigma of the pulse: all of its spectrum. Slow waves
+that are left of a kick lie outside."""
+
+EDGE = 4.0
+"""Length over which the recording is faded in and out, over sigma."""
+
+WIDER = 5.0
+"""Half of the band that is forecast, over 1 / sigma: what is faded has a wider one."""
+
+PERIOD, DECAY = 1.4, 6.0
+"""Period of the forecast, over the time of listening, and by which exponent it decays in that:
+what would come after it is added to what comes before, by less than a thousandth."""
+
+
+class Listener:
+    """What is heard after the pulse of a read: the part of both ends' motion in its band.
+
+    Attributes:
+        ticks: Ticks for which both ends are recorded.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        """Prepare for the pulse of the settings."""
+        self._probe = settings.register.probe
+        time = pulse_duration(self._probe) + settings.register.listen
+        self._tick = settings.time.tick
+        self.ticks = math.ceil(time / self._tick)
+        self._bases: dict[tuple[int, float], Array] = {}
+
+    def band(self, n: int, dt: float) -> Array:
+        """Return the windowed cosines and sines of the band for n samples, shape (n, 2 m)."""
+        if (known := self._bases.get((n, dt))) is not None:
+            return known
+        probe, span = self._probe, n * dt
+        low, high = (
+            round((probe.omega_c + side * BAND / probe.sigma) * span / (2.0 * math.pi))
+            for side in (-1.0, 1.0)
+        )
+        t = dt * np.arange(1.0, n + 1.0)
+        edge = np.minimum(t, span + dt - t) / min(EDGE * probe.sigma, 0.5 * span)
+        window = 0.5 * (1.0 - np.cos(math.pi * np.minimum(1.0, edge))) * math.sqrt(2.0 * dt / n)
+        phase = 2.0 * math.pi / span * np.outer(t, np.arange(max(1, low), high + 1))
+        basis = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
+        self._bases[n, dt] = basis
+        return basis
+
+    def part(self, motion: Array, dt: float) -> Array:
+        """Return the part of both ends' motion, shape (2, n), in the band: (4 m,)."""
+        return (motion @ self.band(motion.shape[1], dt)).ravel()
+
+    def noise(self, before: Array, dt: float) -> float:
+        """Return what noise contributes to the square of `part`, from displacements of both ends
+        before the pulse, shape (2, w).
+        """
+        motion = before - before.mean(axis=1, keepdims=True)
+        basis = self.band(before.shape[1], dt)
+        lines = round(2.0 * BAND / self._probe.sigma * self.ticks * self._tick / (2.0 * math.pi))
+        share: float = (2.0 * lines + 2.0) / basis.shape[1]
+        power: float = np.square(motion @ basis).sum()
+        return power * share
+
+
+class Ends:
+    """Forecasts what a listener hears of small waves in an element.
+
+    Attributes:
+        tones: The frequencies of the forecast.
+    """
+
+    def __init__(self, made: Specimen, settings: Settings, listener: Listener) -> None:
+        """Prepare for an element, the pulse of the settings, and a listener."""
+        probe = settings.register.probe
+        time = replace(settings.time, integrator=PEFRL.name)
+        steps = steps_per_tick(made, time)
+        dt, n = time.tick / steps, listener.ticks * steps
+        period = PERIOD * n * dt
+        low, high = (
+            (probe.omega_c + side * WIDER / probe.sigma) * period / (2.0 * math.pi)
+            for side in (-1.0, 1.0)
+        )
+        lines = np.arange(max(1, math.floor(low)), math.ceil(high) + 1)
+        omega = np.asarray(
+            2.0 * math.pi / period * lines - 1j * DECAY / period, dtype=np.complex128
+        )
+        self.tones = Tones.of(made, omega, PEFRL, dt)
+        pulse = Pulse(0.0, probe)
+        t = dt / 8.0 * np.arange(1.0, 8.0 * pulse.duration / dt)  # zero at its begin and end
+        self._pulse: Complex = np.exp(-1j * np.outer(omega, t)) @ pulse.at(t)[0] * (t[1] - t[0])
+        # The spectrum of what ends with the pulse, from those of it and its complex conjugate.
+        same, other = (
+            _integral(each[:, None] - omega, pulse.duration) / period
+            for each in (omega, -omega.conj())
+        )
+        of_real, of_imag = same + other, 1j * (same - other)
+        self._ended = np.block([[of_real.real, of_real.imag], [of_imag.real, of_imag.imag]])
+        t = dt * np.arange(1.0, n + 1.0)
+        wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
+        self._heard = np.concatenate((wave.real, -wave.imag)) @ listener.band(n, dt)
+
+    def force(self, ratio: Complex) -> Complex:
+        """Return the force on the driven end: that of the pulse until it ends, and none later.
+
+        Args:
+            ratio: Force over displacement of that end, shape (m, F).
+        """
+        held = ratio * self._pulse
+        ended = np.concatenate((held.real, held.imag), axis=1) @ self._ended
+        return np.asarray(ended[:, : len(held.T)] + 1j * ended[:, len(held.T) :])
+
+    def parts(self, lower: Complex) -> Array:
+        """Return the parts, shape (m, 4 lines), of elements with lower rows (p, q), shape
+        (m, 2, F).
+        """
+        p, q = lower[:, 0], lower[:, 1]
+        force = self.force(p / q)
+        ends = np.stack((force * q / p, force / p), axis=1).reshape(2 * len(lower), -1)
+        heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
+        return np.asarray(heard.reshape(len(lower), -1))
+
+    def heard(self, made: Specimen, walls_at: Sequence[Array], end: End = End.LEFT) -> Array:
+        """Return the parts, shape (number of these, 4 lines), of an element that rests in some
+        displacements, shape (N,) each, after a pulse of an end: that end comes first. Its damping
+        and step are those of these forecasts.
+        """
+        square, loss = self.tones.square, self.tones.loss
+        found = [cells(made, v) for v in walls_at]
+        if end is End.RIGHT:
+            found = [
+                (stiffness[::-1].copy(), mass[::-1].copy(), np.append(spring[-2::-1], 1.0))
+                for stiffness, mass, spring in found
+            ]
+        matrices = np.array([product(*each, square, loss) for each in found])
+        return self.parts(rows(matrices, np.arange(len(matrices))[:, None]))
+
+
+def _integral(omega: Complex, end: float) -> Complex:
+    """Return the integral of exp(i omega t) from 0 to an end."""
+    at_0 = omega == 0.0
+    some = np.where(at_0, 1.0, omega)
+    return np.asarray(np.where(at_0, end, (np.exp(1j * some * end) - 1.0) / (1j * some)))

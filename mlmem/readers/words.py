@@ -1,0 +1,124 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Words: numbers as sets of levels at which walls and kinks rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SettingsError
+from ..physics import Design
+from ..schema import short_repr
+from ..settings import Settings
+
+MOST_WORDS = 2**14
+"""Words up to which all forecasts are made: each takes a twentieth of a millisecond, and 3 kB."""
+
+
+class Code(NamedTuple):
+    """Numbers as sets of levels at least `spacing` apart (Cover 1973, IEEE Trans. Inf. Theory 19).
+
+    With a spacing of 1 the levels are the bits of the number. Otherwise words are numbered in the
+    order of their highest levels, as binary numbers are.
+    """
+
+    levels: int
+    spacing: int
+
+    @property
+    def words(self) -> int:
+        """Number of words; the first, 0, is that of the blank element."""
+        return 1 + sum(_tops(self))
+
+    def below(self, level: int) -> range:
+        """Return the levels of which the next wall below one may have any, the lowest first."""
+        return range(max(0, level - self.spacing + 1))
+
+    def walls(self, word: int) -> tuple[int, ...]:
+        """Return the levels of a word, the lowest first."""
+        tops, found, places = _tops(self), list[int](), range(self.levels)
+        while word > 0:
+            word -= 1
+            for level in places:
+                if word < tops[level]:
+                    break
+                word -= tops[level]
+            found.append(level)
+            places = self.below(level)
+        return tuple(reversed(found))
+
+    def word(self, walls: Sequence[int]) -> int:
+        """Return the word of levels."""
+        tops, word, places = _tops(self), 0, range(self.levels)
+        for level in sorted(walls, reverse=True):
+            word += 1 + sum(tops[other] for other in places if other < level)
+            places = self.below(level)
+        return word
+
+    def allows(self, walls: Sequence[int]) -> bool:
+        """Return whether levels, the lowest first, are those of a word."""
+        inside = not walls or (walls[0] >= 0 and walls[-1] < self.levels)
+        return inside and all(one in self.below(other) for one, other in pairwise(walls))
+
+    def sets(self) -> NDArray[np.bool_]:
+        """Return at which levels walls are, for every word, shape (words, levels)."""
+        left = np.arange(self.words)
+        found = np.zeros((self.words, self.levels), dtype=np.bool_)
+        below = 1 + np.cumsum((0, *_tops(self)))
+        for level in reversed(range(self.levels)):
+            found[:, level] = left >= below[level]
+            left -= below[level] * found[:, level]
+        return found
+
+    @property
+    def each(self) -> list[int]:
+        """The words of one wall, at every level."""
+        return [self.word([level]) for level in range(self.levels)]
+
+    def binary(self, word: int) -> str:
+        """Return a word in binary digits."""
+        return f'{word:0{(self.words - 1).bit_length()}b}'
+
+
+@lru_cache(maxsize=64)
+def _tops(code: Code) -> tuple[int, ...]:
+    """Return how many words have each level as their highest."""
+    tops: list[int] = []
+    for level in range(code.levels):
+        tops.append(1 + sum(tops[other] for other in code.below(level)))
+    return tuple(tops)
+
+
+def code_of(design: Design, settings: Settings) -> Code | None:
+    """Return the code of an element with many walls, or None for one wall.
+
+    Raises:
+        SettingsError: The schedule has not one speed for each level, or there are too many words.
+    """
+    if not (spacing := settings.register.spacing):
+        return None
+    code = Code(design.levels, spacing)
+    for name, speeds in (('speeds', settings.kick.by_level), ('kinks', settings.kick.of_kinks)):
+        if len(speeds) < design.levels or not all(speeds[: design.levels]):
+            raise SettingsError(
+                f'a register needs a kick to each of its {design.levels} levels, of walls and of '
+                f'kinks; got kick.{name} {short_repr(getattr(settings.kick, name))}'
+            )
+    if code.words > MOST_WORDS:
+        raise SettingsError(
+            f'a register may have {MOST_WORDS} words at most, all of which are forecast; this one '
+            f'has {code.words}: increase register.spacing'
+        )
+    return code
+
+
+def words_of(design: Design, settings: Settings) -> int:
+    """Return how many contents an element tells apart; raises as `code_of`."""
+    code = code_of(design, settings)
+    return design.levels if code is None else code.words

@@ -1,0 +1,284 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that can be set on the instrument, described and checked.
+
+Times are in time units sqrt(m / k_r), strains are Delta l / l of the element, tension positive.
+The defaults are for the paper's Case II element.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from .errors import Checked, SettingsError
+from .move_settings import EraseSettings, KickSettings, PushSettings, WriteSettings
+from .schema import described, fields_in, short_repr
+
+_time = fields_in('time', 0.0, 1e6)
+_rate = fields_in('1/time', 0.0, 1.0)
+_carrier = fields_in('rad/time', 1e-3, 10.0)
+_length = fields_in('cells', 0.0, 10.0)
+_acceleration = fields_in('cells/time^2', 0.0, 0.05)
+_margin = fields_in('', 0.0, 0.99)
+
+
+@dataclass(frozen=True)
+class ActuatorSettings(Checked):
+    """The actuator that strains the substrate."""
+
+    present: bool = described(
+        True,
+        'whether there is one: without, an element is written by kicks and pushes alone',
+    )
+    max_strain: float = described(
+        0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
+    )
+    max_rate: float = _rate(1e-4, 'highest strain rate', low=1e-9)
+    hand_rate: float = _rate(
+        0.0, 'highest rate of a strain set by hand: a faster one can lose the content; 0: max_rate'
+    )
+
+    @property
+    def by_hand(self) -> float:
+        """Highest rate of a strain that is set by hand, in 1/time."""
+        return min(self.hand_rate, self.max_rate) or self.max_rate
+
+
+@dataclass(frozen=True)
+class TransducerSettings(Checked):
+    """What the transducers can do. A kick or a push that needs more is not made."""
+
+    max_speed: float = described(
+        1.5, 'highest speed of an end', unit='cells/time', low=1e-3, high=10.0
+    )
+    max_stroke: float = _length(2.5, 'longest way of an end, as of a kick')
+    max_amplitude: float = _length(1.0, 'largest amplitude of a pulse', high=5.0)
+
+
+@dataclass(frozen=True)
+class ProbeSettings(Checked):
+    """The pulse and the echo detector of one end.
+
+    The threshold is compared with v_c exp(gain_decay t). This time-gain compensation makes up for
+    the damping of every wave, exp(-eta t / 2). A decay of 0 is the paper's plain rule.
+    """
+
+    omega_c: float = _carrier(2.1, 'carrier frequency')
+    A: float = _length(0.01, 'pulse amplitude', low=1e-9, high=0.5)
+    sigma: float = _time(8.0, 'standard deviation of the envelope', low=0.1, high=1e4)
+    v_th: float = _length(1.6e-4, 'threshold of the compensated v_c', low=1e-12, high=1.0)
+    gain_decay: float = _rate(0.002, 'decay that the gain compensates: eta / 2')
+    window: float = described(
+        8.0, 'averaging window of v_c', unit='carrier periods', low=0.1, high=100.0
+    )
+
+
+@dataclass(frozen=True)
+class ReadSettings(Checked):
+    """When an end is probed, and how its echo is judged."""
+
+    end: str = described(
+        'left',
+        'end that a read probes from, or both',
+        choices=('left', 'right', 'both'),
+    )
+    quiet: float = described(
+        0.33,
+        'waves still under way up to which an element is quiet, as a fraction of the threshold',
+        low=0.01,
+        high=1.0,
+    )
+    patience: float = _time(6000.0, 'longest wait for the element to be quiet')
+    rest: float = _time(
+        0.0, 'wait before a pulse in a quiet element, until motion far from its ends has decayed'
+    )
+    min_margin: float = _margin(
+        0.5, 'least level margin (1 at the calibrated delay, 0 half-way to the next)'
+    )
+    shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
+    attempts: int = described(
+        4, 'most pulses from one end while the base shakes, until two agree', low=2, high=100
+    )
+    noise_factor: float = described(
+        1.5, 'least threshold of v_c, relative to the measured noise', low=1.1, high=100.0
+    )
+
+
+@dataclass(frozen=True)
+class RegisterSettings(Checked):
+    """Many walls in one element, of alternating kind, heard in one pulse of the left end."""
+
+    spacing: int = described(
+        0, 'least distance of two walls in levels; 0: the element holds one wall', low=0, high=255
+    )
+    omega_c: float = _carrier(1.7, 'carrier at which a wall returns a part and passes the rest')
+    A: float = _length(0.01, 'amplitude of the pulse', low=1e-9, high=0.5)
+    sigma: float = _time(16.0, 'standard deviation of its envelope', low=0.1, high=1e4)
+    listen: float = _time(900.0, 'time for which both ends are recorded after it', high=1e5)
+    min_margin: float = _margin(
+        0.5, 'least margin: 1 for the forecast of a word, 0 half-way to that of another'
+    )
+
+    @property
+    def probe(self) -> ProbeSettings:
+        """The pulse of a read."""
+        return ProbeSettings(omega_c=self.omega_c, A=self.A, sigma=self.sigma)
+
+
+def _bad_cell(text: str) -> tuple[int, float | None]:
+    """Return the site of a bad cell, with the factor on its stiffness, or None if it is stuck."""
+    site, colon, factor = text.partition(':')
+    return int(site), float(factor) if colon else None
+
+
+def _is_bad_cell(text: str) -> bool:
+    site, factor = _bad_cell(text)
+    return 1 < site < 100_000 and (factor is None or 0.01 <= factor <= 100.0)
+
+
+@dataclass(frozen=True)
+class ElementSettings(Checked):
+    """What is known of this one element and not of its design."""
+
+    bad_cells: str = described(
+        '',
+        'cells known to be bad, separated by spaces: 217 is stuck as in a blank element, 61:0.5 '
+        'has half of its on-site stiffness; empty: none',
+        words='cells from 2 on, such as 217, or 61:0.5 with a stiffness from 0.01 to 100 times '
+        'the nominal one,',
+        word=_is_bad_cell,
+    )
+
+    @cached_property
+    def _bad(self) -> list[tuple[int, float | None]]:
+        return [_bad_cell(word) for word in self.bad_cells.split()]
+
+    @cached_property
+    def stuck(self) -> tuple[int, ...]:
+        """Sites of the stuck cells, from the left."""
+        return tuple(sorted({site for site, factor in self._bad if factor is None}))
+
+    @cached_property
+    def weak(self) -> dict[int, float]:
+        """On-site stiffness of the others over the nominal one, by site."""
+        return {site: factor for site, factor in self._bad if factor is not None}
+
+    def blocked(self, site: int) -> str:
+        """Return why no wall reaches a site from the left; empty if one does."""
+        first = min(self.stuck, default=site + 1)
+        return f'cell {first} is stuck' if first <= site else ''
+
+
+@dataclass(frozen=True)
+class DisturbanceSettings(Checked):
+    """Limits of the base acceleration, in lattice constants per time unit squared."""
+
+    max_acceleration: float = _acceleration(
+        0.01, 'largest accepted acceleration of the base, either sign', low=1e-9
+    )
+    harmless: float = _acceleration(
+        1e-4, 'acceleration that moves no wall at any frequency: up to it the content stays known'
+    )
+    timeout: float = _time(
+        1000.0, 'time without messages after which the base is at rest', low=1.0, high=1e9
+    )
+
+
+@dataclass(frozen=True)
+class TimeSettings(Checked):
+    """Length of a tick, and the integrator."""
+
+    tick: float = _time(
+        20.0, 'length of a tick; commands take effect between ticks', low=0.1, high=1e4
+    )
+    integrator: str = described(
+        'pefrl',
+        "pefrl, whose echoes arrive when a real element's do; or noh_bathe, the paper's",
+        choices=('noh_bathe', 'pefrl'),
+    )
+
+
+@dataclass(frozen=True)
+class ScaleSettings(Checked):
+    """The dimensionless units in SI."""
+
+    time: float = described(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
+    length: float = described(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
+    stiffness: float = described(
+        1e6, 'k_r: of the spring between two cells', unit='N/m', low=1e-12, high=1e15
+    )
+
+    @property
+    def acceleration(self) -> float:
+        """One lattice constant per time unit squared, in m/s^2."""
+        return self.length / self.time**2
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All settings of the instrument."""
+
+    actuator: ActuatorSettings = ActuatorSettings()
+    write: WriteSettings = WriteSettings()
+    erase: EraseSettings = EraseSettings()
+    kick: KickSettings = KickSettings()
+    push: PushSettings = PushSettings()
+    transducer: TransducerSettings = TransducerSettings()
+    probe: ProbeSettings = ProbeSettings()
+    probe_right: ProbeSettings = ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
+    read: ReadSettings = ReadSettings()
+    register: RegisterSettings = RegisterSettings()
+    element: ElementSettings = ElementSettings()
+    disturbance: DisturbanceSettings = DisturbanceSettings()
+    time: TimeSettings = TimeSettings()
+    scale: ScaleSettings = ScaleSettings()
+
+    def __post_init__(self) -> None:
+        limit = self.actuator.max_strain
+        peaks = ('compression', 'tension', 'start_strain')
+        for name, group in self.groups().items():
+            for peak in filter(group.__dict__.__contains__, peaks):
+                if abs(value := getattr(group, peak)) > limit:
+                    raise SettingsError(
+                        f'{name}.{peak} must be within actuator.max_strain = {limit:g}; '
+                        f'got {value:g}'
+                    )
+        if self.write.method == 'strain' and not self.actuator.present:
+            raise SettingsError(
+                'write.method must be kick or auto for an element without an actuator '
+                "(actuator.present); got 'strain'"
+            )
+        if self.element.bad_cells and self.register.spacing:
+            raise SettingsError(
+                'element.bad_cells must be empty for an element with many walls '
+                f'(register.spacing); got {short_repr(self.element.bad_cells)}'
+            )
+
+    @property
+    def tick_seconds(self) -> float:
+        """Real time of a tick at speed 1, in seconds."""
+        return self.time.tick * self.scale.time
+
+    @property
+    def by_waveforms(self) -> bool:
+        """Whether an element is read by what both ends do after a pulse, and not by delays: one
+        with many walls, or with known bad cells.
+        """
+        return bool(self.register.spacing or self.element.bad_cells)
+
+    def with_stuck(self, sites: Iterable[int]) -> Settings:
+        """Return settings that know more stuck cells."""
+        bad = ' '.join((self.element.bad_cells, *map(str, sites))).strip()
+        return dataclasses.replace(self, element=ElementSettings(bad))
+
+    def groups(self) -> dict[str, Checked]:
+        """Return the groups by name."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+
+    def as_dict(self) -> dict[str, dict[str, Any]]:
+        """Return all settings by group and name."""
+        return dataclasses.asdict(self)

@@ -1,0 +1,396 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Research without a device: simulate a chain, look at its trajectory.
+
+A chain starts from rest, its substrate is strained and one of its ends is driven as functions of
+time say. Lengths are in lattice constants, times in sqrt(m / k_r), energies in k_r (lattice
+constant)^2.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .physics import (
+    INTEGRATORS,
+    Chain,
+    Design,
+    HeldCell,
+    Specimen,
+    default_step,
+    substep_times,
+    walls,
+)
+from .physics.energy import kinetic
+from .physics.equilibrium import blank, energies, resting_walls, wall_profile
+from .physics.potential import Array, StateError
+from .progress import track_progress
+
+TimeFunction = Callable[[Any], ArrayLike]
+"""A quantity over time, given a time or an array of times."""
+
+DIFFERENCE_STEP = 1e-3
+"""Step of the differences that give a driven cell's velocity, relative to the integrator's."""
+
+
+@dataclass(frozen=True)
+class WallStart:
+    """Walls at rest, from which a simulation begins; made by `wall_at` and `walls_at`.
+
+    Attributes:
+        positions: Where the walls are, in sites, from the left to the right.
+        levels: The same as levels; either is empty.
+        relaxed: Whether the walls come to rest in the nearest minimum of their energy first.
+    """
+
+    positions: tuple[float, ...] = ()
+    levels: tuple[int, ...] = ()
+    relaxed: bool = True
+
+    def displacements(self, specimen: Specimen) -> Array:
+        """Return the displacements of an element with these walls, shape (N,).
+
+        Raises:
+            StateError: A level does not exist, or no equilibrium was found.
+        """
+        design = specimen.design
+        for level in self.levels:
+            if not 0 <= level < design.levels:
+                raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
+        guess_offset = 0.3  # in cells: a guess right on a defect is balanced on it
+        positions = [design.defect(level) + guess_offset for level in self.levels]
+        positions += self.positions
+        if self.relaxed:
+            return resting_walls(specimen, positions)
+        (position,) = positions
+        return wall_profile(design, position) + specimen.offsets
+
+
+def wall_at(
+    level: int | None = None, *, position: float | None = None, relaxed: bool = True
+) -> WallStart:
+    """Describe an element that holds one wall.
+
+    Args:
+        level: Level at whose defect the wall rests; or
+        position: its place in sites.
+        relaxed: Whether the wall first comes to rest where its energy is least nearby. Otherwise
+            it has the profile of a tanh, and moves as soon as time begins.
+
+    Raises:
+        ValueError: Neither or both of level and position are given.
+    """
+    if (level is None) == (position is None):
+        raise ValueError('give either level or position')
+    if level is not None:
+        return WallStart(levels=(level,), relaxed=relaxed)
+    return WallStart(positions=(float(position or 0.0),), relaxed=relaxed)
+
+
+def walls_at(levels: Sequence[int]) -> WallStart:
+    """Describe an element that holds walls and kinks, in turn, at several levels."""
+    return WallStart(levels=tuple(levels))
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """What a simulation returns: the saved states, T of them.
+
+    Attributes:
+        specimen: The simulated element.
+        t: Times, shape (T,), in time units.
+        displacement: Displacements v_j of the metamaterial, shape (T, N), in lattice constants.
+        velocity: Velocities of the metamaterial, shape (T, N), in lattice constants per time unit.
+        substrate: Displacements V_j of the substrate, shape (T, N).
+        substrate_velocity: Velocities of an elastic substrate, shape (T, N); otherwise zeros.
+    """
+
+    specimen: Specimen
+    t: Array
+    displacement: Array
+    velocity: Array
+    substrate: Array
+    substrate_velocity: Array
+
+    @property
+    def configuration(self) -> Array:
+        """Configuration Delta_j = v_j - V_j, shape (T, N)."""
+        return self.displacement - self.substrate
+
+    @property
+    def strain(self) -> Array:
+        """Strain of the element, tension positive, shape (T,)."""
+        return self.substrate[:, -1] / self.specimen.design.end_displacement(1.0)
+
+    @cached_property
+    def wall_positions(self) -> Array:
+        """Positions of the walls in sites, shape (T, W); NaN where a state has fewer."""
+        found = [
+            [wall.position for wall in walls(self.specimen.design, row)]
+            for row in self.configuration
+        ]
+        positions = np.full((len(found), max(map(len, found))), np.nan)
+        for row, values in zip(positions, found, strict=True):
+            row[: len(values)] = values
+        return positions
+
+    @cached_property
+    def energies(self) -> dict[str, Array]:
+        """Kinetic, coupling, on-site and substrate energy, shape (T,) each."""
+        static = energies(self.specimen, self.displacement, self.substrate)
+        moving = kinetic(self.specimen, self.velocity, self.substrate_velocity)
+        parts = (moving, *static)
+        return dict(zip(('kinetic', 'coupling', 'on_site', 'substrate'), parts, strict=True))
+
+    @property
+    def energy(self) -> Array:
+        """Total energy, shape (T,)."""
+        return np.asarray(np.sum(list(self.energies.values()), axis=0))
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the configuration over place and time, with the walls; return the axes.
+
+        Raises:
+            ModuleNotFoundError: Matplotlib is not installed.
+        """
+        import matplotlib.pyplot as plt
+
+        if axes is None:
+            _, axes = plt.subplots(layout='constrained')
+        design = self.specimen.design
+        picture = axes.pcolormesh(
+            design.sites,
+            self.t,
+            self.configuration,
+            vmin=design.D_s1,
+            vmax=design.D_s2,
+            cmap='RdBu_r',
+            shading='nearest',
+            rasterized=True,
+        )
+        axes.plot(self.wall_positions, self.t, color='black', linewidth=1.0)
+        axes.set_xlabel('site j')
+        axes.set_ylabel(r'time $t\,/\,\sqrt{m/k_r}$')
+        axes.figure.colorbar(
+            picture, ax=axes, label=r'configuration $\Delta_j$ / lattice constant'
+        )
+        return axes
+
+    def to_xarray(self) -> Any:
+        """Return an xarray Dataset with the dimensions t, site and wall.
+
+        Raises:
+            ModuleNotFoundError: xarray is not installed.
+        """
+        import xarray
+
+        by_site = ('configuration', 'displacement', 'velocity', 'substrate')
+        fields: dict[str, Any] = {name: (('t', 'site'), getattr(self, name)) for name in by_site}
+        fields |= {f'energy_{name}': ('t', values) for name, values in self.energies.items()}
+        fields |= {
+            'strain': ('t', self.strain),
+            'wall_position': (('t', 'wall'), self.wall_positions),
+        }
+        sites = np.arange(1, self.specimen.design.N + 1)
+        dataset = xarray.Dataset(fields, coords={'t': self.t, 'site': sites})
+        dataset.attrs['design'] = json.dumps(self.specimen.design.as_dict())
+        return dataset
+
+    def save(self, path: Path | str) -> Path:
+        """Write all arrays, and the design as JSON, to a file that `numpy.load` reads.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        path = Path(path)
+        names = ('t', 'configuration', 'displacement', 'velocity', 'substrate', 'wall_positions')
+        arrays = {name: getattr(self, name) for name in names}
+        design = json.dumps(self.specimen.design.as_dict())
+        with path.open('wb') as file:
+            np.savez_compressed(
+                file, energy=self.energy, strain=self.strain, design=design, **arrays
+            )
+        return path
+
+
+def simulate(
+    design: Design | Specimen,
+    *,
+    duration: float,
+    initial: WallStart | ArrayLike | None = None,
+    save_every: float | None = None,
+    strain: TimeFunction | float = 0.0,
+    drive: Mapping[int, TimeFunction] | None = None,
+    eta: float | None = None,
+    integrator: str = 'pefrl',
+    dt: float | None = None,
+    progress: bool = True,
+) -> Trajectory:
+    """Simulate a chain that starts from rest.
+
+    Args:
+        design: A design, simulated exactly as designed; or a specimen with scatter of its own.
+        duration: Simulated time in time units; rounded up to a multiple of `save_every`.
+        initial: `wall_at`, `walls_at`, or displacements v_j, shape (N,); by default a blank
+            element. Where the strain does not begin at 0, it is the configuration that is given.
+        save_every: Time between two saved states; by default a 200th of the duration.
+        strain: Strain of the substrate over time, tension positive.
+        drive: Displacement v_j over time of an end, site 1 or N; NaN while the end is free. One
+            end can be driven, because a chain's loop holds one cell.
+        eta: Damping in place of the design's.
+        integrator: Name in `INTEGRATORS`.
+        dt: Largest step in time units; by default the largest that is accurate and stable.
+        progress: Whether to show a progress bar if it takes longer than two seconds.
+
+    Raises:
+        ValueError: An argument is out of range.
+        DesignError: The step is beyond the limit of stability.
+        StateError: The initial state is none, or a cell is driven too far to be followed.
+    """
+    specimen = Specimen.of(design)
+    if eta is not None:
+        specimen = replace(specimen, design=replace(specimen.design, eta=eta), eta_factor=1.0)
+    if integrator not in INTEGRATORS:
+        raise ValueError(f'integrator must be one of {", ".join(INTEGRATORS)}; got {integrator!r}')
+    method = INTEGRATORS[integrator]
+    save_every = duration / 200.0 if save_every is None else save_every
+    if not 0.0 < save_every <= duration < math.inf:
+        raise ValueError(
+            'duration must be finite, and save_every above 0 and at most the duration; got '
+            f'duration={duration:g} and save_every={save_every:g}'
+        )
+    longest = default_step(specimen, method) if dt is None else dt
+    if not longest > 0.0:
+        raise ValueError(f'dt must be above 0; got {longest:g}')
+    steps = math.ceil(save_every / longest * (1.0 - 1e-12))
+    chain = Chain(specimen.design, save_every / steps, method)
+    chain.set_specimen(specimen)
+    inputs = _InputFunctions(strain, *_driven_end(drive, specimen.design.N))
+    _place(chain, initial, float(inputs.sample_strain(np.zeros(1))[0]))
+    count = math.ceil(duration / save_every * (1.0 - 1e-12))
+    frames = [_saved_rows(chain)]
+    runs: Iterator[int] = iter(range(count))
+    if progress:
+        runs = track_progress(runs, count, 'simulating')
+    for _ in runs:
+        _advance(chain, steps, inputs)
+        frames.append(_saved_rows(chain))
+    rows = np.array(frames, dtype=np.float64)
+    times = np.asarray(save_every * np.arange(count + 1), dtype=np.float64)
+    return Trajectory(specimen, times, *(np.array(rows[:, k]) for k in range(4)))
+
+
+@dataclass(frozen=True)
+class _InputFunctions:
+    """Strain and motion of an end, over time.
+
+    Attributes:
+        site: The driven end.
+        motion: Its displacement; None if no end is driven.
+    """
+
+    strain: TimeFunction | float
+    site: int = 1
+    motion: TimeFunction | None = None
+
+    def sample_strain(self, times: Array) -> Array:
+        """Return the strain at some times, shape (m,).
+
+        Raises:
+            ValueError: It is not finite.
+        """
+        if not callable(self.strain):
+            values = np.full(len(times), float(self.strain))
+        else:
+            values = _sample(self.strain, times)
+        if not np.isfinite(values).all():
+            raise ValueError(f'strain must be finite; got {values[~np.isfinite(values)][0]}')
+        return values
+
+    def sample_motion(self, times: Array, dt: float) -> Array:
+        """Return displacement and velocity of the driven end, shape (2, m); NaN if free."""
+        if self.motion is None:
+            return np.full((2, len(times)), np.nan)
+        h = DIFFERENCE_STEP * dt
+        before, at, after = (_sample(self.motion, times + shift) for shift in (-h, 0.0, h))
+        velocity = (after - before) / (2.0 * h)
+        for one_sided in ((after - at) / h, (at - before) / h):  # where the end is let go or taken
+            velocity = np.where(np.isnan(velocity), one_sided, velocity)
+        return np.array([at, velocity])
+
+
+def _sample(function: TimeFunction, times: Array) -> Array:
+    """Return a function's values; one that takes no arrays is called time by time."""
+    try:
+        values = np.asarray(function(times), dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.array([function(float(time)) for time in times], dtype=np.float64)
+    return np.array(np.broadcast_to(values, times.shape))
+
+
+def _driven_end(
+    drive: Mapping[int, TimeFunction] | None, N: int
+) -> tuple[int, TimeFunction | None]:
+    """Return the end that is driven, and how.
+
+    Raises:
+        ValueError: Another cell is driven, or both ends are.
+    """
+    if not drive:
+        return 1, None
+    if len(drive) > 1 or not set(drive) <= {1, N}:
+        raise ValueError(
+            f'drive must hold site 1 or site {N}, and one of them; got {sorted(drive)}'
+        )
+    ((site, motion),) = drive.items()
+    return site, motion
+
+
+def _place(chain: Chain, initial: WallStart | ArrayLike | None, strain: float) -> None:
+    """Set the state from which a simulation begins."""
+    specimen = chain.specimen
+    if initial is None:
+        v = blank(specimen)
+    elif isinstance(initial, WallStart):
+        v = initial.displacements(specimen)
+    else:
+        v = np.asarray(initial, dtype=np.float64)
+    V_N = specimen.design.end_displacement(strain)
+    chain.place(v + V_N * specimen.strain_shape if V_N else v, V_N)
+
+
+def _saved_rows(chain: Chain) -> Array:
+    """Return displacement and velocity of both chains, shape (4, N)."""
+    return np.array([chain.v, chain.velocity, chain.V, chain.substrate_velocity])
+
+
+def _advance(chain: Chain, steps: int, inputs: _InputFunctions) -> None:
+    """Advance by whole steps, in runs that begin where the driven end is taken."""
+    substeps = chain.integrator.substeps
+    times = substep_times(steps, chain.dt, chain.integrator, first=chain.steps_done)
+    V_N = chain.design.end_displacement(1.0) * inputs.sample_strain(times)
+    motion = inputs.sample_motion(times, chain.dt)
+    held = np.isfinite(motion[0])
+    step = 0
+    while step < steps:
+        first = step * substeps
+        free = np.flatnonzero(~held[first:])
+        let_go = int(free[0]) if len(free) else len(held) - first
+        taken = np.flatnonzero(held[first + let_go :])
+        end = (
+            steps
+            if not len(taken)
+            else max(step + 1, -(-(first + let_go + int(taken[0])) // substeps))
+        )
+        held_cell = HeldCell(inputs.site, motion[:, first : first + let_go]) if let_go else None
+        chain.advance(V_N[first : end * substeps], held_cell)
+        step = end

@@ -1,0 +1,79 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sweeps over parameters and scattered elements."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mlmem.parameter_sweep import sweep
+from mlmem.physics import CASE_II, Scatter, scattered
+
+
+def measure_eta(specimen):
+    return specimen.eta
+
+
+def measure_alpha(specimen):
+    return {'mean': float(specimen.alpha_factor.mean()), 'std': float(specimen.alpha_factor.std())}
+
+
+def test_sweep_visits_every_combination_in_order():
+    table = sweep(CASE_II, measure=measure_eta, eta=[0.002, 0.004], d=[0.03, 0.04], seeds=[1, 2])
+    assert table.columns == ('eta', 'd', 'seed', 'value')
+    assert len(table) == 8
+    assert np.array_equal(table['value'], table['eta'])
+    assert list(table['seed']) == [1, 2] * 4
+
+
+def test_sweep_scatter_axis_makes_the_elements_of_its_seeds():
+    table = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.0, 0.01], seeds=range(3))
+    for row in table:
+        made = scattered(CASE_II, Scatter(alpha=row['alpha_std']), row['seed'])
+        assert row['std'] == made.alpha_factor.std()
+
+
+def test_sweep_executor_gives_the_same_table():
+    alone = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.0, 0.01], seeds=range(4))
+    with ThreadPoolExecutor(2) as executor:
+        table = sweep(
+            CASE_II,
+            measure=measure_alpha,
+            alpha_std=[0.0, 0.01],
+            seeds=range(4),
+            executor=executor,
+        )
+    assert table == alone
+
+
+def test_sweep_failing_measurement_reaches_the_caller():
+    def fail(specimen):
+        raise ZeroDivisionError
+
+    with ThreadPoolExecutor(1) as executor, pytest.raises(ZeroDivisionError):
+        sweep(CASE_II, measure=fail, eta=[0.002, 0.004], executor=executor)
+
+
+@pytest.mark.parametrize(
+    ('axes', 'word'),
+    [({'alpha': [1.0]}, 'alpha_std'), ({'eta': []}, 'eta'), ({'seeds': ()}, 'seeds')],
+)
+def test_sweep_bad_axis_is_named(axes, word):
+    with pytest.raises(ValueError, match=word):
+        sweep(CASE_II, measure=measure_eta, **axes)
+
+
+def test_table_average_has_mean_and_standard_error(tmp_path):
+    table = sweep(CASE_II, measure=measure_alpha, alpha_std=[0.01], seeds=range(9))
+    (row,) = table.average('mean', 'alpha_std')
+    assert row['mean_mean'] == pytest.approx(np.mean(table['mean']))
+    assert row['mean_error'] == pytest.approx(np.std(table['mean'], ddof=1) / 3.0)
+    assert table.save(tmp_path / 'table.csv').read_text().startswith('alpha_std,seed,mean,std\n')
+    assert str(table).splitlines()[0].split() == ['alpha_std', 'seed', 'mean', 'std']
+
+
+def test_sweep_design_axis_changes_the_design():
+    table = sweep(CASE_II, measure=lambda made: made.design.k_s2, d=[0.02, 0.04])
+    assert list(table['value']) == [replace(CASE_II, d=d).k_s2 for d in (0.02, 0.04)]

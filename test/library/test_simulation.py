@@ -1,0 +1,149 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Simulations without a device, against what the chain and closed forms say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mlmem.physics import CASE_II, Chain, Specimen, StateError, walls
+from mlmem.physics.equilibrium import resting_wall
+from mlmem.simulation import simulate, wall_at, walls_at
+
+KICK_SPEED = 0.0793
+"""Mean speed of the kick that leads to level 4, in cells per time unit."""
+
+
+def kick(t):
+    """Return the motion of the left end from s1 to s2 along 3x^2 - 2x^3, then free."""
+    duration = (CASE_II.D_s2 - CASE_II.D_s1) / KICK_SPEED
+    x = np.clip(t / duration, 0.0, 1.0)
+    moved = CASE_II.D_s1 + (CASE_II.D_s2 - CASE_II.D_s1) * (3.0 * x**2 - 2.0 * x**3)
+    return np.where(t <= duration + 20.0, moved, np.nan)
+
+
+def test_simulate_pinned_wall_stays_at_its_defect():
+    run = simulate(CASE_II, initial=wall_at(level=3), duration=2000.0, save_every=100.0)
+    assert run.t == pytest.approx(np.arange(21) * 100.0)
+    assert run.configuration.shape == (21, CASE_II.N)
+    assert run.wall_positions.shape == (21, 1)
+    assert run.wall_positions == pytest.approx(CASE_II.defect(3), abs=0.1)
+
+
+def test_simulate_boundary_kick_reaches_the_level_of_its_speed():
+    run = simulate(CASE_II, duration=2500.0, drive={1: kick})
+    assert run.wall_positions[-1, 0] == pytest.approx(CASE_II.defect(4), abs=0.5)
+    assert len(walls(CASE_II, run.configuration[0])) == 0
+
+
+@pytest.mark.parametrize('save_every', [7.0, 250.0])
+def test_simulate_save_interval_changes_no_physics(save_every):
+    """Only the step differs: it is a whole fraction of the interval; PEFRL's error is dt^4."""
+    reference = simulate(CASE_II, duration=1750.0, save_every=50.0, drive={1: kick}, dt=0.2)
+    run = simulate(CASE_II, duration=1750.0, save_every=save_every, drive={1: kick}, dt=0.2)
+    assert run.displacement[-1] == pytest.approx(reference.displacement[-1], abs=1e-4)
+
+
+def test_simulate_undamped_wall_conserves_energy():
+    run = simulate(CASE_II, initial=wall_at(position=60.0, relaxed=False), duration=500.0, eta=0.0)
+    assert run.energy == pytest.approx(run.energy[0], rel=1e-5)  # PEFRL at its longest step
+
+
+def test_simulate_constant_strain_displaces_the_end():
+    run = simulate(CASE_II, duration=400.0, strain=lambda t: 0.01 * np.minimum(t / 300.0, 1.0))
+    assert run.strain[-1] == pytest.approx(0.01)
+    assert run.substrate[-1, -1] == pytest.approx(0.01 * CASE_II.N)
+
+
+def test_simulate_scalar_function_gives_the_same_bits_as_an_array_function():
+    arrays = simulate(CASE_II, duration=50.0, strain=lambda t: 0.01 * (t > 10.0))
+    scalars = simulate(CASE_II, duration=50.0, strain=lambda t: 0.01 if t > 10.0 else 0.0)
+    assert np.array_equal(arrays.displacement, scalars.displacement)
+
+
+def test_simulate_end_taken_later_agrees_with_a_chain_by_hand():
+    """The end is free for 10 time units; then it is held where it is, in steps of 0.25."""
+    start = resting_wall(Specimen(CASE_II), 0)
+    start[0] += 0.05
+    run = simulate(
+        CASE_II, initial=start, duration=20.0, save_every=20.0, dt=0.25,
+        drive={1: lambda t: np.where(t >= 10.0, CASE_II.D_s2, np.nan)},
+    )  # fmt: skip
+    assert run.displacement[-1, 0] == pytest.approx(CASE_II.D_s2)
+    free = simulate(CASE_II, initial=start, duration=20.0, save_every=10.0, dt=0.25)
+    before = simulate(
+        CASE_II, initial=start, duration=10.0, save_every=10.0, dt=0.25,
+        drive={1: lambda t: np.where(t >= 10.1, CASE_II.D_s2, np.nan)},
+    )  # fmt: skip
+    assert np.array_equal(before.displacement[-1], free.displacement[1])
+
+
+def test_simulate_damping_overrides_that_of_the_design():
+    ringing = resting_wall(Specimen(CASE_II), 2) + 1e-3
+    runs = [
+        simulate(design, initial=ringing, duration=300.0, eta=eta)
+        for design, eta in ((CASE_II, 0.02), (replace(CASE_II, eta=0.02), None))
+    ]
+    assert np.array_equal(runs[0].displacement, runs[1].displacement)
+
+
+def test_simulate_several_walls_rest_at_their_levels():
+    run = simulate(CASE_II, initial=walls_at([1, 4, 6]), duration=100.0)
+    expected = [CASE_II.defect(level) for level in (1, 4, 6)]
+    assert run.wall_positions[-1] == pytest.approx(expected, abs=1.0)
+
+
+def test_simulate_agrees_with_a_chain_that_is_advanced_by_hand():
+    start = resting_wall(Specimen(CASE_II), 3) + 0.01
+    run = simulate(CASE_II, initial=start, duration=25.0, save_every=25.0, dt=0.25)
+    from mlmem.physics import PEFRL
+
+    chain = Chain(CASE_II, 0.25, PEFRL)
+    chain.place(start)
+    chain.advance(np.zeros(100 * PEFRL.substeps))
+    assert np.array_equal(run.displacement[-1], chain.v)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'word'),
+    [
+        ({'duration': -1.0}, 'duration'),
+        ({'duration': 10.0, 'save_every': 0.0}, 'save_every'),
+        ({'duration': 10.0, 'dt': -1.0}, 'dt'),
+        ({'duration': 10.0, 'integrator': 'euler'}, 'integrator'),
+        ({'duration': 10.0, 'drive': {5: lambda t: 0.0 * t}}, 'drive'),
+        ({'duration': 10.0, 'strain': lambda t: np.nan * t}, 'strain'),
+    ],
+)
+def test_simulate_bad_argument_is_named(arguments, word):
+    with pytest.raises(ValueError, match=word):
+        simulate(CASE_II, **arguments)
+
+
+def test_wall_at_needs_one_place():
+    with pytest.raises(ValueError, match='level or position'):
+        wall_at()
+    with pytest.raises(StateError, match='level must be from 0 to 7'):
+        simulate(CASE_II, initial=wall_at(level=8), duration=10.0)
+
+
+def test_trajectory_file_holds_what_was_simulated(tmp_path):
+    run = simulate(CASE_II, initial=wall_at(level=0), duration=100.0, save_every=50.0)
+    with np.load(run.save(tmp_path / 'run.npz')) as file:
+        assert np.array_equal(file['configuration'], run.configuration)
+        assert np.array_equal(file['wall_positions'], run.wall_positions, equal_nan=True)
+        assert '"J": 25' in str(file['design'])
+
+
+def test_trajectory_plot_shows_sites_and_time():
+    pytest.importorskip('matplotlib').use('agg')
+    run = simulate(CASE_II, initial=wall_at(level=0), duration=100.0, save_every=50.0)
+    axes = run.plot()
+    assert axes.get_xlim() == pytest.approx((0.5, CASE_II.N + 0.5), abs=1.0)
+
+
+def test_trajectory_xarray_has_named_dimensions():
+    pytest.importorskip('xarray')
+    data = simulate(CASE_II, initial=wall_at(level=1), duration=100.0, save_every=50.0).to_xarray()
+    assert data.configuration.sel(site=10, t=50.0) == pytest.approx(CASE_II.D_s2, abs=1e-3)
