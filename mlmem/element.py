@@ -125,7 +125,7 @@ class MemoryElement(Memory):
                 self.script = self.course(script, self.faults)
                 return None
             case commands.SetMethod(method):
-                self.settings = with_method(self.settings, method)
+                self._set_method(method)
                 return None
         if self._running:
             raise Refused(f'busy: {self.procedure} is running; abort it or wait')
@@ -157,6 +157,23 @@ class MemoryElement(Memory):
         for _, each in coming:
             self.specimen(each)
         return tuple(coming)
+
+    def _set_method(self, method: str) -> None:
+        """Write by another method, and read by its pulses.
+
+        Raises:
+            Refused: There is no such method, or it needs an actuator and there is none.
+        """
+        try:
+            write = replace(self.settings.write, method=method)
+        except SettingsError as error:
+            raise Refused(f'write.{error}') from error
+        try:
+            settings = replace(self.settings, write=write)
+            self.transducer.set_probes(settings)
+        except SettingsError as error:
+            raise Refused(str(error)) from error
+        self.settings = settings
 
     def _suffer(self, faults: Faults) -> None:
         """Replace all faults by these; raises as `specimen` does."""
@@ -194,13 +211,13 @@ class MemoryElement(Memory):
         return wanted
 
     def _bear(self) -> None:
-        """Raise `Refused` if a pulse may move the wall, which only a push may."""
+        """Raise `Refused` if a pulse may move the wall."""
         for end, loudest in self.loudest.items():
             if (A := self.transducer.probes[end].A) > loudest:
                 group = 'probe' if end is End.LEFT else 'probe_right'
                 raise Refused(
                     f'{group}.A must be at most {loudest:.3g}, or a pulse may move the wall; got '
-                    f'{A:g}. To push a wall out set push.A and write.method to kick, and erase'
+                    f'{A:g}'
                 )
 
     def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
@@ -362,22 +379,6 @@ def new_element(
     settings = settings or Settings()
     calibration = calibration or factory.factory_calibration(design, settings)
     return MemoryElement(design, settings, calibration, driver)
-
-
-def with_method(settings: Settings, method: str) -> Settings:
-    """Return settings that write by another method.
-
-    Raises:
-        Refused: There is no such method, or it needs an actuator and there is none.
-    """
-    try:
-        write = replace(settings.write, method=method)
-    except SettingsError as error:
-        raise Refused(f'write.{error}') from error
-    try:
-        return replace(settings, write=write)
-    except SettingsError as error:
-        raise Refused(str(error)) from error
 
 
 @dataclass(eq=False)

@@ -204,7 +204,7 @@ class Memory(Instrument):
         self._events.append(shot)
 
     def begin_cycle(self, how: str = 'strained') -> None:
-        """Count a cycle of strain, a kick or a push that is about to move the wall."""
+        """Count a cycle of strain, a kick or a clearing pulse that is about to move the wall."""
         self.statistics.cycles += 1
         self.forget(f'{how} by a procedure')
 

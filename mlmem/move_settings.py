@@ -60,8 +60,8 @@ class WriteSettings(CycleSettings):
 
     method: str = described(
         'strain',
-        'strain: by strain cycles, as in the paper; kick: by kicks and pushes, with strain only '
-        'where no kick reaches; auto: by whichever is fastest',
+        'strain: by strain cycles, as in the paper; kick: by kicks, with strain only where no '
+        'kick reaches; auto: by whichever is fastest',
         choices=('strain', 'kick', 'auto'),
     )
     compression: float = _compression(
@@ -123,7 +123,11 @@ def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
 
 @dataclass(frozen=True)
 class KickSettings(Checked):
-    """The motion of the left end that sends a wall from blank to the level its speed selects."""
+    """The motions of the left end that need no strain.
+
+    One sends a wall from blank to the level that its speed selects. The opposite one erases: it
+    sends a kink that meets the wall at any level, and both are gone.
+    """
 
     speeds: str = _by_level(
         'mean speed in cells per time unit for every level from 0 on, separated by spaces; 0: no '
@@ -144,6 +148,16 @@ class KickSettings(Checked):
     )
     hold: float = _time(20.0, 'hold at the other ground state')
     settle: float = _time(800.0, 'rest in which the wall comes to its level')
+    erase_speed: float = described(
+        0.3,
+        'mean speed of the kick that erases one wall from any level; 0: none does',
+        unit='cells/time',
+        low=0.0,
+        high=10.0,
+    )
+    erase_settle: float = _time(
+        1400.0, 'rest after it, before the next kick: waves under way brake a wall'
+    )
 
     @cached_property
     def fastest(self) -> float:
@@ -174,30 +188,11 @@ class KickSettings(Checked):
 
 
 @dataclass(frozen=True)
-class PushSettings(Checked):
-    """The loud pulse that pushes the wall out at the left end, from any level."""
+class ClearingPulseSettings(Checked):
+    """The strong pulse that clears a register: all its walls leave at the left end."""
 
     end: str = described('right', 'end that is driven', choices=('left', 'right'))
     omega_c: float = described(0.8, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
-    A: float = described(0.0, 'amplitude; 0: no push', unit='cells', low=0.0, high=5.0)
+    A: float = described(0.0, 'amplitude', unit='cells', low=0.0, high=5.0)
     sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
-    patience: float = _time(1200.0, 'longest wait for the wall to leave')
-    settle: float = _time(200.0, 'rest before a kick, once the wall has left')
-    pulses: int = _count(3, 'most pulses until the wall has left')
-    after: float = described(
-        1.0,
-        'factor on the speed of a kick that follows: waves of the pulse, still under way, brake '
-        'the wall',
-        low=0.5,
-        high=2.0,
-    )
-    room: float = _part(
-        1.0,
-        'relative change that amplitude, carrier and length bear each, from every level, with up '
-        'to `pulses`; with less than 0.1 the push is not used',
-    )
-
-    @property
-    def speed(self) -> float:
-        """About the highest speed of the end."""
-        return self.A * self.omega_c
+    settle: float = _time(200.0, 'rest in which the walls leave and the waves fade')

@@ -12,9 +12,9 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from .move_settings import EraseSettings, KickSettings, PushSettings, WriteSettings
+from .move_settings import ClearingPulseSettings, EraseSettings, KickSettings, WriteSettings
 from .physics import CASE_I, CASE_II, Design, DesignError
 from .settings import (
     ActuatorSettings,
@@ -46,9 +46,6 @@ class Preset(NamedTuple):
 DEFAULT = 'case_2'
 """The default preset."""
 
-LOUDER = 5.0
-"""Amplitude of a read where walls are kicked, relative to that where they are strained."""
-
 Peaks = tuple[float, float]
 """Peak strains: of compression, of tension."""
 
@@ -74,16 +71,12 @@ _KICK_SPEEDS_9 = (0.002, 0.0039, 0.007, 0.0106, 0.0146, 0.0191, 0.0241)
 """Speeds of kicks with eta = 1/250, to every level whose kick bears a change of at least 0.1."""
 
 
-def kick_and_push(levels: int, N: int) -> tuple[KickSettings, PushSettings]:
-    """Return the kick and the push of an element of nine cells a level with eta = 1/250, as
-    `mlmem kicks` found them.
+def nine_cell_kicks(levels: int) -> KickSettings:
+    """Return the kicks of an element of nine cells a level with eta = 1/250, as `mlmem kicks`
+    found them.
     """
     speeds = ' '.join(f'{speed:g}' for speed in _KICK_SPEEDS_9[:levels])
-    settle = 800.0 if N < 150 else 1200.0
-    return (
-        KickSettings(speeds, late=LATE_KICK),
-        PushSettings(A=0.6, omega_c=0.75, sigma=5.0, settle=settle),
-    )
+    return KickSettings(speeds, late=LATE_KICK, erase_settle=1600.0)
 
 
 _CASE_2 = Preset(
@@ -94,7 +87,6 @@ _CASE_2 = Preset(
             '0.006 0.0145 0.0316 0.053 0.0793 0.1207 0.18 0.258',
             rooms='0.51 0.58 0.33 0.23 0.17 0.26 0.15 0.23',
         ),
-        push=PushSettings(A=0.62, omega_c=0.74, sigma=12.0, settle=800.0, after=1.1, room=0.3),
     ),
 )
 """The paper's second element, with eight levels. The ranges in which its settings work:
@@ -138,7 +130,9 @@ def _byte() -> Preset:
                 kinks='0.004 0.011 0.025 0.04 0.055 0.08 0.11 0.15',
                 settle=1000.0,
             ),
-            push=PushSettings(end='left', A=1.2, omega_c=1.6, sigma=10.0, settle=2000.0),
+            clearing_pulse=ClearingPulseSettings(
+                end='left', A=1.2, omega_c=1.6, sigma=10.0, settle=2000.0
+            ),
             register=RegisterSettings(spacing=1),
         )
     )
@@ -151,7 +145,7 @@ def _register(
     beta: float,
     eta: float,
     register: RegisterSettings,
-    push: PushSettings,
+    clearing_pulse: ClearingPulseSettings,
     kick: KickSettings,
 ) -> Preset:
     """Return an element for many walls, written without strain.
@@ -168,7 +162,7 @@ def _register(
         write=WriteSettings(method='kick'),
         transducer=TransducerSettings(max_amplitude=1.2, max_speed=2.0),
         kick=kick,
-        push=push,
+        clearing_pulse=clearing_pulse,
         probe=ProbeSettings(v_th=4e-4, gain_decay=eta / 2),
         probe_right=replace(Settings().probe_right, gain_decay=eta / 2),
         read=ReadSettings(patience=50.0 / eta),
@@ -186,20 +180,17 @@ def _nine_cells(
     patience: float,
     eta: float = 1 / 250,
     kick: KickSettings | None = None,
-    push: PushSettings | None = None,
 ) -> Preset:
     """Return an element found by `mlmem_lab.designer`: Case II's cells, nine per level."""
     omega_c, sigma, v_th = right
     design = Design(
         N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=54
     )
-    usual_kick, usual_push = kick_and_push(design.levels, N)
     settings = Settings(
         actuator=_fast_actuator(N),
         write=write,
         erase=erase,
-        kick=kick or usual_kick,
-        push=push or usual_push,
+        kick=kick or nine_cell_kicks(design.levels),
         # A short pulse: of all levels only the first is so near that its delay says no more.
         probe=ProbeSettings(omega_c=2.039, sigma=6.0, v_th=1.2e-4, gain_decay=eta / 2),
         probe_right=replace(
@@ -229,20 +220,10 @@ def _erase(ramp: float, hold: float, settle: float, peaks: Peaks) -> EraseSettin
     )  # fmt: skip
 
 
-def _kicked(strained: Preset, **others: Any) -> Preset:
-    """Return an element that is written without strain.
-
-    Kicks and pushes leave waves that fade as slowly as they were loud: a louder read hears through
-    them sooner.
-    """
-    settings = strained.settings
-    left, right = (
-        replace(probe, A=LOUDER * probe.A, v_th=LOUDER * probe.v_th)
-        for probe in (settings.probe, settings.probe_right)
-    )
-    write = replace(settings.write, method='kick')
-    settings = replace(settings, write=write, probe=left, probe_right=right, **others)
-    return strained._replace(settings=settings)
+def written_by_kicks(element: Preset) -> Preset:
+    """Return an element that is written without strain."""
+    write = replace(element.settings.write, method='kick')
+    return element._replace(settings=replace(element.settings, write=write))
 
 
 PRESETS = {
@@ -269,7 +250,9 @@ PRESETS |= {
     'register_4': _register(
         levels=11, J=20, beta=-0.16, eta=1 / 360,
         register=RegisterSettings(spacing=1, sigma=12.0, listen=1200.0),
-        push=PushSettings(end='left', A=0.9, omega_c=1.6, sigma=20.0, settle=3000.0),
+        clearing_pulse=ClearingPulseSettings(
+            end='left', A=0.9, omega_c=1.6, sigma=20.0, settle=3000.0
+        ),
         kick=KickSettings(
             '0.0018 0.0061 0.0116 0.0185 0.0265 0.0357 0.047 0.0617 0.0821 0.125 0.3009',
             kinks='0.0017 0.0044 0.0087 0.0137 0.0195 0.0267 0.0349 0.0447 0.0576 0.0754 0.15',
@@ -279,7 +262,9 @@ PRESETS |= {
     'register_5': _register(
         levels=13, J=22, beta=-0.14, eta=1 / 475,
         register=RegisterSettings(spacing=1, omega_c=1.75, sigma=16.0, listen=1500.0),
-        push=PushSettings(end='left', A=0.9, omega_c=1.6, sigma=20.0, settle=4500.0),
+        clearing_pulse=ClearingPulseSettings(
+            end='left', A=0.9, omega_c=1.6, sigma=20.0, settle=4500.0
+        ),
         kick=KickSettings(
             '0.0015 0.0036 0.0072 0.0112 0.0162 0.0219 0.0281 0.0357 0.0447 0.0559 0.072 0.1023 '
             '0.2472',
@@ -288,20 +273,16 @@ PRESETS |= {
             late=1.0, settle=1500.0,
         ),
     ),
-    'kick_2': _kicked(_nine_cells(
+    'kick_2': written_by_kicks(_nine_cells(
         N=99, eta=1 / 100, right=(0.692, 16.0, 1.1e-3), patience=2700.0,
         write=_write(160.0, 20.0, 240.0, 20.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
         kick=KickSettings(
             '0.0031 0.0103 0.0222 0.0367', rooms='0.55 0.6 0.33 0.23', late=LATE_KICK,
-            settle=400.0,
-        ),
-        push=PushSettings(
-            A=0.6, omega_c=0.75, sigma=5.0, patience=600.0, settle=400.0, room=0.28
+            settle=400.0, erase_settle=600.0,
         ),
     )),
-    'kick_3': _kicked(_CASE_2),
-    'kick_4': _kicked(_nine_cells(
+    'kick_4': written_by_kicks(_nine_cells(
         N=207, eta=1 / 168, right=(0.691, 16.0, 8.7e-4), patience=4500.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
@@ -312,7 +293,6 @@ PRESETS |= {
             '0.1 0.1 0.1 0.1 0.1 0.12 0.15 0.2',
             late=LATE_KICK,
         ),
-        push=PushSettings(A=0.5, omega_c=0.84, sigma=15.0, settle=1200.0, room=0.14),
     )),
 }  # fmt: skip
 """By name: `bits_n` and `kick_n` store n bits. docs/reference/presets.md has all schedules."""

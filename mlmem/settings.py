@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any
 
 from .errors import Checked, SettingsError
-from .move_settings import EraseSettings, KickSettings, PushSettings, WriteSettings
+from .move_settings import ClearingPulseSettings, EraseSettings, KickSettings, WriteSettings
 from .schema import described, fields_in, short_repr
 
 _time = fields_in('time', 0.0, 1e6)
@@ -32,7 +32,7 @@ class ActuatorSettings(Checked):
 
     present: bool = described(
         True,
-        'whether there is one: without, an element is written by kicks and pushes alone',
+        'whether there is one: without, an element is written by kicks alone',
     )
     max_strain: float = described(
         0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
@@ -50,7 +50,7 @@ class ActuatorSettings(Checked):
 
 @dataclass(frozen=True)
 class TransducerSettings(Checked):
-    """What the transducers can do. A kick or a push that needs more is not made."""
+    """What the transducers can do. A kick that needs more is not made."""
 
     max_speed: float = described(
         1.5, 'highest speed of an end', unit='cells/time', low=1e-3, high=10.0
@@ -105,6 +105,13 @@ class ReadSettings(Checked):
     )
     noise_factor: float = described(
         1.5, 'least threshold of v_c, relative to the measured noise', low=1.1, high=100.0
+    )
+    kicked_gain: float = described(
+        5.0,
+        'factor on amplitude and threshold of both pulses while `write.method` is not strain: '
+        'waves of kicks fade slowly, and a stronger pulse is heard through them sooner',
+        low=1.0,
+        high=100.0,
     )
 
 
@@ -226,7 +233,7 @@ class Settings:
     write: WriteSettings = WriteSettings()
     erase: EraseSettings = EraseSettings()
     kick: KickSettings = KickSettings()
-    push: PushSettings = PushSettings()
+    clearing_pulse: ClearingPulseSettings = ClearingPulseSettings()
     transducer: TransducerSettings = TransducerSettings()
     probe: ProbeSettings = ProbeSettings()
     probe_right: ProbeSettings = ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)

@@ -19,7 +19,8 @@ SOON = 30.0
 
 STREAMS = ('field', 'wall', 'joint_states', 'image', 'markers')
 QUICK = {
-    'design.preset': 'kick_3', 'design.check': 'skip', 'scale.time': 1e-5, 'actions': False,
+    'design.preset': 'case_2', 'write.method': 'kick', 'design.check': 'skip',
+    'scale.time': 1e-5, 'actions': False,
     **{f'publish.{stream}_every': 100 for stream in STREAMS},
 }  # fmt: skip
 """What a node is given unless a test says otherwise: the preset of a robot written by kicks, ten

@@ -138,11 +138,15 @@ def load():
     from rosidl_generator_py import import_type_support
 
     from mlmem import new_element, preset
+    from mlmem.presets import written_by_kicks
 
     for package in MESSAGES:
         import_type_support(package)
-    for name, time in (('case_2', 1e-4), ('kick_3', 1e-5)):  # that of `nodes.QUICK`
-        design, settings = preset(name)
+    case_2 = preset('case_2')
+    for (design, settings), time in (
+        (case_2, 1e-4),
+        (written_by_kicks(case_2), 1e-5),  # that of `nodes.QUICK`
+    ):
         new_element(design, replace(settings, scale=replace(settings.scale, time=time)))
     inspect.getmodule(inspect.currentframe())
     assert threading.active_count() == 1

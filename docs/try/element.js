@@ -202,15 +202,15 @@ function nearest(delays, delay) {
 
 /** Return how a register is brought from one word to another: see mlmem_ros/device/procedures/many_walls.py. */
 export function wordWay(element, present, wanted) {
-  const { register, about, push } = element, [inactive, active] = element.phases;
+  const { register, about } = element, [inactive, active] = element.phases;
   const walls = (word) => [...Array(about.levels).keys()].filter((level) => (word >> level) & 1);
   const [kept, all] = [walls(present), walls(wanted)];
   const stay = kept.every((level, k) => all[all.length - kept.length + k] === level);
   const events = [];
   let at = 0;
   if (!stay) {
-    events.push({ at, ...push });
-    at += push.duration + register.cleared;
+    events.push({ at, ...register.clearing_pulse });
+    at += register.clearing_pulse.duration + register.cleared;
   }
   for (let k = stay ? kept.length : 0; k < all.length; k++) {
     const speed = register.speeds[k % 2][all[all.length - 1 - k]];

@@ -145,7 +145,6 @@ class Tab {
     const drive = {
       launch: { end: 'left', kind: 'move', target: other, speed: LAUNCH },
       kick: { end: 'left', kind: 'kick', target: other, speed: this.kickSpeed, late: 0, hold: 20 },
-      push: element.push,
     }[name];
     element.play([{ at: 0, ...drive }]);
     this.log(name === 'kick' ? `kick at ${this.kickSpeed.toFixed(3)}` : name, 'asked');

@@ -36,7 +36,7 @@ REST, DECODED = 25.0, 5
 UNIT = 1e-4
 """Seconds of a time unit at the default scale, and joules of k_r a^2 in soft cells of 1 cm."""
 
-REGISTERS = ('case_2', 'kick_3', 'byte', 'register_4', 'register_5')
+REGISTERS = ('case_2', 'byte', 'register_4', 'register_5')
 
 
 def measured(name: str) -> dict[str, float]:

@@ -30,8 +30,9 @@ from mlmem.physics.equilibrium import blank, energies, relax, resting_wall, stif
 from mlmem.physics.held_wall import hold_walls, uniform
 from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen
-from mlmem.physics.waves import band, wavenumber
+from mlmem.physics.waves import band, group_velocity, wavenumber
 from mlmem.readers.reading import BLANK
+from mlmem.settings import ProbeSettings
 
 BOUND = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""
@@ -296,6 +297,15 @@ def modes(made: Specimen, level: int, count: int = 3) -> Array:
 def edges(made: Specimen) -> tuple[float, float]:
     """Return the lower edges of the bands of both phases."""
     return band(made.design.k_s1)[0], band(made.design.k_s2)[0]
+
+
+def packet_energy(pulse: ProbeSettings, stiffness: float) -> float:
+    """Return the energy of the wave packet that a driven end sends into a phase.
+
+    It radiates omega A^2 sin(kappa) / 2: the energy of the wave times its speed.
+    """
+    wave = pulse.omega_c**2 * float(group_velocity(pulse.omega_c, stiffness))
+    return 0.5 * pulse.A**2 * wave * math.sqrt(math.pi) * pulse.sigma
 
 
 def pull(made: Specimen, omega: float) -> float:

@@ -1,49 +1,40 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element with one transducer, at its left end: what works, and what nobody notices.
+"""An element that is read with one transducer, at its left end: what nobody notices.
 
-python3 -m mlmem_lab.one_transducer [PRESET ...] makes lab/results/one_transducer.json. Random
-levels are written any to any: pushed from the left, kicked, and read by the left end's echo alone.
-What the right end does is hidden: its samples are those of a blank element. Then one cell sticks,
-or has three times its stiffness, and a wall at rest at every level is read by the left end alone,
-and by both as the device does.
+python3 -m mlmem_lab.one_transducer [PRESET ...] makes lab/results/one_transducer.json. What the
+right end does is hidden: its samples are those of a blank element. One cell sticks, or has three
+times its stiffness, and a wall at rest at every level is read by the left end alone, and by both
+as the device does.
 """
 
 from __future__ import annotations
 
-import random
 import sys
 from collections import Counter
 from dataclasses import replace
-from statistics import median
-from typing import Any
 
 import numpy as np
 
 from mlmem import BLANK, End, MemoryElement, Read, factory_calibration, preset
 from mlmem.instrument.drivers import Simulation
-from mlmem.move_settings import PushSettings
-from mlmem.physics import Specimen, StateError, level_of
+from mlmem.physics import Specimen, StateError
 from mlmem.physics.equilibrium import resting_wall
 from mlmem.physics.potential import Array
 from mlmem.physics.stepping import HeldCell
-from mlmem.procedures.blocks import kick, push, run
+from mlmem.presets import written_by_kicks
+from mlmem.procedures.blocks import run
 from mlmem.procedures.listening import pulse_echo
-from mlmem.procedures.writing import NUDGE
 from mlmem.readers.decoding import decode
 from mlmem.readers.reading import UNDECODABLE
 
 from .results import run as run_study
 
-SEED, WRITES, ATTEMPTS = 1, 1000, 3
+SEED = 1
 SITES = 24
 """Bad cells that are tried, evenly over the element."""
 
-PUSHES = {
-    'kick_2': PushSettings('left', omega_c=1.6, A=0.9, sigma=6.0, settle=1600.0),
-    'kick_3': PushSettings('left', omega_c=1.6, A=0.9, sigma=6.0, settle=1600.0, after=1.05),
-}
-"""From the left end, by preset."""
+PRESETS = 'kick_2', 'case_2'
 
 
 class LeftAlone(Simulation):
@@ -68,8 +59,8 @@ class LeftAlone(Simulation):
 
 def element_of(name: str, made: Specimen | None = None) -> MemoryElement:
     """Return an element with one transducer."""
-    design, settings = preset(name)
-    settings = replace(settings, push=PUSHES[name], read=replace(settings.read, end='left'))
+    design, settings = written_by_kicks(preset(name))
+    settings = replace(settings, read=replace(settings.read, end='left'))
     driver = LeftAlone.of(made or Specimen(design), settings.time)
     return MemoryElement(design, settings, factory_calibration(design, settings), driver)
 
@@ -83,45 +74,9 @@ def read(element: MemoryElement) -> int:
     return decode(element.design, read, element.calibration, echoes, (1, 0)).level
 
 
-def write(element: MemoryElement, level: int) -> tuple[bool, int]:
-    """Write a level as the device does, but by the left end; return whether it was read, and how
-    many attempts that took.
-    """
-    nudge = 1.0
-    for attempt in range(1, ATTEMPTS + 1):
-        force = nudge
-        if element.phase(End.LEFT) != 0:
-            pulses = element.settings.push.pulses
-            if not any(run(element, push(element)) for _ in range(pulses)):
-                return False, attempt
-            force *= element.settings.push.after
-        run(element, kick(element, level, force))
-        if (found := read(element)) == level:
-            return True, attempt
-        if found >= 0:
-            nudge *= NUDGE if found < level else 1.0 / NUDGE
-    return False, ATTEMPTS
-
-
-def counted(name: str) -> dict[str, Any]:
-    """Return how random writes ended, and how reads of elements with one bad cell did."""
-    element, rng = element_of(name), random.Random(SEED)
-    levels = element.design.levels
-    ended: Counter[str] = Counter(dict.fromkeys(('writes', 'failed', 'wrong', 'again'), 0))
-    ticks, there = [], BLANK
-    for _ in range(WRITES):
-        wanted = rng.choice([level for level in range(levels) if level != there])
-        begin = element.ticks
-        said, attempts = write(element, wanted)
-        ticks.append(element.ticks - begin)
-        there = level_of(element.design, element.chain.configuration)
-        ended.update(writes=1, failed=not said, again=attempts > 1, wrong=said and there != wanted)
-    return {**ended, 'median': median(ticks), 'longest': max(ticks), 'bad cell': _bad_cells(name)}
-
-
-def _bad_cells(name: str) -> dict[str, dict[str, int]]:
+def counted(name: str) -> dict[str, dict[str, int]]:
     """Return how reads with one bad cell ended, by the left end alone and by both."""
-    design, settings = preset(name)
+    design, settings = written_by_kicks(preset(name))
     both = MemoryElement(design, settings, factory_calibration(design, settings))
     found = {each: Counter[str]() for each in ('left', 'both')}
     for site in np.linspace(2, design.N - 1, SITES).astype(int).tolist():
@@ -153,4 +108,4 @@ def _kind(said: int, level: int) -> str:
 
 
 if __name__ == '__main__':
-    sys.exit(run_study('one_transducer', __doc__, counted, SEED, entries=PUSHES))
+    sys.exit(run_study('one_transducer', __doc__, counted, SEED, entries=PRESETS))

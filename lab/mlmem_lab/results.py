@@ -49,7 +49,7 @@ DEVICE = ('mlmem',)
 BEGAN = time.monotonic()
 
 APART = (
-    'kick_2', 'kick_3', 'kick_4',
+    'kick_2', 'kick_4',
     'byte', 'register_4', 'register_5',
 )  # fmt: skip
 """Presets that are measured only if named: they are measured by `mlmem kicks` and

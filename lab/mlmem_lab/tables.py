@@ -87,16 +87,13 @@ def word_kicks(result: Mapping[str, Any]) -> Rows:
 
 
 def kicks_least_rooms(result: Mapping[str, Any]) -> Rows:
-    """Return how far each quantity of kicks and pushes may be off, at the worst level."""
-    of = {'kick': ('speed', 'hold', 'late', 'gain'), 'push': ('gain', 'omega_c', 'sigma')}
-    told = {'gain': 'stroke', 'omega_c': 'carrier', 'sigma': 'length'}
-    rows: Rows = [['preset', *(f'kick: {told.get(each, each)}' for each in of['kick']),
-                   *(f'push: {told.get(each, each)}' for each in of['push'])]]  # fmt: skip
-    rows[0] = [head.replace('push: stroke', 'push: amplitude') for head in rows[0]]
+    """Return how far each quantity of kicks may be off, at the worst level."""
+    told = {'speed': 'speed', 'hold': 'hold', 'late': 'late', 'gain': 'stroke'}
+    heads = [f'{kind}: {name}' for kind in ('kick', 'erase') for name in told.values()]
+    rows: Rows = [['preset', *heads]]
     for name, preset in result['presets'].items():
-        kicks, pushes = [each['rooms'] for each in preset['levels']], preset['push']['rooms']
-        cells = [min(each[key] for each in kicks) for key in of['kick']]
-        cells += [min(each[key] for each in pushes) for key in of['push']]
+        kicks = [each['rooms'] for each in preset['levels']]
+        cells = [min(each[key] for each in of) for of in (kicks, preset['erases']) for key in told]
         rows.append([f'`{name}`', *(f'{least:.3g}' for least in cells)])
     return rows
 
@@ -104,13 +101,13 @@ def kicks_least_rooms(result: Mapping[str, Any]) -> Rows:
 UNLIKE = {
     'alpha': 'alpha scatters', 'k_r': 'springs scatter', 'mass': 'masses scatter',
     'damping': 'damping is off', 'half steps': 'half steps', 'shaking': 'the base swings',
-    'ringing': 'kick after a share of `push.settle`',
+    'ringing': 'kick after a share of `kick.erase_settle`',
 }  # fmt: skip
 """What is not as designed, as the pages call it."""
 
 
 def kicks_astray(result: Mapping[str, Any]) -> Rows:
-    """Return how many kicks end elsewhere, and how many pushes leave the wall there, on elements
+    """Return how many kicks end elsewhere, and how many erases leave the wall there, on elements
     that are not as designed.
     """
     presets = result['presets']
@@ -120,19 +117,16 @@ def kicks_astray(result: Mapping[str, Any]) -> Rows:
             cells = [f'{row["astray"]} of {row["kicks"]}' for row in of_all]
             for k, row in enumerate(of_all):
                 if row.get('stayed'):
-                    cells[k] += f'; {row["stayed"]} of {row["pushes"]}'
+                    cells[k] += f'; {row["stayed"]} of {row["erases"]}'
             rows.append([told, f'{of_all[0]["amount"]:g}', *cells])
     return rows
 
 
 def one_transducer(result: Mapping[str, Any]) -> Rows:
-    """Return what one transducer does, and what one end and both say with a bad cell."""
-    rows: Rows = [['preset', 'writes', 'wrong', 'failed', 'tried again', 'median',
-                   'reads with a bad cell', 'wrong: left end', 'both ends']]  # fmt: skip
-    for name, found in result['presets'].items():
-        cells = [found[key] for key in ('writes', 'wrong', 'failed', 'again', 'median')]
-        bad = found['bad cell']
-        cells += [bad['left']['reads'], *(bad[end].get('wrong', 0) for end in ('left', 'both'))]
+    """Return what one end and both say with a bad cell."""
+    rows: Rows = [['preset', 'reads with a bad cell', 'wrong: left end', 'both ends']]
+    for name, bad in result['presets'].items():
+        cells = [bad['left']['reads'], *(bad[end].get('wrong', 0) for end in ('left', 'both'))]
         rows.append([f'`{name}`', *(f'{cell:g}' for cell in cells)])
     return rows
 
@@ -283,11 +277,16 @@ def tolerance_steps(result: Mapping[str, Any]) -> Rows:
     design.
     """
     designs = {name: each for name, each in result['designs'].items() if not _many(each)}
-    rows: Rows = [['disorder of', *(f'`{name}`' for name in designs)]]
+    columns = [
+        (name, move)
+        for name, found in designs.items()
+        for move in ('step', 'kick')
+        if any(move in each for each in found.values())
+    ]
+    rows: Rows = [['disorder of', *(f'`{name}`, {move}' for name, move in columns)]]
     for what in dict.fromkeys(each for found in designs.values() for each in found):
-        each = (found.get(what, {}) for found in designs.values())
-        told = (one.get('step') or one.get('kick') or {} for one in each)
-        rows.append([what, *(one.get('text', '') for one in told)])
+        found = (designs[name].get(what, {}).get(move, {}) for name, move in columns)
+        rows.append([what, *(one.get('text', '') for one in found)])
     return rows
 
 

@@ -38,7 +38,7 @@ COUNTED: dict[str, dict[str, tuple[float, ...]]] = {
 }
 COUNTED |= {
     name: dict.fromkeys(('alpha', 'k_r', 'mass', 'offset'), (3e-4, 1e-3))
-    for name in ('kick_2', 'kick_3', 'kick_4')
+    for name in ('kick_2', 'kick_4')
 }
 """Amounts by kind of scatter, by preset."""
 

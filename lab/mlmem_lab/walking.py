@@ -154,6 +154,6 @@ MARKERS = 'o^s'
 COLOURS = ('#0072b2', '#d55e00', '#009e73')
 
 if __name__ == '__main__':
-    presets = ('byte', 'kick_3', 'case_2')
+    presets = ('byte', 'case_2')
     modules = [BODY, 'lab/mlmem_lab/reads/count.py']
     sys.exit(run('walking', __doc__, counted, SEED, joined, presets, draw, modules))

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The committed maps of kicks and pushes are those of the code, and no counted write is wrong."""
+"""The committed maps of kicks are those of the code, and no counted write is wrong."""
 
 import math
 from dataclasses import replace
@@ -12,8 +12,7 @@ import pytest
 from mlmem import MemoryElement, factory_calibration, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import Pulse
-from mlmem.move_settings import PushSettings
-from mlmem.moves.planner import NARROW, kick_energy, push_energy
+from mlmem.moves.planner import NARROW, kick_energy
 from mlmem.physics import (
     CASE_II,
     PEFRL,
@@ -29,18 +28,19 @@ from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import relax, resting_wall, wall_profile
 from mlmem.physics.held_wall import uniform
 from mlmem.physics.waves import group_velocity
-from mlmem.procedures.blocks import push, run, wait
+from mlmem.procedures.blocks import run
+from mlmem.procedures.driving import kick_out
 from mlmem.readers.reading import BLANK
-from mlmem_lab.landscapes import KickedWall, modes, pull
+from mlmem.settings import ProbeSettings
+from mlmem_lab.landscapes import KickedWall, modes, packet_energy, pull
 from mlmem_lab.results import FOLDER, load
 from mlmem_lab.rk4 import Rk4Element
 from mlmem_lab.windows import flight, maps
 from mlmem_lab.windows.flight import (
+    after_erase,
     after_kick,
-    after_push,
     bare,
     kick_rooms,
-    push_of,
     search_kicks,
 )
 from mlmem_lab.windows.kicks import KICKED, count, kicks
@@ -61,7 +61,7 @@ def test_the_committed_map_is_that_of_the_code(name):
     for k in range(20, 320, 60):
         found = after_kick(chain, MAPPED[name]['speeds'][k], settings.kick)
         assert found == MAPPED[name]['ends'][k]
-    assert after_push(chain, design.levels - 1, settings.push) == BLANK
+    assert after_erase(chain, design.levels - 1, settings.kick) == BLANK
 
 
 @pytest.mark.parametrize('name', KICKED)
@@ -76,21 +76,19 @@ def test_every_shipped_move_bears_a_tenth_in_every_quantity_but_the_stroke_of_a_
         assert found['room'] >= NARROW
         assert settings.kick.room(level) <= found['room'] + 0.005  # as it says itself
         assert min(found['rooms'][each] for each in ('hold', 'late')) >= NARROW
-    loud, rooms = settings.push, MAPPED[name]['push']['rooms']
-    assert loud.room >= NARROW
-    assert loud.room == pytest.approx(min(min(each.values()) for each in rooms), abs=0.006)
-    for each, off in (('gain', -0.1), ('omega_c', 0.1), ('sigma', -0.1), ('sigma', 0.1)):
-        for level in (0, 1, design.levels - 1):  # as often as the device pushes
-            assert after_push(chain, level, push_of(loud, each, off), loud.pulses) == BLANK
+    for each in MAPPED[name]['erases']:
+        assert min(each[quantity] for quantity in ('speed', 'hold', 'late')) >= NARROW
+    for off in (-0.1, 0.1):
+        for level in (0, 1, design.levels - 1):
+            assert after_erase(chain, level, settings.kick, 'speed', off) == BLANK
 
 
-@pytest.mark.parametrize('off', [-0.13, 0.13])
-def test_another_integrator_agrees_with_the_room_of_the_narrowest_push(off):
-    """The device over classical Runge-Kutta steps: a packet 0.13 too short or too long, of which
-    one pulse is not always enough, and three are.
-    """
+@pytest.mark.parametrize('off', [-0.2, 0.2])
+def test_another_integrator_agrees_that_a_kick_erases(off):
+    """The device over classical Runge-Kutta steps, with a kick a fifth too slow or too fast."""
     design, settings = preset('kick_4')
-    settings = replace(settings, push=push_of(settings.push, 'sigma', off))
+    speed = (1.0 + off) * settings.kick.erase_speed
+    settings = replace(settings, kick=replace(settings.kick, erase_speed=speed))
     known = factory_calibration(design, settings)
     made, dt = Specimen(design), MemoryElement(design, settings, known).driver.dt
     for level in (0, 1, 15):
@@ -98,18 +96,17 @@ def test_another_integrator_agrees_with_the_room_of_the_narrowest_push(off):
         body.v[:] = resting_wall(made, level)
         element = MemoryElement(design, settings, known, body)
         element.transducer.assume_rest()
-        assert any(run(element, push(element)) for _ in range(settings.push.pulses))
-        run(element, wait(element, 500.0))
+        run(element, kick_out(element))
         assert level_of(design, body.v) == BLANK
 
 
 def test_the_stroke_must_be_right_within_a_hundredth(monkeypatch):
-    """A wall has the energy 0.49, and levels of kick_3 differ by 0.003 to 0.1 in what a kick adds:
+    """A wall has the energy 0.49, and levels of case_2 differ by 0.003 to 0.1 in what a kick adds:
     one per cent of the stroke is as much.
     """
-    settings = preset('kick_3').settings
-    monkeypatch.setitem(flight.QUANTITIES, 'kick', ('gain', 'speed'))
-    rooms = kick_rooms(chain_of('kick_3'), 3, settings.kick)
+    settings = preset('case_2').settings
+    monkeypatch.setattr(flight, 'QUANTITIES', ('gain', 'speed'))
+    rooms = kick_rooms(chain_of('case_2'), 3, settings.kick)
     assert 0.01 < rooms['gain'] < 0.03
     assert rooms['speed'] > 0.15
 
@@ -134,7 +131,7 @@ def test_energy_alone_predicts_the_level_of_a_slow_kick():
 
 
 def test_a_pinned_wall_has_one_mode_below_the_bands():
-    design = preset('kick_3').design
+    design = preset('case_2').design
     lowest, next_one = modes(Specimen(design), 4, 2)
     assert lowest == pytest.approx(0.0789, rel=0.01)
     least = math.sqrt(design.k_s1 * design.alpha[-2])  # the softest cells are at the right
@@ -152,23 +149,23 @@ def test_a_wave_that_passes_the_wall_pulls_it_to_the_left_from_either_end(end, o
     profile = wall_profile(design, 120.5)
     chain.place(relax(Specimen(design), profile, np.zeros(design.N)))
     (before,) = walls(design, chain.configuration)
-    push = PushSettings(end=end, A=0.1, omega_c=omega, sigma=20.0)
+    pulse = ProbeSettings(A=0.1, omega_c=omega, sigma=20.0)
     site = 1 if end == 'left' else design.N
-    motion = Pulse(chain.end(site), push)
+    motion = Pulse(chain.end(site), pulse)
     times = substep_times(math.ceil((motion.duration + 6000.0) / chain.dt), chain.dt, PEFRL)
     held = HeldCell(site, motion.at(times[times <= motion.duration]))
     chain.advance(np.zeros(len(times)), held)
     (after,) = walls(design, chain.configuration)
     stiffness = design.k_s2 if end == 'left' else design.k_s1
     way = 120.0 / float(group_velocity(omega, stiffness))
-    arrived = push_energy(design, push) * math.exp(-design.eta * way)
+    arrived = packet_energy(pulse, stiffness) * math.exp(-design.eta * way)
     momentum = (after.position - before.position) * design.eta * wall_energy(design)
     assert momentum < 0.0
     assert momentum / arrived == pytest.approx(pull(Specimen(design), omega), rel=0.25)
 
 
 def test_the_energies_of_a_move_are_those_of_the_chain():
-    """Of a push what the end radiates, within the curvature of the band; of a slow kick what the
+    """Of a pulse what the end radiates, within the curvature of the band; of a slow kick what the
     wall needs, and waves that are a hundredth of that.
     """
     design, settings = preset('kick_2')
@@ -177,13 +174,15 @@ def test_the_energies_of_a_move_are_those_of_the_chain():
     assert put_in == pytest.approx(kick_energy(design, 3), rel=0.03)
     still = replace(design, eta=1e-9)
     chain = Chain(still, 0.1, PEFRL)
-    push = replace(settings.push, A=0.01, sigma=16.0, omega_c=1.0)
-    motion = Pulse(chain.end(still.N), push)
+    pulse = ProbeSettings(A=0.01, sigma=16.0, omega_c=1.0)
+    motion = Pulse(chain.end(still.N), pulse)
     times = substep_times(math.ceil(motion.duration / chain.dt), chain.dt, PEFRL)
     before = energy(chain).total
     held = HeldCell(still.N, motion.at(times[times <= motion.duration]))
     chain.advance(np.zeros(len(times)), held)
-    assert energy(chain).total - before == pytest.approx(push_energy(still, push), rel=0.05)
+    assert energy(chain).total - before == pytest.approx(
+        packet_energy(pulse, still.k_s1), rel=0.05
+    )
 
 
 def test_a_search_finds_kicks_as_wide_as_those_that_ship():
@@ -198,8 +197,8 @@ def test_a_search_takes_no_wall_that_was_turned_back(monkeypatch):
     """Level 7 of Case II is reached by speeds of 0.21 to 0.32, and of 0.58 to 1.1 once more."""
     monkeypatch.setattr(flight, 'SPEEDS', flight.SPEEDS[::4])
     monkeypatch.setattr(flight, 'FINE', 0.05)
-    settings = preset('kick_3').settings
-    assert 0.2 < search_kicks(chain_of('kick_3'), settings.kick)[7].speed < 0.35
+    settings = preset('case_2').settings
+    assert 0.2 < search_kicks(chain_of('case_2'), settings.kick)[7].speed < 0.35
 
 
 def test_a_map_is_kept_as_text():

@@ -10,16 +10,18 @@ from mlmem import Write, new_element
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Scatter, scattered
-from mlmem.presets import preset
-from mlmem_lab.plans import words
+from mlmem.presets import preset, written_by_kicks
+from mlmem_lab.plans import command, words
 from mlmem_lab.plans.command import like
 from mlmem_lab.plans.plan import plan
 from mlmem_ros.parameter_file import ParameterFileError
 
 
-def test_an_element_of_several_presets_is_not_planned_by_a_guess():
+def test_like_of_element_that_several_presets_fit_raises(monkeypatch):
     assert like(preset('kick_4').design) is preset('kick_4')  # damped otherwise than bits_4
-    with pytest.raises(ParameterFileError, match='case_2, kick_3 have the levels'):
+    assert like(CASE_II) is preset('case_2')
+    monkeypatch.setitem(command.PRESETS, 'other', written_by_kicks(preset('case_2')))
+    with pytest.raises(ParameterFileError, match='case_2, other have the levels'):
         like(CASE_II)
 
 

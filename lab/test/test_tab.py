@@ -80,7 +80,7 @@ def test_the_modules_are_those_of_their_command(tmp_path):
         assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes(), name
 
 
-@pytest.mark.parametrize(('name', 'start', 'target'), [('case_2', 3, 2), ('kick_3', 3, 6)])
+@pytest.mark.parametrize(('name', 'start', 'target'), [('case_2', 3, 2), ('kick_2', 3, 1)])
 def test_the_page_plays_what_the_instrument_does_today(name, start, target):
     known = json.loads((FOLDER / 'presets.json').read_text())[name]['ways']
     way = presets.rounded(presets.way(preset(name), start, target))

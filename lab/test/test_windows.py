@@ -18,7 +18,7 @@ from mlmem.procedures.blocks import play, run
 from mlmem_lab.results import FOLDER
 from mlmem_lab.windows import sent
 from mlmem_lab.windows.command import APART, windows
-from mlmem_lab.windows.flight import push_rooms
+from mlmem_lab.windows.flight import erase_rooms
 from mlmem_lab.windows.window import (
     NARROW,
     RADII,
@@ -143,11 +143,11 @@ def test_the_file_is_of_the_shipped_settings_and_has_no_narrow_step(name):
     assert all(far is None or far > NARROW for far in distances.values())
 
 
-def test_kicks_and_pushes_have_rows_of_their_own(tmp_path, capsys, monkeypatch):
-    """A parameter file, whose last kick is a fifth too slow: it fails as shipped. Pushes are tried
-    that are off by up to a twentieth.
+def test_kicks_have_rows_of_their_own(tmp_path, capsys, monkeypatch):
+    """A parameter file, whose last kick is a fifth too slow: it fails as shipped. Those that
+    erase are tried that are off by up to a twentieth.
     """
-    monkeypatch.setattr(sent, 'push_rooms', partial(push_rooms, farthest=0.05))
+    monkeypatch.setattr(sent, 'erase_rooms', partial(erase_rooms, farthest=0.05))
     speeds = '0.0031 0.0103 0.0222 0.0294'
     file = tmp_path / 'slow.yaml'
     file.write_text(
@@ -158,7 +158,7 @@ def test_kicks_and_pushes_have_rows_of_their_own(tmp_path, capsys, monkeypatch):
     told = json.loads(capsys.readouterr().out)[str(file)]
     assert told['moves']  # by strain, of which nothing was asked but how they end as they are
     found = told['sent']
-    assert [each['how'] for each in found] == ['kick'] * 4 + ['push'] * 4
+    assert [each['how'] for each in found] == ['kick'] * 4 + ['kick out'] * 4
     assert [each['used'] for each in found[:4]] == [True, False, True, True]
     assert [level for level, each in enumerate(found) if not any(each['rooms'].values())] == [3]
     known = json.loads((FOLDER / 'kicks.json').read_text())['presets']['kick_2']['levels']

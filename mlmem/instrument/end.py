@@ -2,20 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two ends of an element: what belongs to each, what drives it, and what both do then.
 
-An end follows a prescribed motion: a pulse that probes or pushes, a move or a kick. A `Shot` is
+An end follows a prescribed motion: a pulse that probes or clears, a move or a kick. A `Shot` is
 one pulse into a resting element with its waveforms, which a `WaveformRecorder` takes.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
 import numpy as np
 
-from ..move_settings import KickSettings, PushSettings
+from ..move_settings import ClearingPulseSettings, KickSettings
 from ..physics import Design
 from ..physics.formulas import cosine, exponential, sine
 from ..physics.potential import Array
@@ -66,8 +66,12 @@ class End(str, Enum):
         return 0.0 if self is End.LEFT else design.end_displacement(strain)
 
     def probe(self, settings: Settings) -> ProbeSettings:
-        """Return its pulse and detector."""
-        return settings.probe if self is End.LEFT else settings.probe_right
+        """Return its pulse and detector, which depend on how walls are written."""
+        probe = settings.probe if self is End.LEFT else settings.probe_right
+        if settings.write.method == 'strain' or settings.register.spacing:
+            return probe
+        gain = settings.read.kicked_gain
+        return replace(probe, A=gain * probe.A, v_th=gain * probe.v_th)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +112,7 @@ class Pulse:
     """The Gaussian-modulated harmonic pulse about a rest displacement (page 5)."""
 
     rest: float
-    probe: ProbeSettings | PushSettings
+    probe: ProbeSettings | ClearingPulseSettings
 
     @property
     def t_0(self) -> float:

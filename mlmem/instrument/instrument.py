@@ -57,7 +57,7 @@ class Instrument:
         steps_per_tick: Samples of a tick.
         computed: Tick after which the element rests: nothing but clocks has changed since.
         last_moved: Tick after which substrate, base and material have not moved or changed, and no
-            wall was kicked or pushed.
+            wall was kicked or a register cleared.
         substrate_speed: Mean speed of the substrate's end in the last tick.
         progress: Progress of the running procedure.
     """

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import SettingsError
-from ..move_settings import PushSettings
+from ..move_settings import ClearingPulseSettings
 from ..physics import Design, HeldCell, substep_times
 from ..physics.formulas import exponential
 from ..physics.potential import Array
@@ -166,7 +166,7 @@ class Transducer:
         """
         self._design = design
         self._driver = driver
-        self.probes = {end: end.probe(settings) for end in End}
+        self.set_probes(settings)
         slowest = min(probe.omega_c for probe in self.probes.values())
         dt = driver.dt
         width = 2.0 * math.pi * REST_PERIODS / slowest
@@ -195,6 +195,10 @@ class Transducer:
         self._kick = settings.kick
         self._lag = round(driver.lag * settings.time.tick / dt)
         self.held: Held | None = None
+
+    def set_probes(self, settings: Settings) -> None:
+        """Fire the pulses of these settings from now on."""
+        self.probes = {end: end.probe(settings) for end in End}
 
     @property
     def driving(self) -> bool:
@@ -317,8 +321,8 @@ class Transducer:
         start = self._driver.end(End.LEFT.site(self._design))
         self._hold(End.LEFT, Kick(start, target, speed, self._kick))
 
-    def push(self, end: End, pulse: PushSettings) -> None:
-        """Fire a loud pulse about the rest of an end."""
+    def clear(self, end: End, pulse: ClearingPulseSettings) -> None:
+        """Fire a clearing pulse about the rest of an end."""
         self._hold(end, Pulse(self.rest(end), pulse))
 
     def _hold(self, end: End, motion: BoundaryMotion) -> None:

@@ -3,8 +3,8 @@
 """The moves of the wall between levels, their durations, and the fastest path.
 
 Levels and the blank element are nodes of a graph; moves are its edges: a launch, a step up and an
-erase by strain, and without strain a kick and a push (docs/strainless.md). A write takes the
-shortest path.
+erase by strain; a kick to a level and a kick that erases without strain (docs/strainless.md). A
+write takes the shortest path.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ from enum import Enum
 
 from ..errors import ProcedureFailed
 from ..instrument.motion import Cycle
-from ..move_settings import PushSettings, peak
+from ..move_settings import peak
 from ..physics import Design, wall_energy
-from ..physics.waves import group_velocity
 from ..readers.reading import BLANK, describe_level
 from ..settings import Settings
 
@@ -42,17 +41,12 @@ class How(Enum):
     STEP = 'step up'
     ERASE = 'erase'
     KICK = 'kick'
-    PUSH = 'push'
+    KICK_OUT = 'kick out'
 
     @property
     def strains(self) -> bool:
         """Whether it needs the actuator."""
-        return self not in (How.KICK, How.PUSH)
-
-    @property
-    def hasty(self) -> bool:
-        """Whether the element rings afterwards and cannot be read yet."""
-        return self in (How.KICK, How.PUSH)
+        return self not in (How.KICK, How.KICK_OUT)
 
 
 @dataclass(frozen=True)
@@ -65,9 +59,8 @@ class Move:
         target: Level at which it ends, or `BLANK`.
         time: Duration in time units; approximate for an erase, which listens in between.
         room: Relative change that its quantities bear: the speed of a kick (its stroke bears less,
-            docs/strainless.md), amplitude, carrier and length of a push; peak and times of what
-            strains bear `NARROW` at least.
-        energy: What the end puts in, in k_r cells^2, in closed form; NaN for what strains
+            docs/strainless.md); peak and times of what strains bear `NARROW` at least.
+        energy: What the end puts in, in k_r cells^2, in closed form; NaN where there is none
             (docs/energy.md).
     """
 
@@ -99,7 +92,7 @@ def gentle(settings: Settings) -> Settings:
 
 
 def paper_way(settings: Settings) -> Settings:
-    """Return settings with neither kicks nor pushes, if there is an actuator."""
+    """Return settings without kicks, if there is an actuator."""
     if not settings.actuator.present:
         return settings
     return replace(settings, write=replace(settings.write, method='strain'))
@@ -122,24 +115,13 @@ def kick_energy(design: Design, level: int) -> float:
     return wall_energy(design) * math.hypot(1.0, design.eta * design.defect(level))
 
 
-def push_energy(design: Design, push: PushSettings) -> float:
-    """Return the energy of the wave packet that a push sends in; 0 if its carrier does not
-    propagate.
-
-    A driven end radiates omega A^2 sin(kappa) / 2: the energy of the wave times its speed.
-    """
-    stiffness = design.k_s1 if push.end == 'right' else design.k_s2
-    wave = push.omega_c**2 * float(group_velocity(push.omega_c, stiffness))
-    return 0.5 * push.A**2 * wave * math.sqrt(math.pi) * push.sigma
-
-
-def pushes(settings: Settings) -> bool:
-    """Return whether an erase and a write down begin with a push."""
-    push, limits = settings.push, settings.transducer
-    able = limits.max_amplitude >= push.A and push.speed <= limits.max_speed
-    able &= push.room >= NARROW
-    able &= not (push.end == 'right' and settings.element.stuck)  # it does not get there
-    return settings.write.method != 'strain' and push.A > 0.0 and able
+def erase_speed(design: Design, settings: Settings) -> float:
+    """Return the mean speed of the kick that erases one wall; 0 if kicks do not erase."""
+    kick, limits = settings.kick, settings.transducer
+    able = settings.write.method != 'strain' and any(kick.by_level)
+    able &= abs(design.D_s2 - design.D_s1) <= limits.max_stroke
+    able &= kick.fastest * kick.erase_speed <= limits.max_speed
+    return kick.erase_speed if able else 0.0
 
 
 def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]:
@@ -160,17 +142,14 @@ def _moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move
 
 
 def _strainless(design: Design, settings: Settings, start: int) -> Iterator[Move]:
+    kick, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
     if start != BLANK:
-        if pushes(settings):
-            push = settings.push
-            time = 12.0 * push.sigma + 0.5 * push.patience + push.settle
-            yield Move(How.PUSH, start, BLANK, time, push.room, push_energy(design, push))
+        if speed := erase_speed(design, settings):
+            yield Move(How.KICK_OUT, start, BLANK, stroke / speed + kick.hold + kick.erase_settle)
         return
-    kick = settings.kick
     for level in range(design.levels):
         if speed := kick_speed(design, settings, level):
-            moving = abs(design.D_s2 - design.D_s1) / speed
-            time, energy = moving + kick.hold + kick.settle, kick_energy(design, level)
+            time, energy = stroke / speed + kick.hold + kick.settle, kick_energy(design, level)
             yield Move(How.KICK, BLANK, level, time, kick.room(level), energy)
 
 
@@ -185,8 +164,8 @@ def _strained(design: Design, settings: Settings, start: int) -> Iterator[Move]:
     if start < design.levels - 1:
         cycle = Cycle.planned(settings.write, settings.write.tension, rate)
         yield Move(How.STEP, start, start + 1, cycle.duration)
-    if pushes(settings):
-        return  # a push takes the wall out, too, and leaves less behind that brakes a kick
+    if erase_speed(design, settings):
+        return  # it leaves less behind that brakes a kick
     kink = Cycle.planned(settings.erase, settings.erase.compression, rate)
     yield Move(How.ERASE, start, BLANK, (start + 2) * kink.duration + ringing(design))
 
@@ -241,5 +220,5 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
         raise ProcedureFailed(f'level {target} cannot be reached: {why}')
     raise ProcedureFailed(
         f'{describe_level(target)} is reached only by strain: it needs an actuator, or, with '
-        'write.method kick or auto, a kick to it and a push within the limits of the transducers'
+        'write.method kick or auto, kicks within the limits of the transducers'
     )

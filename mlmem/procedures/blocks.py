@@ -136,15 +136,20 @@ def kick(element: Memory, level: int, force: float = 1.0) -> Procedure[None]:
     yield from kick_to(element, element.design.D_s2, speed)
 
 
-def kick_to(element: Memory, target: float, speed: float) -> Procedure[None]:
-    """Move the left end smoothly to a ground state and hold it; what it sends comes to rest."""
+def kick_to(
+    element: Memory, target: float, speed: float, settle: float | None = None
+) -> Procedure[None]:
+    """Move the left end smoothly to a ground state and hold it; what it sends comes to rest.
+
+    `settle` is the rest afterwards, by default that of the settings.
+    """
     settings = element.settings.kick
     element.begin_cycle('kicked')
     element.progress.phase = LAUNCHING
     speed = min(speed, element.settings.transducer.max_speed / settings.fastest)
     element.transducer.kick(target, speed)
     yield from _driven(element)
-    yield from wait(element, settings.settle)
+    yield from wait(element, settings.settle if settle is None else settle)
 
 
 def send(element: Memory, of_wall: float, of_kink: float) -> Procedure[None]:
@@ -156,13 +161,13 @@ def send(element: Memory, of_wall: float, of_kink: float) -> Procedure[None]:
         yield from kick_to(element, element.design.D_s2, of_wall)
 
 
-def fire_push(element: Memory) -> Procedure[None]:
-    """Drive an end with the loud pulse; raises as `Instrument.require_phase`."""
-    settings = element.settings.push
+def fire_clearing_pulse(element: Memory) -> Procedure[None]:
+    """Drive an end with the clearing pulse; raises as `Instrument.require_phase`."""
+    settings = element.settings.clearing_pulse
     element.require_phase(End(settings.end))
-    element.begin_cycle('pushed')
+    element.begin_cycle('cleared')
     element.progress.phase = LAUNCHING
-    element.transducer.push(End(settings.end), settings)
+    element.transducer.clear(End(settings.end), settings)
     yield from _driven(element)
 
 
@@ -171,27 +176,6 @@ def _driven(element: Memory) -> Procedure[None]:
     while element.transducer.driving:
         yield element.next_look(element.transducer.remaining)
     element.last_moved = element.ticks
-
-
-def push(element: Memory) -> Procedure[bool]:
-    """Fire a loud pulse that pushes a wall out at the left end; return whether it has left."""
-    yield from fire_push(element)
-    return (yield from gone(element))
-
-
-def gone(element: Memory) -> Procedure[bool]:
-    """Wait until a wall has left, and for what it leaves behind; return whether it has.
-
-    The ends show that: both are inactive when it has gone.
-    """
-    settings = element.settings.push
-    until = element.ticks + math.ceil(settings.patience / element.tick)
-    while (element.phase(End.LEFT), element.phase(End.RIGHT)) != (0, 0):
-        if element.ticks >= until:
-            return False
-        yield 1
-    yield from wait(element, settings.settle)
-    return True
 
 
 def bring_back(element: Memory, end: End) -> Procedure[None]:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Driving the wall: push it out, or drive a kink across until it meets the wall; and take it to a
+"""Driving the wall: send or drive a kink across until it meets the wall; and take the wall to a
 level by the fastest moves, open loop.
 """
 
@@ -9,13 +9,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..errors import Astray, NotFollowed, ProcedureFailed
+from ..errors import NotFollowed, ProcedureFailed
 from ..instrument.end import End
 from ..instrument.motion import Cycle
 from ..memory import Memory
 from ..move_settings import peak
 from ..moves.corrections import PulseCorrection, corrected
-from ..moves.planner import How, Move, gentle, half_period, paper_way, pushes, route, step_cycle
+from ..moves.planner import (
+    How,
+    Move,
+    erase_speed,
+    gentle,
+    half_period,
+    paper_way,
+    route,
+    step_cycle,
+)
 from ..readers.reading import BLANK, UNDECODABLE, describe_level
 from ..settings import Settings
 from .blocks import (
@@ -24,12 +33,10 @@ from .blocks import (
     bring_back,
     bring_ends_back,
     catch_up,
-    gone,
     kick,
     kick_to,
     launch,
     play,
-    push,
     return_to_zero,
 )
 from .listening import look, wait_for_quiet
@@ -43,80 +50,58 @@ BEYOND = 1.2, 5.0, 2.0
 """Factors on the speed of the fastest kick for a kink that is to run out at the right, one a try:
 a short element needs a faster one, and too fast a kick sends waves instead."""
 
-UNPUSHED = 'and what else would drive it out needs an actuator'
-"""Ends the error where pushes have failed."""
-
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
-    """Make the element blank: by a push unless `plainly`, or else by a kink.
+    """Make the element blank: by a kick unless `plainly`, or else by a kink that strain drives.
 
     Raises:
-        ProcedureFailed: The element is not blank after all pushes and then two cycles per level.
+        ProcedureFailed: The element is not blank after all kicks and then two cycles per level.
     """
     yield from return_to_zero(element)
     if element.register is not None:
         from .many_walls import clear  # few elements hold many walls
 
         return (yield from clear(element))
-    if not plainly and pushes(element.settings):
-        pushed = yield from _push(element)
-        if pushed is not None:
-            return pushed
+    if not plainly and erase_speed(element.design, element.settings):
+        erased = yield from _erase_by_kicks(element)
+        if erased is not None:
+            return erased
     if not element.settings.actuator.present:
-        raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
+        raise ProcedureFailed(
+            'the wall was not kicked out, and what else would drive it out needs an actuator'
+        )
     return (yield from _drive_kink(element))
 
 
-def push_out(element: Memory) -> Procedure[None]:
-    """Push the wall out, so that a kick can follow; what pushes do not move is driven out.
-
-    Raises:
-        ProcedureFailed: The wall stays, and there is no actuator.
-    """
-    for pulse in range(element.settings.push.pulses):
-        if (yield from _push_once(element, pulse)):
-            return
-    if not element.settings.actuator.present:
-        raise ProcedureFailed(f'the wall was not pushed out, {UNPUSHED}')
-    yield from erase(element, plainly=True)
-
-
-def _push(element: Memory) -> Procedure[Result | None]:
-    """Push the wall out; return None if an element that is pushed again and again is not blank."""
-    for pulse in range(element.settings.push.pulses):
-        element.progress.tried('erase', pulse + 1)
-        if (yield from _push_once(element, pulse)):
-            reading = yield from look(element)
-            if reading.level == BLANK:
-                return Result(reading, pulse + 1)
+def _erase_by_kicks(element: Memory) -> Procedure[Result | None]:
+    """Kick the wall out; return None if an element that is kicked again and again is not blank."""
+    yield from catch_up(element)
+    for attempt in range(1, element.settings.write.attempts + 1):
+        element.progress.tried('erase', attempt)
+        if attempt > 1 or (element.phase(End.LEFT), element.phase(End.RIGHT)) != (0, 0):
+            yield from kick_out(element, attempt)
+        reading = yield from look(element)
+        if reading.level == BLANK:
+            return Result(reading, attempt)
     return None
 
 
-def _push_once(element: Memory, tried: int) -> Procedure[bool]:
-    """Push a wall out at the left end; return whether it has left.
+def kick_out(element: Memory, attempt: int = 1) -> Procedure[None]:
+    """Send a kink from the left end to the wall, which takes both away.
 
-    No push moves a wall that ran past the right end, as after too fast a kick: a kink is sent
-    after it, and a wall to meet the kink if that stops short.
-
-    Raises:
-        Astray: The end to be driven rests in neither phase, and nothing else moves a wall.
+    If the left end is inactive, there is a kink already, which did not arrive: first a wall is
+    sent to it. A wall that ran past the right end is followed by a kink that does so, too.
     """
-    speeds = element.settings.kick.by_level
-    if element.phase(End.RIGHT) != 0 and any(speeds):
+    design, settings = element.design, element.settings.kick
+    fastest = max(settings.by_level)
+    yield from bring_ends_back(element)
+    if element.phase(End.LEFT) == 0:
+        yield from kick_to(element, design.D_s2, fastest)
         yield from bring_ends_back(element)
-        if element.phase(End.LEFT) == 0:
-            yield from kick_to(element, element.design.D_s2, max(speeds))
-            yield from bring_ends_back(element)
-        speed = BEYOND[tried % len(BEYOND)] * max(speeds)
-        yield from kick_to(element, element.design.D_s1, speed)
-        if (yield from gone(element)):
-            return True
-    try:
-        return (yield from push(element))
-    except Astray:
-        if not element.settings.actuator.present:
-            raise
-        return False
+    speed = settings.erase_speed
+    if element.phase(End.RIGHT) != 0:
+        speed = fastest * BEYOND[(attempt - 1) % len(BEYOND)]
+    yield from kick_to(element, design.D_s1, speed, settings.erase_settle)
 
 
 def _drive_kink(element: Memory) -> Procedure[Result]:
@@ -201,9 +186,8 @@ def go_to_level(
         present = BLANK
     moves = route(design, settings, present, level)
     for move in moves:
-        if move.how is How.PUSH:
-            yield from push_out(element)
-            nudge *= settings.push.after
+        if move.how is How.KICK_OUT:
+            yield from kick_out(element)
             continue
         if move.how is How.KICK:
             yield from kick(element, move.target, corrections[move.target].speed * nudge)

@@ -53,7 +53,7 @@ def driving(element: Memory, present: int, target: int) -> float:
     moves = route(element.design, settings, start, target)
     if present == UNDECODABLE and target != BLANK:
         return driving(element, start, BLANK) + driving(element, BLANK, target)
-    rings = ringing(element.design) if moves and moves[-1].how.hasty else 0.0
+    rings = ringing(element.design) if moves and not moves[-1].how.strains else 0.0
     return sum(move.time for move in moves) + element.settings.write.final_settle + rings
 
 

@@ -17,7 +17,7 @@ from ..errors import ProcedureFailed, SettingsError
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import kicked
-from ..moves.planner import pushes
+from ..moves.planner import erase_speed
 from ..readers.calibration import Calibration, DelayTable
 from ..readers.decoding import MOST_RAISED, primary
 from ..readers.echo import threshold
@@ -117,8 +117,8 @@ Tested = tuple[bool, str, dict[str, float]]
 def self_test(element: Memory) -> Procedure[Result]:
     """Test everything, with one check each, and restore the content.
 
-    If a transducer or the actuator fails, nothing is written and the content stays; but kicks and
-    pushes need no actuator. A failing level does not stop the test of others.
+    If a transducer or the actuator fails, nothing is written and the content stays; but kicks
+    need no actuator. A failing level does not stop the test of others.
 
     Raises:
         ProcedureFailed: The content cannot be read and so could not be restored; nothing is
@@ -165,7 +165,8 @@ def _strainless(element: Memory) -> bool:
     """Return whether every level is written without strain, and the strain is zero."""
     settings = element.settings
     kicks = all(kicked(settings, level) for level in range(element.design.levels))
-    return kicks and pushes(settings) and element.transmission.encoder == 0.0
+    erased = bool(erase_speed(element.design, settings))
+    return kicks and erased and element.transmission.encoder == 0.0
 
 
 def _hear(element: Memory, end: End) -> Procedure[Tested]:

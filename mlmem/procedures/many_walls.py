@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Many walls: kick each to its level, and push all out.
+"""Many walls: kick each to its level, and clear all with one pulse.
 
 A kick needs no strain. It is a smooth move of the left end to its other ground state, and sends a
 wall, or a kink behind walls that rest already, to the level that its speed selects. So a word is
@@ -18,55 +18,53 @@ from ..readers.echo import pulse_duration
 from ..readers.reading import UNDECODABLE
 from ..readers.words import Code
 from ..settings import Settings
-from .blocks import Procedure, Result, bring_ends_back, fire_push, send, wait
+from .blocks import Procedure, Result, bring_ends_back, fire_clearing_pulse, send, wait
 from .listening import hear
 
 if TYPE_CHECKING:
     from ..readers.register import Register
 
 
-def push_all(element: Memory) -> Procedure[None]:
-    """Bring back ends that strayed, fire a loud pulse that takes all walls out, and let its waves
-    decay.
-    """
+def clear_walls(element: Memory) -> Procedure[None]:
+    """Bring back ends that strayed, fire the clearing pulse, and let its waves decay."""
     yield from bring_ends_back(element)
-    yield from fire_push(element)
-    yield from wait(element, element.settings.push.settle)
+    yield from fire_clearing_pulse(element)
+    yield from wait(element, element.settings.clearing_pulse.settle)
 
 
 def put(element: Memory, register: Register, present: int, word: int) -> Procedure[None]:
     """Bring a word into an element that holds another, open loop.
 
     Walls stay if none is to their right that must go, and none is missing there. Otherwise all
-    are pushed out.
+    are cleared.
     """
-    pushed, speeds = way(element.settings, register.code, present, word)
-    if pushed:
-        yield from push_all(element)
+    cleared, speeds = way(element.settings, register.code, present, word)
+    if cleared:
+        yield from clear_walls(element)
     for speed in speeds:
         yield from send(element, speed, speed)
 
 
 def way(settings: Settings, code: Code, present: int, word: int) -> tuple[bool, list[float]]:
-    """Return whether to push all walls out first, and the speeds of the kicks from there on."""
+    """Return whether to clear all walls first, and the speeds of the kicks from there on."""
     wanted = code.walls(word)
     kept = () if present == UNDECODABLE else code.walls(present)
-    pushed = present == UNDECODABLE or wanted[len(wanted) - len(kept) :] != kept
-    first = 0 if pushed else len(kept)
+    cleared = present == UNDECODABLE or wanted[len(wanted) - len(kept) :] != kept
+    first = 0 if cleared else len(kept)
     speeds = settings.kick.by_level, settings.kick.of_kinks
-    return pushed, [speeds[k % 2][wanted[-1 - k]] for k in range(first, len(wanted))]
+    return cleared, [speeds[k % 2][wanted[-1 - k]] for k in range(first, len(wanted))]
 
 
-def kicking_time(design: Design, settings: Settings, pushed: bool, speeds: list[float]) -> float:
+def kicking_time(design: Design, settings: Settings, cleared: bool, speeds: list[float]) -> float:
     """Return how long `way` takes, in time units."""
     moved = abs(design.D_s2 - design.D_s1)
-    kick, loud = settings.kick, settings.push
+    kick, pulse = settings.kick, settings.clearing_pulse
     kicks = sum(moved / speed + kick.hold + kick.settle for speed in speeds)
-    return kicks + pushed * (pulse_duration(loud) + loud.settle)
+    return kicks + cleared * (pulse_duration(pulse) + pulse.settle)
 
 
 def clear(element: Memory) -> Procedure[Result]:
-    """Push all walls out, and listen.
+    """Clear all walls, and listen.
 
     Raises:
         ProcedureFailed: The element is not blank after `write.attempts` pulses.
@@ -74,7 +72,7 @@ def clear(element: Memory) -> Procedure[Result]:
     attempts = element.settings.write.attempts
     for attempt in range(1, attempts + 1):
         element.progress.tried('erase', attempt)
-        yield from push_all(element)
+        yield from clear_walls(element)
         reading = yield from hear(element)
         if reading.level == 0:
             return Result(reading, attempt)

@@ -35,7 +35,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     stopped on its way also reads as the nearest level, but later steps would fail: with a margin
     below `write.min_margin` it is written again. The last attempt uses only steps up and a kink.
     A kick that went too far is made slower, one that fell short faster. With `write.method` auto
-    an actuator that does not follow is left alone: kicks and pushes go on.
+    an actuator that does not follow is left alone: kicks go on.
     An element that has learnt its pulses is taken up step by step instead, and goes on learning.
     Where both ends hear something and do not agree, it listens once more before that.
 
@@ -72,7 +72,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
                 except NotFollowed:
                     if method != 'auto' or not strained:
                         raise
-                    strained = False  # from here on by kicks and pushes
+                    strained = False  # from here on by kicks
                     yield from return_to_zero(element)
             reading = yield from look(element)
             if _swings(element, reading):  # a wall that has just arrived, and its echoes with it

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from ..instrument.end import End, Shot
-from ..move_settings import PushSettings
+from ..move_settings import ClearingPulseSettings
 from ..physics import Design
 from ..physics.formulas import cosine, exponential
 from ..physics.jit import kernel
@@ -82,7 +82,7 @@ def window(probe: ProbeSettings) -> float:
     return 2.0 * math.pi * probe.window / probe.omega_c
 
 
-def pulse_duration(probe: ProbeSettings | PushSettings) -> float:
+def pulse_duration(probe: ProbeSettings | ClearingPulseSettings) -> float:
     """Return 2 t_0 = 12 sigma, the time the boundary is driven."""
     return 12.0 * probe.sigma
 

@@ -292,8 +292,8 @@ OF_THE_NODE = {
 """Parameters that are not fields of settings, and may be set only while unconfigured."""
 
 OF_A_PRESET = (
-    'design', 'actuator', 'write', 'erase', 'kick', 'push', 'transducer', 'probe', 'probe_right',
-    'read', 'register', 'time',
+    'design', 'actuator', 'write', 'erase', 'kick', 'clearing_pulse', 'transducer', 'probe',
+    'probe_right', 'read', 'register', 'time',
 )  # fmt: skip
 """Groups that a preset sets; the others are the robot's."""
 

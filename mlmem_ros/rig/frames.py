@@ -225,7 +225,7 @@ MAX_NODES = 16
 """Set-points of a sample at most."""
 
 STRAIN = 'strain'
-"""What a rig with an actuator can do. Without one its element is written by kicks and pushes."""
+"""What a rig with an actuator can do. Without one its element is written by kicks."""
 
 NEEDED = ('left', 'right')
 """What a rig must be able to do: drive and sense either end."""

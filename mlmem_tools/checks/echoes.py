@@ -172,7 +172,7 @@ def _echoes(subject: Subject) -> Iterator[Finding]:
     yield _told_apart(subject, _calibrated(subject) if work <= CALIBRATED else None, apart)
     yield _reverberation(subject.made.eta, settings.read, loudest)
     empty = forecast_echo(
-        subject.made, blank(subject.made), settings.probe_right, End.RIGHT, dt, integrator
+        subject.made, blank(subject.made), End.RIGHT.probe(settings), End.RIGHT, dt, integrator
     )
     yield graded(
         'echo_blank',

@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a transducer must do for kicks and a push, in SI, so that one can be chosen: its stroke,
-speed, force and power, by simulation of the fastest kick and of a push from the last level.
+"""What a transducer must do for kicks, in SI, so that one can be chosen: its stroke, speed, force
+and power, by simulation of the fastest kick and of one that erases the last level.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mlmem.instrument.end import BoundaryMotion, End, Kick, Pulse
+from mlmem.instrument.end import BoundaryMotion, Kick
 from mlmem.instrument.instrument import Units
 from mlmem.physics import Chain, HeldCell, StateError, substep_times
 from mlmem.physics.equilibrium import blank, metamaterial_force, resting_wall
@@ -39,37 +39,39 @@ class Demand(NamedTuple):
 
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield what kicks and a push need; nothing of an element that has no kicks."""
+    """Yield what kicks need; nothing of an element that has none."""
     design, settings = subject.design, subject.settings
-    speeds, push = settings.kick.by_level, settings.push
-    if not any(speeds) or not push.A or settings.register.spacing:
+    kick, limits = settings.kick, settings.transducer
+    if not any(kick.by_level) or settings.register.spacing:
         return
-    chain = bare(subject.made, settings.time)
-    chain.place(blank(subject.made))
-    longest, asked = MOST_STEPS * chain.dt, {}
-    kick = Kick(chain.end(1), design.D_s2, max(speeds), settings.kick)
-    if kick.duration <= longest:
-        asked['kick'] = demand(chain, 1, kick)
-    site = End(push.end).site(design)
+    chain, asked = bare(subject.made, settings.time), {}
     with suppress(StateError):  # the last level pins no wall, as another check says
-        chain.place(resting_wall(subject.made, design.levels - 1))
-        pulse = Pulse(chain.end(site), push)
-        if pulse.duration <= longest:
-            asked['push'] = demand(chain, site, pulse)
+        for name, v, target, speed in (
+            ('write', blank(subject.made), design.D_s2, max(kick.by_level)),
+            (
+                'erase',
+                resting_wall(subject.made, design.levels - 1),
+                design.D_s1,
+                kick.erase_speed,
+            ),
+        ):
+            chain.place(v)
+            motion = Kick(chain.end(1), target, speed, kick)
+            if motion.duration <= MOST_STEPS * chain.dt:
+                asked[name] = demand(chain, 1, motion)
     if not asked:
         return
-    units, limits = Units(design, settings.scale), settings.transducer
-    power = units.force * units.speed
+    units = Units(design, settings.scale)
     able = {
-        'stroke': (units.length, 'm', {'kick': limits.max_stroke, 'push': limits.max_amplitude}),
-        'speed': (units.speed, 'm/s', dict.fromkeys(asked, limits.max_speed)),
-        'force': (units.force, 'N', {}),
-        'power': (power, 'W', {}),
+        'stroke': (units.length, 'm', limits.max_stroke),
+        'speed': (units.speed, 'm/s', limits.max_speed),
+        'force': (units.force, 'N', math.inf),
+        'power': (units.force * units.speed, 'W', math.inf),
     }
     for name, (unit, symbol, most) in able.items():
         found = {each: getattr(one, name) for each, one in asked.items()}
-        beyond = [each for each in found if found[each] > most.get(each, math.inf) * (1 + 1e-9)]
-        text = 'the most that kicks and a push ask of an end'
+        beyond = [each for each in found if found[each] > most * (1 + 1e-9)]
+        text = 'the most that kicks ask of the left end'
         if beyond:
             text = f'the {beyond[0]} needs more than transducer.max_* allows: it is not made'
         verdict = Verdict.WARN if beyond and settings.write.method != 'strain' else Verdict.PASS

@@ -83,7 +83,7 @@ def test_a_pulse_that_may_move_the_wall_is_refused_and_changes_nothing(command):
     element = new_element(*as_loud('case_2', End.LEFT, 0.4))
     element.loudest = {End.LEFT: 0.28, End.RIGHT: 0.2}
     before = snapshot.take(element)
-    with pytest.raises(Refused, match=r'probe.A must be at most 0.28.*To push a wall out'):
+    with pytest.raises(Refused, match=r'probe.A must be at most 0.28'):
         element.apply(command)
     assert snapshot.take(element) == before
     element.apply(SetStrain(0.001))

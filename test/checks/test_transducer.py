@@ -11,6 +11,7 @@ from mlmem.instrument.end import Kick
 from mlmem.instrument.instrument import Units
 from mlmem.physics import PEFRL, Chain
 from mlmem.physics.energy import energy
+from mlmem.presets import written_by_kicks
 from mlmem_tools.checks import Verdict, transducer
 from mlmem_tools.checks.concern import Subject
 
@@ -30,14 +31,14 @@ def test_the_force_of_a_kick_does_the_work_that_is_stored():
 
 
 def test_a_check_says_it_in_si_and_warns_of_what_is_not_made():
-    design, settings = preset('kick_3')
+    design, settings = written_by_kicks(preset('case_2'))
     found = {each.name: each for each in transducer.check(Subject(design, settings))}
     units = Units(design, settings.scale)
-    assert found['transducer_stroke'].values['kick'] == pytest.approx(
+    assert found['transducer_stroke'].values['write'] == pytest.approx(
         units.length * (design.D_s2 - design.D_s1)
     )
-    assert found['transducer_speed'].values['push'] == pytest.approx(
-        units.speed * settings.push.speed, rel=0.02
+    assert found['transducer_speed'].values['erase'] == pytest.approx(
+        units.speed * settings.kick.fastest * settings.kick.erase_speed, rel=0.02
     )
     assert {each.verdict for each in found.values()} == {Verdict.PASS}
     slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.3))

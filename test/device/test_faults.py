@@ -196,7 +196,7 @@ def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(kind, end, gai
 
 
 @pytest.mark.parametrize('kind', [preset('kick_2'), NIBBLE], ids=['kick_2', 'nibble'])
-def test_nor_does_a_push(kind):
+def test_nor_does_an_erase(kind):
     """It began with a jump of nine cells, which broke the element."""
     element = suffering(new_element(kind), sensor_gain=10.0, sensor_end='right')
     outcome = element.perform(Erase())

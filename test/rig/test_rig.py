@@ -34,6 +34,7 @@ from mlmem import (
 )
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
+from mlmem.presets import written_by_kicks
 from mlmem.procedures.blocks import run
 from mlmem.procedures.listening import pulse_echo
 from mlmem.settings import ScaleSettings, TimeSettings
@@ -148,8 +149,8 @@ def test_a_rig_counts_in_its_own_units():
     assert element.driver.force() is not None
 
 
-def test_a_rig_without_an_actuator_says_so_and_is_written_by_kicks_and_pushes():
-    settings = preset('kick_3').settings
+def test_a_rig_without_an_actuator_says_so_and_is_written_by_kicks():
+    settings = written_by_kicks(preset('case_2')).settings
     line = Line(emulated(settings, actuator=False))
     driver = Rig(CASE_II, settings, ADDRESS, line)
     element = MemoryElement(CASE_II, settings, factory_calibration(CASE_II, settings), driver)

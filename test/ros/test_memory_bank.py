@@ -24,7 +24,7 @@ def bank(tmp_path, capfd):
     file.write_text("""
 /**:
   ros__parameters:
-    {design.preset: kick_3, design.check: skip, scale.time: 1.0e-5, write.attempts: 5}
+    {write.method: kick, design.check: skip, scale.time: 1.0e-5, write.attempts: 5}
 /robot/bank/element_2/mlmem:
   ros__parameters: {write.attempts: 7}
 """)

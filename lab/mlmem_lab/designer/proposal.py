@@ -35,7 +35,7 @@ from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.physics import CASE_II, Design, Specimen
 from mlmem.physics.held_wall import hold_walls, uniform
 from mlmem.physics.waves import band
-from mlmem.presets import hand_rate, kick_and_push
+from mlmem.presets import hand_rate, nine_cell_kicks
 from mlmem.settings import ActuatorSettings, ProbeSettings, ReadSettings, TimeSettings
 from mlmem_tools.checks import Report, Verdict, check
 from mlmem_tools.checks.concern import Subject
@@ -282,8 +282,7 @@ def _with(levels: int, J: int, cell: Design) -> Proposal | str:
     design = element(levels, eta=eta, tail=tail)
     settings = _settings(design, frees, probe)
     if (J, eta) == (9, 1 / 250):  # kicks of such cells are known
-        kick, push = kick_and_push(levels, design.N)
-        settings = replace(settings, kick=kick, push=push)
+        settings = replace(settings, kick=nine_cell_kicks(levels))
     report = check(design, settings)
     if report.verdict is Verdict.FAIL:
         return '; '.join(f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL))

@@ -69,9 +69,9 @@ def plan(arguments: argparse.Namespace) -> int:
             print(f'{told}, {_distance(row)}')
         for row in kinks:
             print(f'level {row["level"]:3}: kick of a kink {row["kick"]:.4g}, {_distance(row)}')
-        if not math.isnan(found.push):
-            told = f'with each quantity {found.push:.0%} off' if found.push else 'not used'
-            print(f'push: {told}')
+        if not math.isnan(found.erase):
+            told = f'with its speed {found.erase:.0%} off' if found.erase else 'it leaves a wall'
+            print(f'erase: {told}')
     return 0 if found.complete else 1
 
 

@@ -24,7 +24,7 @@ from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.reading import BLANK
 from mlmem.settings import Settings
 
-from ..windows.flight import Found, bare, least_room, search_kicks
+from ..windows.flight import Found, bare, least_erase_room, search_kicks
 from .words import search_words
 
 RADII = (0.03, 0.06, 0.1)
@@ -63,14 +63,14 @@ class Plan:
 
     Attributes:
         corrections: The same for a calibration.
-        push: What the push of the settings bears, from every level; 0 if it leaves a wall
-            there, NaN for an element that is written by strain.
+        erase: What the speed of the kick that erases bears; 0 if it leaves a wall at some level,
+            NaN for an element that is written by strain.
         kinks: Kicks of kinks to the levels behind which a wall may rest; empty for one wall.
     """
 
     steps: tuple[Step, ...]
     corrections: PulseCorrections
-    push: float = math.nan
+    erase: float = math.nan
     kinks: tuple[Step, ...] = ()
 
     @property
@@ -93,12 +93,12 @@ def plan(
     if preset.settings.register.spacing:
         return _of_register(specimen, preset.settings, report)
     tried = _Trial(specimen, preset)
-    state, steps, push = tried.blank(), [], math.nan
+    state, steps, erase = tried.blank(), [], math.nan
     by_kicks, chain = [Found()] * preset.design.levels, bare(specimen, preset.settings)
     if kicked(preset.settings, 0):
         most = preset.settings.transducer.max_speed
         by_kicks = search_kicks(chain, preset.settings.kick, most)
-        push = least_room(chain, preset.settings.push, range(preset.design.levels))
+        erase = least_erase_room(chain, preset.settings.kick)
     for level in range(preset.design.levels):
         if report is not None:
             report(f'level {level}', level / preset.design.levels)
@@ -110,7 +110,7 @@ def plan(
         steps.append(step)
     settings = preset.settings
     corrections = PulseCorrections(tuple(step.correction for step in steps), schedule_of(settings))
-    return Plan(tuple(steps), corrections, push)
+    return Plan(tuple(steps), corrections, erase)
 
 
 def _of_register(

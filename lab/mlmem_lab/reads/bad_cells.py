@@ -40,7 +40,7 @@ from mlmem.settings import ElementSettings
 from ..results import run
 from .count import true_level
 
-EVERY = {'bits_1': 2, 'bits_2': 2, 'case_2': 12, 'kick_3': 12}
+EVERY = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
 """Distance of the sites of the bad cell, by preset."""
 
 KINDS: dict[str, Callable[[int], tuple[str, Faults]]] = {

@@ -34,12 +34,12 @@ from .webassembly import FOLDER
 
 SHOWN = {
     'case_2': "by strain: the paper's element with eight levels",
-    'kick_3': 'by kicks: the same cells, written without strain',
+    'kick_2': 'by kicks: four levels, written without strain',
     'byte': 'a byte: as many walls as there are ones',
 }
 """The presets of the page, and what it says of them."""
 
-BEGUN = {'case_2': 3, 'kick_3': 3, 'byte': 0b1100}
+BEGUN = {'case_2': 3, 'kick_2': 3, 'byte': 0b1100}
 """What they hold when the page is opened."""
 
 SESSION = FOLDER.parents[1] / 'test' / 'data' / 'life'
@@ -100,7 +100,6 @@ def told(name: str) -> dict[str, Any]:
         'rate': settings.actuator.by_hand,
         'phases': [design.D_s1, design.D_s2],
         'probes': _probes(element, many),
-        'push': {'end': settings.push.end, **_drive(Pulse(0.0, settings.push))},
     }
     if many:
         found['register'] = _register(settings)
@@ -134,12 +133,14 @@ def _probes(element: MemoryElement, many: bool) -> dict[str, Any]:
 def _register(settings: Settings) -> dict[str, Any]:
     """Return how a byte is written: see `procedures.many_walls.put`."""
     kick = settings.kick
+    pulse = settings.clearing_pulse
     return {
+        'clearing_pulse': {'end': pulse.end, **_drive(Pulse(0.0, pulse))},
         'speeds': [kick.by_level, kick.of_kinks],
         'late': kick.late,
         'hold': kick.hold,
         'settle': kick.settle,
-        'cleared': settings.push.settle,
+        'cleared': pulse.settle,
     }
 
 
@@ -202,7 +203,7 @@ def _watched(element: MemoryElement) -> list[Event]:
         return {'end': 'left' if held.site == 1 else 'right', **_drive(held.motion)}
 
     watch(element.actuator, 'ramp_to', strained)
-    for name in ('move', 'kick', 'push'):
+    for name in ('move', 'kick'):
         watch(element.transducer, name, driven)
     for name in ('fire', 'shoot'):
         watch(element.transducer, name, lambda: {'probe': True})

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem windows`: measure how far every move may be off.
 
-Every move is run on a bare chain, from rest, from every level. Of a kick and a push one quantity
+Every move is run on a bare chain, from rest, from every level. Of a kick one quantity
 after the other is off, by up to 0.3, until the wall ends elsewhere. Steps up are run as shipped,
 and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions; then with peak
 and times off by changes up to 0.1 that are drawn at random. A step fails if the wall does not end
@@ -44,7 +44,7 @@ METHODS = ('strain', 'kick', 'auto')
     'measure how far every move may be off',
     option('presets', nargs='*', metavar='FILE|PRESET', help='ROS parameter files, or presets; '
            f'none: all but {", ".join(APART)}'),
-    option('--method', choices=METHODS, default='auto', help='moves by strain, kicks and pushes, '
+    option('--method', choices=METHODS, default='auto', help='moves by strain, kicks, '
            'or both'),
     ELEMENT,
     option('--radii', type=float, nargs='+', default=RADII, help='relative changes to try'),
@@ -126,7 +126,7 @@ def windows(arguments: argparse.Namespace) -> int:
 def _unstrained(
     arguments: argparse.Namespace, presets: list[str], element: Element | None, console: Console
 ) -> dict[str, list[Sent]]:
-    """Measure and print the kicks and pushes that are asked for, by preset."""
+    """Measure and print the kicks that are asked for, by preset."""
     found: dict[str, list[Sent]] = {name: [] for name in presets}
     tasks = [(name, *each) for name in presets for each in sent.moves(name)]
     if arguments.method == 'strain' or not tasks:
@@ -134,13 +134,13 @@ def _unstrained(
     names = [name for name, *_ in tasks]
     measure = partial(sent.measured, integrator=arguments.integrator or '', element=element)
     done = mapped(
-        console, arguments.workers, 'kicks and pushes', measure, names,
+        console, arguments.workers, 'kicks', measure, names,
         [how for _, how, _ in tasks], [level for *_, level in tasks],
     )  # fmt: skip
     for name, each in zip(names, done, strict=True):
         found[name].append(each)
     for name, some in found.items():
-        for how in (How.KICK, How.PUSH):
+        for how in (How.KICK, How.KICK_OUT):
             if of_kind := [each for each in some if each.how is how]:
                 console.print(sent.table(name, how, of_kind))
     return found

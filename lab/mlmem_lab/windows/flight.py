@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a kick or a push leaves the wall, on a bare chain as the device steps it; and how far each
-of its quantities may be off.
+"""Where a kick leaves the wall, on a bare chain as the device steps it; and how far each of its
+quantities may be off.
 
 `search_kicks` finds kicks for a new design, or for one element.
 """
@@ -9,15 +9,15 @@ of its quantities may be off.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.end import BoundaryMotion, Kick, Pulse
-from mlmem.move_settings import KickSettings, PushSettings
+from mlmem.instrument.end import BoundaryMotion, Kick
+from mlmem.move_settings import KickSettings
 from mlmem.physics import Chain, HeldCell, Specimen, StateError, level_of, substep_times
 from mlmem.physics.equilibrium import blank, resting_wall
 from mlmem.physics.potential import Array
@@ -32,11 +32,8 @@ SPEEDS = np.geomspace(0.002, 1.2, 321)
 DAMPING_TIMES = 10.0
 """Of rest after a motion."""
 
-QUANTITIES = {
-    'kick': ('speed', 'gain', 'hold', 'late'),
-    'push': ('gain', 'omega_c', 'sigma'),
-}
-"""What of a motion may be off: `gain` makes all its displacements greater, as a transducer that is
+QUANTITIES = ('speed', 'gain', 'hold', 'late')
+"""What of a kick may be off: `gain` makes all its displacements greater, as a transducer that is
 calibrated wrong; `late` is off by that itself, the others by that share of themselves."""
 
 STEP, FARTHEST = 0.02, 0.3
@@ -99,8 +96,9 @@ def rest_of(chain: Chain) -> float:
 def kick_of(
     chain: Chain, speed: float, shape: KickSettings, quantity: str = '', off: float = 0.0
 ) -> Kick:
-    """Return a kick from where the left end is, with one quantity off."""
-    start = chain.end(1)
+    """Return a kick from where the left end is to its other phase, with one quantity off."""
+    start, design = chain.end(1), chain.design
+    other = design.D_s2 if start < design.D_barrier else design.D_s1
     gain = 1.0 + off if quantity == 'gain' else 1.0
     if quantity == 'speed':
         speed *= 1.0 + off
@@ -108,14 +106,8 @@ def kick_of(
         shape = replace(shape, hold=shape.hold * (1.0 + off))
     elif quantity == 'late':
         shape = replace(shape, late=min(1.0, max(0.0, shape.late + off)))
-    target = start + gain * (chain.design.D_s2 - start)
+    target = start + gain * (other - start)
     return Kick(start, target, gain * speed, shape)
-
-
-def push_of(push: PushSettings, quantity: str = '', off: float = 0.0) -> PushSettings:
-    """Return a push with one quantity off."""
-    name = 'A' if quantity == 'gain' else quantity
-    return replace(push, **{name: getattr(push, name) * (1.0 + off)}) if name else push
 
 
 def after_kick(
@@ -126,17 +118,13 @@ def after_kick(
     return drive(chain, 1, kick_of(chain, speed, shape, quantity, off), rest_of(chain))
 
 
-def after_push(chain: Chain, level: int, push: PushSettings, pulses: int = 1) -> int:
-    """Return where a push leaves the wall of a level, as `drive`; it is repeated while the wall is
-    there, as the device does, up to a number of `pulses`.
-    """
+def after_erase(
+    chain: Chain, level: int, shape: KickSettings, quantity: str = '', off: float = 0.0
+) -> int:
+    """Return where the kick that erases leaves the wall of a level, as `drive`."""
     chain.place(resting_wall(chain.specimen, level))
-    site, ended = 1 if push.end == 'left' else chain.design.N, level
-    for _ in range(pulses):
-        ended = drive(chain, site, Pulse(chain.end(site), push), rest_of(chain))
-        if ended == BLANK:
-            break
-    return ended
+    kick = kick_of(chain, shape.erase_speed, shape, quantity, off)
+    return drive(chain, 1, kick, rest_of(chain))
 
 
 def distance(fails: Callable[[float], bool], farthest: float = FARTHEST) -> float:
@@ -163,20 +151,18 @@ def kick_rooms(chain: Chain, level: int, shape: KickSettings) -> dict[str, float
     def fails(quantity: str, off: float) -> bool:
         return after_kick(chain, speed, shape, quantity, off) != level
 
-    return {each: distance(partial(fails, each)) for each in QUANTITIES['kick']}
+    return {each: distance(partial(fails, each)) for each in QUANTITIES}
 
 
-def push_rooms(
-    chain: Chain, level: int, push: PushSettings, farthest: float = FARTHEST, pulses: int = 1
+def erase_rooms(
+    chain: Chain, level: int, shape: KickSettings, farthest: float = FARTHEST
 ) -> dict[str, float]:
-    """Return how far each quantity of a push from a level may be off until the wall stays, after
-    one pulse or more.
-    """
+    """Return how far each quantity of the kick that erases a level may be off."""
 
     def fails(quantity: str, off: float) -> bool:
-        return after_push(chain, level, push_of(push, quantity, off), pulses) != BLANK
+        return after_erase(chain, level, shape, quantity, off) != BLANK
 
-    return {each: distance(partial(fails, each), farthest) for each in QUANTITIES['push']}
+    return {each: distance(partial(fails, each), farthest) for each in QUANTITIES}
 
 
 @dataclass(frozen=True)
@@ -253,14 +239,16 @@ def edge(
     return good
 
 
-def least_room(
-    chain: Chain, push: PushSettings, levels: Iterable[int], farthest: float = FARTHEST
-) -> float:
-    """Return how far any quantity of a push may be off until the wall of some level stays, after
-    as many pulses as the device makes.
-    """
-    found = (push_rooms(chain, level, push, farthest, push.pulses) for level in levels)
-    return min(min(rooms.values()) for rooms in found)
+def least_erase_room(chain: Chain, shape: KickSettings) -> float:
+    """Return how far the speed of the kick that erases may be off at the worst level."""
+
+    def fails(level: int, off: float) -> bool:
+        return after_erase(chain, level, shape, 'speed', off) != BLANK
+
+    levels = range(chain.design.levels)
+    if any(fails(level, 0.0) for level in levels):
+        return 0.0
+    return min(distance(partial(fails, level)) for level in levels)
 
 
 ENOUGH = 0.1

@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem kicks`: map kicks and pushes, how exact they must be, and count writes without strain.
+"""`mlmem kicks`: map kicks, how exact they must be, and count writes without strain.
 
-Every kick starts from a blank element at rest, every push from a level, on a bare chain as the
-device steps it. Maps show where they end, over their speed, shape, hold, overshoot and pause, or
-their amplitude, carrier, length and end. For each that ships, every quantity is off until it
-fails; elements that are not as designed, that ring or that are shaken are tried; and a particle
-with the energy that the kick puts in says where it should stop. Then random levels are written to
-the device, any to any, and the true wall is compared with each answer.
+Every kick starts from a blank element at rest, one that erases from a level, on a bare chain as
+the device steps it. Maps show where they end, over their speed, shape, hold, overshoot and pause.
+For each that ships, every quantity is off until it fails; elements that are not as designed, that
+ring or that are shaken are tried; and a particle with the energy that the kick puts in says where
+it should stop. Then random levels are written to the device, any to any, and the true wall is
+compared with each answer.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ import numpy as np
 
 from mlmem import Erase, Write, new_element, preset
 from mlmem.physics import Specimen, level_of
-from mlmem.readers.reading import BLANK, UNDECODABLE
+from mlmem.presets import written_by_kicks
+from mlmem.readers.reading import BLANK
 from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
@@ -33,22 +34,22 @@ from ..results import DEVICE, keep_picture, load, load_kept, save
 from ..studies import style
 from ..studies.bench import nearness
 from ..studies.campaign.terminal import mapped
-from .flight import SPEEDS, after_kick, bare, edge, kick_rooms, push_rooms
+from .flight import SPEEDS, after_kick, bare, edge, erase_rooms, kick_rooms
 from .maps import astray, levels_of, maps, stored
 
-KICKED = ('kick_2', 'kick_3', 'kick_4')
-"""The presets that are written without strain."""
+KICKED = ('kick_2', 'case_2', 'kick_4')
+"""The presets that are written without strain here."""
 
 ERASES = 10
 """Every so many procedures is an erase."""
 
-PARTS = {'kicks': 'levels', 'push': 'push', 'maps': 'maps', 'astray': 'astray',
+PARTS = {'kicks': 'levels', 'erases': 'erases', 'maps': 'maps', 'astray': 'astray',
          'written': 'written'}  # fmt: skip
 """Parts of a measurement, and an entry of each."""
 
 
 @command(
-    'map kicks and pushes, how exact they must be, and count writes without strain',
+    'map kicks, how exact they must be, and count writes without strain',
     option('presets', nargs='*', metavar='PRESET', help=f'none: {", ".join(KICKED)}'),
     option('--writes', type=int, default=1000, help='random procedures of each preset'),
     option('--elements', type=int, default=10, help='scattered elements for every disorder'),
@@ -91,13 +92,13 @@ def kicks(arguments: argparse.Namespace) -> int:
     done = mapped(console, arguments.workers, 'presets', measure, names)
     found = {name: known.get(name, {}) | new for name, new in zip(names, done, strict=True)}
     table = plain_table(
-        'Without strain', 'preset', '>least room', '>stroke', '>push', '>writes', '>wrong',
+        'Without strain', 'preset', '>least room', '>stroke', '>erase speed', '>writes', '>wrong',
         '>failed', '>again', '>median', '>erase',
     )  # fmt: skip
     for name, each in found.items():
         told = each['written']
         least = [_least(each['levels'], 'room'), _least(each['levels'], 'rooms', 'gain')]
-        least.append(min(min(rooms.values()) for rooms in each['push']['rooms']))
+        least.append(_least(each['erases'], 'speed'))
         table.add_row(
             name, *(f'{room:.3f}' for room in least),
             *(str(told[key]) for key in ('writes', 'wrong', 'failed', 'again', 'median', 'erase')),
@@ -145,13 +146,13 @@ def _figure(arguments: argparse.Namespace) -> int:
 def measured(
     name: str, parts: Sequence[str], *, writes: int, elements: int, seed: int
 ) -> dict[str, Any]:
-    """Return parts of what is known of a preset: its kicks with their rooms, the rooms of its
-    push, maps of both, what becomes of them on elements that are not as designed, and the count of
-    its writes.
+    """Return parts of what is known of a preset: its kicks with their rooms, the rooms of the
+    one that erases, maps of both, what becomes of them on elements that are not as designed, and
+    the count of its writes.
     """
     of_part: dict[str, Callable[[], dict[str, Any]]] = {
         'kicks': lambda: _kicks(name),
-        'push': lambda: {'push': _push(name)},
+        'erases': lambda: {'erases': _erases(name)},
         'maps': lambda: {'maps': maps(name)},
         'astray': lambda: {'astray': astray(name, elements, seed)},
         'written': lambda: {'written': count(name, writes, seed)},
@@ -191,21 +192,16 @@ def _kicks(name: str) -> dict[str, Any]:
     }
 
 
-def _push(name: str) -> dict[str, Any]:
-    """Return the rooms of a preset's push from every level: with as many pulses as the device
-    makes, and with one.
-    """
+def _erases(name: str) -> list[dict[str, float]]:
+    """Return the rooms of the kick that erases, at every level of a preset."""
     design, settings = preset(name)
-    chain, push = bare(Specimen(design), settings), settings.push
-    return {
-        told: [push_rooms(chain, level, push, pulses=most) for level in range(design.levels)]
-        for told, most in (('rooms', push.pulses), ('rooms of one', 1))
-    }
+    chain = bare(Specimen(design), settings)
+    return [erase_rooms(chain, level, settings.kick) for level in range(design.levels)]
 
 
 def count(name: str, procedures: int, seed: int) -> dict[str, Any]:
     """Write random levels, any to any, with an erase now and then; compare with the true wall."""
-    element, rng = new_element(preset(name)), random.Random(seed)
+    element, rng = new_element(written_by_kicks(preset(name))), random.Random(seed)
     levels = range(element.design.levels)
     near = nearness(element.chain.specimen)
     present = BLANK
@@ -234,8 +230,8 @@ def count(name: str, procedures: int, seed: int) -> dict[str, Any]:
 
 
 def draw(presets: Mapping[str, Any], picture: Path) -> None:
-    """Draw the level over the speed of a kick, with what energy alone says, and over the amplitude
-    of a push.
+    """Draw the level over the speed of a kick, with what energy alone says, and the share of
+    levels that a kick erases over its speed.
     """
     with style.styled():
         figure = style.new_figure(3.4)
@@ -248,24 +244,22 @@ def draw(presets: Mapping[str, Any], picture: Path) -> None:
             left.plot(*zip(*shipped, strict=True), 'k|', markersize=7)
             energy = [(each['speed'], each['predicted']) for each in found['levels']]
             left.plot(*zip(*energy, strict=True), 'o', mfc='none', ms=6, color=points.get_color())
-            start = found['maps']['start']
-            top = levels_of(start['rows'])[-1]
-            kept, amplitudes = top > UNDECODABLE, np.array(start['xs'])
-            right.plot(amplitudes[kept], top[kept], '.-', markersize=3, linewidth=0.5, label=name)
+            erase = found['maps']['erase']
+            share = 100.0 * (levels_of(erase['rows']) == BLANK).mean(axis=0)
+            right.plot(erase['xs'], share, '.-', markersize=3, linewidth=0.5, label=name)
         left.set(
             xscale='log', xlabel='mean speed of the kick, cells per time unit', ylabel='level'
         )
-        right.set(xlabel='amplitude of the push, cells', ylabel='level; -1: blank')
+        right.set(xscale='log', xlabel='mean speed of the kick', ylabel='levels erased, %')
         left.legend()
         style.label(left, 'a', 'kicked from blank')
-        style.label(right, 'b', 'pushed from the last level')
+        style.label(right, 'b', 'kicked out')
         figure.savefig(picture, metadata={'Software': None})
 
 
 SHOWN = {
     'ramp': 'how late it is fastest', 'hold': 'hold', 'overshoot': 'overshoot, cells',
-    'two parts': 'pause half-way', 'carrier': 'right end: carrier', 'length': 'right end: sigma',
-    'start': 'from level', 'left end': 'left end: carrier', 'upward': 'left, 2.1: from level',
+    'two parts': 'pause half-way', 'erase': 'erased: level',
 }  # fmt: skip
 """The maps in their order, with the names of their vertical axes."""
 
@@ -280,16 +274,15 @@ def draw_maps(name: str, found: Mapping[str, Any], picture: Path) -> None:
     known = ListedColormap([style.FAINT, '#ffffff', *colours])
     norm = BoundaryNorm(np.arange(-2.5, levels), levels + 2)
     with style.styled():
-        figure = style.new_figure(7.0)
-        grid = style.axes_grid(figure, 3, 3)
-        for axes, (each, told), letter in zip(grid.flat, SHOWN.items(), 'abcdefghi', strict=True):
+        figure = style.new_figure(5.0)
+        grid = style.axes_grid(figure, 2, 3)
+        grid.flat[-1].set_axis_off()
+        for axes, (each, told), letter in zip(grid.flat[:-1], SHOWN.items(), 'abcde', strict=True):
             one = found['maps'][each]
-            kick = one['across'] == 'speed'
             xs, ys = np.array(one['xs']), np.arange(len(one['ys']))
             mesh = axes.pcolormesh(xs, ys, levels_of(one['rows']), cmap=known, norm=norm,
                                    shading='nearest', rasterized=True)  # fmt: skip
-            axes.set(xscale='log' if kick else 'linear', ylabel=told,
-                     xlabel='speed' if kick else 'amplitude')  # fmt: skip
+            axes.set(xscale='log', xlabel='speed', ylabel=told)
             ticks = ys[:: max(1, len(ys) // 5)]
             axes.set_yticks(ticks, [f'{one["ys"][k]:g}' for k in ticks])
             style.label(axes, letter)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Maps of kicks and pushes, and how many end elsewhere on an element that is not as designed, that
+"""Maps of kicks, and how many end elsewhere on an element that is not as designed, that
 rings or that is shaken.
 
 In a map a row is a text with a character for every point: the digit of the level (36 to a digit),
@@ -17,19 +17,17 @@ from typing import Any
 import numpy as np
 
 from mlmem import Preset, preset
-from mlmem.instrument.end import Kick, Pulse
-from mlmem.move_settings import KickSettings, PushSettings
+from mlmem.instrument.end import Kick
+from mlmem.move_settings import KickSettings
 from mlmem.physics import Chain, Scatter, Specimen, StateError, scattered, walls
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import blank, resting_wall
 from mlmem.physics.potential import Array
 from mlmem.readers.reading import BLANK, UNDECODABLE
 
-from .flight import Course, after_push, bare, drive, kick_of, rest_of
+from .flight import Course, after_erase, bare, drive, kick_of, rest_of
 
 SPEEDS = np.geomspace(0.002, 1.2, 65)
-AMPLITUDES = np.round(np.arange(0.2, 1.21, 0.04), 2)
-CARRIERS = np.round(np.arange(0.5, 2.21, 0.1), 2)
 
 DIGITS = '0123456789abcdefghijklmnopqrstuvwxyz'
 
@@ -76,8 +74,7 @@ def maps(name: str) -> dict[str, Any]:
 
 
 def _maps(chain: Chain, element: Preset) -> dict[str, Map]:
-    design, (shape, push) = element.design, (element.settings.kick, element.settings.push)
-    top = design.levels - 1
+    shape = element.settings.kick
 
     def kicked(course: Callable[[float, float], Kick | Course]) -> Callable[[float, float], int]:
         def at(speed: float, other: float) -> int:
@@ -104,12 +101,9 @@ def _maps(chain: Chain, element: Preset) -> dict[str, Map]:
         first = replace(whole, target=middle, shape=replace(shape, hold=pause))
         return Course((first, replace(whole, start=middle)))
 
-    def pushed(**fixed: Any) -> Callable[[PushSettings], int]:
-        return lambda each: after_push(chain, top, replace(each, **fixed))
+    def erased(speed: float, level: float) -> int:
+        return after_erase(chain, int(level), replace(shape, erase_speed=speed))
 
-    right, left = pushed(end='right'), pushed(end='left')
-    low = math.sqrt(design.k_s1)
-    near = np.round(low * np.arange(1.1, 2.5, 0.1), 3)
     return {
         'ramp': Map('speed', 'late', SPEEDS, np.arange(0.0, 1.01, 0.1),
                     kicked(lambda u, late: plain(u, late=late))),
@@ -119,21 +113,8 @@ def _maps(chain: Chain, element: Preset) -> dict[str, Map]:
                          kicked(beyond)),
         'two parts': Map('speed', 'pause', SPEEDS, (0, 1, 2, 3, 5, 7, 10, 15, 20),
                          kicked(halved)),
-        'carrier': Map('A', 'omega_c', AMPLITUDES, near,
-                       lambda A, omega: right(replace(push, A=A, omega_c=omega))),
-        'length': Map('A', 'sigma', AMPLITUDES, (2, 3, 4, 5, 6, 8, 10, 12, 16, 20),
-                      lambda A, sigma: right(replace(push, A=A, sigma=sigma))),
-        'start': Map('A', 'level', AMPLITUDES, range(design.levels),
-                     lambda A, level: after_push(chain, int(level), replace(push, A=A))),
-        'left end': Map('A', 'omega_c', AMPLITUDES, CARRIERS,
-                        lambda A, omega: left(replace(push, A=A, omega_c=omega, sigma=10.0))),
-        'upward': Map('A', 'level', AMPLITUDES, range(design.levels),
-                      lambda A, level: after_push(chain, int(level), replace(UPWARD, A=A))),
+        'erase': Map('speed', 'level', SPEEDS, range(element.design.levels), erased),
     }  # fmt: skip
-
-
-UPWARD = PushSettings(end='left', omega_c=2.1, sigma=40.0)
-"""What the wall reflects pushes it ahead: a carrier in the band of the active phase alone."""
 
 
 # --- elements that are not as designed ---------------------------------------------------------
@@ -145,7 +126,7 @@ DAMPED = (0.03, 0.1, 0.2)
 """Relative changes of the damping of all cells, to either side."""
 
 LEFT_OVER = (0.75, 0.5, 0.25, 0.0)
-"""Shares of `push.settle` after which the kick follows a push."""
+"""Shares of `kick.erase_settle` after which the kick follows one that erases."""
 
 SHAKES = (1e-4, 3e-4, 1e-3, 3e-3)
 """Amplitudes of a base that swings, in cells per time unit squared."""
@@ -155,15 +136,15 @@ BEATS = (0.02, 0.0789, 0.3, 0.47)
 
 
 def astray(name: str, elements: int, seed: int) -> dict[str, list[dict[str, Any]]]:
-    """Return how many kicks to every level end elsewhere, and how many pushes from every level
-    leave the wall there, by what is not as designed and how much.
+    """Return how many kicks to every level end elsewhere, and how many that erase leave the wall
+    there, by what is not as designed and how much.
     """
     element, random = preset(name), np.random.default_rng(seed)
     design, settings = element
     found: dict[str, list[dict[str, Any]]] = {}
 
     def count(what: str, amount: float, chains: Iterator[Chain], shaken: bool = False) -> None:
-        row = {'amount': amount, 'kicks': 0, 'astray': 0, 'pushes': 0, 'stayed': 0}
+        row = {'amount': amount, 'kicks': 0, 'astray': 0, 'erases': 0, 'stayed': 0}
         for chain in chains:
             for level, speed in enumerate(settings.kick.by_level):
                 shake = _swing(random, amount) if shaken else None
@@ -172,8 +153,8 @@ def astray(name: str, elements: int, seed: int) -> dict[str, list[dict[str, Any]
                     kick = kick_of(chain, speed, settings.kick)
                     row['kicks'] += 1
                     row['astray'] += drive(chain, 1, kick, rest_of(chain), shake) != level
-                row['pushes'] += 1
-                row['stayed'] += _pushed(chain, level, settings.push, shake) != BLANK
+                row['erases'] += 1
+                row['stayed'] += _erased(chain, level, settings.kick, shake) != BLANK
         found.setdefault(what, []).append(row)
 
     for what in ('alpha', 'k_r', 'mass'):
@@ -196,37 +177,33 @@ def _swing(random: np.random.Generator, amplitude: float) -> Callable[[Array], A
     return lambda t: amplitude * np.sin(omega * t + phase)
 
 
-def _pushed(
-    chain: Chain, level: int, push: PushSettings, shake: Callable[[Array], Array] | None
+def _erased(
+    chain: Chain, level: int, shape: KickSettings, shake: Callable[[Array], Array] | None
 ) -> int:
     try:
         chain.place(resting_wall(chain.specimen, level))
     except StateError:  # scattered so much that no wall rests there
         return BLANK
-    site = 1 if push.end == 'left' else chain.design.N
-    return drive(chain, site, Pulse(chain.end(site), push), rest_of(chain), shake)
+    return drive(chain, 1, kick_of(chain, shape.erase_speed, shape), rest_of(chain), shake)
 
 
 def _ringing(element: Preset, share: float) -> dict[str, Any]:
-    """Return how many kicks end elsewhere that begin when a share of `push.settle` has passed."""
+    """Return how many kicks end elsewhere that begin when a share of `kick.erase_settle` has
+    passed after one that erases.
+    """
     design, settings = element
-    chain, push = bare(Specimen(design), settings), settings.push
-    site = 1 if push.end == 'left' else design.N
+    chain, shape = bare(Specimen(design), settings), settings.kick
     row = {'amount': share, 'kicks': 0, 'astray': 0}
     for start in (0, design.levels - 1):
         chain.place(resting_wall(chain.specimen, start))
-        drive(chain, site, Pulse(chain.end(site), push), 0.0)
-        for _ in range(math.ceil(push.patience / settings.time.tick)):
-            if (chain.configuration[[0, -1]] < design.D_barrier).all():
-                break
-            chain.rest(round(settings.time.tick / chain.dt))
-        chain.rest(math.ceil(share * push.settle / chain.dt))
+        rest = share * shape.erase_settle
+        drive(chain, 1, kick_of(chain, shape.erase_speed, shape), rest)
         state = chain.state()
-        for level, speed in enumerate(settings.kick.by_level):
+        for level, speed in enumerate(shape.by_level):
             if speed:
                 chain.restore(state, V_N=0.0, steps_done=0)
-                kick = kick_of(chain, push.after * speed, settings.kick)
                 row['kicks'] += 1
+                kick = kick_of(chain, speed, shape)
                 row['astray'] += drive(chain, 1, kick, rest_of(chain)) != level
     return row
 

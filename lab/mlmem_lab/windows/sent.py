@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The windows of kicks and pushes: how far every quantity of each may be off.
+"""The windows of kicks: how far every quantity of each may be off.
 
-A kick to every level begins at a blank element at rest, a push at a wall that rests at a level; as
-shipped, and with one quantity off by more and more until the wall ends elsewhere.
+A kick to every level begins at a blank element at rest, a kick that erases at a wall that rests at
+a level; as shipped, and with one quantity off by more and more until the wall ends elsewhere.
 """
 
 from __future__ import annotations
@@ -15,23 +15,31 @@ from typing import Any
 from rich.table import Table
 
 from mlmem.element_file import Element
-from mlmem.moves.planner import NARROW, How, kick_speed, pushes
+from mlmem.moves.planner import NARROW, How, erase_speed, kick_speed
 from mlmem.physics import Specimen
 from mlmem.readers.reading import BLANK
 from mlmem_ros.parameter_file import load
 from mlmem_tools.cli.output import plain_table
 
-from .flight import FARTHEST, QUANTITIES, after_kick, after_push, bare, kick_rooms, push_rooms
+from .flight import (
+    FARTHEST,
+    QUANTITIES,
+    after_erase,
+    after_kick,
+    bare,
+    erase_rooms,
+    kick_rooms,
+)
 
 
 @dataclass(frozen=True)
 class Sent:
-    """A kick or a push and its window.
+    """A kick and its window.
 
     Attributes:
         how: Which of both.
-        level: Level to which the kick leads, or from which the push takes the wall.
-        speed: Mean speed of a kick; of a push its greatest.
+        level: Level to which the kick leads, or which it erases.
+        speed: Its mean speed.
         duration: Of the motion, in time units.
         used: Whether writes use it.
         rooms: Least change of each of `QUANTITIES` at which it fails, `FARTHEST` if none was seen;
@@ -56,17 +64,21 @@ class Sent:
 
 
 def moves(source: str) -> list[tuple[How, int]]:
-    """Return all kicks and pushes of a preset or a parameter file, with their levels."""
+    """Return all kicks of a preset or a parameter file, with their levels."""
     design, settings = load(source)
-    kicked = [(How.KICK, level) for level, speed in enumerate(settings.kick.by_level) if speed]
-    pushed = [(How.PUSH, level) for level in range(design.levels) if settings.push.A]
-    return [each for each in kicked if each[1] < design.levels] + pushed
+    kick, levels = settings.kick, range(design.levels)
+    found = [
+        (How.KICK, level) for level, speed in zip(levels, kick.by_level, strict=False) if speed
+    ]
+    if found and kick.erase_speed:
+        found += [(How.KICK_OUT, level) for level in levels]
+    return found
 
 
 def measured(
     source: str, how: How, level: int, integrator: str = '', element: Element | None = None
 ) -> Sent:
-    """Return the window of a kick or a push.
+    """Return the window of a kick.
 
     Args:
         source: The preset or parameter file.
@@ -75,41 +87,33 @@ def measured(
     """
     design, settings = load(source)
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
-    settings = replace(settings, time=time)
+    settings = replace(settings, time=time, write=replace(settings.write, method='kick'))
     chain = bare(Specimen(design) if element is None else element.timed, settings)
-    kick, push = settings.kick, settings.push
-    if how is How.PUSH:
-        sound = after_push(chain, level, push, push.pulses) == BLANK
-        rooms = push_rooms(chain, level, push, pulses=push.pulses) if sound else _none(how)
-        unstrained = replace(settings, write=replace(settings.write, method='kick'))
-        return Sent(how, level, push.speed, 12.0 * push.sigma, pushes(unstrained), rooms)
+    kick, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
+    if how is How.KICK_OUT:
+        speed, able = kick.erase_speed, erase_speed(design, settings) > 0.0
+        sound = after_erase(chain, level, kick) == BLANK
+        rooms = erase_rooms(chain, level, kick) if sound else NO_ROOMS
+        return Sent(how, level, speed, stroke / speed + kick.hold, able, rooms)
     factor = 1.0 if element is None else element.pulses(settings)[level].speed
     speeds = [factor * speed for speed in kick.by_level]
     kick = replace(kick, speeds=' '.join(f'{speed:.6g}' for speed in speeds))
     sound = after_kick(chain, speeds[level], kick) == level
-    rooms = kick_rooms(chain, level, kick) if sound else _none(how)
+    rooms = kick_rooms(chain, level, kick) if sound else NO_ROOMS
     able = kick_speed(design, settings, level) > 0.0 and kick.room(level) >= NARROW
-    duration = abs(design.D_s2 - design.D_s1) / speeds[level] + kick.hold
-    return Sent(how, level, speeds[level], duration, able, rooms)
+    return Sent(how, level, speeds[level], stroke / speeds[level] + kick.hold, able, rooms)
 
 
-def _none(how: How) -> dict[str, float]:
-    return dict.fromkeys(QUANTITIES[how.value], 0.0)
-
-
-NAMES = {'gain': 'stroke', 'omega_c': 'carrier', 'sigma': 'length'}
-"""Quantities as the table calls them."""
+NO_ROOMS = dict.fromkeys(QUANTITIES, 0.0)
+"""Of a kick that fails as shipped."""
 
 
 def table(name: str, how: How, some: Iterable[Sent]) -> Table:
-    """Return a row for every kick or push of a preset."""
-    of = QUANTITIES[how.value]
-    told = [NAMES.get(each, each) for each in of]
-    if how is How.PUSH:
-        told[0] = 'amplitude'
+    """Return a row for every kick of a preset: those that write, or those that erase."""
+    told = ['stroke' if each == 'gain' else each for each in QUANTITIES]
+    kind = 'kicks' if how is How.KICK else 'kicks that erase'
     made = plain_table(
-        f'{name}: {"kicks" if how is How.KICK else "pushes"}, and the changes they bear', '>level',
-        '>mean speed' if how is How.KICK else '>highest speed', '>duration',
+        f'{name}: {kind}, and the changes they bear', '>level', '>mean speed', '>duration',
         *(f'>± {each}' for each in told), 'used',
     )  # fmt: skip
     for each in some:

@@ -359,7 +359,10 @@ def test_a_map_rounds_no_time_of_its_operating_point(name, tick):
 
 def test_a_map_of_steps_leaves_kicks_out():
     """With them the wall of Case II would come to every level, whatever the tension."""
-    design, settings = load('kick_3')
+    design, settings = load('case_2')
+    settings = dataclasses.replace(
+        settings, write=dataclasses.replace(settings.write, method='kick')
+    )
     axes = [make_axis(name, settings) for name in ('write.compression', 'write.tension')]
     shmoo = Shmoo(design, prepared(settings), *axes, size=3)
     climbs = [shmoo.campaign().evaluate_point(point) for point in (1, 4, 5)]

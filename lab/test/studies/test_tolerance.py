@@ -65,7 +65,7 @@ def test_words_are_kicked_and_heard_and_say_how_they_fail(monkeypatch):
     assert how['annihilated'] > 0
     assert sum(how[name] for name in element.ASTRAY.values()) == row['failed_0'] > 8
     with pytest.raises(ValueError, match='tried can be word, hear, blind only in a register'):
-        Tolerance(*preset('kick_3'), ('alpha',), ('word',))
+        Tolerance(*preset('kick_2'), ('alpha',), ('word',))
 
 
 def test_a_word_that_is_read_as_another_has_lost_a_pair_of_walls_or_not(monkeypatch):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every level of Case II written without strain: pushed out and kicked, over time."""
+"""Every level of Case II written without strain: erased and kicked, over time."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import numpy as np
 from mlmem import Erase, Write, new_element, preset
 from mlmem.physics import CASE_II
 from mlmem.physics.potential import Array
+from mlmem.presets import written_by_kicks
 
 from ...studies import style
 from ...studies.trace import Trace, wall_path, watch
 from ..figure import Data, Figure, Quality
 
-FIGURE = Figure('kicked', 'Every level written by a kick, after a push', seconds=15)
+FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
 
 LEVELS = (7, 0, 6, 1, 5, 2, 4, 3)
 """Written in this order, so that most are far from the one before; then the element is erased."""
@@ -25,7 +26,7 @@ LEVELS = (7, 0, 6, 1, 5, 2, 4, 3)
 @FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
-    element, trace = new_element(preset('kick_3')), Trace()
+    element, trace = new_element(written_by_kicks(preset('case_2'))), Trace()
     captions: list[str] = []
     levels = LEVELS[: quality.pick(2, len(LEVELS))]
     begins, speeds = [], []
@@ -37,7 +38,7 @@ def compute(quality: Quality) -> Data:
         captions += [told] * (len(trace.t) - len(captions))
     begins.append(element.ticks * element.tick)
     watch(element, Erase(), trace)
-    captions += ['erase: a push'] * (len(trace.t) - len(captions))
+    captions += ['erase: a kick'] * (len(trace.t) - len(captions))
     frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 280)).astype(int)
     field = np.array(trace.configuration, dtype=np.float32)
     return {
@@ -54,7 +55,7 @@ def compute(quality: Quality) -> Data:
 
 @FIGURE.drawing
 def draw(data: Data) -> Any:
-    """Draw the configuration over time: every kick a ramp to its level, every push a way out."""
+    """Draw the configuration over time: a kick is a ramp to a level, or erases the wall."""
     t: Array = 1e-3 * data['t']
     figure = style.new_figure(3.2)
     axes = style.axes_grid(figure)[0, 0]

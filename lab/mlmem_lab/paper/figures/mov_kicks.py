@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A film of eight kicks and pushes: every level of Case II written without strain, then erased."""
+"""A film of kicks: every level of Case II written without strain, then erased."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..figure import Data, Figure, Quality
 from . import kicked
 from .mov_s1 import filmed
 
-FIGURE = Figure('kicks', 'Film: eight kicks, each after a push', seconds=30)
+FIGURE = Figure('kicks', 'Film: eight kicks, each after one that erases', seconds=30)
 
 
 @FIGURE.data

@@ -16,8 +16,10 @@ FIGURE = Figure(
     modules=('lab/results/tolerance.json',),
 )  # fmt: skip
 
-BITS = {'case_2': 3, 'kick_3': 3, 'byte': 8, 'register_4': 11}
-"""Designs with what they hold, the first written by strain, all others by kicks."""
+BITS = {
+    ('case_2', 'step'): 3, ('case_2', 'kick'): 3, ('byte', 'word'): 8, ('register_4', 'word'): 11,
+}  # fmt: skip
+"""Designs, and how they are written, with what they hold."""
 
 KINDS = ('alpha', 'k_r', 'offset')
 
@@ -34,15 +36,12 @@ def compute(quality: Quality) -> Data:
         `how` (amount x `ASTRAY`).
     """
     designs = load(FOLDER / 'tolerance.json')['designs']
-    names = [name for name in BITS if name in designs]  # that were counted
-    amounts = [
-        [next(filter(None, map(designs[name][kind].get, ('step', 'kick', 'word'))))['amount']
-         for kind in KINDS] for name in names
-    ]  # fmt: skip
+    counted = [each for each in BITS if each[0] in designs]
+    amounts = [[designs[name][kind][move]['amount'] for kind in KINDS] for name, move in counted]
     rows = designs[SHOWN]['alpha']['word']['how']
     return {
-        'name': names,
-        'bits': [BITS[name] for name in names],
+        'name': [' by '.join(each) for each in counted],
+        'bits': [BITS[each] for each in counted],
         'amount': amounts,
         'alpha': [row['amount'] for row in rows],
         'tried': [row['tried'] for row in rows],
