@@ -82,18 +82,16 @@ def survey(element: Memory) -> Procedure[Result]:
     """Pulse the element in several states, record both ends, and restore the content.
 
     The pulses were chosen for what they tell of the cells. The wall is driven to a level without a
-    look where it arrives: a fit finds that out.
+    look where it arrives: a fit finds that out. Without an actuator kicks do that, and no shot is
+    strained.
 
     Raises:
-        ProcedureFailed: Nothing damps the waves, there is no actuator, cells are known to be bad,
-            no wall can be launched, the ends do not come to rest, or the content could not be
-            restored.
+        ProcedureFailed: Nothing damps the waves, cells are known to be bad, no wall can be
+            launched, the ends do not come to rest, or the content could not be restored.
     """
     design = element.design
     if design.eta == 0.0:
         raise ProcedureFailed('a survey needs damping: without, the element never comes to rest')
-    if not element.settings.actuator.present:
-        raise ProcedureFailed('a survey strains the element, and there is no actuator')
     if element.bad_cells is not None:
         raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
     yield from return_to_zero(element)
@@ -144,9 +142,11 @@ def _shoot_all(element: Memory, wall: float, aims: tuple[Aim, ...]) -> Procedure
 
 
 def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
-    limit, times = element.settings.actuator.max_strain, element.settings.erase
-    if aim.strain:
-        yield from ramp(element, max(-limit, min(aim.strain, limit)), times.ramp)
+    actuator, times = element.settings.actuator, element.settings.erase
+    strain = max(-actuator.max_strain, min(aim.strain, actuator.max_strain))
+    strained = actuator.present and strain != 0.0
+    if strained:
+        yield from ramp(element, strain, times.ramp)
     yield from quiet(element)
     yield from wait(element, SILENCE / element.design.eta)
     yield from _faded(element)
@@ -161,7 +161,7 @@ def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
         yield end - element.ticks
     transducer.release()
     element.report(recorder.shot(wall, element.transmission.encoder, element.driver.dt))
-    if aim.strain:
+    if strained:
         yield from ramp(element, 0.0, times.release)
 
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem import End, Preset, Shot, Survey, Write, new_element, preset
+from mlmem import End, Preset, Refused, Shot, Survey, Write, new_element, preset
 from mlmem.procedures import estimates
 from mlmem.procedures.surveying import BLANK_SHOTS, FIRST_SHOTS, LAST_SHOTS, MIDDLE_SHOTS
 
@@ -54,6 +54,35 @@ def test_a_shot_begins_at_rest_and_lasts_900_time_units(surveyed):
         # A third of a threshold of 9e-4 is quiet, of which exp(-5) is left: 2e-6 of carriers;
         # with waves of other frequencies, up to 3.1e-6 was seen. The pulse has 1e-2.
         assert np.abs(still).max() < 5e-6
+
+
+def test_survey_without_actuator_kicks_and_restores_the_level():
+    design, settings = preset('kick_2')
+    settings = dataclasses.replace(
+        settings, actuator=dataclasses.replace(settings.actuator, present=False)
+    )
+    element = new_element(design, settings)
+    rig.succeed(element, Write(2))
+    *events, outcome = rig.events(element, Survey())
+    assert outcome.success, outcome.error
+    assert rig.holds(element, 2)
+    assert element.chain.V_N == 0.0
+    shots = shots_of(events)
+    assert len(shots) == estimates.SHOTS
+    assert {shot.strain for shot in shots} == {0.0}
+    for wall in (0, *map(design.defect, (0, 2, 3))):
+        assert {shot.end for shot in shots if shot.wall == wall} == set(End)
+
+
+def test_survey_without_actuator_and_kicks_is_refused():
+    design, settings = preset('kick_2')
+    settings = dataclasses.replace(
+        settings,
+        actuator=dataclasses.replace(settings.actuator, present=False),
+        transducer=dataclasses.replace(settings.transducer, max_speed=0.001),
+    )
+    with pytest.raises(Refused, match='is reached only by strain'):
+        new_element(design, settings).perform(Survey())
 
 
 def test_all_shots_are_foreseen():
