@@ -175,14 +175,11 @@ def _most(amounts: Sequence[float]) -> str:
 
 
 def paper_energy(result: Mapping[str, Any]) -> Rows:
-    """Return the books of every command, by schedule."""
-    head = ['what', 'schedule', 'time', 'actuator', 'transducer', 'heat', 'stored']
-    rows: Rows = [head]
-    schedules = result['energy']['schedules']
-    for told in schedules['plain']['commands']:
-        for name, entry in schedules.items():
-            book = entry['commands'][told]
-            rows.append([told, name, f'{book["time"]:.0f}', *(_four(book[k]) for k in head[3:])])
+    """Return the books of every command."""
+    keys = ('actuator', 'transducer', 'heat', 'stored')
+    rows: Rows = [['what', 'time', *keys]]
+    for told, book in result['energy']['commands'].items():
+        rows.append([told, f'{book["time"]:.0f}', *(_four(book[key]) for key in keys)])
     return rows
 
 

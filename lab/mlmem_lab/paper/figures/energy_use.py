@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Command, Erase, Read, Settings, Write, new_element
+from mlmem import Command, Erase, Read, Write, new_element, preset
 from mlmem.moves.planner import paper_way
 from mlmem.physics import CASE_II, level_of
-from mlmem_ros.parameter_file import load
 
 from ...studies import style
 from ...studies.trace import Trace, watch
@@ -24,8 +23,10 @@ FIGURE = Figure(
     seconds=30,
 )
 
-SCHEDULES = {'plain': 'case_2'}
-"""Shipped configurations of the paper's element."""
+COMMANDS = (
+    'start: level 0 from blank, read', 'seven steps, read', 'read', 'erase from level 7',
+)  # fmt: skip
+"""The commands whose energy is counted, as the pages call them."""
 
 
 @FIGURE.data
@@ -33,20 +34,12 @@ def compute(quality: Quality) -> Data:
     """Keep the books of a write of level 0 from blank, of the steps up, a read and an erase.
 
     Returns:
-        Per schedule the arrays `books` (command x actuator work, transducer work,
-        heat, energy stored), `levels` and `ok` of every command, `time` of it, `heat` of the
-        steps (N,), and `lent`: the energy in the substrate at the two peaks.
+        The arrays `books` (command x actuator work, transducer work, heat, energy stored),
+        `levels`, `ok` and `time` of every command, `heat` of every cell (command x N), the number
+        of `steps`, and `lent`: the energy in the substrate at the two peaks.
     """
-    data: Data = {'commands': np.array(['start', 'steps', 'read', 'erase'])}
-    data['schedules'] = list(SCHEDULES)
+    settings = paper_way(preset('case_2').settings)
     last = quality.pick(1, CASE_II.levels - 1)
-    for name in data['schedules']:
-        settings = paper_way(load(SCHEDULES[name])[1])
-        data |= {f'{name}_{key}': value for key, value in _keep(settings, last, quality).items()}
-    return data
-
-
-def _keep(settings: Settings, last: int, quality: Quality) -> Data:
     element = new_element(CASE_II, settings)
     meter = fit_meter(element)
     commands: list[Command] = [Write(0), Write(last), Read(), Erase()]
@@ -74,25 +67,19 @@ def _keep(settings: Settings, last: int, quality: Quality) -> Data:
 
 @FIGURE.result
 def books(data: Data) -> dict[str, Any]:
-    """Return what every command took, by schedule, and one level of a write."""
-    told = ('start: level 0 from blank, read', 'seven steps, read', 'read', 'erase from level 7')
+    """Return what every command took, one level of a write, and a bit."""
     columns = ('actuator', 'transducer', 'heat', 'stored')
-    found = {}
-    for name in map(str, data['schedules']):
-        table, time = data[f'{name}_books'], data[f'{name}_time']
-        commands = {
-            command: {'time': float(at), **dict(zip(columns, map(float, row), strict=True))}
-            for command, at, row in zip(told, time, table, strict=False)
-        }
-        start, steps, read = (book['heat'] for book in [*commands.values()][:3])
-        bit = start + 0.5 * steps + read
-        found[name] = {
-            'commands': commands,
-            'level': (steps - read) / int(data[f'{name}_steps']),
-            'bit': bit / 3.0,
-            'lent': [float(each) for each in data[f'{name}_lent']],
-        }
-    return {'schedules': found}
+    commands = {
+        command: {'time': float(at), **dict(zip(columns, map(float, row), strict=True))}
+        for command, at, row in zip(COMMANDS, data['time'], data['books'], strict=False)
+    }
+    start, steps, read = (book['heat'] for book in [*commands.values()][:3])
+    return {
+        'commands': commands,
+        'level': (steps - read) / int(data['steps']),
+        'bit': (start + 0.5 * steps + read) / 3.0,
+        'lent': [float(each) for each in data['lent']],
+    }
 
 
 @FIGURE.drawing
@@ -100,21 +87,18 @@ def draw(data: Data) -> Any:
     """Draw the books, and where the heat is made."""
     figure = style.new_figure(3.8)
     books, cells = style.axes_grid(figure, 1, 2, width_ratios=(1.0, 1.2))[0]
-    for name in data['schedules']:
-        table, steps = data[f'{name}_books'].copy(), data[f'{name}_steps']
-        table[1] = (table[1] - table[2]) / steps
-        x = np.arange(len(table))
-        books.bar(x, table[:, 2], 0.6, color=style.FAINT, label='heat')
-        for column, tint, text in (
-            (0, style.COMPRESSION, 'actuator'),
-            (1, style.MARK, 'transducer'),
-        ):
-            books.plot(
-                x, table[:, column], '_', color=tint, ms=12, mew=3.0, label=f'work of the {text}'
-            )
-        heat = data[f'{name}_heat']
-        step = 1e3 * (heat[1] - heat[2]) / steps
-        cells.step(CASE_II.sites, step, where='mid', color=style.S2)
+    table, steps = data['books'].copy(), data['steps']
+    table[1] = (table[1] - table[2]) / steps
+    x = np.arange(len(table))
+    books.bar(x, table[:, 2], 0.6, color=style.FAINT, label='heat')
+    for column, tint, text in (
+        (0, style.COMPRESSION, 'actuator'),
+        (1, style.MARK, 'transducer'),
+    ):
+        label = f'work of the {text}'
+        books.plot(x, table[:, column], '_', color=tint, ms=12, mew=3.0, label=label)
+    heat = data['heat']
+    cells.step(CASE_II.sites, 1e3 * (heat[1] - heat[2]) / steps, where='mid', color=style.S2)
     books.set_xticks(range(len(table)), ['start', 'step', 'read', 'erase 7'][: len(table)])
     books.set(yscale='log', ylim=(1e-4, 3e3), ylabel=r'energy ($k_r a^2$)')
     books.legend(loc='upper left')
