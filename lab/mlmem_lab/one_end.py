@@ -24,12 +24,11 @@ from mlmem.commands import EchoReceived
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen
 from mlmem.physics.equilibrium import resting_wall
-from mlmem.presets import PRESETS
 from mlmem.readers.decoding import decode
 from mlmem.readers.echo import Echo, blanking, threshold
 from mlmem.readers.reading import UNDECODABLE
 
-from .results import APART, run
+from .results import STRAINED_PRESETS, run
 
 SEED, DRAWS = 1, 8
 """Of all chance; of every error, level and end."""
@@ -146,5 +145,4 @@ def _sum(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
 
 
 if __name__ == '__main__':
-    presets = [name for name in PRESETS if name not in APART]
-    sys.exit(run('one_end', __doc__, counted, SEED, joined, presets))
+    sys.exit(run('one_end', __doc__, counted, SEED, joined, STRAINED_PRESETS))

@@ -48,12 +48,10 @@ DEVICE = ('mlmem',)
 
 BEGAN = time.monotonic()
 
-APART = (
-    'kick_2', 'kick_4',
-    'byte', 'register_4', 'register_5',
-)  # fmt: skip
-"""Presets that are measured only if named: they are measured by `mlmem kicks` and
-`mlmem_lab.words`."""
+STRAINED_PRESETS = tuple(
+    name for name, shipped in PRESETS.items() if shipped.settings.write.method == 'strain'
+)
+"""Presets that are written by strain. `mlmem kicks` and `mlmem_lab.words` measure the others."""
 
 ORIGIN = ('command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes')
 """The keys that say where a result comes from."""

@@ -8,7 +8,6 @@ from collections import Counter
 
 import pytest
 
-from mlmem import PRESETS
 from mlmem.readers.reading import UNDECODABLE
 from mlmem_lab.designer import proposal
 from mlmem_lab.reads import command, count
@@ -23,7 +22,7 @@ from mlmem_lab.reads.count import (
     total,
     true_level,
 )
-from mlmem_lab.results import APART, find_stale_entries, hash_modules
+from mlmem_lab.results import STRAINED_PRESETS, find_stale_entries, hash_modules
 from mlmem_tools.checks import Report
 from mlmem_tools.cli.main import main
 
@@ -93,12 +92,8 @@ def test_undecodable_is_right_where_there_is_no_level(monkeypatch):
     assert counts.reads == sum(counts.found[name] for name in count.READS) == 3
 
 
-def test_all_presets_but_those_apart_are_counted():
-    assert names(5, 6) == [
-        *(name for name in PRESETS if name not in APART),
-        f'{DESIGNED}5',
-        f'{DESIGNED}6',
-    ]
+def test_presets_written_by_strain_and_designs_are_counted_by_default():
+    assert names(5, 6) == [*STRAINED_PRESETS, f'{DESIGNED}5', f'{DESIGNED}6']
 
 
 def test_the_command_keeps_what_the_file_has_of_other_elements(tmp_path, capsys, quick):

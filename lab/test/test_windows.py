@@ -11,13 +11,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem import PRESETS, new_element, preset
+from mlmem import new_element, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.moves.planner import half_period, step_cycle
 from mlmem.procedures.blocks import play, run
-from mlmem_lab.results import FOLDER
+from mlmem_lab.results import FOLDER, STRAINED_PRESETS
 from mlmem_lab.windows import sent
-from mlmem_lab.windows.command import APART, windows
+from mlmem_lab.windows.command import windows
 from mlmem_lab.windows.flight import erase_rooms
 from mlmem_lab.windows.window import (
     NARROW,
@@ -32,7 +32,6 @@ from mlmem_lab.windows.window import (
 )  # fmt: skip
 
 MEASURED = json.loads((FOLDER / 'windows.json').read_text())['presets']
-DEFAULT = [name for name in PRESETS if name not in APART]
 
 
 def chain_of(name):
@@ -59,7 +58,7 @@ def test_a_step_is_played_as_the_device_plays_it(start):
 
 
 def test_the_strong_actuator_changes_no_move_as_shipped():
-    for name in DEFAULT:
+    for name in STRAINED_PRESETS:
         design, settings = preset(name)
         for move in moves(name):
             strong = settings.__class__(**{**settings.groups(), 'actuator': STRONG})
@@ -133,7 +132,7 @@ def test_misuse_is_named(wrong, said, capsys):
     assert re.search(said, capsys.readouterr().err)
 
 
-@pytest.mark.parametrize('name', DEFAULT)
+@pytest.mark.parametrize('name', STRAINED_PRESETS)
 def test_the_file_is_of_the_shipped_settings_and_has_no_narrow_step(name):
     there = MEASURED[name]
     assert there['settings'] == described(name)

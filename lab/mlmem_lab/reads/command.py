@@ -23,7 +23,6 @@ from mlmem_tools.cli.command import JSON, command, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..designer.proposal import FEWEST, MOST
-from ..results import APART
 from ..studies.campaign.terminal import mapped
 from .count import DESIGNED, Counts, bad_cells, known, names, rows, total
 
@@ -35,7 +34,12 @@ Task = tuple[str, Callable[[], Counts]]
 
 @command(
     'count wrong reads over every preset and design',
-    option('elements', nargs='*', help='presets, or designs such as levels_24; none: all'),
+    option(
+        'elements',
+        nargs='*',
+        help='presets, or designs such as levels_24; none: all designs, and the presets written '
+        'by strain',
+    ),
     option(
         '--rows',
         type=int,
@@ -66,7 +70,7 @@ def reads(arguments: argparse.Namespace) -> int:
     if min(arguments.rows, arguments.every, arguments.workers) < 1 or arguments.specimens < 0:
         return complain('reads', '--rows, --every and --workers must be at least 1', 2)
     asked = arguments.elements or names(*arguments.designs)
-    if unknown := sorted(set(asked) - set(names(FEWEST, MOST)) - set(APART)):
+    if unknown := sorted(set(asked) - set(names(FEWEST, MOST)) - set(PRESETS)):
         text = f'elements are {", ".join(PRESETS)}, and {DESIGNED}{FEWEST} to {DESIGNED}{MOST}'
         return complain('reads', f'{text}; got {unknown[0]}', 2)
     tasks = list(_broken(asked, arguments) if arguments.cells else _whole(asked, arguments))

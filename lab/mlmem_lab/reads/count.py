@@ -27,7 +27,7 @@ from mlmem.readers.words import words_of
 from mlmem_lab.designer import propose
 from mlmem_lab.studies.tolerance.estimate import Rate
 
-from ..results import APART
+from ..results import STRAINED_PRESETS
 
 SCATTER = {25: 8e-5, 9: 4e-3}
 """Scatter of alpha at which one step in a thousand fails, by cells per level (tolerance.md)."""
@@ -280,6 +280,5 @@ def total(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def names(fewest: int, most: int) -> list[str]:
-    """Return all presets but those `APART`, and the designs with so many levels."""
-    shipped = [name for name in PRESETS if name not in APART]
-    return [*shipped, *(f'levels_{levels}' for levels in range(fewest, most + 1))]
+    """Return the presets that are written by strain, and the designs with so many levels."""
+    return [*STRAINED_PRESETS, *(f'levels_{levels}' for levels in range(fewest, most + 1))]

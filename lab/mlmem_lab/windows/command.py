@@ -30,7 +30,7 @@ from mlmem_ros.parameter_file import load
 from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
 from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
-from ..results import APART, DEVICE, load_kept, save
+from ..results import DEVICE, STRAINED_PRESETS, load_kept, save
 from ..studies.campaign.terminal import mapped
 from . import sent
 from .sent import Sent
@@ -43,7 +43,7 @@ METHODS = ('strain', 'kick', 'auto')
 @command(
     'measure how far every move may be off',
     option('presets', nargs='*', metavar='FILE|PRESET', help='ROS parameter files, or presets; '
-           f'none: all but {", ".join(APART)}'),
+           f'none: {", ".join(STRAINED_PRESETS)}'),
     option('--method', choices=METHODS, default='auto', help='moves by strain, kicks, '
            'or both'),
     ELEMENT,
@@ -59,7 +59,7 @@ METHODS = ('strain', 'kick', 'auto')
 def windows(arguments: argparse.Namespace) -> int:
     """Measure; return 0, 1 if a move fails as shipped or a file was not written, 2 if misused."""
     output: Path | None = arguments.output
-    presets = arguments.presets or [name for name in PRESETS if name not in APART]
+    presets = arguments.presets or list(STRAINED_PRESETS)
     try:
         first, *_ = [load(name) for name in presets]
         element = element_of(arguments, *first)
