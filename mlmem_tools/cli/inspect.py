@@ -60,7 +60,7 @@ def inspect(arguments: argparse.Namespace) -> int:
 
 
 def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]:
-    from ..repairing import repair
+    from .repair import repair
 
     report = repair(source, destination)
     lost = _list_losses(console, report.losses)

@@ -12,7 +12,7 @@ from mlmem_ros.bag.contents import LOST, read_metadata
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.mcap_part import McapPart
 from mlmem_ros.bag.reader import BagReader
-from mlmem_tools.repairing import repair
+from mlmem_tools.cli.repair import repair
 
 
 @pytest.fixture
