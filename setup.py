@@ -1,8 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
+from setuptools.command.build_py import build_py
 
 LIBRARY, PACKAGE, TOOLS = 'mlmem', 'mlmem_ros', 'mlmem_tools'
 """The memory itself, what a robot runs, and what people use around it."""
@@ -19,7 +21,7 @@ EXTRAS = {
         'ros-kilted-common-interfaces==5.5.*',
         'ros-kilted-rmw-fastrtps-cpp==9.3.*',
     ],
-    'bag': ['mcap>=1.6', 'rosbags>=0.11', 'pyyaml>=6.0', 'lz4>=4.0', 'zstandard>=0.20'],
+    'bag': ['mcap>=1.6', 'rosbags>=0.11', 'lz4>=4.0', 'zstandard>=0.20'],
     'cli': ['rich>=13.0'],
     'view': ['aiohttp>=3.9'],
     'test': [
@@ -43,8 +45,24 @@ EXTRAS = {
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
 }
 
+
+class BuildWithElements(build_py):
+    """Put the files of the shipped elements into the library."""
+
+    def run(self):
+        super().run()
+        if self.editable_mode:  # they are in the checkout
+            return
+        folder = Path(self.build_lib, LIBRARY, 'elements')
+        self.mkpath(str(folder))
+        for file in glob('config/*.yaml'):
+            if file != 'config/example.yaml':
+                self.copy_file(file, str(folder))
+
+
 setup(
     name=PACKAGE,
+    cmdclass={'build_py': BuildWithElements},
     version='1.0.0',
     description='Mechanical multi-level memory for robots, as a ROS 2 device',
     license='Apache-2.0',
@@ -66,7 +84,7 @@ setup(
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
     ],
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy>=1.24', 'numba>=0.58,<0.69'],
+    install_requires=['setuptools', 'numpy>=1.24', 'numba>=0.58,<0.69', 'pyyaml>=6.0'],
     extras_require=EXTRAS,
     entry_points={
         'console_scripts': [

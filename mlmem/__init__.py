@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mechanical multi-level memory as a library: the material, an element and its real-time loop.
 
-It needs numpy and numba, no ROS. Names are imported on first use.
+It needs numpy, numba and PyYAML, no ROS. Names are imported on first use.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from .loop.loop import Loop
     from .parameter_sweep import Table, sweep
     from .physics import CASE_I, CASE_II, Chain, Design, Scatter, Specimen, scattered
-    from .presets import PRESETS, Preset, preset
+    from .presets import PRESETS, Preset, load_element, preset
     from .procedure_table import (
         BLANK,
         UNDECODABLE,
@@ -59,8 +59,8 @@ __all__ = [
     'Loop', 'MemoryElement', 'Outcome', 'Preset', 'ProcedureFailed', 'Read', 'Reading', 'Refused',
     'Reset', 'Scatter', 'SelfTest', 'SetFaults', 'SetMethod', 'SetStrain', 'Settings',
     'SettingsError', 'Shot', 'Specimen', 'Survey', 'Table', 'Trajectory', 'Unknown', 'Write',
-    'describe_level', 'factory_calibration', 'new_element', 'preset', 'scattered', 'simulate',
-    'sweep', 'wall_at', 'walls_at',
+    'describe_level', 'factory_calibration', 'load_element', 'new_element', 'preset', 'scattered',
+    'simulate', 'sweep', 'wall_at', 'walls_at',
 ]  # fmt: skip
 
 _HOMES = {
@@ -77,7 +77,7 @@ _HOMES = {
     'loop.loop': ('Loop',),
     'parameter_sweep': ('Table', 'sweep'),
     'physics': ('CASE_I', 'CASE_II', 'Chain', 'Design', 'Scatter', 'Specimen', 'scattered'),
-    'presets': ('PRESETS', 'Preset', 'preset'),
+    'presets': ('PRESETS', 'Preset', 'load_element', 'preset'),
     'procedure_table': (
         'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Locate', 'Read', 'Reset',
         'SelfTest', 'Survey', 'Write', 'describe_level',

@@ -1,11 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The file of an individual element: `element.yaml`, as a fit writes it and a node uses it."""
+"""The file of an element, in YAML: everything about one element.
+
+`format: 1`, the `design`, and those settings that differ from the defaults; keys are the names of
+the fields. What a fit finds of an individual element can follow. The shipped elements in `config/`
+are such files.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, replace
+from dataclasses import MISSING, asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +18,10 @@ import numpy as np
 
 from .atomic_files import write_atomically
 from .moves.corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
-from .parsing import DecodeError, decode, from_yaml, read
+from .parsing import DecodeError, decode, find_line, from_yaml, read
 from .physics import Design, Specimen
 from .physics.potential import Array
-from .schema import described, short_repr
+from .schema import described, descriptions, short_repr
 from .settings import Settings
 
 FORMAT = 1
@@ -33,15 +38,18 @@ class ElementFileError(DecodeError):
 
 @dataclass(frozen=True, eq=False)
 class Element:
-    """An individual element, as far as it is known.
+    """An element with its settings, as far as it is known.
 
     Attributes:
-        alpha_std: Standard deviation of every alpha, shape (N,).
+        specimen: The element itself; exactly as designed unless it was fitted.
+        alpha_std: Standard deviation of every alpha, shape (N,); zeros unless it was fitted.
         time_unit: The instrument's time unit in true ones.
         transducers: Zero, gain and drive of both ends.
         chi2: Misfit per datum of the fit.
         untold: What the data could not tell.
         plan: PulseCorrections of its pulses, or None.
+        settings: Settings of its instrument.
+        name: Name of its file without the ending; empty if it has none.
     """
 
     specimen: Specimen
@@ -52,6 +60,13 @@ class Element:
     data: int = 0
     untold: tuple[str, ...] = ()
     plan: PulseCorrections | None = None
+    settings: Settings = field(default_factory=Settings)
+    name: str = ''
+
+    @property
+    def design(self) -> Design:
+        """The intended element."""
+        return self.specimen.design
 
     @property
     def timed(self) -> Specimen:
@@ -80,14 +95,15 @@ class Element:
         return replace(settings, kick=replace(kick, speeds=speeds, kinks=kinks))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the values for a file."""
-        made = self.specimen
-        values: dict[str, Any] = {
-            'format': FORMAT,
-            'design': made.design.as_dict(),
-            'alpha': made.alpha.tolist(),
-            'alpha_std': np.asarray(self.alpha_std).tolist(),
-        }
+        """Return the values for a file: all that is not as designed, or not a default."""
+        made, deviations = self.specimen, np.asarray(self.alpha_std)
+        values: dict[str, Any] = {'format': FORMAT, 'design': _differences(made.design)}
+        defaults = Settings().groups()
+        for name, group in self.settings.groups().items():
+            if changed := _differences(group, defaults[name]):
+                values[name] = changed
+        if deviations.any() or (made.alpha != made.design.alpha).any():
+            values |= {'alpha': made.alpha.tolist(), 'alpha_std': deviations.tolist()}
         if (made.masses != 1.0).any():
             values['mass'] = made.masses.tolist()
         if (made.k_r != 1.0).any():
@@ -96,24 +112,72 @@ class Element:
             values['offset'] = made.offsets.tolist()
         if made.stuck:
             values['stuck'] = list(made.stuck)
-        return values | {
-            'time_unit': self.time_unit,
-            'transducers': {name: list(pair) for name, pair in self.transducers.items()},
-            'chi2': self.chi2,
-            'data': self.data,
-            'untold': list(self.untold),
-            **({'plan': self.plan.as_dict()} if self.plan else {}),
-        }
+        if self.time_unit != 1.0:
+            values['time_unit'] = self.time_unit
+        if self.transducers:
+            values['transducers'] = {name: list(row) for name, row in self.transducers.items()}
+        if self.data:
+            values |= {'chi2': self.chi2, 'data': self.data, 'untold': list(self.untold)}
+        return values | ({'plan': self.plan.as_dict()} if self.plan else {})
 
 
-@dataclass(frozen=True, eq=False)
-class _File:
-    """The keys of a file."""
+def _differences(group: Any, default: Any = None) -> dict[str, Any]:
+    """Return the fields that differ from a default, or from those of the class, for a file."""
+    values, described_fields = asdict(group), dict(descriptions(group))
+    found = {}
+    for each in fields(group):
+        if values[each.name] != (getattr(default, each.name) if default else each.default):
+            row = described_fields.get(each)
+            found[each.name] = (
+                list(map(_number_or_word, values[each.name].split()))
+                if row and row.words
+                else values[each.name]
+            )
+    return found
+
+
+def _number_or_word(word: str) -> int | float | str:
+    """Return a word of a text as a file has it."""
+    for kind in (int, float):
+        try:
+            return kind(word)
+        except ValueError:
+            continue
+    return word
+
+
+def _with_defaults(data: Any) -> Any:
+    """Return the values of a file with all settings, lists of numbers as the texts they are.
+
+    Raises:
+        DecodeError: One that must be a list is none.
+    """
+    if not isinstance(data, Mapping):
+        return data
+    found = dict(data)
+    for name, group in Settings().groups().items():
+        if not isinstance(given := data.get(name), Mapping):
+            continue
+        found[name] = values = {**asdict(group), **given}
+        for each, row in descriptions(group):
+            if not row.words or each.name not in given:
+                continue
+            items = given[each.name]
+            if not isinstance(items, list):
+                place = f'{name}.{each.name}'
+                raise DecodeError(f'{place} must be a list; got {short_repr(items)}', place)
+            values[each.name] = ' '.join(map(str, items))
+    return found
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _File(Settings):
+    """The keys of a file: all groups of settings, and these."""
 
     format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
     design: Design = described(MISSING, 'the intended element')
-    alpha: Array = described(MISSING, 'amplification of every cell', low=0.0)
-    alpha_std: Array = described(MISSING, 'its standard deviation', low=0.0, high=1e9)
+    alpha: Array | None = described(None, 'amplification of every cell', low=0.0)
+    alpha_std: Array | None = described(None, 'its standard deviation', low=0.0, high=1e9)
     k_r: float | Array = described(1.0, 'springs between the cells', low=1e-3, high=1e3)
     mass: float | Array = described(1.0, 'masses', low=1e-3, high=1e3)
     offset: float | Array = 0.0
@@ -126,35 +190,47 @@ class _File:
     plan: PulseCorrections | None = None
 
     def __post_init__(self) -> None:
-        factor, n = self.alpha / self.design.alpha, self.design.N
-        if self.alpha.shape != (n,) or self.alpha_std.shape != (n,):
-            raise ValueError(f'alpha and alpha_std must be {n} numbers each')
+        super().__post_init__()
+        n = self.design.N
+        for name in ('alpha', 'alpha_std'):
+            values = getattr(self, name)
+            if values is not None and values.shape != (n,):
+                raise ValueError(f'{name} must be {n} numbers; got {values.size}')
+        factor = self.alpha_factor
         if not ((factor >= 1.0 / MOST) & (factor <= MOST)).all():
             raise ValueError(f"alpha must be from 1/{MOST:g} to {MOST:g} times the design's")
         levels, plan = self.design.levels, self.plan
         if plan and not (len(plan.steps) == levels and len(plan.kinks) in (0, levels)):
             raise ValueError(f'plan must have steps, and kinks if any, to {levels} levels')
 
+    @property
+    def alpha_factor(self) -> Array:
+        """Amplification of every cell over the design's, shape (N,)."""
+        if self.alpha is None:
+            return np.ones(self.design.N)
+        return np.asarray(self.alpha / self.design.alpha)
 
-def element_of(data: Any) -> Element:
+
+def element_of(data: Any, name: str = '') -> Element:
     """Return the element that `as_dict` described.
 
     Raises:
         ElementFileError: The data are not an element.
     """
     try:
-        if isinstance(data, Mapping) and data.get('format', FORMAT) != FORMAT:
-            raise ValueError(f'format must be {FORMAT}; got {short_repr(data["format"])}')
-        given: _File = decode(_File, data)
+        given: _File = decode(_File, _with_defaults(data))
         made = Specimen(
-            given.design, given.alpha / given.design.alpha, k_r_factor=given.k_r, mass=given.mass,
+            given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
             offset=given.offset, stuck=given.stuck,
         )  # fmt: skip
-    except ValueError as error:
-        raise ElementFileError(f'this is not an element as `mlmem fit` writes: {error}') from error
+    except ValueError as error:  # its message begins with the name of a key
+        key = error.field if isinstance(error, DecodeError) else str(error).partition(' ')[0]
+        raise ElementFileError(str(error), key) from error
+    deviations = np.zeros(given.design.N) if given.alpha_std is None else given.alpha_std
+    settings = Settings(**{each.name: getattr(given, each.name) for each in fields(Settings)})
     return Element(
-        made, given.alpha_std, given.time_unit, given.transducers, given.chi2, given.data,
-        given.untold, given.plan,
+        made, deviations, given.time_unit, given.transducers, given.chi2, given.data,
+        given.untold, given.plan, settings, name,
     )  # fmt: skip
 
 
@@ -166,20 +242,32 @@ def save(path: Path, element: Element) -> None:
     """
     import yaml  # type: ignore[import-untyped]
 
-    text = yaml.safe_dump(element.as_dict(), sort_keys=False, default_flow_style=None)
-    write_atomically(path, text)
+    class Dumper(yaml.SafeDumper):  # type: ignore[misc]
+        """One key a line, and lists on theirs."""
+
+    Dumper.add_representer(
+        list, lambda dumper, values: dumper.represent_sequence(
+            'tag:yaml.org,2002:seq', values, flow_style=True
+        )
+    )  # fmt: skip
+    values = element.as_dict()
+    write_atomically(path, yaml.dump(values, Dumper=Dumper, sort_keys=False, width=90))
 
 
 def load(path: Path) -> Element:
     """Read the file of an element.
 
     Raises:
-        ElementFileError: It cannot be read, or is none.
+        ElementFileError: It cannot be read, or is none; the message names the line.
     """
+    text = ''
     try:
-        return element_of(from_yaml(read(path)))
+        text = read(path)
+        return element_of(from_yaml(text), path.stem)
     except DecodeError as error:
-        raise ElementFileError(f'{path}: {error}') from error
+        line = find_line(text, error.field) if error.field else 0
+        place = f'{path}, line {line}' if line else str(path)
+        raise ElementFileError(f'{place}: {error}', error.field) from error
 
 
 def of_design(path: Path, design: Design, settings: Settings | None = None) -> Element:

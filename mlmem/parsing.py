@@ -14,6 +14,7 @@ import dataclasses
 import enum
 import functools
 import json
+import re
 import stat
 import types
 import typing
@@ -44,10 +45,14 @@ Some = TypeVar('Some')
 class DecodeError(ValueError):
     """What was read is not what is declared; the message, of one line and at most `LONGEST`
     characters, says where, and what was expected. The errors of our kinds of files derive from it.
+
+    Attributes:
+        field: Key that is wrong, as `kick.speeds`, or that holds what is; empty if it is all.
     """
 
-    def __init__(self, message: str) -> None:
+    def __init__(self, message: str, field: str = '') -> None:
         super().__init__(printable(message, LONGEST))
+        self.field = field
 
 
 # --- texts ------------------------------------------------------------------------------------
@@ -101,9 +106,8 @@ def from_yaml(text: str, *, texts: bool = False) -> Any:
     import yaml  # type: ignore[import-untyped]
 
     fast = 'C' if hasattr(yaml, 'CBaseLoader') else ''  # PyYAML may be without libyaml
-    base, loader = (
-        getattr(yaml, f'{fast}{name}Loader') for name in ('Base', 'Base' if texts else 'Safe')
-    )
+    base = getattr(yaml, f'{fast}BaseLoader')
+    loader = base if texts else _value_loader()
     try:
         nodes, inside, sizes = 0, [], {}
         for event in yaml.parse(text, base):
@@ -129,6 +133,34 @@ def from_yaml(text: str, *, texts: bool = False) -> Any:
         raise
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise DecodeError(f'it must be YAML; {_place_in_yaml(error)}') from error
+
+
+@functools.cache
+def _value_loader() -> Any:
+    """Return a YAML loader to which 1e-5 is a number, as to ROS; YAML 1.1 demands a point."""
+    import yaml
+
+    safe = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+    loader: Any = type('_ValueLoader', (safe,), {})
+    number = re.compile(r'[-+]?[0-9]+[eE][-+]?[0-9]+')
+    loader.add_implicit_resolver('tag:yaml.org,2002:float', number, list('-+0123456789'))
+    return loader
+
+
+def find_line(text: str, field: str) -> int:
+    """Return the line on which a key such as `kick.speeds` stands in a YAML text that `from_yaml`
+    read, or else the key that holds it; 0 if neither is there.
+    """
+    import yaml
+
+    node, line = yaml.compose(text, _value_loader()), 0
+    for key in field.partition('[')[0].split('.'):
+        pairs = node.value if isinstance(node, yaml.MappingNode) else ()
+        found = next((pair for pair in pairs if pair[0].value == key), None)
+        if found is None:
+            return line
+        line, node = found[0].start_mark.line + 1, found[1]
+    return line
 
 
 def _place_in_yaml(error: Exception) -> str:
@@ -193,7 +225,7 @@ def encoded(values: Any) -> dict[str, Any]:
 
 
 def _refuse(name: str, what: str, data: Any) -> NoReturn:
-    raise DecodeError(f'{name or "it"} must be {what}; got {short_repr(data)}')
+    raise DecodeError(f'{name or "it"} must be {what}; got {short_repr(data)}', name)
 
 
 def _inside(name: str, key: object) -> str:
@@ -230,10 +262,13 @@ def _object(kind: type, data: Any, name: str) -> Any:
     if unknown := [key for key in data if key not in fields]:
         there = f' in {name}' if name else ''
         known = ', '.join(fields)
-        raise DecodeError(f'there is no {short_repr(unknown[0], 40)}{there}; there are {known}')
+        raise DecodeError(
+            f'there is no {short_repr(unknown[0], 40)}{there}; there are {known}',
+            _inside(name, unknown[0]),
+        )
     if missing := [key for key, (*_, needed) in fields.items() if needed and key not in data]:
         text = fields[missing[0]][1].text if len(missing) == 1 else ''
-        raise DecodeError(f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}')
+        raise DecodeError(f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}', name)
     try:
         return kind(**{
             key: decode(hint, data[key], _inside(name, key), given)
@@ -242,8 +277,9 @@ def _object(kind: type, data: Any, name: str) -> Any:
         })  # fmt: skip
     except DecodeError:
         raise
-    except ValueError as error:
-        raise DecodeError(f'{name}: {error}' if name else str(error)) from error
+    except ValueError as error:  # its message begins with the name of a field
+        field = _inside(name, str(error).partition(' ')[0])
+        raise DecodeError(f'{name}: {error}' if name else str(error), field) from error
 
 
 def _kind_of(data: Any) -> str:

@@ -284,7 +284,7 @@ class Settings:
 
     def groups(self) -> dict[str, Checked]:
         """Return the groups by name."""
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(Settings)}
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """Return all settings by group and name."""

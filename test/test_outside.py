@@ -22,6 +22,7 @@ from mlmem import (
     MemoryElement,
     Settings,
     element_file,
+    law_file,
     parsing,
 )
 from mlmem import snapshot as snapshots
@@ -45,11 +46,11 @@ OPEN = ('initial', 'parameters', 'packages', 'details')
 
 
 def described_classes():
-    """Yield every dataclass of the package with a described field."""
-    packages = ('contract', 'device', 'host', 'physics', 'rig', 'session')
-    for package in packages:
-        found = importlib.import_module(f'mlmem_ros.{package}')
-        for each in pkgutil.iter_modules(found.__path__, f'{found.__name__}.'):
+    """Yield every dataclass of our packages with a described field."""
+    packages = ('contract', 'host', 'rig', 'session')
+    for package in ('mlmem', *(f'mlmem_ros.{name}' for name in packages)):
+        found = importlib.import_module(package)
+        for each in pkgutil.walk_packages(found.__path__, f'{found.__name__}.'):
             for kind in vars(importlib.import_module(each.name)).values():
                 ours = isinstance(kind, type) and kind.__module__ == each.name
                 if ours and dataclasses.is_dataclass(kind) and any(descriptions(kind)):
@@ -102,6 +103,7 @@ def examples():
         Profile: dataclasses.asdict(Profile((0.0, 1.0), (0.0, 0.1))),
         Hello: dataclasses.asdict(Hello(1, 'rig', 0.25, 80, 1e-5, 1e-2, 1000)),
         element_file._File: Element(Specimen(CASE_II), np.ones(CASE_II.N)).as_dict(),
+        law_file._File: {'law': {'low': 0.0, 'high': 1.0, 'force': [0.0] * 8}, 'format': 1},
     }
     procedures = (answers.Decoded, *answers.ANSWERS.values())
     for kind in (*procedures, answers.Paused, answers.Recorded, answers.Stepped):

@@ -216,8 +216,8 @@ def test_an_element_survives_its_file(tmp_path):
 
 @pytest.mark.parametrize(
     ('text', 'reason'),
-    [('', 'as `mlmem fit` writes'), ('format: 2', 'format must be 1'), ('{', 'e.yaml'),
-     ('{format: 1, design: {N: 5}}', 'this is not an element')],
+    [('', 'it must be an object; got nothing'), ('format: 2', 'it lacks design'),
+     ('{', 'e.yaml'), ('{format: 1, design: {N: 5}}', 'design lacks gamma')],
 )  # fmt: skip
 def test_a_file_that_is_no_element_is_named(tmp_path, text, reason):
     (tmp_path / 'e.yaml').write_text(text, encoding='utf-8')

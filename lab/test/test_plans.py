@@ -20,7 +20,8 @@ from mlmem_ros.parameter_file import ParameterFileError
 def test_like_of_element_that_several_presets_fit_raises(monkeypatch):
     assert like(preset('kick_4').design) is preset('kick_4')  # damped otherwise than bits_4
     assert like(CASE_II) is preset('case_2')
-    monkeypatch.setitem(command.PRESETS, 'other', written_by_kicks(preset('case_2')))
+    more = {**command.PRESETS, 'other': written_by_kicks(preset('case_2'))}
+    monkeypatch.setattr(command, 'PRESETS', more)
     with pytest.raises(ParameterFileError, match='case_2, other have the levels'):
         like(CASE_II)
 

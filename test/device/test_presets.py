@@ -57,7 +57,7 @@ def test_every_number_has_the_type_that_its_parameter_is_declared_with(name):
 def test_a_preset_is_a_design_with_its_settings():
     design, settings = preset('case_1')
     assert (design, settings) == (preset('case_1').design, preset('case_1').settings)
-    assert design is CASE_I
+    assert design == CASE_I
     assert settings.probe.omega_c == 1.95
 
 

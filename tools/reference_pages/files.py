@@ -32,8 +32,9 @@ def files_page() -> str:
     calibrated = dataclasses.replace(element.calibration, pulse_corrections=learnt).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     known = element_file.Element(
-        dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, plan=learnt
-    )
+        dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, 1.01,
+        {'left': (0.0, 1.0)}, data=1, plan=learnt,
+    )  # fmt: skip
     element.made, element.forecast, element.twin = made, element.calibration, made
     header = _content(records.header(element, '/mlmem', {}))
     hashed = _content(records.state_hash(element))
@@ -86,8 +87,10 @@ def files_page() -> str:
         _keys(keys.TABLE, calibrated['right']),
         'PulseCorrections:',
         _keys(keys.TRIMS, calibrated['pulse_corrections']),
-        '## Fitted element',
-        f'The file of `device.specimen` and `device.twin`. {_about(element_file)}',
+        '## Element',
+        f'{_about(element_file)} {_about(element_file, 1)} The settings are the groups of '
+        '[parameters](parameters.md) from `actuator` to `scale`; lists of numbers are YAML lists. '
+        '`device.specimen` and `device.twin` name such files.',
         _keys(keys.ELEMENT, known.as_dict()),
         '## Design checks',
         f'`{design_check.FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '

@@ -1,0 +1,151 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An element file holds everything about one element; the shipped ones are in config/."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import mlmem
+from mlmem import PRESETS, Settings, element_file, preset
+from mlmem.element_file import Element, ElementFileError
+from mlmem.move_settings import KickSettings
+from mlmem.physics import CASE_I, CASE_II, Specimen
+from mlmem.settings import ElementSettings
+
+ROOT = Path(__file__).parent.parent.parent
+CONFIG = ROOT / 'config'
+
+DIGESTS = {
+    'case_1': 'fe163b34234b2fb1',
+    'case_2': 'ea330f735779c341',
+    'byte': '0612c3c03786537e',
+    'bits_1': 'd32c163ce2bd8c53',
+    'bits_2': '0d5b519d8124a1da',
+    'bits_4': '0897529f1d76e821',
+    'register_4': '281e2fc8c260946a',
+    'register_5': '52ab5f0db8b1f357',
+    'kick_2': 'bcc937bae9a04551',
+    'kick_4': 'f5e1bc66df064f3a',
+}
+"""Hashes of every bit of the shipped elements: a number that changes is changed on purpose."""
+
+SMALL = """\
+format: 1
+design: {N: 81, gamma: -3e-5, beta: -0.05, J: 9, J_s: 18, j_0: 6.84, d: 0.038}
+kick:
+  late: 0.5
+  speeds: [0.002, 0.004]
+"""
+
+
+def load_text(folder, text):
+    path = folder / 'mine.yaml'
+    path.write_text(text, encoding='utf-8')
+    return mlmem.load_element(path)
+
+
+@pytest.mark.parametrize('name', PRESETS)
+def test_shipped_element_has_the_same_bits(name):
+    element = mlmem.load_element(name)
+    assert element.name == name
+    assert (element.design, element.settings) == preset(name)
+    assert preset(name).digest == DIGESTS[name]
+    assert element.specimen.ideal
+
+
+def test_shipped_elements_of_the_paper_are_table_i():
+    assert mlmem.load_element('case_1').design == CASE_I
+    assert mlmem.load_element('case_2').design == CASE_II
+
+
+def test_every_file_of_an_element_is_shipped():
+    found = {file.stem for file in CONFIG.glob('*.yaml')} - {'example', 'sros2_policy'}
+    assert found == set(PRESETS)
+
+
+@pytest.mark.parametrize('name', PRESETS)
+def test_shipped_file_repeats_no_default(name):
+    """Only a choice that both ends share may equal its default."""
+    values = yaml.safe_load((CONFIG / f'{name}.yaml').read_text(encoding='utf-8'))
+    assert mlmem.load_element(name).as_dict() == values
+
+
+@pytest.mark.parametrize('name', PRESETS)
+def test_shipped_file_explains_every_group(name):
+    lines = (CONFIG / f'{name}.yaml').read_text(encoding='utf-8').splitlines()
+    assert lines[0].startswith(f'# {name}: ')
+    groups = [n for n, line in enumerate(lines) if line.endswith(':') and line[0].isalpha()]
+    assert groups
+    assert all(lines[n - 1].startswith('# ') for n in groups)
+
+
+def test_element_file_sets_only_what_it_names(tmp_path):
+    element = load_text(tmp_path, SMALL + 'probe_right: {sigma: 16}\n')
+    assert element.name == 'mine'
+    assert element.design.gamma == -3e-5  # as ROS reads it; YAML 1.1 asks for a point
+    assert element.settings.kick == KickSettings('0.002 0.004', late=0.5)
+    assert element.settings.probe_right == replace(Settings().probe_right, sigma=16.0)
+    assert element.settings.write == Settings().write
+
+
+def test_element_file_keeps_a_fitted_element_with_its_settings(tmp_path):
+    design, settings = preset('bits_2')
+    alpha = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(design.N)
+    made = Specimen(design, alpha, k_r_factor=0.99, stuck=(7,))
+    settings = replace(settings, element=ElementSettings('7 12:0.5'))
+    path = tmp_path / 'leg.yaml'
+    saved = Element(made, 1e-4 * alpha, time_unit=1.01, chi2=1.1, data=99, settings=settings)
+    element_file.save(path, saved)
+    element = mlmem.load_element(path)
+    assert element.settings == settings
+    assert element.specimen.stuck == (7,)
+    assert element.specimen.alpha == pytest.approx(made.alpha, rel=1e-12)
+    assert (element.time_unit, element.chi2, element.data) == (1.01, 1.1, 99)
+
+
+@pytest.mark.parametrize(
+    ('change', 'line', 'field', 'reason'),
+    [
+        (('speeds: [0.002, 0.004]', 'speeds: 0.002'), 5, 'kick.speeds', 'must be a list'),
+        (('[0.002, 0.004]', '[0.002, 40]'), 5, 'kick.speeds', 'must be 0 or from 1e-4 to 10'),
+        (('late: 0.5', 'late: 2'), 4, 'kick.late', 'kick.late must be a finite number from 0'),
+        (('late', 'latte'), 4, 'kick.latte', "there is no 'latte' in kick"),
+        (('J: 9', 'J: 90'), 2, 'design.J', 'design: J must be at most N - tail - 1 = 80'),
+        (('d: 0.038', 'eta: 0.1'), 2, 'design', 'design lacks d'),
+        (('format: 1', 'format: 2'), 1, 'format', 'format must be 1; got 2'),
+        (('kick:', 'kik:'), 3, 'kik', "there is no 'kik'"),
+        (('format: 1', 'alpha: [1.0, 2.0]\nformat: 1'), 1, 'alpha', 'alpha must be 81 numbers'),
+        (('kick:', 'write: {tension: 0.2}\nkick:'), 3, 'write.tension', 'actuator.max_strain'),
+        (('late: 0.5', 'late: ]'), 4, '', 'must be YAML; line 4'),
+    ],
+)  # fmt: skip
+def test_wrong_element_file_names_line_and_key(tmp_path, change, line, field, reason):
+    with pytest.raises(ElementFileError) as refused:
+        load_text(tmp_path, SMALL.replace(*change))
+    assert refused.value.field == field
+    said = str(refused.value)
+    assert reason in said
+    assert f'line {line}' in said
+    assert 'mine.yaml' in said
+
+
+def test_unknown_element_lists_those_shipped():
+    with pytest.raises(ElementFileError, match=r'one of case_1, case_2, .*; got .case_9'):
+        mlmem.load_element('case_9')
+
+
+def test_checkout_finds_its_elements_without_installation(tmp_path):
+    code = (
+        f'import sys; sys.path.insert(0, {str(ROOT)!r}); import mlmem; '
+        "print(mlmem.__file__, mlmem.load_element('case_2').design.N)"
+    )
+    done = subprocess.run(
+        [sys.executable, '-c', code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == [str(ROOT / 'mlmem' / '__init__.py'), '225']
