@@ -114,7 +114,6 @@ def test_an_answer_that_the_middleware_drops_is_sent_again(monkeypatch, drops):
     wait_until(lambda: not guard.waiting, 'the answer')
     times = 1 + min(drops, 2)
     assert [what[:3] for what in sent] == [(True, 'header', 1)] * times
-    assert guard.answered == 1
     me = threading.current_thread()  # which is the loop's, and must not wait
     assert [thread is me for *_, thread in sent] == [n == 0 for n in range(times)]
 

@@ -5,6 +5,7 @@
 import os
 import signal
 import subprocess
+import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -18,15 +19,17 @@ from lifecycle_msgs.srv import ChangeState
 from nodes import QUICK, program
 from robot import Robot
 
+from mlmem_ros.ros.node import run
 from mlmem_ros.ros.node.node import MemoryNode
 from mlmem_ros.ros.node.run import begin, end, turn
+from mlmem_ros.ros.node.services import SILENT
 from mlmem_ros.ros.node_process import node_arguments
 
 COMPILES = """
 import sys
 from numba.core import config
 config.reload_config()  # with another folder of machine code
-for name in [each for each in sys.modules if each.startswith('mlmem_ros')]:
+for name in [each for each in sys.modules if each.startswith('mlmem')]:
     del sys.modules[name]
 from mlmem_ros.ros.main import main
 sys.exit(main())
@@ -34,7 +37,7 @@ sys.exit(main())
 
 
 def begin_write(robot):
-    """Begin to write level 1, which takes 1.5 s; return once the element is strained."""
+    """Begin to write level 1 by strain, which takes 1.5 s; return once the element is strained."""
     robot.set(target_level=1)
     robot.next('joint_states')  # a subscription that has not met the node misses a whole write
     states = robot.received('joint_states')
@@ -46,7 +49,9 @@ def begin_write(robot):
 
 def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag), 'scale.time': 4e-4}, apart=True)
+    node = start(
+        {'record.path': str(bag), 'write.method': 'strain', 'scale.time': 4e-4}, apart=True
+    )
     with Robot() as robot:
         written = begin_write(robot)
         while node.running:  # from the terminal, from launch, from an impatient user
@@ -67,7 +72,9 @@ def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
 def test_sigterm_with_many_requests_waiting(start, tmp_path):
     """Each of them is answered, though time is paused, and the session is closed."""
     bag = tmp_path / 'session'
-    node = start({'record.path': str(bag), 'scale.time': 4e-4}, apart=True)
+    node = start(
+        {'record.path': str(bag), 'write.method': 'strain', 'scale.time': 4e-4}, apart=True
+    )
     with Robot() as robot:
         waiting = [begin_write(robot)]
         robot.pause(True)  # from here on no tick begins, so no request is accepted or refused
@@ -150,7 +157,7 @@ def test_a_request_during_the_start_is_answered():
         class Slow(MemoryNode):
             def begin(self):
                 super().begin()
-                requests = 'read', 'write', 'self_test'
+                requests = 'read', 'erase', 'self_test'
                 robot.introduce(SimpleNamespace(node=self), *requests)
                 sent.extend(map(robot.send, requests))
                 time.sleep(1.0)  # until they have arrived
@@ -162,6 +169,20 @@ def test_a_request_during_the_start_is_answered():
             error = robot.answer(answer)['error']  # whichever came first is shut down
             assert 'shut down' in error or 'busy' in error
         assert not ord(robot.response(sent[2]).passed)
+
+
+def test_request_that_arrives_after_the_close_is_answered(monkeypatch):
+    """A busy machine delivers a request so late that the node has closed its element before."""
+    monkeypatch.setattr(run, 'DELIVERY_S', 1.0)  # this machine may be busier
+    context = rclpy.Context()
+    with Robot() as robot:
+        sent = []
+        nodes, executor = begin(node_arguments('/mlmem', QUICK), context)
+        robot.introduce(SimpleNamespace(node=nodes[0]), 'erase')
+        time.sleep(SILENT)  # from now on the graph alone tells of clients
+        threading.Timer(0.3, lambda: sent.append(robot.send('erase'))).start()
+        assert end(nodes, executor) == 0
+        assert 'shut down' in robot.answer(sent[0])['error']
 
 
 HANGS = """

@@ -156,7 +156,6 @@ class CallbackGuard:
 
     def __init__(self, node: Node, log: ThrottledLog) -> None:
         self.waiting: set[int] = set()
-        self.answered = 0
         self.held: Future[None] | None = None
         self._node = node
         self._log = log
@@ -214,7 +213,6 @@ class CallbackGuard:
                     threading.Timer(again[0], answered, (response, again[1:])).start()
                     return
                 self.waiting.discard(id(answer))
-                self.answered += 1
 
             self.waiting.add(id(answer))
             token = REQUESTER.set(Requester(self._node, name, header))

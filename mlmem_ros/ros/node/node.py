@@ -307,13 +307,8 @@ class MemoryNode(CheckedParameters, LifecycleNode):
     @property
     def client_count(self) -> int:
         """How many clients of its requests are on the ROS graph, as far as they live."""
-        names = [service.srv_name for service in self.services]
+        names = [self.resolve_service_name(service.srv_name) for service in self.services]
         return self._asking.count(n for n in names if n.rpartition('/')[2] in REQUESTED)
-
-    @property
-    def answered(self) -> int:
-        """How many requests have been answered."""
-        return self._callback_guard.answered
 
     def close(self) -> None:
         """Stop time if it runs, save the content, close the session file."""

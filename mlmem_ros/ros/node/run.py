@@ -55,8 +55,9 @@ LEAVE = 5.0
 """Seconds for leaving the ROS graph. All is saved by then: a middleware that hangs is cut off,
 with a traceback and exit status 1."""
 
-DELIVERY = 0.2
-"""Seconds for the middleware to deliver these answers before it is shut down."""
+DELIVERY_S = 0.2
+"""Time for the middleware to deliver requests that clients have sent, and their answers, before it
+is shut down."""
 
 Element = Mapping[str, str]
 """What distinguishes a node from others in its process: its `namespace`, and parameters."""
@@ -197,16 +198,15 @@ def end(
     status.
     """
     executor.turn(MOMENT)  # takes what was sent during the start
-    answered = sum(node.answered for node in nodes)
-    pending = any(node.waiting for node in nodes)
+    waited = any(node.waiting for node in nodes)
     with ThreadPoolExecutor(len(nodes)) as closers:  # a hung disk affects only one element
         list(closers.map(MemoryNode.close, nodes))
-    deadline = time.monotonic() + LAST_ANSWERS
-    executor.turn(MOMENT)  # refuses what was sent meanwhile
-    while any(node.waiting for node in nodes) and time.monotonic() < deadline:
-        executor.turn(MOMENT)  # they are refused, but not answered yet
-    if pending or answered < sum(node.answered for node in nodes):
-        time.sleep(DELIVERY)
+    now = time.monotonic()
+    expected = waited or any(node.client_count for node in nodes)
+    until, deadline = now + (DELIVERY_S if expected else 0.0), now + LAST_ANSWERS
+    while now < until or (any(node.waiting for node in nodes) and now < deadline):
+        executor.turn(MOMENT)  # refuses what arrives meanwhile
+        now = time.monotonic()
     for node in nodes:
         node.get_logger().info('shut down; not all was saved' if node.host.lost else 'shut down')
     status = NOT_SAVED if any(node.host.lost for node in nodes) else ENDED
