@@ -8,6 +8,8 @@ test_contract.py has the whole contract over a rig in another process, as slow t
 import contextlib
 import socket
 import threading
+import time
+from concurrent.futures import Future
 from dataclasses import replace
 from types import SimpleNamespace
 from unittest.mock import MagicMock
@@ -182,6 +184,23 @@ def test_a_rig_that_is_off_or_lost_is_taken_back(start, monkeypatch):
     assert node.output.count('preparing the device') == 1  # not at every attempt
 
 
+def test_node_answers_while_it_tries_to_reach_a_rig(start, monkeypatch):
+    """A rig that takes the line and says nothing holds up each attempt."""
+    monkeypatch.setattr(node_module, 'TEND', 0.05)
+    with socket.create_server(('127.0.0.1', 0)) as free:
+        address = free.getsockname()
+    node = start({
+        'device.driver': 'rig', 'device.retry': 0.1,
+        'device.address': f'tcp://127.0.0.1:{address[1]}?lead=0.002&patience=5',
+    })  # fmt: skip
+    with Robot(node.element) as robot:
+        robot.response(robot.send('get_state', GetState.Request(), GetState))
+        with socket.create_server(address) as silent, silent.accept()[0]:
+            begun = time.monotonic()
+            robot.response(robot.send('get_state', GetState.Request(), GetState))
+            assert time.monotonic() - begun < 2.5  # half the time that the attempt takes
+
+
 def test_only_a_missing_element_is_waited_for(refused):
     """Settings that are wrong stay so; and without the setting nothing is waited for."""
     given = {'device.driver': 'rig', 'device.retry': 1.0}
@@ -206,6 +225,11 @@ class Waiting:
 
     def __init__(self, *ends):
         self.ends, self.starts = list(ends), 0
+
+    def prepare(self):
+        prepared = Future()
+        prepared.set_result(None)
+        return prepared
 
     def start(self):
         self.starts += 1

@@ -312,6 +312,7 @@ class MemoryNode(CheckedParameters, LifecycleNode):
 
     def close(self) -> None:
         """Stop time if it runs, save the content, close the session file."""
+        self._retries.waiting = False
         with self.host.log.guarded('closing'):
             self.host.close()
         self._discard()

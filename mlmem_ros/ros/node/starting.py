@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -25,6 +26,9 @@ class Startable(Protocol):
     @property
     def unconfigured(self) -> bool:
         """Whether it is in that state."""
+
+    def prepare(self) -> Future[None]:
+        """Build the device in a thread of its own, for `start` to take; raises `SettingsError`."""
 
     def start(self) -> None:
         """Configure and activate; raises one of `REFUSALS`."""
@@ -52,26 +56,39 @@ class Retries:
 
     def on_timer(self) -> None:
         """Try again if it is time; call it often while the node may change its state."""
-        if not self.waiting:
+        if not self.waiting or time.monotonic() < self._next:
             return
         interval = self._interval()
         if not (interval and self._node.unconfigured):
             self.waiting = False
             return
-        if time.monotonic() < self._next:
+        self._attempts, self._next = self._attempts + 1, math.inf
+        try:
+            prepared = self._node.prepare()
+        except REFUSALS as error:
+            self._give_up(error)
+        else:
+            prepared.add_done_callback(lambda _: self._start(interval))
+
+    def _start(self, interval: float) -> None:
+        """Start with the device that has been built, in the executor's thread."""
+        if not (self.waiting and self._node.unconfigured):  # closed, or configured by others
+            self.waiting = False
             return
-        self._attempts += 1
         try:
             self._node.start()
         except REFUSALS as error:
             if _lost(error):
                 self._tell(error, interval)
-                return
-            self.waiting = False
-            self._host.log.error(f'the element is back, but cannot be started: {error}')
+            else:
+                self._give_up(error)
         else:
             self.waiting = False
             self._host.log.warning(f'the element is back after {self._waited:.3g} s')
+
+    def _give_up(self, why: Exception) -> None:
+        self.waiting = False
+        self._host.log.error(f'the element is back, but cannot be started: {why}')
 
     @property
     def _waited(self) -> float:
