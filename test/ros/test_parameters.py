@@ -344,3 +344,7 @@ def test_actuator_absent_with_method_strain_is_rejected(declared):
         given.values()  # as configure does
     assert set_all(node, {'write.method': 'auto'}).successful
     assert not given.values().settings.actuator.present
+    given.lock(8)  # as a configured node does
+    refused = set_all(node, {'write.method': 'strain'})
+    assert 'write.method must be kick or auto' in refused.reason
+    assert set_all(node, {'write.method': 'kick'}).successful

@@ -302,6 +302,9 @@ class ParameterSet:
             faults = {p.name.removeprefix(FAULTS): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._group('faults', **faults))
+            if METHOD in given and self.locked:
+                write = self._group('write', method=given[METHOD])
+                dataclasses.replace(self.values().settings, write=write)
         except (Refused, SettingsError) as error:
             self._host.log.refused('a parameter', error)
             return SetParametersResult(successful=False, reason=str(error))
