@@ -188,7 +188,7 @@ def test_a_table_survives_a_file(table):
             {'delays': [1.0], 'blank': None, 'shapes': [[1, 2, 3], [3, 4, 5]]},
             'must be 1, .*; got 2',
         ),
-        (None, 'it must be an object; got None'),
+        (None, 'it must be an object; got nothing'),
         ({'delays': [], 'blank': None}, '^delays must be finite, one for every level'),
     ],
     ids=str,

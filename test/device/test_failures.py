@@ -116,7 +116,7 @@ def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
 
 TRANSDUCER = {
     # failure, instance: level of the read of level 1, levels that a write of 0 may leave
-    ('off', 0): (-2, -2), ('off', 1): (-2, -1), ('off', 2): (-2, -2), ('stuck', 1): (-2, -1),
+    ('off', 0): (-2, -2), ('off', 1): (-2, -2), ('off', 2): (-2, -2), ('stuck', 1): (-2, -2),
     ('wrong', 1): (1, -1), ('wrong', 0): (1, -1),
 }  # fmt: skip
 

@@ -106,4 +106,6 @@ def settings(random):
         }
         bounded = {each: max(-limit, min(value, limit)) for each, value in given.items()}
         groups[name] = dataclasses.replace(groups[name], **bounded)
+    if not groups['actuator'].present:  # nothing else writes without strain
+        groups['write'] = dataclasses.replace(groups['write'], method='kick')
     return Settings(**groups)
