@@ -213,10 +213,10 @@ def writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> dict[st
     return {kind: found[kind] for kind in kinds} | {'median ticks': float(np.median(ticks))}
 
 
-def specimens(name: str, scatter: Scatter, count: int = SPECIMENS) -> Iterator[MemoryElement]:
+def specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
     """Yield elements of a preset that scatter."""
     design, settings = preset(name)
-    for number in range(count):
+    for number in range(SPECIMENS):
         made = scattered(design, scatter, number)
         yield new_element(design, settings, driver=Simulation.of(made, settings.time))
 

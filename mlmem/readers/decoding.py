@@ -31,8 +31,6 @@ LOUDEST = 1.25
 """Most that an echo may be louder than calibrated. In healthy elements, with disorder too, it is
 within 3 %; a light cell behind a wall answers with it, and both ends hear the level before."""
 
-NO_SHAPE: Shape = (None, None, math.inf)
-
 TOLD = 0.1
 """Least by which an echo must be nearer to its level than to any other, 0 being half-way: it is
 then off by less than 0.45 of their distance, and one taken for the other by at least 0.55."""

@@ -167,9 +167,9 @@ class Wave:
     u: Array
     way: float
 
-    def arrivals(self, level: float = 0.5) -> Array:
-        """Return when each element has gone a part of its way, s, shape (n,); NaN for never."""
-        return np.array([first(self.t, each, level * self.way) for each in self.u.T])
+    def arrivals(self) -> Array:
+        """Return when each element has gone half of its way, s, shape (n,); NaN for never."""
+        return np.array([first(self.t, each, 0.5 * self.way) for each in self.u.T])
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,10 +29,6 @@ SERIES = {
 }
 """The force tests of one shell that belong to a distance of the rails, by their second well."""
 
-GROWTH = 1.5
-"""Power with which the force of the shells grows with the place of their second well: 1.15, 1.77
-and 2.43 N at 39, 49 and 63 mm."""
-
 FAR = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
 """Repulsion of the magnets at the spacings in use, 10 N: what was measured there of a longer
 travel than the file has."""

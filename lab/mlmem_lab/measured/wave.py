@@ -176,7 +176,6 @@ def launch(
     losses: Losses,
     bias: Array | float = 0.0,
     hand: float = HAND,
-    longest: float = LONGEST,
     last: int = LAST,
     integrator: Integrator = NOH_BATHE,
     dt: float = STEP,
@@ -188,7 +187,6 @@ def launch(
         bias: A constant force on each element and the end, against the wave, 10 N; one number or
             shape (26,).
         hand: Time the hand takes, ms.
-        longest: When to stop, ms.
         last: Element that ends the run when it has reached its well, or all have come to rest.
         dt: Step, ms.
     """
@@ -206,7 +204,7 @@ def launch(
         integrator=integrator,
     )
     every, u = round(LOOK / dt), [lattice.displacement.copy()]
-    while lattice.time < longest:
+    while lattice.time < LONGEST:
         driven = substep_times(every, dt, integrator, lattice.steps_done)
         lattice.advance(every, HeldCell(1, _held(driven, hand, wells[0])))
         u.append(lattice.displacement.copy())
