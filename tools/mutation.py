@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Print what share of a random sample of mutants the tests kill, and the survivors.
 
-A mutant is the package with one expression of `device`, `checks`, `bag` or `session` changed.
+A mutant is the package with one expression of what pyproject.toml names changed.
 The first test that fails kills it. mutmut makes mutants and runs the tests that reach the changed
 function (its settings are in pyproject.toml); its results stay in `mutants/`. It does not change
 properties, context managers and code outside functions, and it credits what a shared fixture calls
@@ -47,9 +47,9 @@ def main() -> int:
     print(f'{len(sample)} of {len(names)} mutants, seed {given.seed}', flush=True)
     mutmut('run', '--max-children', str(given.jobs), *sample)
     found = {name: status for name, status in statuses().items() if name in set(sample)}
-    for package in ('device', 'checks', 'bag', 'session', ''):
-        part = [status for name, status in found.items() if name.split('.')[1].startswith(package)]
-        print(f'{package or "all":8}{summary(part)}')
+    for package in ('mlmem.', 'mlmem_tools.checks.', 'mlmem_ros.bag.', 'mlmem_ros.session.', ''):
+        part = [status for name, status in found.items() if name.startswith(package)]
+        print(f'{package or "all":20}{summary(part)}')
     for name, status in sorted(found.items()):
         if status not in KILLED:
             print(f'\n{mutmut("show", name)}', end='')

@@ -178,7 +178,7 @@ function cubic({ times, strains, rates }, t) {
 const lasts = ({ kind, duration, start, target, speed, hold = 0 }) =>
   (kind === 'pulse' ? duration : Math.abs(target - start) / speed + hold);
 
-/** Return displacement and velocity of a held end; see mlmem_ros/device/end.py. */
+/** Return displacement and velocity of a held end; see mlmem/instrument/end.py. */
 function motion(held, t) {
   if (held.kind === 'pulse') {
     const x = (t - 6 * held.sigma) / held.sigma, envelope = held.A * Math.exp(-HALF * x * x);
@@ -200,7 +200,7 @@ function nearest(delays, delay) {
   return delays.reduce((best, each, level) => (Math.abs(each - delay) < Math.abs(delays[best] - delay) ? level : best), 0);
 }
 
-/** Return how a register is brought from one word to another: see mlmem_ros/device/procedures/many_walls.py. */
+/** Return how a register is brought from one word to another: see mlmem/procedures/many_walls.py. */
 export function wordWay(element, present, wanted) {
   const { register, about } = element, [inactive, active] = element.phases;
   const walls = (word) => [...Array(about.levels).keys()].filter((level) => (word >> level) & 1);

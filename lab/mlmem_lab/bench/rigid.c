@@ -3,7 +3,7 @@
  *
  * The yardstick: Eq. (1a) over a rigid substrate by Noh-Bathe, as one would write it in C, for
  * gcc -O3 -march=native -ffast-math, which takes the vector sine of libmvec. The same steps as
- * mlmem_ros/physics/methods/noh_bathe.py without a driven end. u and u_p have a ghost cell at
+ * mlmem/physics/methods/noh_bathe.py without a driven end. u and u_p have a ghost cell at
  * either end.
  */
 #include <math.h>

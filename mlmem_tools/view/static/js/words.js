@@ -1,7 +1,7 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
 // Words of an element with many walls: numbers, and the levels at which their walls rest.
-// A code is that of mlmem_ros.device.register.Code: `tops` has how many words have each level as their highest.
+// A code is that of mlmem.readers.words.Code: `tops` has how many words have each level as their highest.
 
 /** Return the levels of which the next wall below one may have any, the lowest first. */
 function below(level, { spacing }) {
