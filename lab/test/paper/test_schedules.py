@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The fast schedules and their margins: those of docs/presets.md, with both peaks off."""
+"""Schedules with nine cells a level and their margins: those of docs/presets.md."""
 
 import pytest
 from bare_writes import writes
@@ -12,35 +12,28 @@ from mlmem_tools.checks.bare import scaled
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import cycle_time
 
-PER_LEVEL = {
-    'bits_1': 500.0,
-    'bits_2': 620.0,
-    'bits_4': 800.0,
-}
+LEVEL_TIMES = {'bits_1': 500.0, 'bits_2': 620.0, 'bits_4': 800.0}
 """Time units of a level, as documented."""
 
-SHIPPED = tuple(PER_LEVEL)
 
-
-@pytest.mark.parametrize('name', SHIPPED)
-def test_a_level_takes_what_is_documented_and_the_actuator_follows(name):
+@pytest.mark.parametrize('name', LEVEL_TIMES)
+def test_level_time_is_documented_and_the_actuator_follows(name):
     design, settings = load(name)
-    assert Cycle.planned(settings.write, 1.0).duration == PER_LEVEL[name]
+    assert Cycle.planned(settings.write, 1.0).duration == LEVEL_TIMES[name]
     step = cycle_time(Subject(design, settings), settings.write)
-    assert step == pytest.approx(PER_LEVEL[name])  # what the actuator's rate makes of it
+    assert step == pytest.approx(LEVEL_TIMES[name])  # what the actuator's rate makes of it
     for part in ('ramp', 'hold', 'ease', 'release', 'settle'):
         assert getattr(settings.write, part) % settings.time.tick == 0.0
 
 
-@pytest.mark.parametrize('name', [name for name in SHIPPED if name.startswith('bits_')])
-def test_an_element_by_the_designer_keeps_the_default_tick(name):
+@pytest.mark.parametrize('name', LEVEL_TIMES)
+def test_designed_element_keeps_the_default_tick(name):
     """A shorter one would wake the node more often."""
     assert load(name)[1].time == Settings().time
 
 
-@pytest.mark.parametrize('name', ['kick_2'])
-def test_the_probe_of_a_damped_element_makes_up_for_its_damping(name):
-    design, settings = load(name)
+def test_probe_of_a_damped_element_makes_up_for_its_damping():
+    design, settings = load('kick_2')
     assert design.eta == 0.01
     assert settings.probe_right.gain_decay == 0.5 * design.eta
 
@@ -49,8 +42,8 @@ def test_the_probe_of_a_damped_element_makes_up_for_its_damping(name):
     'factors',
     [(0.8, 1.2), (1.2, 0.8), *(pytest.param((x, x), marks=pytest.mark.slow) for x in (0.8, 1.2))],
 )
-@pytest.mark.parametrize('name', [name for name in SHIPPED if load(name)[0].levels <= 16])
-def test_both_peaks_may_be_off(name, factors):
+@pytest.mark.parametrize('name', LEVEL_TIMES)
+def test_write_with_both_peaks_off_succeeds(name, factors):
     design, settings = load(name)
     few = None if design.levels <= 8 else [0, 1]
     assert all(writes(design, scaled(settings.write, *factors), few))
