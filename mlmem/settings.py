@@ -270,13 +270,6 @@ class Settings:
         """Real time of a tick at speed 1, in seconds."""
         return self.time.tick * self.scale.time
 
-    @property
-    def by_waveforms(self) -> bool:
-        """Whether an element is read by what both ends do after a pulse, and not by delays: one
-        with many walls, or with known bad cells.
-        """
-        return bool(self.register.spacing or self.element.bad_cells)
-
     def with_stuck(self, sites: Iterable[int]) -> Settings:
         """Return settings that know more stuck cells."""
         bad = ' '.join((self.element.bad_cells, *map(str, sites))).strip()

@@ -116,7 +116,7 @@ class About:
         register = groups['register']
         spacing = register['spacing']
         code = Code(design.levels, spacing) if spacing else None
-        by_delays = not (spacing or groups['element']['bad_cells'])  # see `by_waveforms`
+        by_delays = not (spacing or groups['element']['bad_cells'])
         words = code.words if code else design.levels
         stride = math.ceil(design.N / ROWS)
         probes = {'left': groups['probe'], 'right': groups['probe_right']}

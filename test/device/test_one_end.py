@@ -32,13 +32,6 @@ from mlmem.readers.echo import Echo, threshold
 
 from . import rig
 
-SIZES = sampled(
-    [name for name in PRESETS if PRESETS[name].design.levels <= 32],
-    lambda name: PRESETS[name].design.levels <= 16,
-)
-"""Those whose factory calibration takes a second at most; by default a tenth of that.
-"""
-
 NAMES = ('left', 'right', 'both')
 
 
@@ -83,7 +76,7 @@ def test_a_right_sensor_that_is_late_by_a_level_turns_level_1_into_none(name, by
     assert rig.run(late(name, 1, End.RIGHT, 0.0), Read()).reading.level == 1
 
 
-@pytest.mark.parametrize('name', SIZES)
+@pytest.mark.parametrize('name', PRESETS)
 def test_no_calibration_that_ships_lets_one_end_change_a_level(name):
     design, settings = preset(name)
     calibration = factory_calibration(design, settings)
