@@ -31,7 +31,18 @@ if TYPE_CHECKING:
     from .instrument.faults import Faults
     from .loop.loop import Loop
     from .parameter_sweep import Table, sweep
-    from .physics import CASE_I, CASE_II, Chain, Design, Scatter, Specimen, scattered
+    from .physics import (
+        CASE_I,
+        CASE_II,
+        Chain,
+        Design,
+        DesignError,
+        Potential,
+        Scatter,
+        Specimen,
+        StateError,
+        scattered,
+    )
     from .presets import PRESETS, Preset, load_element, preset
     from .procedure_table import (
         BLANK,
@@ -54,13 +65,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     'BLANK', 'CASE_I', 'CASE_II', 'PRESETS', 'UNDECODABLE', 'Abort', 'Calibrate', 'Calibration',
-    'Chain', 'Command', 'DelayTable', 'Design', 'Disturb', 'Driver', 'DriverError', 'DriverHangs',
-    'EchoReceived', 'End', 'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Inject', 'Locate',
-    'Loop', 'MemoryElement', 'Outcome', 'Preset', 'ProcedureFailed', 'Read', 'Reading', 'Refused',
-    'Reset', 'Scatter', 'SelfTest', 'SetFaults', 'SetMethod', 'SetStrain', 'Settings',
-    'SettingsError', 'Shot', 'Specimen', 'Survey', 'Table', 'Trajectory', 'Unknown', 'Write',
-    'describe_level', 'factory_calibration', 'load_element', 'new_element', 'preset', 'scattered',
-    'simulate', 'sweep', 'wall_at', 'walls_at',
+    'Chain', 'Command', 'DelayTable', 'Design', 'DesignError', 'Disturb', 'Driver', 'DriverError',
+    'DriverHangs', 'EchoReceived', 'End', 'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Inject',
+    'Locate', 'Loop', 'MemoryElement', 'Outcome', 'Potential', 'Preset', 'ProcedureFailed', 'Read',
+    'Reading', 'Refused', 'Reset', 'Scatter', 'SelfTest', 'SetFaults', 'SetMethod', 'SetStrain',
+    'Settings', 'SettingsError', 'Shot', 'Specimen', 'StateError', 'Survey', 'Table', 'Trajectory',
+    'Unknown', 'Write', 'describe_level', 'factory_calibration', 'load_element', 'new_element',
+    'preset', 'scattered', 'simulate', 'sweep', 'wall_at', 'walls_at',
 ]  # fmt: skip
 
 _HOMES = {
@@ -76,7 +87,10 @@ _HOMES = {
     'instrument.faults': ('Faults',),
     'loop.loop': ('Loop',),
     'parameter_sweep': ('Table', 'sweep'),
-    'physics': ('CASE_I', 'CASE_II', 'Chain', 'Design', 'Scatter', 'Specimen', 'scattered'),
+    'physics': (
+        'CASE_I', 'CASE_II', 'Chain', 'Design', 'DesignError', 'Potential', 'Scatter', 'Specimen',
+        'StateError', 'scattered',
+    ),
     'presets': ('PRESETS', 'Preset', 'load_element', 'preset'),
     'procedure_table': (
         'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Locate', 'Read', 'Reset',

@@ -191,6 +191,7 @@ class _File(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        self.design.require_memory()
         n = self.design.N
         for name in ('alpha', 'alpha_std'):
             values = getattr(self, name)

@@ -135,6 +135,7 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         settings = Settings(**parts)
         if law is not None:
             design = dataclasses.replace(design, law=_law(law, settings.scale) if law else None)
+        design.require_memory()
         return Preset(design, settings)
     except DesignError as error:
         raise DesignError(f'{name}: design.*: {error}') from error

@@ -6,14 +6,14 @@ from .chain import Chain, kernel_in_cache
 from .design import CASE_I, CASE_II, Design
 from .jit import ARITHMETIC
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
-from .potential import DesignError, StateError
+from .potential import DesignError, Potential, StateError
 from .specimen import Scatter, Specimen, scattered
 from .stepping import HeldCell, default_step, stable_step, substep_times
 from .wall import Wall, level_of, wall_energy, walls
 
 __all__ = [
     'ARITHMETIC', 'CASE_I', 'CASE_II', 'INTEGRATORS', 'NOH_BATHE', 'PEFRL', 'Chain', 'Design',
-    'DesignError', 'HeldCell', 'Integrator', 'Scatter', 'Specimen', 'StateError', 'Wall',
-    'default_step', 'kernel_in_cache', 'level_of', 'scattered', 'stable_step', 'substep_times',
-    'wall_energy', 'walls',
+    'DesignError', 'HeldCell', 'Integrator', 'Potential', 'Scatter', 'Specimen', 'StateError',
+    'Wall', 'default_step', 'kernel_in_cache', 'level_of', 'scattered', 'stable_step',
+    'substep_times', 'wall_energy', 'walls',
 ]  # fmt: skip

@@ -172,7 +172,7 @@ class Chain:
         for row, values in zip(self._rows(), state, strict=True):
             row[:] = values
 
-    def set_specimen(self, specimen: Specimen) -> None:
+    def set_specimen(self, specimen: Design | Specimen) -> None:
         """Replace the specimen by another one of the same design, in the same state.
 
         Stuck cells stop on the substrate, where they are.
@@ -181,6 +181,7 @@ class Chain:
             DesignError: It is of another design, or the step is beyond its stability limit;
                 nothing is changed.
         """
+        specimen = Specimen.of(specimen)
         self.check(specimen)
         self.specimen = specimen
         self._fill()

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ..schema import described, problems
 from .jit import fma, formula
-from .potential import Array, DesignError
+from .values import Array, DesignError
 
 FEWEST, MOST = 8, 4096
 """Numbers of forces of a curve."""

@@ -28,16 +28,17 @@ _stiffness = fields_in('k_r', 1e-9, 1e9)
 
 @dataclass(frozen=True)
 class Design:
-    """A mechanical multi-level memory element, validated on creation.
+    """Two coupled chains, validated on creation; `require_memory` says whether they are a memory.
 
     Sites are counted from 1 as in the paper; arrays hold site j at index j - 1.
 
     Attributes:
         law: The on-site law where it is not the paper's formula, with energies in units of d; a, b
             and c then have no meaning.
+        phase: By default 1 with the paper's potential, and 0, the lowest, with a law.
 
     Raises:
-        DesignError: A value is out of range, or the values do not make a memory.
+        DesignError: A value is out of range, or values contradict each other.
     """
 
     N: int = described(MISSING, 'number of unit cells', low=3, high=100_000)
@@ -56,7 +57,7 @@ class Design:
     s_max: float = _stiffness(3000.0, 'greatest substrate stiffness')
     eta: float = described(1 / 250, 'on-site viscous damping', unit='1/time', low=0.0, high=10.0)
     phase: int = described(
-        1, 'ground state that is the inactive phase s1; s2 is the next one', low=-100, high=100
+        None, 'ground state that is the inactive phase s1; s2 is the next one', low=-100, high=100
     )
     tail: int = _cells(
         0,
@@ -69,16 +70,34 @@ class Design:
     law: Curve | None = None
 
     def __post_init__(self) -> None:
+        if self.phase is None:
+            object.__setattr__(self, 'phase', 1 if self.law is None else 0)
         found = problems(self) or self._inconsistencies()
         if found:
             raise DesignError('; '.join(found))
 
-    def _inconsistencies(self) -> list[str]:
+    def require_memory(self) -> None:
+        """Make sure that the chains are a memory: levels fit, and the substrate stays straight.
+
+        Raises:
+            DesignError: They are not; a simulation without a device still takes them.
+        """
         found = []
         if (last := self.N - self.tail - 1) < self.J:
             found.append(
                 f'J must be at most N - tail - 1 = {last}, or no level fits; got {self.J}'
             )
+        stiffest = max(1.0, self.k_s1, self.k_s2)
+        if self.s_min < RIGIDITY * stiffest:
+            found.append(
+                f's_min must be far above max(k_r, k_s) = {stiffest:.4g} (at least '
+                f'{RIGIDITY:g} times), or the wall strains the substrate; got {self.s_min:g}'
+            )
+        if found:
+            raise DesignError('; '.join(found))
+
+    def _inconsistencies(self) -> list[str]:
+        found = []
         if self.beta <= -1.0:
             found.append(f'beta must be greater than -1; got {self.beta:g}')
         elif self.alpha.min() <= 0.0:
@@ -97,14 +116,10 @@ class Design:
         if found:
             return found
         try:
-            stiffest = max(1.0, self.k_s1, self.k_s2)
+            for n in (self.phase, self.phase + 1):
+                self.potential.ground_state(n)
         except DesignError as error:
             return [f'at least two neighbouring ground states are needed; {error}']
-        if self.s_min < RIGIDITY * stiffest:
-            found.append(
-                f's_min must be far above max(k_r, k_s) = {stiffest:.4g} (at least '
-                f'{RIGIDITY:g} times), or the wall strains the substrate; got {self.s_min:g}'
-            )
         return found
 
     def as_dict(self) -> dict[str, Any]:

@@ -22,8 +22,9 @@ from .specimen import Specimen
 from .wall import walls
 
 
-def energies(specimen: Specimen, v: Array, V: Array) -> tuple[Array, Array, Array]:
+def energies(specimen: Design | Specimen, v: Array, V: Array) -> tuple[Array, Array, Array]:
     """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
+    specimen = Specimen.of(specimen)
     on_site = specimen.alpha * specimen.potential.energy(v - (V + specimen.offsets))
     return (
         np.asarray(0.5 * np.sum(specimen.k_r * np.diff(v) ** 2, axis=-1)),
@@ -95,12 +96,13 @@ TOLERANCE = 1e-12
 """Largest residual force per cell, over the stiffness of the stiffest cell."""
 
 
-def blank(specimen: Specimen) -> Array:
+def blank(specimen: Design | Specimen) -> Array:
     """Return the displacements of a blank, unstrained element at rest, shape (N,).
 
     Raises:
         StateError: As `relax`.
     """
+    specimen = Specimen.of(specimen)
     design = specimen.design
     v = np.full(design.N, design.D_s1)
     if not specimen.offsets.any():
@@ -126,7 +128,7 @@ def wall_profile(design: Design, position: float, *, kink: bool = False) -> Arra
     return design.D_s1 + design.D_s2 - profile if kink else profile
 
 
-def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> Array:
+def relax(specimen: Design | Specimen, v: Array, V: Array, *, iterations: int = 200) -> Array:
     """Return the stable equilibrium displacements v nearest to a guess, with the substrate at V.
 
     Stuck cells stay as in the guess.
@@ -142,6 +144,7 @@ def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> A
     Raises:
         StateError: No equilibrium was reached, or only an unstable one.
     """
+    specimen = Specimen.of(specimen)
     v = np.array(v, dtype=np.float64)
     held = _held(specimen)
     for _ in range(iterations):
@@ -164,7 +167,7 @@ BESIDE = 0.3
 """Distance from a defect, in cells, at which a guess is not balanced on it."""
 
 
-def resting_wall(specimen: Specimen, level: int) -> Array:
+def resting_wall(specimen: Design | Specimen, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
     Returns:
@@ -173,6 +176,7 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
     Raises:
         StateError: There is no such level, or its defect does not pin the wall.
     """
+    specimen = Specimen.of(specimen)
     design = specimen.design
     if not 0 <= level < design.levels:
         raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
@@ -187,7 +191,7 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
 
 
 def resting_walls(
-    specimen: Specimen, positions: Sequence[float], *, iterations: int = 200
+    specimen: Design | Specimen, positions: Sequence[float], *, iterations: int = 200
 ) -> Array:
     """Return the displacements of an unstrained element with walls and kinks in turn, where they
     come to rest from some positions. Stuck cells are in the phase of their place.
@@ -199,6 +203,7 @@ def resting_walls(
     Raises:
         StateError: As `relax`.
     """
+    specimen = Specimen.of(specimen)
     design = specimen.design
     share = np.zeros(design.N)  # of the active phase
     step = design.D_s2 - design.D_s1

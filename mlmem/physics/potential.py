@@ -8,21 +8,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-
-class DesignError(ValueError):
-    """A design that is not a mechanical memory: the message names symbol, value and bound."""
-
-
-class StateError(ValueError):
-    """Arrays that are not a state of this chain: wrong shape, not finite, wrong kind."""
-
-
-Array = NDArray[np.float64]
+from .curve import Curve
+from .values import Array as Array
+from .values import DesignError as DesignError
+from .values import StateError as StateError
 
 
 @dataclass(frozen=True)
@@ -43,6 +38,38 @@ class Potential:
     b: float
     c: float
     d: float
+
+    @staticmethod
+    def from_function(
+        psi: Callable[[Array], ArrayLike], low: float, high: float, number: int = 1024
+    ) -> Curve:
+        """Return a potential of one's own, for `Design(law=...)`.
+
+        Its ground states are found and counted from 0, the lowest configuration. A `Design` with
+        it is in the ground states 0 and 1 unless it names another `phase`.
+
+        Args:
+            psi: Energy at configurations, which are an array from `low` to `high`; the design's d
+                is a factor on it.
+            low: Least configuration, in lattice constants.
+            high: Greatest configuration. Beyond both the force goes on as a straight line.
+            number: Number of points, equally spaced, at which the slope of psi is taken.
+
+        Raises:
+            DesignError: A slope is not finite, or a number is out of range.
+        """
+        D = np.linspace(low, high, number)
+        h = 0.25 * (high - low) / (number - 1)
+        inside = np.clip(D, low + 2.0 * h, high - 2.0 * h)
+        place = (D - inside) / h  # 0, and -2 and 2 at the ends
+        slope = np.zeros(number)
+        for node in (-2, -1, 0, 1, 2):  # of the quartic through five points around each
+            others = [other for other in (-2, -1, 0, 1, 2) if other != node]
+            weight = sum(
+                math.prod((place - other) for other in others if other != left) for left in others
+            ) / math.prod(node - other for other in others)
+            slope += weight * np.asarray(psi(inside + node * h), dtype=np.float64)
+        return Curve(low, high, tuple((slope / h).tolist()))
 
     def energy(self, D: ArrayLike) -> Array:
         """Return psi at the configurations D (any shape)."""

@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .design import Design
 from .methods import NOH_BATHE, Integrator
 from .potential import Array, StateError
 from .specimen import Specimen
@@ -39,13 +40,14 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     return math.sqrt(max(substrate, cells) + on_site / math.sqrt(float(specimen.masses.min())))
 
 
-def stable_step(specimen: Specimen, integrator: Integrator = NOH_BATHE) -> float:
+def stable_step(specimen: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator."""
-    return STABILITY_MARGIN * _limit(specimen, integrator)
+    return STABILITY_MARGIN * _limit(Specimen.of(specimen), integrator)
 
 
-def default_step(specimen: Specimen, integrator: Integrator = NOH_BATHE) -> float:
+def default_step(specimen: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that is both accurate and stable."""
+    specimen = Specimen.of(specimen)
     followed = integrator.accurate_turn / math.sqrt(_cells(specimen)[0])
     return min(integrator.accurate_step, followed, stable_step(specimen, integrator))
 

@@ -73,7 +73,9 @@ def design(random):
             given['s_min'] = least
             given['s_max'] = max(least, given.get('s_max', CASE_II.s_max))
         try:
-            return dataclasses.replace(CASE_II, **given)
+            drawn = dataclasses.replace(CASE_II, **given)
+            drawn.require_memory()
+            return drawn
         except DesignError:
             pass
 

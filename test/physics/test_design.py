@@ -143,8 +143,6 @@ def test_a_tail_has_no_levels_and_no_defects():
     assert longer.levels == CASE_II.levels
     np.testing.assert_array_equal(longer.alpha[:225], CASE_II.alpha)
     np.testing.assert_allclose(longer.alpha[225:], 1.0 + longer.gamma * np.arange(226, 276))
-    with pytest.raises(DesignError, match='J must be at most N - tail - 1 = 24'):
-        changed(tail=200)
 
 
 # --- the phases -------------------------------------------------------------------------------
@@ -167,7 +165,6 @@ def test_the_next_pair_of_ground_states_begins_where_this_one_ends():
         ({'N': 225.0}, r'N must be a whole number from 3 to 100000; got 225\.0'),
         ({'N': True}, r'N must be a whole number .*; got True'),
         ({'J': 1}, r'J must be a whole number from 2 to 100000; got 1'),
-        ({'J': 225}, r'J must be at most N - tail - 1 = 224, or no level fits; got 225'),
         ({'J_s': 0}, r'J_s must be a whole number from 2 to 100000; got 0'),
         ({'j_0': math.nan}, r'j_0 must be a finite number .*; got nan'),
         ({'gamma': math.inf}, r'gamma must be a finite number from -1 to 1; got inf'),
@@ -182,8 +179,6 @@ def test_the_next_pair_of_ground_states_begins_where_this_one_ends():
         ({'b': -0.1}, r'at least two neighbouring ground states .* no ground state 1: .* -0\.1'),
         ({'a': 1.0, 'b': -1e-3}, r'at least two neighbouring ground states .* no ground state 2'),
         ({'s_max': 999.0}, r's_max must be at least s_min = 1000; got 999'),
-        ({'s_min': 9.9}, r's_min must be far above max\(k_r, k_s\) = 1 .*10 times.*; got 9\.9'),
-        ({'d': 8.0}, r's_min must be far above max\(k_r, k_s\) = 124\.4 .*; got 1000'),
         ({'eta': -1e-3}, r'eta must be a finite number from 0 to 10; got -0\.001'),
         ({'phase': 1.0}, r'phase must be a whole number from -100 to 100; got 1\.0'),
         ({'phase': 101}, r'phase must be .*; got 101'),
@@ -199,8 +194,25 @@ def test_a_wrong_design_is_refused(changes, message):
 def test_all_errors_are_reported_at_once():
     with pytest.raises(DesignError, match=r'N must be .*; eta must be .*; substrate must be'):
         changed(N=1, eta=-1, substrate='')
-    with pytest.raises(DesignError, match=r'J must be .*; s_max must be'):
-        changed(J=225, s_max=1.0)
+    with pytest.raises(DesignError, match=r'beta must be .*; s_max must be'):
+        changed(beta=-1.0, s_max=1.0)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'J': 225}, r'J must be at most N - tail - 1 = 224, or no level fits; got 225'),
+        ({'tail': 200}, r'J must be at most N - tail - 1 = 24, .*; got 25'),
+        ({'s_min': 9.9}, r's_min must be far above max\(k_r, k_s\) = 1 .*10 times.*; got 9\.9'),
+        ({'d': 8.0}, r's_min must be far above max\(k_r, k_s\) = 124\.4 .*; got 1000'),
+        ({'J': 225, 's_min': 1.0}, r'J must be .*; s_min must be'),
+    ],
+    ids=str,
+)
+def test_chain_that_is_no_memory_is_refused_as_one(changes, message):
+    chain = changed(**changes)  # which a simulation without a device takes
+    with pytest.raises(DesignError, match=f'^{message}'):
+        chain.require_memory()
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,10 @@ class ParameterSet:
         if prefix == 'design':
             values['law'] = self._law()
         try:
-            return type(defaults)(**values | changed)
+            group = type(defaults)(**values | changed)
+            if prefix == 'design':
+                group.require_memory()
+            return group
         except (DesignError, SettingsError) as error:
             raise SettingsError(f'parameters {prefix}.*: {error}') from error
 
