@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, get_args
 
 from .instrument.end import Shot
 from .instrument.faults import Faults
-from .procedure_table import JOINT, Procedures
+from .procedure_table import JOINT, UNDECODABLE, Procedures
 from .readers.echo import Echo
 from .readers.reading import Reading, Unknown
 
@@ -129,6 +129,16 @@ class Outcome:
     checks: tuple[Check, ...] = ()
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
     found: dict[str, float | str] = field(default_factory=dict)
+
+    @property
+    def code(self) -> str:
+        """How it ended, in a word: ok, aborted, undecodable (the last echo was), or failed."""
+        if self.success:
+            return 'ok'
+        if self.error.startswith('aborted'):
+            return 'aborted'
+        unreadable = self.reading is not None and self.reading.level == UNDECODABLE
+        return 'undecodable' if unreadable else 'failed'
 
     @property
     def ticks(self) -> int:

@@ -11,9 +11,10 @@ from typing import Any
 
 from . import commands, factory, procedures
 from .commands import Command, Event, Feedback, Outcome, Progress
+from .element_file import Element
 from .errors import ProcedureFailed, Refused, SettingsError
 from .instrument.base import NO_SHAKES, Shakes
-from .instrument.drivers import Driver
+from .instrument.drivers import Driver, Simulation
 from .instrument.end import End
 from .instrument.faults import Faults
 from .instrument.instrument import LONGEST_RUN
@@ -42,12 +43,33 @@ class MemoryElement(Memory):
 
     def __init__(
         self,
-        design: Design,
-        settings: Settings,
-        calibration: Calibration,
+        element: Element | Preset | Design,
+        settings: Settings | None = None,
+        calibration: Calibration | None = None,
         driver: Driver | None = None,
     ) -> None:
-        """Make a device like a `Memory`, whose levels with known bad cells have been rehearsed."""
+        """Make a calibrated device, blank unless a driver has its own element; levels with known
+        bad cells have been rehearsed.
+
+        Args:
+            element: What `load_element` returns, or a design. A fitted element is simulated as it
+                was fitted.
+            settings: The instrument's settings; by default the element's, or those for Case II.
+            calibration: A known calibration for them; by default the factory's.
+            driver: The driver of a real element; by default that of a simulated one.
+
+        Raises:
+            SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
+            DesignError: It is not a memory, or the step is beyond the stability limit.
+        """
+        design = element if isinstance(element, Design) else element.design
+        design.require_memory()
+        if settings is None:
+            settings = Settings() if isinstance(element, Design) else element.settings
+        if calibration is None:
+            calibration = factory.factory_calibration(design, settings)
+        if driver is None and isinstance(element, Element):
+            driver = Simulation.of(element.timed, settings.time)
         super().__init__(design, settings, calibration, driver)
         if self.bad_cells is not None:
             self.bad_cells = factory.rehearsed(design, settings)
@@ -362,22 +384,7 @@ def new_element(
     calibration: Calibration | None = None,
     driver: Driver | None = None,
 ) -> MemoryElement:
-    """Return a calibrated device, blank unless a driver has its own element.
-
-    Args:
-        settings: The instrument's settings, by default the preset's, or those for Case II.
-        calibration: A known calibration for them; by default the factory's.
-        driver: The driver of a real element; by default that of a simulated one.
-
-    Raises:
-        SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
-        DesignError: The step is beyond the stability limit.
-    """
-    if isinstance(design, Preset):
-        settings = settings or design.settings
-        design = design.design
-    settings = settings or Settings()
-    calibration = calibration or factory.factory_calibration(design, settings)
+    """Return a `MemoryElement`; raises as it does."""
     return MemoryElement(design, settings, calibration, driver)
 
 

@@ -55,6 +55,11 @@ class Reading:
     shapes: Mapping[End, Shape] = field(default_factory=dict, compare=False, repr=False)
 
     @property
+    def content(self) -> int:
+        """A level of one wall, or the word of a register; -1 if blank, -2 if not known."""
+        return self.level
+
+    @property
     def confidence(self) -> float:
         """See the function `confidence`; 0 if nothing was decoded."""
         if self.level == UNDECODABLE:

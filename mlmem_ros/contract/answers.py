@@ -231,16 +231,20 @@ def _told(kind: type[Answer]) -> Iterator[dataclasses.Field[Any]]:
 # --- the node's side --------------------------------------------------------------------------
 
 
+OF_OUTCOME = 'attempts', 'ticks', 'delays'
+"""What an outcome holds itself; all else is of its reading, as its binary `code`."""
+
+
 def ended(outcome: Outcome) -> dict[str, Any]:
     """Return what a finished procedure tells, as plain values by name."""
     values: dict[str, Any] = {'procedure': outcome.procedure}
     if outcome.error:
         values['error'] = outcome.error
     for name, each in everything().items():
-        for owner in (outcome, outcome.reading):
-            value = getattr(owner, name, each.default)
-            if value is not each.default and value not in (each.default, {}):
-                values[name] = _plain(value)
+        owner = outcome if name in OF_OUTCOME else outcome.reading
+        value = getattr(owner, name, each.default)
+        if value is not each.default and value not in (each.default, {}):
+            values[name] = _plain(value)
     if outcome.checks:
         values['checks'] = {check.name: check.message for check in outcome.checks}
     values |= outcome.found
