@@ -19,7 +19,7 @@ import numpy as np
 from .atomic_files import write_atomically
 from .moves.corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
 from .parsing import DecodeError, decode, find_line, from_yaml, read
-from .physics import Design, Specimen
+from .physics import Design, DesignError, Specimen
 from .physics.potential import Array
 from .schema import described, descriptions, short_repr
 from .settings import Settings
@@ -97,7 +97,10 @@ class Element:
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file: all that is not as designed, or not a default."""
         made, deviations = self.specimen, np.asarray(self.alpha_std)
-        values: dict[str, Any] = {'format': FORMAT, 'design': _differences(made.design)}
+        design = _differences(made.design)
+        if made.design.phase == made.design.usual_phase:
+            del design['phase']
+        values: dict[str, Any] = {'format': FORMAT, 'design': design}
         defaults = Settings().groups()
         for name, group in self.settings.groups().items():
             if changed := _differences(group, defaults[name]):
@@ -191,7 +194,10 @@ class _File(Settings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.design.require_memory()
+        try:
+            self.design.require_memory()
+        except DesignError as error:
+            raise ValueError(f'design.{error}') from error
         n = self.design.N
         for name in ('alpha', 'alpha_std'):
             values = getattr(self, name)

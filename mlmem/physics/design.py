@@ -71,10 +71,15 @@ class Design:
 
     def __post_init__(self) -> None:
         if self.phase is None:
-            object.__setattr__(self, 'phase', 1 if self.law is None else 0)
+            object.__setattr__(self, 'phase', self.usual_phase)
         found = problems(self) or self._inconsistencies()
         if found:
             raise DesignError('; '.join(found))
+
+    @property
+    def usual_phase(self) -> int:
+        """The phase of a design that names none: that of the paper, or the lowest of a law."""
+        return 1 if self.law is None else 0
 
     def require_memory(self) -> None:
         """Make sure that the chains are a memory: levels fit, and the substrate stays straight.

@@ -116,7 +116,7 @@ def test_element_file_keeps_a_fitted_element_with_its_settings(tmp_path):
         (('[0.002, 0.004]', '[0.002, 40]'), 5, 'kick.speeds', 'must be 0 or from 1e-4 to 10'),
         (('late: 0.5', 'late: 2'), 4, 'kick.late', 'kick.late must be a finite number from 0'),
         (('late', 'latte'), 4, 'kick.latte', "there is no 'latte' in kick"),
-        (('J: 9', 'J: 90'), 2, 'design.J', 'design: J must be at most N - tail - 1 = 80'),
+        (('J: 9', 'J: 90'), 2, 'design.J', 'design.J must be at most N - tail - 1 = 80'),
         (('d: 0.038', 'eta: 0.1'), 2, 'design', 'design lacks d'),
         (('format: 1', 'format: 2'), 1, 'format', 'format must be 1; got 2'),
         (('kick:', 'kik:'), 3, 'kik', "there is no 'kik'"),
