@@ -27,8 +27,8 @@ from .physics import (
     HeldCell,
     Specimen,
     default_step,
+    find_walls,
     substep_times,
-    walls,
 )
 from .physics.energy import kinetic
 from .physics.equilibrium import blank, energies, resting_walls, wall_profile
@@ -135,7 +135,7 @@ class Trajectory:
     def wall_positions(self) -> Array:
         """Positions of the walls in sites, shape (T, W); NaN where a state has fewer."""
         found = [
-            [wall.position for wall in walls(self.specimen.design, row)]
+            [wall.position for wall in find_walls(self.specimen.design, row)]
             for row in self.configuration
         ]
         positions = np.full((len(found), max(map(len, found))), np.nan)

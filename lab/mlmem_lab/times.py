@@ -17,7 +17,7 @@ import numpy as np
 
 from mlmem import Erase, MemoryElement, Read, SelfTest, Write, new_element, preset
 from mlmem.moves.planner import paper_way
-from mlmem.physics import level_of, walls
+from mlmem.physics import find_walls, level_of
 
 from .results import run
 
@@ -86,7 +86,7 @@ def _rested(element: MemoryElement) -> float:
     """Return where the wall is once it no longer swings in its well."""
     for _ in range(RESTS):
         element.advance(50)
-    (wall,) = walls(element.design, element.chain.configuration)
+    (wall,) = find_walls(element.design, element.chain.configuration)
     return wall.position
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from mlmem import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Specimen, StateError, walls
+from mlmem.physics import Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import BESIDE, resting_walls
 from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
@@ -189,7 +189,7 @@ def between(element: MemoryElement, random: Rng, count: int) -> dict[str, int]:
         except StateError:  # nothing pins it there
             continue
         element.chain.place(v)
-        if true_level(element, NEAR) == UNDECODABLE and len(walls(design, v)) == len(at) + 1:
+        if true_level(element, NEAR) == UNDECODABLE and len(find_walls(design, v)) == len(at) + 1:
             read = _read(element, Trouble(), random)
             found['undecodable' if read is None else 'wrong'] += 1
     return {name: found[name] for name in ('right', 'undecodable', 'wrong')}

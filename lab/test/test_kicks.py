@@ -19,10 +19,10 @@ from mlmem.physics import (
     Chain,
     HeldCell,
     Specimen,
+    find_walls,
     level_of,
     substep_times,
     wall_energy,
-    walls,
 )
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import relax, resting_wall, wall_profile
@@ -148,14 +148,14 @@ def test_a_wave_that_passes_the_wall_pulls_it_to_the_left_from_either_end(end, o
     chain = Chain(design, 0.25, PEFRL)
     profile = wall_profile(design, 120.5)
     chain.place(relax(Specimen(design), profile, np.zeros(design.N)))
-    (before,) = walls(design, chain.configuration)
+    (before,) = find_walls(design, chain.configuration)
     pulse = ProbeSettings(A=0.1, omega_c=omega, sigma=20.0)
     site = 1 if end == 'left' else design.N
     motion = Pulse(chain.end(site), pulse)
     times = substep_times(math.ceil((motion.duration + 6000.0) / chain.dt), chain.dt, PEFRL)
     held = HeldCell(site, motion.at(times[times <= motion.duration]))
     chain.advance(np.zeros(len(times)), held)
-    (after,) = walls(design, chain.configuration)
+    (after,) = find_walls(design, chain.configuration)
     stiffness = design.k_s2 if end == 'left' else design.k_s1
     way = 120.0 / float(group_velocity(omega, stiffness))
     arrived = packet_energy(pulse, stiffness) * math.exp(-design.eta * way)

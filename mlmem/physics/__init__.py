@@ -9,11 +9,11 @@ from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .potential import DesignError, Potential, StateError
 from .specimen import Scatter, Specimen, scattered
 from .stepping import HeldCell, default_step, stable_step, substep_times
-from .wall import Wall, level_of, wall_energy, walls
+from .wall import Wall, find_walls, level_of, wall_energy
 
 __all__ = [
     'ARITHMETIC', 'CASE_I', 'CASE_II', 'INTEGRATORS', 'NOH_BATHE', 'PEFRL', 'Chain', 'Design',
     'DesignError', 'HeldCell', 'Integrator', 'Potential', 'Scatter', 'Specimen', 'StateError',
-    'Wall', 'default_step', 'kernel_in_cache', 'level_of', 'scattered', 'stable_step',
-    'substep_times', 'wall_energy', 'walls',
+    'Wall', 'default_step', 'find_walls', 'kernel_in_cache', 'level_of', 'scattered',
+    'stable_step', 'substep_times', 'wall_energy',
 ]  # fmt: skip

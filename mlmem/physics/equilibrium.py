@@ -19,7 +19,7 @@ from .design import Design
 from .jit import kernel
 from .potential import Array, StateError
 from .specimen import Specimen
-from .wall import walls
+from .wall import find_walls
 
 
 def energies(specimen: Design | Specimen, v: Array, V: Array) -> tuple[Array, Array, Array]:
@@ -183,7 +183,7 @@ def resting_wall(specimen: Design | Specimen, level: int) -> Array:
     defect = design.defect(level)
     guess = wall_profile(design, defect + BESIDE) + specimen.offsets
     v = relax(specimen, guess, np.zeros(design.N))
-    found = walls(design, v)
+    found = find_walls(design, v)
     if len(found) != 1 or abs(found[0].position - defect) > _width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
         raise StateError(f'the defect at j = {defect} pins no wall; {left} remains')

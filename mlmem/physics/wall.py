@@ -26,7 +26,7 @@ class Wall:
     anti_kink: bool
 
 
-def walls(design: Design, configuration: Array) -> list[Wall]:
+def find_walls(design: Design, configuration: Array) -> list[Wall]:
     """Return the walls of a configuration Delta_j = v_j - V_j, shape (N,), left to right."""
     height = configuration - design.D_barrier
     active = height > 0.0
@@ -50,7 +50,7 @@ def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> in
     low, high = design.wells
     if not (configuration.min() > low and configuration.max() < high):
         return -2
-    found = walls(design, configuration)
+    found = find_walls(design, configuration)
     if not found and configuration.max() < design.D_barrier:
         return -1
     if len(found) == 1 and found[0].anti_kink:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..errors import SettingsError
 from ..instrument.end import End, Shot
-from ..physics import Design, Specimen, StateError, walls
+from ..physics import Design, Specimen, StateError, find_walls
 from ..physics.equilibrium import BESIDE, resting_walls
 from ..physics.potential import Array
 from ..physics.waves import Complex, cells, product, rows
@@ -68,7 +68,7 @@ def resting(made: Specimen, levels: Sequence[int]) -> Array:
     design = made.design
     v = resting_walls(made, [design.defect(level) + BESIDE for level in levels])
     if levels_of(design, v) != tuple(sorted(levels)):
-        found = sorted(wall.position for wall in walls(design, v))
+        found = sorted(wall.position for wall in find_walls(design, v))
         raise StateError(
             f'walls at the levels {list(levels)} do not rest there; they are at {found}'
         )
@@ -80,7 +80,7 @@ def levels_of(design: Design, v: Array) -> tuple[int, ...] | None:
     or two are at one level.
     """
     found = list[int]()
-    for wall in walls(design, v):
+    for wall in find_walls(design, v):
         level = min(range(design.levels), key=lambda n: abs(design.defect(n) - wall.position))
         if abs(design.defect(level) - wall.position) > NEAR or level in found:
             return None

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mlmem import UNDECODABLE, EchoReceived, Event, MemoryElement, Outcome, Reading, Shot
-from mlmem.physics import walls
+from mlmem.physics import find_walls
 from mlmem.physics.potential import Array
 
 from . import topics
@@ -63,7 +63,7 @@ def distance(reading: Reading, element: MemoryElement) -> float:
 
 def wall_positions(element: MemoryElement) -> list[float]:
     """Return the true positions of all walls in sites, from left to right."""
-    found = walls(element.design, element.chain.configuration)
+    found = find_walls(element.design, element.chain.configuration)
     return [wall.position for wall in found]
 
 

@@ -20,7 +20,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mlmem import MemoryElement
-from mlmem.physics import Design, walls
+from mlmem.physics import Design, find_walls
 from mlmem.physics.potential import Array
 
 from ..host.settings import PublishSettings
@@ -189,7 +189,7 @@ class ChainMarkers:
         for label, site in zip(self._labels, self._defects, strict=True):
             label.pose.position.x = (site + float(substrate[site - 1])) * unit
 
-        found = walls(self._element.design, configuration)[:WALLS]
+        found = find_walls(self._element.design, configuration)[:WALLS]
         slots = zip(self._walls, self._wall_labels, strict=True)
         for (bar, label), wall in zip_longest(slots, found):
             bar.action = label.action = Marker.DELETE if wall is None else Marker.ADD

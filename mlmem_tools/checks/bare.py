@@ -16,10 +16,10 @@ from mlmem.physics import (
     Design,
     Specimen,
     StateError,
+    find_walls,
     level_of,
     stable_step,
     substep_times,
-    walls,
 )
 from mlmem.physics.equilibrium import resting_wall
 from mlmem.physics.potential import Array
@@ -123,7 +123,7 @@ def departures(
         except StateError:  # driven so hard that the chain diverges
             yield from [math.inf] * (goal - level)
             return
-        found = walls(design, chain.configuration)
+        found = find_walls(design, chain.configuration)
         alone = level_of(design, chain.configuration, math.inf) >= 0
         yield abs(found[0].position - design.defect(level + 1)) if alone else math.inf
         chain.restore(state, V_N=0.0, steps_done=0)

@@ -18,7 +18,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.moves.corrections import corrected
-from mlmem.physics import StateError, walls
+from mlmem.physics import StateError, find_walls
 from mlmem.physics.held_wall import excerpt
 from mlmem.procedures.blocks import launch, run
 from mlmem.readers.calibration import Calibration, DelayTable
@@ -81,7 +81,7 @@ def launched(subject: Subject, name: str) -> float | None:
         run(element, launch(element, strained, target))
     except StateError:
         return math.nan
-    found = walls(part, element.chain.configuration)
+    found = find_walls(part, element.chain.configuration)
     return found[0].position if len(found) == 1 else math.nan
 
 

@@ -14,7 +14,7 @@ from mlmem.physics.equilibrium import relax, wall_profile
 from mlmem.physics.held_wall import excerpt, hold_walls, uniform
 from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen
-from mlmem.physics.wall import walls
+from mlmem.physics.wall import find_walls
 
 DEPARTURE = 3.0
 """A wall farther than this from its defect, in cells, is de-pinned."""
@@ -126,7 +126,7 @@ def depinning_strain(
     site = defect - part.before
 
     def departure(v: Array, V: Array) -> float:
-        found = walls(part.design, v - V)
+        found = find_walls(part.design, v - V)
         return abs(found[0].position - site) if len(found) == 1 else math.inf
 
     side = -0.3 if kink else 0.3

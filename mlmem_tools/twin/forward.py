@@ -20,8 +20,8 @@ from mlmem.physics import (
     Integrator,
     Specimen,
     StateError,
+    find_walls,
     substep_times,
-    walls,
 )
 from mlmem.physics.equilibrium import relax, wall_profile
 from mlmem.physics.jit import kernel
@@ -391,7 +391,7 @@ def equilibria(forward: Forward, shot: Shot, sites: Array) -> list[float]:
             v = forward.rest(replace(shot, wall=float(site)))
         except StateError:
             continue
-        inside = walls(made.design, v - V)
+        inside = find_walls(made.design, v - V)
         if len(inside) == 1:
             places.add(round(inside[0].position, 1))
     return sorted(places)

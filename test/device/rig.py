@@ -8,7 +8,7 @@ import hypothesis
 import numpy as np
 
 from mlmem import MemoryElement, Outcome, Settings, factory_calibration, snapshot
-from mlmem.physics import CASE_II, Specimen, walls
+from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.physics.equilibrium import resting_wall
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
@@ -112,7 +112,7 @@ def succeed(element, command):
 
 def wall(element):
     """Return the true position of the one wall, or None for a blank element."""
-    found = walls(element.design, element.chain.configuration)
+    found = find_walls(element.design, element.chain.configuration)
     if not found:
         assert element.chain.configuration[0] < element.design.D_barrier, 'all active, not blank'
         return None

@@ -29,7 +29,7 @@ from mlmem.instrument.actuator import TransmissionState
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import OfMaterial, with_faults
 from mlmem.move_settings import WriteSettings
-from mlmem.physics import CASE_II, Specimen, StateError, walls
+from mlmem.physics import CASE_II, Specimen, StateError, find_walls
 from mlmem.presets import preset
 from mlmem.readers.register import resting
 from mlmem.rng import Stream, happens, normal
@@ -191,7 +191,7 @@ def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(kind, end, gai
     outcome = element.perform(Read())
     assert 'rests in neither phase' in outcome.error
     assert outcome.reading.level == UNDECODABLE
-    wall = walls(element.design, element.chain.configuration)[0]
+    wall = find_walls(element.design, element.chain.configuration)[0]
     assert wall.position == pytest.approx(element.design.defect(0), abs=1.0)
 
 

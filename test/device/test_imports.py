@@ -51,14 +51,14 @@ def test_no_part_of_the_device_finds_walls():
     But for equilibria that it forecasts: there it makes sure where walls rest.
     """
     found = {name for name in vars(wall) if getattr(vars(wall)[name], '__module__', '') == WALL}
-    assert found >= {'walls', 'level_of', 'Wall'}
+    assert found >= {'find_walls', 'level_of', 'Wall'}
     found.discard('wall_energy')  # of a design: it sees no element
     for source in FILES:
         names = imported(source)
         if source.stem == 'register':
-            names = names - {'physics.walls'}
+            names = names - {'physics.find_walls'}
             tree = ast.parse(source.read_text(encoding='utf-8'))
-            finders = [each.name for each in tree.body if 'walls' in called(each)]
+            finders = [each.name for each in tree.body if 'find_walls' in called(each)]
             assert finders == ['resting', 'levels_of']
             users = [each.name for each in tree.body if 'levels_of' in called(each)]
             assert users == ['resting', 'elsewhere']

@@ -31,7 +31,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import Kick
 from mlmem.move_settings import KickSettings
 from mlmem.moves.planner import How, route
-from mlmem.physics import Scatter, level_of, scattered, walls
+from mlmem.physics import Scatter, find_walls, level_of, scattered
 from mlmem.physics.equilibrium import resting_wall
 from mlmem.presets import written_by_kicks
 from mlmem.procedures.blocks import kick, kick_to, run, wait
@@ -134,7 +134,7 @@ def test_erase_after_kink_that_stopped_short_leaves_blank():
     short = with_wall(element('case_2'), 6)
     run(short, kick_to(short, short.design.D_s1, 0.03))
     run(short, wait(short, 3000.0))
-    assert len(walls(short.design, short.chain.configuration)) == 2
+    assert len(find_walls(short.design, short.chain.configuration)) == 2
     outcome = short.perform(Erase())
     assert outcome.success, outcome.error
     assert level(short) == BLANK

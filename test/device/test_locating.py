@@ -16,7 +16,7 @@ from mlmem import (
     new_element,
     preset,
 )
-from mlmem.physics import CASE_II, Specimen, walls
+from mlmem.physics import CASE_II, Specimen, find_walls
 from mlmem.physics.equilibrium import relax
 from mlmem.readers.register import resting
 
@@ -48,7 +48,7 @@ def located(element):
 
 
 def first(element):
-    return walls(element.design, element.chain.configuration)[0].position
+    return find_walls(element.design, element.chain.configuration)[0].position
 
 
 @pytest.mark.parametrize('near', [25, 60, 65, 80, 90, 110, 200])

@@ -30,7 +30,7 @@ from mlmem import (
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
-from mlmem.physics import Scatter, Specimen, scattered, walls
+from mlmem.physics import Scatter, Specimen, find_walls, scattered
 from mlmem.physics.equilibrium import resting_walls
 from mlmem.readers.register import forecasts_of, levels_of, resting
 from mlmem.readers.words import Code
@@ -73,7 +73,7 @@ def place(element, word):
 def levels(element):
     """Return the levels at which a wall or a kink is, within a cell; None for others."""
     design, found = element.design, []
-    for wall in walls(design, element.chain.configuration):
+    for wall in find_walls(design, element.chain.configuration):
         near = min(range(design.levels), key=lambda n: abs(design.defect(n) - wall.position))
         found.append(near if abs(design.defect(near) - wall.position) < 1.0 else None)
     return sorted(found)
@@ -281,7 +281,7 @@ def test_a_wall_that_the_lattice_pins_between_two_levels_is_no_word(byte, cell):
     byte.chain.place(resting_walls(Specimen(byte.design), [cell, 150.3]))
     read = byte.perform(Read())
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
-    found = walls(byte.design, byte.chain.configuration)
+    found = find_walls(byte.design, byte.chain.configuration)
     assert sorted(wall.position for wall in found)[cell > 150] == pytest.approx(cell, abs=1.0)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from mlmem import UNDECODABLE, EchoReceived, Read, SelfTest, SetStrain, Write, new_element, preset
 from mlmem.instrument.end import End
-from mlmem.physics import Specimen, walls
+from mlmem.physics import Specimen, find_walls
 from mlmem.physics.equilibrium import relax
 from mlmem.settings import ReadSettings
 
@@ -26,7 +26,7 @@ def with_walls(*defects, first_active=True, **settings):
     element = rig.device(**settings)
     element.chain.place(relax(Specimen(design), v, np.zeros(design.N)))
     element.transducer.assume_rest()
-    found = [wall.position for wall in walls(design, element.chain.configuration)]
+    found = [wall.position for wall in find_walls(design, element.chain.configuration)]
     assert found == pytest.approx(defects, abs=1.0), 'it does not rest there'
     return element
 

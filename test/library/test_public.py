@@ -21,7 +21,7 @@ from mlmem import (
     element_file,
 )
 from mlmem.element_file import Element
-from mlmem.physics import default_step, walls
+from mlmem.physics import default_step, find_walls
 from mlmem.physics.equilibrium import resting_wall
 
 
@@ -37,7 +37,7 @@ def test_element_is_made_and_written_by_its_name():
     assert (outcome.success, outcome.code) == (True, 'ok')
     assert outcome.reading.content == 2
     assert 0 == outcome.start_tick < outcome.end_tick
-    (wall,) = walls(element.design, element.chain.configuration)
+    (wall,) = find_walls(element.design, element.chain.configuration)
     assert wall.position == pytest.approx(element.design.defect(2), abs=1.0)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem.physics import CASE_II, Chain, Specimen, StateError, walls
+from mlmem.physics import CASE_II, Chain, Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import resting_wall
 from mlmem.simulation import simulate, wall_at, walls_at
 
@@ -34,7 +34,7 @@ def test_simulate_pinned_wall_stays_at_its_defect():
 def test_simulate_boundary_kick_reaches_the_level_of_its_speed():
     run = simulate(CASE_II, duration=2500.0, drive={1: kick})
     assert run.wall_positions[-1, 0] == pytest.approx(CASE_II.defect(4), abs=0.5)
-    assert len(walls(CASE_II, run.configuration[0])) == 0
+    assert len(find_walls(CASE_II, run.configuration[0])) == 0
 
 
 @pytest.mark.parametrize('save_every', [7.0, 250.0])

@@ -8,7 +8,7 @@ import math
 
 from mlmem import Disturb, Outcome, Refused, SetFaults, SetStrain
 from mlmem.commands import FollowTrajectory
-from mlmem.physics import level_of, walls
+from mlmem.physics import find_walls, level_of
 from mlmem.procedure_table import PROCEDURES, Procedures
 
 from . import element as small
@@ -97,7 +97,7 @@ def _time_since(element, tick):
 
 
 def _walls(element):
-    found = walls(element.design, element.chain.configuration)
+    found = find_walls(element.design, element.chain.configuration)
     return [(round(wall.position / element.design.J), wall.anti_kink) for wall in found]
 
 

@@ -34,9 +34,9 @@ from mlmem.physics import (
     HeldCell,
     Specimen,
     StateError,
+    find_walls,
     stable_step,
     substep_times,
-    walls,
 )
 from mlmem.physics.equilibrium import resting_wall, wall_profile
 
@@ -171,7 +171,7 @@ def test_a_blank_chain_holds_still_in_any_phase(substrate, phase):
     chain = Chain(design)
     chain.rest(2000)
     np.testing.assert_allclose(chain.v, design.D_s1, atol=1e-12)
-    assert walls(design, chain.configuration) == []
+    assert find_walls(design, chain.configuration) == []
 
 
 @SUBSTRATES
@@ -181,9 +181,9 @@ def test_a_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     design = case_ii(substrate, phase=phase)
     chain = Chain(design)
     chain.place(resting_wall(Specimen(design), 3))
-    before = walls(design, chain.configuration)
+    before = find_walls(design, chain.configuration)
     chain.rest(4000)
-    (wall,) = walls(design, chain.configuration)
+    (wall,) = find_walls(design, chain.configuration)
     assert wall.anti_kink
     assert wall.position == pytest.approx(before[0].position, abs=0.05)  # the substrate's sag
     # In phase 0 the wall's tail falls off by 5 % per cell only, and the end is 125 cells away.
@@ -566,7 +566,7 @@ def test_case_i_runs_too():
     chain = Chain(CASE_I)
     chain.place(resting_wall(Specimen(CASE_I), 0))
     chain.rest(4000)
-    (wall,) = walls(CASE_I, chain.configuration)
+    (wall,) = find_walls(CASE_I, chain.configuration)
     assert wall.position == pytest.approx(100.0, abs=1.0)
 
 

@@ -19,7 +19,7 @@ import oracle
 import pytest
 from scipy.optimize import minimize
 
-from mlmem.physics import CASE_I, CASE_II, Chain, Specimen, StateError, walls
+from mlmem.physics import CASE_I, CASE_II, Chain, Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import relax, resting_wall, solve, wall_profile
 
 SMALL = dataclasses.replace(CASE_II, N=80)
@@ -113,7 +113,7 @@ def test_relax_explains_why_it_failed():
 @pytest.mark.parametrize('level', range(8))
 def test_a_wall_rests_at_the_defect_of_every_level(level):
     v = resting_wall(Specimen(CASE_II), level)
-    (wall,) = walls(CASE_II, v)
+    (wall,) = find_walls(CASE_II, v)
     assert wall.anti_kink
     assert wall.position == pytest.approx(CASE_II.defect(level), abs=2e-3)
     # By the zero of D instead of the barrier it sits a third of a cell right of the defect.

@@ -22,7 +22,7 @@ import oracle
 import pytest
 from sampled import sampled
 
-from mlmem.physics import CASE_II, Chain, Specimen, stable_step, substep_times, walls
+from mlmem.physics import CASE_II, Chain, Specimen, find_walls, stable_step, substep_times
 from mlmem.physics.equilibrium import resting_wall
 
 
@@ -34,7 +34,7 @@ def cycle(chain, peak):
     path = []
     for V_N in np.split(chain.design.end_displacement(strain), 180):
         chain.advance(V_N)
-        (wall,) = walls(chain.design, chain.configuration)
+        (wall,) = find_walls(chain.design, chain.configuration)
         path.append(wall.position)
     return np.array(path)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mlmem import PRESETS
-from mlmem.physics import CASE_II, Specimen, Wall, level_of, walls
+from mlmem.physics import CASE_II, Specimen, Wall, find_walls, level_of
 from mlmem.physics.equilibrium import resting_wall
 
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
@@ -19,13 +19,13 @@ def steps(*jumps, start=D_S2, other=D_S1):
 
 
 def test_a_blank_or_full_element_has_no_wall():
-    assert walls(CASE_II, np.full(225, D_S1)) == []
-    assert walls(CASE_II, np.full(225, D_S2)) == []
+    assert find_walls(CASE_II, np.full(225, D_S1)) == []
+    assert find_walls(CASE_II, np.full(225, D_S2)) == []
 
 
 def test_a_sharp_wall_lies_between_two_sites():
     """Between j = 25 (s2) and j = 26 (s1), where the line through them meets the barrier."""
-    (wall,) = walls(CASE_II, steps(25))
+    (wall,) = find_walls(CASE_II, steps(25))
     assert wall.anti_kink
     assert wall.position == pytest.approx(25.0 + (D_S2 - TOP) / (D_S2 - D_S1), abs=1e-12)
 
@@ -34,37 +34,37 @@ def test_a_sharp_wall_lies_between_two_sites():
 @pytest.mark.parametrize('anti_kink', [True, False])
 def test_a_straight_wall_is_found_where_it_is(position, anti_kink):
     slope = 0.1 if anti_kink else -0.1
-    (wall,) = walls(CASE_II, TOP - slope * (CASE_II.sites - position))
+    (wall,) = find_walls(CASE_II, TOP - slope * (CASE_II.sites - position))
     assert wall == Wall(pytest.approx(position, abs=1e-9), anti_kink)
 
 
 def test_two_walls_are_listed_from_left_to_right():
-    left, right = walls(CASE_II, steps(40, 90))
+    left, right = find_walls(CASE_II, steps(40, 90))
     assert (left.anti_kink, right.anti_kink) == (True, False)
     assert 40.0 < left.position < 41.0
     assert 90.0 < right.position < 91.0
 
 
 def test_a_kink_follows_an_anti_kink_during_an_erase():
-    found = walls(CASE_II, steps(25, 100, start=D_S1, other=D_S2))
+    found = find_walls(CASE_II, steps(25, 100, start=D_S1, other=D_S2))
     assert [wall.anti_kink for wall in found] == [False, True]
 
 
 def test_one_cell_alone_has_two_walls():
-    (left, right) = walls(CASE_II, steps(99, 100))
+    (left, right) = find_walls(CASE_II, steps(99, 100))
     assert 99.0 < left.position < 100.0 < right.position < 101.0
 
 
 def test_a_cell_on_top_of_the_barrier_makes_one_wall():
     configuration = steps(100)
     configuration[100] = TOP  # j = 101
-    (wall,) = walls(CASE_II, configuration)
+    (wall,) = find_walls(CASE_II, configuration)
     assert wall.position == pytest.approx(101.0)
 
 
 def test_ripples_within_a_phase_are_no_walls():
     ripples = 0.2 * np.sin(CASE_II.sites)
-    assert len(walls(CASE_II, steps(50) + ripples)) == 1
+    assert len(find_walls(CASE_II, steps(50) + ripples)) == 1
 
 
 # --- levels ----------------------------------------------------------------------------------

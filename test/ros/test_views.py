@@ -16,7 +16,7 @@ from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mlmem import Outcome, Settings, Write, new_element
-from mlmem.physics import CASE_II, walls
+from mlmem.physics import CASE_II, find_walls
 from mlmem_ros.host.settings import IMAGE_COLUMNS, PublishSettings
 from mlmem_ros.ros.views import (
     BLUE,
@@ -167,7 +167,7 @@ def test_the_markers_of_a_written_element(written):
     assert places == pytest.approx((element.design.sites + element.chain.v) * 0.01)
     blue = [colour.b > colour.r for colour in cells.colors]
     assert (len(blue), sum(blue)) == (225, pytest.approx(50, abs=2))
-    (truth,) = walls(element.design, element.chain.configuration)
+    (truth,) = find_walls(element.design, element.chain.configuration)
     assert wall.pose.position.x == pytest.approx(0.01 * truth.position)
     assert wall_label.text == f'wall {truth.position:.1f}'
     assert title.text == 'level 1 (001)'

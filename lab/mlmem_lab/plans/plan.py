@@ -14,7 +14,7 @@ import numpy as np
 from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, kicked, menu, schedule_of
-from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
+from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, find_walls
 from mlmem.physics.equilibrium import blank, relax, resting_wall
 from mlmem.physics.potential import Array
 from mlmem.presets import Preset
@@ -207,7 +207,7 @@ class _Trial:
             rest = relax(self._specimen, chain.v, np.zeros(design.N))
         except StateError:
             return None
-        found = walls(self._specimen.design, rest)
+        found = find_walls(self._specimen.design, rest)
         if len(found) != 1 or abs(found[0].position - design.defect(level)) > NEAR:
             return None
         chain.place(rest)

@@ -17,7 +17,7 @@ import numpy as np
 
 from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Settings, Write, new_element
 from mlmem.instrument.drivers import Simulation, steps_per_tick
-from mlmem.physics import INTEGRATORS, Chain, Design, Specimen, StateError, level_of, walls
+from mlmem.physics import INTEGRATORS, Chain, Design, Specimen, StateError, find_walls, level_of
 from mlmem.physics.equilibrium import resting_wall
 from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
@@ -169,7 +169,7 @@ def true_level(element: MemoryElement, near: float = math.inf) -> int:
     design, near = element.design, min(near, 0.5 * element.design.J)
     if element.register is None:
         return level_of(design, element.chain.configuration, near)
-    found = [round(wall.position) for wall in walls(design, element.chain.configuration)]
+    found = [round(wall.position) for wall in find_walls(design, element.chain.configuration)]
     defects = {design.defect(level): level for level in range(design.levels)}
     at = [min(defects, key=lambda site: abs(site - wall)) for wall in found]
     if len(set(at)) < len(at) or any(abs(a - b) > near for a, b in zip(at, found, strict=True)):

@@ -14,7 +14,7 @@ import numpy as np
 
 from mlmem import Command, MemoryElement, Outcome, Write
 from mlmem.instrument.motion import Cycle, Ramp
-from mlmem.physics import Chain, Design, level_of, substep_times, walls
+from mlmem.physics import Chain, Design, find_walls, level_of, substep_times
 from mlmem.physics.potential import Array
 
 
@@ -86,7 +86,7 @@ def strain_chain(chain: Chain, cycle: Cycle, every: float) -> Trace:
 
 def wall_position(design: Design, configuration: Array) -> float:
     """Return the position of the only wall of a configuration; NaN for none or several."""
-    found = walls(design, configuration)
+    found = find_walls(design, configuration)
     return found[0].position if len(found) == 1 else float('nan')
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from mlmem import Preset, preset
 from mlmem.instrument.end import Kick
 from mlmem.move_settings import KickSettings
-from mlmem.physics import Chain, Scatter, Specimen, StateError, scattered, walls
+from mlmem.physics import Chain, Scatter, Specimen, StateError, find_walls, scattered
 from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import blank, resting_wall
 from mlmem.physics.potential import Array
@@ -215,5 +215,5 @@ def stored(chain: Chain, speed: float, shape: KickSettings) -> tuple[float, floa
     chain.place(blank(chain.specimen))
     before = energy(chain).total
     drive(chain, 1, kick_of(chain, speed, shape), 0.0)
-    found = walls(chain.design, chain.configuration)
+    found = find_walls(chain.design, chain.configuration)
     return energy(chain).total - before, found[0].position if len(found) == 1 else 0.0

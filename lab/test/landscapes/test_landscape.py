@@ -18,7 +18,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem.physics import CASE_I, CASE_II, Specimen, StateError, walls
+from mlmem.physics import CASE_I, CASE_II, Specimen, StateError, find_walls
 from mlmem.physics.equilibrium import resting_wall
 from mlmem.physics.held_wall import hold_walls, uniform
 from mlmem_lab.landscapes import (
@@ -48,7 +48,7 @@ def test_a_held_wall_is_where_it_is_held_and_all_else_is_relaxed(strain):
     X = np.array([40.0, 81.3, 99.5, 100.0, 150.75])
     held = hold_walls(Specimen(CASE_I), X, V)
     for position, v, force in zip(X, held.v, held.force, strict=True):
-        (wall,) = walls(CASE_I, v - V)
+        (wall,) = find_walls(CASE_I, v - V)
         assert wall.position == pytest.approx(position, abs=1e-9)
         residual = oracle.forces(CASE_I, v, V)[0]
         left = int(position) - 1
@@ -76,7 +76,7 @@ def test_the_slope_of_the_landscape_is_the_holding_force():
 
 def test_a_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
     v = resting_wall(Specimen(CASE_II), 3)
-    (wall,) = walls(CASE_II, v)
+    (wall,) = find_walls(CASE_II, v)
     X = wall.position + np.array([-0.3, 0.0, 0.3])
     held = hold_walls(Specimen(CASE_II), X, np.zeros(CASE_II.N))
     assert abs(held.force[1]) < 1e-9

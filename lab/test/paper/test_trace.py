@@ -11,7 +11,7 @@ from mlmem import Settings, Write, new_element
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings, WriteSettings
-from mlmem.physics import CASE_II, Chain, Specimen, level_of, walls
+from mlmem.physics import CASE_II, Chain, Specimen, find_walls, level_of
 from mlmem.physics.equilibrium import resting_wall
 from mlmem.readers.echo import EchoDetector
 from mlmem_lab.paper.echoes import PAPER, PRINTED, detect, listen, probe_element, without_wall
@@ -53,7 +53,7 @@ def test_levels_are_told_from_everything_else():
     for level in (0, 7):
         assert level_of(CASE_II, resting_wall(Specimen(CASE_II), level)) == level
     between = np.where(CASE_II.sites < 37.0, CASE_II.D_s2, CASE_II.D_s1)
-    assert len(walls(CASE_II, between)) == 1
+    assert len(find_walls(CASE_II, between)) == 1
     assert level_of(CASE_II, between) == -2
     assert level_of(CASE_II, resting_wall(Specimen(CASE_II), 3)[::-1]) == -2  # a kink is no level
     at_the_end = np.where(CASE_II.sites < 225.0, CASE_II.D_s2, CASE_II.D_s1)

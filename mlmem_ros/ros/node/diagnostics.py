@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 from mlmem import UNDECODABLE, DriverError, Loop, MemoryElement, Reading
 from mlmem.instrument.end import End
-from mlmem.physics import stable_step, walls
+from mlmem.physics import find_walls, stable_step
 from mlmem.physics.energy import energy
 
 from ...contract.messages import key_values
@@ -85,7 +85,7 @@ def material(element: MemoryElement) -> Health:
     """
     if (chain := element.driver.chain) is None:
         return Health(OK, 'a real element', dict(element.driver.health()))
-    parts, found = energy(chain), len(walls(element.design, chain.configuration))
+    parts, found = energy(chain), len(find_walls(element.design, chain.configuration))
     values = {
         'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen, chain.integrator),
         'dt': chain.dt,

@@ -14,7 +14,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from mlmem.instrument.end import Move
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.physics import CASE_II, Chain, HeldCell, level_of, substep_times, walls
+from mlmem.physics import CASE_II, Chain, HeldCell, find_walls, level_of, substep_times
 
 from ...studies import style
 from ...studies.trace import strain_chain
@@ -87,7 +87,7 @@ def _kick(velocity: float, strain: float, driven: bool = False) -> tuple[float, 
     if strain:
         strain_chain(chain, Cycle.through([(0.0, times.release)], strain), times.release)
     chain.rest(math.ceil(times.settle / chain.dt))
-    found = walls(CASE_II, chain.configuration)
+    found = find_walls(CASE_II, chain.configuration)
     kinks = [wall.position for wall in found if not wall.anti_kink]
     if len(kinks) == 1:
         return kinks[0], len(found)

@@ -30,9 +30,9 @@ from mlmem.physics import (
     Scatter,
     Specimen,
     StateError,
+    find_walls,
     level_of,
     scattered,
-    walls,
 )
 from mlmem.physics.equilibrium import blank, resting_wall
 from mlmem.physics.potential import Array
@@ -240,7 +240,7 @@ class _Made:
         if tried == BLIND:
             return self._heard(hear(element))
         found = sorted(
-            wall.position for wall in walls(element.design, element.chain.configuration)
+            wall.position for wall in find_walls(element.design, element.chain.configuration)
         )
         return astray(element.design, found, levels) or word
 
