@@ -17,7 +17,12 @@ from typing import Any
 import numpy as np
 
 from .atomic_files import write_atomically
-from .moves.corrections import AS_SET, PulseCorrection, PulseCorrections, schedule_of
+from .moves.corrections import (
+    PulseCorrection,
+    PulseCorrections,
+    corrections_by_level,
+    schedule_of,
+)
 from .parsing import DecodeError, decode, find_line, from_yaml, read
 from .physics import Design, DesignError, Specimen
 from .physics.potential import Array
@@ -47,7 +52,7 @@ class Element:
         transducers: Zero, gain and drive of both ends.
         chi2: Misfit per datum of the fit.
         untold: What the data could not tell.
-        plan: PulseCorrections of its pulses, or None.
+        plan: Corrections of its pulses, or None.
         settings: Settings of its instrument.
         name: Name of its file without the ending; empty if it has none.
     """
@@ -77,11 +82,9 @@ class Element:
         made, unit = self.specimen, self.time_unit
         return replace(made, mass=made.masses / unit**2, eta_factor=made.eta_factor / unit)
 
-    def pulses(self, settings: Settings) -> list[PulseCorrection]:
-        """Return corrections of launch and steps by level: as planned, or as in the settings."""
-        if self.plan is None or self.plan.schedule != schedule_of(settings):
-            return [AS_SET] * self.specimen.design.levels
-        return list(self.plan.steps)
+    def corrections_by_level(self, settings: Settings) -> list[PulseCorrection]:
+        """Return the planned corrections by the level to which a pulse takes the wall."""
+        return corrections_by_level(self.plan, settings, self.specimen.design.levels)
 
     def kicks(self, settings: Settings) -> Settings:
         """Return settings of a register with the kicks of walls and kinks as planned."""

@@ -91,10 +91,8 @@ class WriteSettings(CycleSettings):
         1.35, 'largest such factor: a greater peak may move the wall twice', low=1.0, high=4.0
     )
     min_margin: float = _part(0.5, 'least level margin of a written level', high=0.99)
-    pulses: int = _count(
-        20,
-        'pulses that a calibration tries for a step that fails; 1: only the one in the settings',
-        high=20,
+    kick_tries: int = _count(
+        20, 'most kicks to a level by which a calibration finds its speed; 1: only as set', high=20
     )
 
 

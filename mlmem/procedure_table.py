@@ -67,7 +67,7 @@ class Erase:
 
 @dataclass(frozen=True)
 class Calibrate:
-    """Learn the echo delay of every level, then restore the content."""
+    """Measure the echo delay of every level, then restore the content."""
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,8 @@ PROCEDURES = {
     'erase': Procedure(Erase, 'make the element blank', 'driving.erase', 'erasing'),
     'calibrate': Procedure(
         Calibrate,
-        'learn the echo delay of every level, then restore the content',
-        'maintenance.calibrate',
+        'measure the echo delay of every level, then restore the content',
+        'calibrating.calibrate',
         'everything',
     ),
     'self_test': Procedure(

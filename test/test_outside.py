@@ -31,7 +31,7 @@ from mlmem.element_file import Element
 from mlmem.instrument.end import End
 from mlmem.instrument.fault_script import Failure
 from mlmem.instrument.motion import Profile, Ramp
-from mlmem.moves.corrections import AS_SET, PulseCorrections
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections
 from mlmem.parsing import LONGEST, DecodeError, decode, from_json, from_yaml, read
 from mlmem.physics import CASE_II, Specimen
 from mlmem.readers.reading import Reading
@@ -64,12 +64,12 @@ def examples():
         tuple(float(level) for level in range(CASE_II.levels)),
         shapes=((0.5, None, 1.5),) * CASE_II.levels,
     )
-    trims = PulseCorrections(
-        (AS_SET,) * CASE_II.levels,
+    corrections = PulseCorrections(
+        (PulseCorrection(),) * CASE_II.levels,
         'hash',
         (1.0,) * CASE_II.levels,
     )
-    element = MemoryElement(CASE_II, Settings(), Calibration(table, table, trims))
+    element = MemoryElement(CASE_II, Settings(), Calibration(table, table, corrections))
     element.reading = Reading(3, '011', 'left', 1.5, 0.9, 2.0, math.inf, walls=1)
     header = records.header(element, '/mlmem', {'record.hash_every': 500})
     hashed = records.state_hash(element)

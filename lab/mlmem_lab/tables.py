@@ -57,24 +57,6 @@ def kicks_rooms(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def trained(result: Mapping[str, Any]) -> Rows:
-    """Return what calibrations of elements written by kicks are worth, by preset and scatter."""
-    rows: Rows = [['preset', 'scatter', 'by', 'learnt', 'untrained', 'wrong writes',
-                   'ticks (longest)']]  # fmt: skip
-    for name, each in result['presets'].items():
-        by = {(row['kind'], row['amount'], row['trained']): row for row in each}
-        for (what, amount, learning), row in by.items():
-            if learning and name.startswith('kick'):
-                before = by[what, amount, False]
-                of = f'of {row["elements"]}'
-                rows.append([
-                    f'`{name}`', what, f'{amount:g}', f'{row["learnt"]} {of}',
-                    f'{before["learnt"]} {of}', f'{row["wrong"] + before["wrong"]}',
-                    f'{row["calibration"]:.0f} ({row["longest calibration"]})',
-                ])  # fmt: skip
-    return rows
-
-
 def word_kicks(result: Mapping[str, Any]) -> Rows:
     """Return the windows of kicks of a register, of walls and of kinks."""
     rows: Rows = [['preset', 'sent', 'level: speed (room)']]
@@ -460,20 +442,6 @@ def _interval(found: Mapping[str, Any], digits: int = 2) -> str:
         return ''
     middle, low, high = (f'{found[key]:.{digits}f}' for key in ('median', 'low', 'high'))
     return f'{middle} ({low} to {high})'
-
-
-def twin_learning(result: Mapping[str, Any]) -> Rows:
-    """Return what writes after a calibration came to, with learnt and with planned pulses."""
-    head = ('preset', 'scatter', 'pulses', 'calibrated', 'time of that', 'writes', 'failed')
-    rows: Rows = [head]
-    for found in result['learning']:
-        for pulses in ('learnt', 'planned'):
-            some = found[pulses]
-            counts = map(_grouped, (round(some['time']), found['writes'], some['failed']))
-            calibrated = f'{some["calibrated"]} of {found["elements"]}'
-            scatter = f'{100.0 * found["scatter"]:g} %'
-            rows.append([f'`{found["preset"]}`', scatter, pulses, calibrated, *counts])
-    return rows
 
 
 COUNTED = (

@@ -76,10 +76,10 @@ def test_a_bench_has_the_element_with_its_delays_and_pulses(element):
     device = bench.device()
     assert (device.chain.specimen.alpha == element.specimen.alpha).all()
     assert device.calibration.right != Bench(*CHOSEN).calibration.right
-    assert device.calibration.pulses(CHOSEN.settings) == list(element.plan.steps)
+    assert device.calibration.corrections_by_level(CHOSEN.settings) == list(element.plan.steps)
     stronger = replace(CHOSEN.settings.write, tension=1.1 * CHOSEN.settings.write.tension)
     other = replace(bench, settings=replace(CHOSEN.settings, write=stronger))
-    pulses = other.device().calibration.pulses(other.settings)
+    pulses = other.device().calibration.corrections_by_level(other.settings)
     assert pulses == list(element.plan.steps)  # factors on whatever is set
 
 

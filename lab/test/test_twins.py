@@ -59,21 +59,6 @@ def test_false_alarms_and_changes_not_told_are_counted():
     assert found['silent'] == [{'seed': 1, 'site': 4, 'wall': 9.0}]
 
 
-def test_planned_pulses_are_compared_with_learnt_ones(monkeypatch):
-    monkeypatch.setattr(watched, 'WRITES', 2)
-    row = watched.compared('bits_1', 0.003, 1)
-    for way in watched.WAYS:
-        assert row[way]['calibrated']
-        assert row[way]['failed'] == row[way]['wrong'] == 0
-        assert row[way]['time per write'] < row[way]['time']
-    other = {'seed': 2} | {way: row[way] | {'failed': 1} for way in watched.WAYS}
-    one = {'seed': 3, 'learnt': other['learnt'], 'planned': row['planned']}
-    found = watched.summary_of_learning([row, other, one])
-    assert found['planned']['alone'] == [3]
-    assert found['learnt']['alone'] == []
-    assert (found['learnt']['failed'], found['writes']) == (2, 6)
-
-
 def test_a_hidden_element_differs_from_its_design_in_everything_shared():
     design = preset('bits_1').design
     found = surveyed.hidden(design, 0.01, 3)
@@ -190,7 +175,7 @@ def test_the_commands_of_a_file_make_all_its_entries_again():
 @pytest.mark.parametrize(
     ('wrong', 'said'),
     [
-        (['twins'], 'a part must be one of fits, healthy, changes, learning; got twins'),
+        (['twins'], 'a part must be one of fits, healthy, changes; got twins'),
         (['--presets', 'bits_7'], 'got bits_7'),
         (['--kinds', 'beta'], 'a kind must be one of alpha, of mlmem rig, springs'),
         (['--elements', '0'], '--elements and --workers must be at least 1'),

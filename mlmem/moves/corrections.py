@@ -1,10 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of an element's own moves: which pulse takes the wall up to each level.
+"""Corrections of an element's moves: factors on the pulse that takes the wall to each level.
 
-Fabrication gives every level a slightly different well. A step that falls short, does not start or
-runs over with the pulse in the settings is made with another peak or other times
-(docs/learning.md): both decide how the wall swings into its well.
+Fabrication gives every level a slightly different well. `mlmem plan` finds the corrections of a
+fitted element, and a calibration finds the speeds of its kicks.
 """
 
 from __future__ import annotations
@@ -30,55 +29,6 @@ class PulseCorrection(Checked):
     peak: float = described(1.0, 'on its strains', low=0.1, high=10.0)
     times: float = described(1.0, 'on its ramps and rests', low=0.1, high=10.0)
     speed: float = described(1.0, 'on the speed of a launch or kick; 0: no kick', high=10.0)
-
-
-AS_SET = PulseCorrection()
-"""The pulse in the settings."""
-
-UNKICKED = PulseCorrection(speed=0.0)
-"""For a level that no kick reaches: a step up, with the pulse in the settings."""
-
-# The menus: rows of peak, times and, for launches, speed; one column per pulse.
-
-QUICKER = tuple(map(
-    PulseCorrection,
-    (1.0, 0.9, 0.8, 1.0, 0.8, 1.6, 0.9, 1.15, 0.7, 0.6, 1.3, 0.7),
-    (0.42, 0.3, 0.5, 0.5, 0.36, 0.42, 0.5, 0.42, 0.2, 0.36, 0.5, 0.42),
-))  # fmt: skip
-"""For cycles that ramp straight back, which are slow: faster, the wall swings over what holds
-it half-way. Faster still, cells at the right end slip into a third ground state."""
-
-STRONGER = tuple(map(
-    PulseCorrection,
-    (1.5, 1.8, 2.2, 1.15, 1.5, 1.3, 0.8, 0.8, 0.9, 1.8, 1.0, 0.9, 2.2, 1.15, 1.15, 0.8),
-    (1.3, 1.3, 2.2, 1.0, 2.2, 1.0, 1.0, 1.3, 1.3, 2.2, 1.3, 2.2, 1.6, 1.3, 2.2, 1.6),
-))  # fmt: skip
-"""For cycles that ease the strain, which are as fast as an ideal element allows."""
-
-LAUNCHES = tuple(map(
-    PulseCorrection,
-    (1.25, 2.2, 1.0, 1.5, 0.8, 1.25, 1.0),
-    (0.3, 0.3, 0.3, 0.5, 0.5, 0.3, 1.0),
-    (2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 2.0),
-))  # fmt: skip
-"""For a launch before such cycles: after too slow a start the wall turns back."""
-
-
-KICKS = tuple(
-    PulseCorrection(speed=speed) for speed in (1.0, 1.04, 0.96, 1.08, 0.92, 1.12, 0.88, 1.17, 0.83)
-)
-"""For kicks: the speed selects the level, and disorder shifts where its window is."""
-
-
-def menu(settings: Settings, level: int) -> tuple[PulseCorrection, ...]:
-    """Return the pulses to try for a step up to a level, best first: each rescues most of the
-    steps left by those before.
-    """
-    if kicked(settings, level):
-        return KICKS
-    if not settings.write.ease:
-        return (AS_SET, *QUICKER)
-    return (AS_SET, *(STRONGER if level else LAUNCHES))
 
 
 TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
@@ -107,10 +57,10 @@ def corrected_write(
 
 @dataclass(frozen=True)
 class PulseCorrections:
-    """What was learnt with one schedule.
+    """The corrections of one element, which belong to one schedule.
 
     Attributes:
-        steps: By the level to which a pulse takes the wall; the first is the launch.
+        steps: By the level to which a pulse takes the wall; the first is of the launch.
         schedule: `schedule_of` the settings; with others the corrections are meaningless.
         kinks: Factors on the speeds of a register's kinks, by level; of walls they are in `steps`.
     """
@@ -153,7 +103,23 @@ def schedule_of(settings: Settings) -> str:
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
-def learnt(steps: Iterable[PulseCorrection], settings: Settings) -> PulseCorrections | None:
-    """Return the corrections learnt with these settings, or None if all pulses are as set."""
+def make_corrections(
+    steps: Iterable[PulseCorrection], settings: Settings
+) -> PulseCorrections | None:
+    """Return the corrections that belong to these settings, or None if all pulses are as set."""
     steps = tuple(steps)
-    return None if set(steps) == {AS_SET} else PulseCorrections(steps, schedule_of(settings))
+    if set(steps) == {PulseCorrection()}:
+        return None
+    return PulseCorrections(steps, schedule_of(settings))
+
+
+def corrections_by_level(
+    known: PulseCorrections | None, settings: Settings, levels: int
+) -> list[PulseCorrection]:
+    """Return the corrections by the level to which a pulse takes the wall.
+
+    Without any, and with those of another schedule, all pulses are as set.
+    """
+    if known is None or known.schedule != schedule_of(settings):
+        return [PulseCorrection()] * levels
+    return list(known.steps)

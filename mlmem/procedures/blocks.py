@@ -34,7 +34,7 @@ FOLLOWING_ERROR = 0.1
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a procedure: last reading, attempts, checks, learnt delays, other findings."""
+    """The result of a procedure: last reading, attempts, checks, delays, other findings."""
 
     reading: Reading | None
     attempts: int = 1

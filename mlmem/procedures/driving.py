@@ -170,14 +170,15 @@ def go_to_level(
         nudge: Factor on the speed of a kick, within the transducer's limit.
         plainly: Use only steps up and a kink, as in the paper.
         strained: Whether to use the actuator, if there is one.
-        corrections: PulseCorrections by the level to which a move goes; by default those learnt.
+        corrections: By the level to which a move goes; by default those of the calibration.
 
     Raises:
         ProcedureFailed: There is no way; `NotFollowed` if there is only one by strain, and the
             actuator does not follow.
     """
     design, settings = element.design, element.settings
-    corrections = element.calibration.pulses(settings) if corrections is None else corrections
+    if corrections is None:
+        corrections = element.calibration.corrections_by_level(settings)
     settings = paper_way(settings) if plainly else element.calibration.adapt(settings)
     if not strained:
         settings = replace(settings, actuator=replace(settings.actuator, present=False))

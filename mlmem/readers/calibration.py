@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an element has learnt: the echo delay of every level, and corrections of its pulses."""
+"""What is known of an element: the echo delay of every level, and corrections of its pulses."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ import numpy as np
 from ..errors import SettingsError
 from ..instrument.end import End
 from ..moves.corrections import (
-    AS_SET,
     PulseCorrection,
     PulseCorrections,
-    schedule_of,
+    corrections_by_level,
     without_kicks,
 )
 from ..physics import Design
@@ -176,7 +175,7 @@ class DelayTable:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The delay tables of both ends, and what was learnt about the steps.
+    """The delay tables of both ends, and the corrections of the pulses.
 
     Attributes:
         left: Table of the left end, or None if it is not read from: in a long element only the
@@ -212,19 +211,13 @@ class Calibration:
                 f'pulse_corrections must be {levels}, one for every level; got {count}'
             )
 
-    def pulses(self, settings: Settings) -> list[PulseCorrection]:
-        """Return the corrections of launch and steps, by the level to which they take the wall.
-
-        Those that were learnt with another schedule do not apply.
-        """
-        known = self.pulse_corrections
-        if known is None or known.schedule != schedule_of(settings):
-            return [AS_SET] * len(self.right.delays)
-        return list(known.steps)
+    def corrections_by_level(self, settings: Settings) -> list[PulseCorrection]:
+        """Return the corrections by the level to which a pulse takes the wall."""
+        return corrections_by_level(self.pulse_corrections, settings, len(self.right.delays))
 
     def adapt(self, settings: Settings) -> Settings:
         """Return settings without the kicks that do not arrive."""
-        steps = self.pulses(settings)
+        steps = self.corrections_by_level(settings)
         if unkicked := [level for level, each in enumerate(steps) if not each.speed]:
             settings = without_kicks(settings, unkicked)
         return settings

@@ -127,7 +127,7 @@ class Calibrated(Decoded):
 
     delays: Mapping[str, tuple[float, ...]] | None = told(
         'float64[]',
-        'learnt delay of every level, by the end that receives it',
+        'measured delay of every level, by the end that receives it',
         'time units',
         default=None,
     )

@@ -64,7 +64,7 @@ def check(
     subject = Subject(design, sound)
     if element is not None:
         made = replace(element.timed, stuck=())
-        subject = Subject(made.design, sound, made, tuple(element.pulses(settings)))
+        subject = Subject(made.design, sound, made, tuple(element.corrections_by_level(settings)))
     found = [
         finding
         for concern in CONCERNS

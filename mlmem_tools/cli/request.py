@@ -93,7 +93,7 @@ def _stopped(answer: Done) -> str:
 
 
 def _calibrated(answer: Calibrated) -> str:
-    """Return the content as a line, and learnt delays as a table: levels by ends."""
+    """Return the content as a line, and measured delays as a table: levels by ends."""
     if answer.delays is None:
         return _decoded(answer)
     columns = zip(*answer.delays.values(), strict=True)

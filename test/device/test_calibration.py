@@ -27,7 +27,7 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.move_settings import WriteSettings
 from mlmem.parsing import decode
-from mlmem.procedures import writing
+from mlmem.procedures import calibrating
 from mlmem.settings import ReadSettings
 
 from . import rig
@@ -232,14 +232,14 @@ def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written
 
 
 def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
-    """The wall does not follow to level 2, while it is learnt."""
-    element, go_to_level = written(1), writing.go_to_level
+    """The wall does not follow to level 2, while it is calibrated."""
+    element, go_to_level = written(1), calibrating.go_to_level
     known = element.calibration
 
     def lame(element, place, level, *force, **how):
         yield from go_to_level(element, place, place if level == 2 else level, *force, **how)
 
-    monkeypatch.setattr(writing, 'go_to_level', lame)
+    monkeypatch.setattr(calibrating, 'go_to_level', lame)
     outcome = rig.run(element, Calibrate())
     assert not outcome.success
     assert outcome.error == (

@@ -245,13 +245,13 @@ def test_without_an_actuator_a_wall_that_ran_out_at_the_right_comes_back(seed):
     assert level(alone) == 4
 
 
-def test_a_level_that_no_kick_reaches_is_learnt_by_a_step():
+def test_calibration_of_a_level_without_kick_uses_a_step():
     """In this element every kick stops before level 1 or beyond it."""
     design, _ = preset('kick_2')
     odd = element('kick_2')
-    odd.chain.set_specimen(scattered(design, Scatter(offset=3e-3), 7))
-    learnt = odd.perform(Calibrate())
-    assert learnt.success, learnt.error
+    odd.chain.set_specimen(scattered(design, Scatter(offset=3e-3), 0))
+    calibrated = odd.perform(Calibrate())
+    assert calibrated.success, calibrated.error
     steps = odd.calibration.pulse_corrections.steps
     assert [at for at, step in enumerate(steps) if not step.speed] == [1]
     known = odd.calibration.adapt(odd.settings)

@@ -26,6 +26,7 @@ from mlmem.factory import calibration_of
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, schedule_of
 from mlmem.parsing import DecodeError, decode
 from mlmem.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
 from mlmem.physics.equilibrium import blank
@@ -176,8 +177,12 @@ def test_a_header_carries_the_twin_of_a_register():
 
 
 def test_a_calibration_verifies_the_forecast(element):
-    """The delays of the forecast are those heard, to a time unit; its pulses are not sought."""
-    foretold = calibration_of(MADE, DESIGN, CHOSEN.settings)
+    """The delays of the forecast are those heard, to a time unit, with its planned pulses."""
+    steps = PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)
+    foretold = replace(
+        calibration_of(MADE, DESIGN, CHOSEN.settings),
+        pulse_corrections=PulseCorrections(steps, schedule_of(CHOSEN.settings)),
+    )
     element.forecast = foretold
     outcome = element.perform(Calibrate())
     assert outcome.success

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mlmem import new_element, preset
-from mlmem.moves.corrections import AS_SET, PulseCorrections
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session import records
@@ -49,11 +49,11 @@ def test_its_configuration_is_sent_as_integers_between_the_phases(life):
     assert abs(columns[-1].mean() / COUNTS) < 0.01
 
 
-def test_the_delays_of_an_element_that_has_learnt_its_pulses_are_sent(tmp_path):
+def test_delays_of_a_calibration_with_corrections_are_sent(tmp_path):
     """Its right end alone is read from."""
     element = new_element(preset('bits_1'))
-    trims = PulseCorrections((AS_SET,) * element.design.levels, 'a schedule')
-    element.calibration = replace(element.calibration, left=None, pulse_corrections=trims)
+    corrections = PulseCorrections((PulseCorrection(),) * element.design.levels, 'a schedule')
+    element.calibration = replace(element.calibration, left=None, pulse_corrections=corrections)
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic(f'/mlmem/{records.HEADER}', records.STRING)
         header = records.header(element, '/mlmem', {})

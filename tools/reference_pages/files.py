@@ -25,15 +25,15 @@ from .table import table
 def files_page() -> str:
     """Return the formats, whose keys are compared with those of an element's files."""
     element = new_element(preset('bits_1'))
-    taken, learnt = (
+    taken, corrected = (
         snapshot.take(element),
-        corrections.PulseCorrections((corrections.AS_SET,) * 2, '', (1.0,) * 2),
+        corrections.PulseCorrections((corrections.PulseCorrection(),) * 2, '', (1.0,) * 2),
     )
-    calibrated = dataclasses.replace(element.calibration, pulse_corrections=learnt).as_dict()
+    calibrated = dataclasses.replace(element.calibration, pulse_corrections=corrected).as_dict()
     made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     known = element_file.Element(
         dataclasses.replace(made, mass=2.0, stuck=(9,)), made.alpha, 1.01,
-        {'left': (0.0, 1.0)}, data=1, plan=learnt,
+        {'left': (0.0, 1.0)}, data=1, plan=corrected,
     )  # fmt: skip
     element.made, element.forecast, element.twin = made, element.calibration, made
     header = _content(records.header(element, '/mlmem', {}))
@@ -85,8 +85,8 @@ def files_page() -> str:
         _keys(keys.CALIBRATION, calibrated),
         'A delay table:',
         _keys(keys.TABLE, calibrated['right']),
-        'PulseCorrections:',
-        _keys(keys.TRIMS, calibrated['pulse_corrections']),
+        'Pulse corrections:',
+        _keys(keys.PULSE_CORRECTIONS, calibrated['pulse_corrections']),
         '## Element',
         f'{_about(element_file)} {_about(element_file, 1)} The settings are the groups of '
         '[parameters](parameters.md) from `actuator` to `scale`; lists of numbers are YAML lists. '

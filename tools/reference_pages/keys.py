@@ -111,12 +111,12 @@ TABLE = {
 }
 """A delay table."""
 
-TRIMS = {
+PULSE_CORRECTIONS = {
     'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
     'schedule': 'hash of the settings that shape the pulses; with others these are ignored',
     'kinks': 'by level: factors on the speed of a kink; absent for one wall',
 }
-"""PulseCorrections."""
+"""Pulse corrections."""
 
 ELEMENT = {
     'format': f'version of the format: {element_file.FORMAT}',

@@ -13,7 +13,7 @@ import numpy as np
 
 from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, kicked, menu, schedule_of
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, kicked, schedule_of
 from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, find_walls
 from mlmem.physics.equilibrium import blank, relax, resting_wall
 from mlmem.physics.potential import Array
@@ -27,18 +27,19 @@ from mlmem.settings import Settings
 from ..windows.flight import Found, bare, least_erase_room, search_kicks
 from .words import search_words
 
-RADII = (0.03, 0.06, 0.1)
+RADII = (0.05, 0.1, 0.15)
 """Relative changes at which a pulse is tried, too; the distance to failure follows."""
 
-ENOUGH = 0.06
+ENOUGH = 0.15
 """Distance to failure at which no better pulse is sought."""
 
 NEAR = 1.0
 """Cells from its defect within which a wall has arrived."""
 
-PEAKS = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8)
-TIMES = (1.0, 0.5, 1.3, 0.36, 0.7, 1.6)
-"""Factors that are tried beyond the menu."""
+PEAKS = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8, 2.2)
+TIMES = (1.0, 0.42, 0.5, 1.3, 0.3, 0.36, 0.7, 1.6, 0.2, 2.2)
+LAUNCH_SPEEDS = (1.0, 2.0)
+"""Factors that are tried, nearest to the settings first."""
 
 
 @dataclass(frozen=True)
@@ -143,9 +144,9 @@ def _kick(level: int, speed: float, found: Found) -> Step:
 def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
     """Return the pulse to a level that is farthest from failure, and the state after it."""
     best, after = Step(level, PulseCorrection(), -1.0), tried.at(level)
-    known = menu(tried.preset.settings, level)
-    grid = (PulseCorrection(peak, times) for times, peak in itertools.product(TIMES, PEAKS))
-    for correction in dict.fromkeys((*known, *grid)):
+    speeds = (1.0,) if level else LAUNCH_SPEEDS
+    for speed, times, peak in itertools.product(speeds, TIMES, PEAKS):
+        correction = PulseCorrection(peak, times, speed)
         reached = tried.arrives(state, level, correction)
         if reached is None:
             continue

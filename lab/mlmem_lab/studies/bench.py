@@ -15,7 +15,7 @@ from mlmem.element_file import Element, element_of
 from mlmem.factory import calibration_of
 from mlmem.instrument.drivers import Simulation
 from mlmem.move_settings import WriteSettings
-from mlmem.moves.corrections import learnt
+from mlmem.moves.corrections import make_corrections
 from mlmem.parsing import decode
 from mlmem.physics import Design, Specimen, level_of
 from mlmem.readers.reading import UNDECODABLE
@@ -63,7 +63,9 @@ class Bench:
             heard = replace(heard, write=WriteSettings())
         if self.element is None:
             return factory_calibration(self.design, heard)
-        corrections = self.element.plan and learnt(self.element.plan.steps, self.settings)
+        corrections = self.element.plan and make_corrections(
+            self.element.plan.steps, self.settings
+        )
         return replace(_delays(self.element, self.design, heard), pulse_corrections=corrections)
 
     def device(self, calibration: Calibration | None = None) -> MemoryElement:

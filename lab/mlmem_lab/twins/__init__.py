@@ -1,3 +1,3 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What fitted elements are worth: planned pulses beside learnt ones, and a twin's warnings."""
+"""What fitted elements are worth, and a twin's warnings."""

@@ -5,8 +5,7 @@
 fits: elements are surveyed and fitted. Are their cells inside the intervals, and how far off are
 they? healthy: a twin watches reads and writes of an element in which nothing changes. How often
 does it report a change? changes: a cell, the damping, the strain or a gain changes. Is that
-reported, after how many reads, and how far off? learning: pulses planned on the twin are compared
-with pulses learnt by calibration. Which writes fail, and how long does it take?
+reported, after how many reads, and how far off?
 
 Except in fits a twin knows every alpha to 0.05 %. Nothing is discarded.
 """
@@ -29,13 +28,10 @@ from .surveyed import KINDS, surveyed
 from .surveyed import summary as summary_of_fits
 from .watched import (
     CHANGES,
-    WAYS,
     changed,
-    compared,
     healthy,
     summary_of_changed,
     summary_of_healthy,
-    summary_of_learning,
 )
 
 Row = Mapping[str, Any]
@@ -74,9 +70,6 @@ PARTS = {
         changed, summary_of_changed,
         ('change', 'elements', 'told', 'named', 'reads', 'off', 'alarms'), ('bits_4',),
         tuple({'change': change} for change in CHANGES),
-    ),
-    'learning': Part(
-        compared, summary_of_learning, ('elements', 'writes', *WAYS), ('case_2', 'bits_4')
     ),
 }  # fmt: skip
 

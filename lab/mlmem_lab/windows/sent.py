@@ -95,7 +95,7 @@ def measured(
         sound = after_erase(chain, level, kick) == BLANK
         rooms = erase_rooms(chain, level, kick) if sound else NO_ROOMS
         return Sent(how, level, speed, stroke / speed + kick.hold, able, rooms)
-    factor = 1.0 if element is None else element.pulses(settings)[level].speed
+    factor = 1.0 if element is None else element.corrections_by_level(settings)[level].speed
     speeds = [factor * speed for speed in kick.by_level]
     kick = replace(kick, speeds=' '.join(f'{speed:.6g}' for speed in speeds))
     sound = after_kick(chain, speeds[level], kick) == level

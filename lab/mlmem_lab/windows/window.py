@@ -153,7 +153,7 @@ def measured(
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
     chain = Simulation.of(design if element is None else element.timed, time).chain
     if element is not None:
-        settings = corrected(settings, element.pulses(settings)[move.target])
+        settings = corrected(settings, element.corrections_by_level(settings)[move.target])
     eases = bool(settings.write.ease)
     directions = [each for each in DIRECTIONS if each[:4] != 'ease' or eases]
     changes: list[tuple[float, str, Off]] = [(0.0, '', {})]

@@ -133,7 +133,7 @@ class MemoryClient:
         return self._goal('erase', Decoded, timeout)
 
     def calibrate(self, timeout: float = 120.0) -> Goal[Calibrated]:
-        """Learn the echo delay of every level, and restore the content."""
+        """Measure the echo delay of every level, and restore the content."""
         return self._goal('calibrate', Calibrated, timeout)
 
     def self_test(self, timeout: float = 120.0) -> Goal[SelfTested]:
