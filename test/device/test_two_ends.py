@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads from both ends: one wall, two, three or none, on the real material."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -117,9 +119,7 @@ def test_a_write_is_verified_from_both_ends(written, names):
 def test_a_wall_that_still_swings_is_heard_again_and_not_moved_again(name, method, start, level):
     """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
     design, settings = preset(name)
-    element = new_element(
-        design, replace(settings, write=replace(settings.write, method=method))
-    )
+    element = new_element(design, replace(settings, write=replace(settings.write, method=method)))
     element.perform(Write(start))
     *told, outcome = rig.events(element, Write(level))
     first, _, second, _ = (event.reading for event in told)
