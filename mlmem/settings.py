@@ -114,6 +114,11 @@ class ReadSettings(Checked):
         high=100.0,
     )
 
+    def amplify(self, probe: ProbeSettings) -> ProbeSettings:
+        """Return a pulse, and its threshold, times `kicked_gain`; raises `SettingsError`."""
+        gain = self.kicked_gain
+        return dataclasses.replace(probe, A=gain * probe.A, v_th=gain * probe.v_th)
+
 
 @dataclass(frozen=True)
 class RegisterSettings(Checked):
@@ -259,11 +264,22 @@ class Settings:
                 'write.method must be kick or auto for an element without an actuator '
                 "(actuator.present); got 'strain'"
             )
+        if self.amplifies_pulses:
+            for name, probe in (('probe', self.probe), ('probe_right', self.probe_right)):
+                try:
+                    self.read.amplify(probe)
+                except SettingsError as error:
+                    raise SettingsError(f'read.kicked_gain times {name}.{error}') from None
         if self.element.bad_cells and self.register.spacing:
             raise SettingsError(
                 'element.bad_cells must be empty for an element with many walls '
                 f'(register.spacing); got {short_repr(self.element.bad_cells)}'
             )
+
+    @property
+    def amplifies_pulses(self) -> bool:
+        """Whether pulses are `read.kicked_gain` times as strong: where kicks move one wall."""
+        return self.write.method != 'strain' and not self.register.spacing
 
     @property
     def tick_seconds(self) -> float:

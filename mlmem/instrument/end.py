@@ -9,7 +9,7 @@ one pulse into a resting element with its waveforms, which a `WaveformRecorder` 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
@@ -68,10 +68,7 @@ class End(str, Enum):
     def probe(self, settings: Settings) -> ProbeSettings:
         """Return its pulse and detector, which depend on how walls are written."""
         probe = settings.probe if self is End.LEFT else settings.probe_right
-        if settings.write.method == 'strain' or settings.register.spacing:
-            return probe
-        gain = settings.read.kicked_gain
-        return replace(probe, A=gain * probe.A, v_th=gain * probe.v_th)
+        return settings.read.amplify(probe) if settings.amplifies_pulses else probe
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,16 @@ import math
 import pytest
 from sampled import sampled
 
-from mlmem import PRESETS, Calibration, MemoryElement, SetStrain, Settings, new_element, preset
+from mlmem import (
+    PRESETS,
+    Calibration,
+    MemoryElement,
+    SetStrain,
+    Settings,
+    SettingsError,
+    new_element,
+    preset,
+)
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_I, DesignError, Specimen, level_of
 from mlmem.physics.equilibrium import resting_wall
@@ -78,3 +87,10 @@ def test_settings_beside_a_preset_take_the_place_of_its_own():
 def test_another_name_is_refused():
     with pytest.raises(DesignError, match=r"preset must be one of case_1, .*; got 'case_9'"):
         preset('case_9')
+
+
+def test_settings_with_too_strong_kicked_pulse_are_rejected_by_name():
+    """5 times 0.2 is beyond the greatest amplitude of a pulse, 0.5."""
+    settings = preset('kick_2').settings
+    with pytest.raises(SettingsError, match=r'^read.kicked_gain times probe.A must be .*; got 1'):
+        dataclasses.replace(settings, probe=dataclasses.replace(settings.probe, A=0.2))

@@ -110,4 +110,7 @@ def settings(random):
         groups[name] = dataclasses.replace(groups[name], **bounded)
     if not groups['actuator'].present:  # nothing else writes without strain
         groups['write'] = dataclasses.replace(groups['write'], method='kick')
+    most = min(min(0.5 / groups[p].A, 1.0 / groups[p].v_th) for p in ('probe', 'probe_right'))
+    gain = max(1.0, min(groups['read'].kicked_gain, most * (1.0 - 1e-12)))
+    groups['read'] = dataclasses.replace(groups['read'], kicked_gain=gain)
     return Settings(**groups)
