@@ -48,4 +48,6 @@ def test_a_check_says_it_in_si_and_warns_of_what_is_not_made():
 
 
 def test_an_element_without_kicks_asks_nothing():
-    assert list(transducer.check(Subject(*preset('case_1')))) == []
+    design, settings = preset('case_1')
+    unkicked = replace(settings, kick=replace(settings.kick, speeds=''))
+    assert list(transducer.check(Subject(design, unkicked))) == []

@@ -22,7 +22,7 @@ ROOT = Path(__file__).parent.parent.parent
 CONFIG = ROOT / 'config'
 
 DIGESTS = {
-    'case_1': 'fe163b34234b2fb1',
+    'case_1': '9735d268bdef79d9',
     'case_2': 'ea330f735779c341',
     'byte': '0612c3c03786537e',
     'bits_1': 'd32c163ce2bd8c53',

@@ -69,9 +69,9 @@ def test_it_says_what_was_compared(capsys, monkeypatch):
     status, told = replayed(capsys, SESSION)
     assert status == 0
     assert re.sub(' +', ' ', told).splitlines() == [
-        'replayed 1060 ticks, 4 commands',
-        'states 3 of 3 equal',
-        'events ~/echo 7 of 7, ~/outcome 4 of 4, ~/content 4 of 4 equal',
+        'replayed 9180 ticks, 4 commands',
+        'states 19 of 19 equal',
+        'events ~/echo 9 of 9, ~/outcome 4 of 4, ~/content 4 of 4 equal',
         'levels 2 of 2 agree: 3, 3',
         'procedures 4 of 4 agree: write failed, abort, write 3, read 3',
         'exact: the same bits',
@@ -90,12 +90,12 @@ def test_the_report_as_json(capsys):
     assert status == 0
     assert (report['code'], report['verdict']) == ('exact', 'exact: the same bits')
     assert report['events']['echo'] == {
-        'recorded': 7,
-        'compared': 7,
-        'equal': 7,
+        'recorded': 9,
+        'compared': 9,
+        'equal': 9,
         'difference': 0.0,
     }
-    assert (report['states']['recorded'], report['states']['equal']) == (3, 3)
+    assert (report['states']['recorded'], report['states']['equal']) == (19, 19)
     assert report['procedures']['replayed'] == ['write failed', 'abort', 'write 3', 'read 3']
 
 
@@ -244,7 +244,7 @@ def test_outcomes_also_give_levels(session, tmp_path, capsys):
     made = session.copy()
     made.messages = [m for m in made.messages if m.topic != '/mlmem/level']
     made.write(tmp_path / 'bag')
-    assert [echo.level for echo in load(tmp_path / 'bag').echoes] == [*4 * [None], 3, None, 3]
+    assert [echo.level for echo in load(tmp_path / 'bag').echoes] == [*6 * [None], 3, None, 3]
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 0
     assert 'procedures  4 of 4 agree' in told
@@ -258,7 +258,7 @@ def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsy
     assert {echo.level for echo in load(tmp_path / 'bag').echoes} == {None}
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 0
-    assert 'levels      none recorded; here -1, 0, 0, 3, 3, 3, 3' in told
+    assert 'levels      none recorded; here -1, -2, -2, 2, 2, 3, 3, 3, 3' in told
     assert main(['inspect', str(tmp_path / 'bag')]) == 0
     assert 'no level' in capsys.readouterr().out
 
