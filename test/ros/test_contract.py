@@ -363,8 +363,9 @@ HASTE = 40.0
 
 @pytest.fixture(scope='module')
 def robot_in_real_time(start_shared):
-    """Talk to an element whose writes take more than a second."""
-    node = start_shared({'scale.time': 4e-4, 'publish.joint_states_every': 10}, name='real_time')
+    """Talk to an element whose writes, by strain, take more than a second."""
+    given = {'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10}
+    node = start_shared(given, name='real_time')
     with Robot(node.element) as robot:
         robot.introduce(node, 'read', 'write', 'erase', 'calibrate', 'self_test')
         yield robot
