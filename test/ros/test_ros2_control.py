@@ -85,7 +85,8 @@ EVERY = 25
 
 @pytest.fixture(scope='module')
 def given():
-    return {'publish.joint_states_every': EVERY}
+    """An element written by strain, which its joint shows."""
+    return {'write.method': 'strain', 'publish.joint_states_every': EVERY}
 
 
 @pytest.fixture
@@ -179,7 +180,7 @@ def test_a_loop_beside_procedures_leaves_the_content_known(
         (JointState(name=['elbow'], position=[0.1]), ["'substrate'", 'elbow']),
         (JointState(name=['substrate'], velocity=[0.1]), ["'substrate'", 'got []']),
         (JointState(name=['substrate'], position=[math.inf]), ['strain', 'got inf']),
-        (JointState(name=['substrate'], position=[0.21]), ['0.15', 'a strain of 1 is 1.35 m']),
+        (JointState(name=['substrate'], position=[0.35]), ['0.15', 'a strain of 1 is 2.25 m']),
     ],
     ids=lambda value: None,
 )
