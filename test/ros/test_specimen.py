@@ -24,7 +24,7 @@ PLAN = PulseCorrections(
 @pytest.fixture(scope='module')
 def file(tmp_path_factory):
     """An element with what `mlmem plan` finds; the shipped pulse does not reach level 1."""
-    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
+    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 9)
     element = element_file.Element(made, np.zeros(CHOSEN.design.N))
     path = tmp_path_factory.mktemp('elements') / 'element.yaml'
     element_file.save(path, replace(element, plan=PLAN))
@@ -104,7 +104,8 @@ def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, b
     others = {'design.preset': 'byte', 'device.twin': str(byte), 'record.path': str(bag)}
     node = start(node_of(byte, **others))
     with Robot() as robot:
-        assert robot.write(64)['attempts'] == 1
+        robot.set(target_word=64)
+        assert robot.trigger('write')['attempts'] == 1
         assert robot.trigger('read')['level'] == 64
         told = of_the_twin(robot.next('/diagnostics')).message
         assert told == 'no read compared yet'  # a register does so itself, in every read

@@ -117,13 +117,13 @@ def test_advance_until_gives_up_in_time(node):
 
 def test_faults_are_removed_whatever_happens(node):
     memory = node.memory
-    memory.set_parameters({'faults.sensor_noise': 1e-9}).wait()
+    memory.set_parameters({'faults.sensor_noise': 1e-9, 'write.method': 'strain'}).wait()
     stuck = faults(node, sensor_noise=1e-8, actuator_stuck=True)
     with pytest.raises(RequestError, match='does not follow'), stuck:
         memory.write(3).wait()
     given = memory.parameters('faults.sensor_noise', 'faults.actuator_stuck').wait()
     assert given == {'faults.sensor_noise': 1e-9, 'faults.actuator_stuck': False}
-    memory.set_parameters({'faults.sensor_noise': 0.0}).wait()
+    memory.set_parameters({'faults.sensor_noise': 0.0, 'write.method': 'kick'}).wait()
     with pytest.raises(RequestRefused, match=r'faults\.gain'), faults(node, gain=0.5):
         pass
     with (
@@ -135,13 +135,15 @@ def test_faults_are_removed_whatever_happens(node):
 
 
 def test_assert_written_checks_the_last_write(tmp_path, node):
-    assert_written(DATA / 'aborted_write', 1)  # the first was aborted
-    with pytest.raises(AssertionError, match='found level 1; expected 3'):
-        assert_written(DATA / 'aborted_write', 3)
+    assert_written(DATA / 'aborted_write', 3)  # the first was aborted
+    with pytest.raises(AssertionError, match='found level 3; expected 1'):
+        assert_written(DATA / 'aborted_write', 1)
     bag = tmp_path / 'session'
     node.memory.record(path=str(bag)).wait()
+    node.memory.set_parameters({'write.method': 'strain'}).wait()
     with faults(node, actuator_stuck=True), pytest.raises(RequestError):
         node.memory.write(4).wait()
+    node.memory.set_parameters({'write.method': 'kick'}).wait()
     node.memory.record(False).wait()
     with pytest.raises(AssertionError, match='the actuator does not follow'):
         assert_written(bag, 4)

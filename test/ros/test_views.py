@@ -222,7 +222,7 @@ def listen(robot, **kinds):
 def test_the_node_publishes_views(robot):
     heard = listen(robot, image=Image, markers=MarkerArray)
     robot.wait(lambda: all(len(messages) > 2 for messages in heard.values()), 'both views')
-    assert pixels(heard['image'][-1]).shape == (135, IMAGE_COLUMNS, 3)
+    assert pixels(heard['image'][-1]).shape == (225, IMAGE_COLUMNS, 3)
     assert len(by_stamp := {str(image.header.stamp) for image in heard['image']}) > 2, by_stamp
     assert {marker.ns for marker in heard['markers'][-1].markers} >= {'cells', 'levels', 'wall'}
     for topic in heard:

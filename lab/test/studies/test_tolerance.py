@@ -13,6 +13,7 @@ from sampled import sampled
 from small_register import first_levels
 
 from mlmem import UNDECODABLE, Settings, preset
+from mlmem.move_settings import KickSettings
 from mlmem.physics import CASE_II, Design, Scatter, scattered
 from mlmem_lab.studies import campaign
 from mlmem_lab.studies.style import styled
@@ -43,7 +44,9 @@ def test_kicks_are_tried_from_blank_where_every_level_has_one():
     lost = outcomes(design, settings, chance('alpha', 0.1), 0, 'kick')
     assert lost != (0, 1, 2, 3)  # a well of its own in every cell stops walls anywhere
     with pytest.raises(ValueError, match='tried can be kick only where every level has one'):
-        Tolerance(*preset('case_1'), ('alpha',), ('kick',))
+        Tolerance(
+            design, dataclasses.replace(settings, kick=KickSettings()), ('alpha',), ('kick',)
+        )
 
 
 def test_words_are_kicked_and_heard_and_say_how_they_fail(monkeypatch):
