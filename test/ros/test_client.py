@@ -163,12 +163,14 @@ def test_calibrate_restores_the_content(client):
     calibrated = client.calibrate().wait()
     assert calibrated.level == 1
     assert [len(calibrated.delays[end]) for end in ('left', 'right')] == [8, 8]
-    assert calibrated.delays['right'][1] == pytest.approx(client.read().wait().delay, abs=5.0)
+    assert calibrated.delays['right'][1] == pytest.approx(
+        client.read(end='right').wait().delay, abs=5.0
+    )
 
 
 def test_parameters(client):
     values = client.parameters('design.N', 'scale.time').wait()
-    assert values == {'design.N': 135, 'scale.time': 1e-5}
+    assert values == {'design.N': 225, 'scale.time': 1e-5}
     with pytest.raises(RequestRefused, match=r'design\.nothing'):
         client.parameters('design.N', 'design.nothing').wait()
 
@@ -266,7 +268,7 @@ def test_all_threads_of_an_executor_wait(node, context):
     executor.add_node(node)
     executor.spin_until_future_complete(over, SOON)
     executor.shutdown(SOON)
-    assert told == 2 * [{'design.N': 135}]
+    assert told == 2 * [{'design.N': 225}]
 
 
 def test_waiting_spins_a_node_whose_executor_does_not_spin(node, context):
@@ -379,7 +381,7 @@ def test_asyncio_awaits_without_anybody_spinning_the_node(node):
             await asyncio.sleep(0.001)
 
     beaten = []
-    assert asyncio.run(asyncio.wait_for(write_and_read(), SOON)) == (4, 135)
+    assert asyncio.run(asyncio.wait_for(write_and_read(), SOON)) == (4, 225)
     assert len(beaten) > 10  # others run meanwhile
 
 
@@ -704,12 +706,12 @@ def test_an_answer_names_the_requested_level(robot):
 
 def test_the_end_to_probe_is_given_for_one_read(client):
     client.write(2).wait()
-    assert client.read(end='left').wait().end == 'left'
+    assert client.read(end='right').wait().end == 'right'
     assert client.read(end='both').wait().details['walls'] == 1
-    assert client.read().wait().end == 'right'
+    assert client.read().wait().end == 'left'
     with pytest.raises(RequestRefused, match="end must be one of left, right, both; got 'top'"):
         client.read(end='top').wait()
-    assert client.parameters('read.end').wait() == {'read.end': 'right'}
+    assert client.parameters('read.end').wait() == {'read.end': 'left'}
 
 
 # Strain by hand, and sessions
@@ -718,7 +720,7 @@ def test_the_end_to_probe_is_given_for_one_read(client):
 def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
     """First at 5/s, the limit at 10 us per time unit; then smoothly back."""
     client.follow([0.004, 0.05], [0.02, 0.02]).wait()
-    robot.next('joint_states', lambda state: state.position[0] == pytest.approx(0.02 * 135 * 0.01))
+    robot.next('joint_states', lambda state: state.position[0] == pytest.approx(0.02 * 225 * 0.01))
     client.follow([0.02], [0.0], [0.0]).wait()
     robot.next('joint_states', lambda state: state.position[0] == 0.0)
 
