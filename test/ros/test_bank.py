@@ -176,18 +176,18 @@ def test_bank_recovers_an_element_that_cannot_be_read(bank):
 
 
 def test_bank_with_a_failed_write_reads_no_value(bank):
-    """The actuator of one element is stuck, so it keeps its digit."""
+    """The transducers of one element do not kick for a while, so it keeps its digit."""
     bank.write(2).wait()
-    stuck = bank.elements[0]
-    stuck.set_parameters({'faults.actuator_stuck': True}).wait()
+    idle = bank.elements[0]
+    idle.set_parameters({'faults.transducer_off': True}).wait()
     try:
-        with pytest.raises(BankFailed, match='the actuator does not follow'):
+        with pytest.raises(BankFailed, match='level 6 was not reached'):
             bank.write(0o16).wait()
-        with pytest.raises(BankCheckFailed) as failure:
-            bank.read().wait()
-        assert failure.value.digits == (2, 1, 1)
     finally:
-        stuck.set_parameters({'faults.actuator_stuck': False}).wait()
+        idle.set_parameters({'faults.transducer_off': False}).wait()
+    with pytest.raises(BankCheckFailed) as failure:
+        bank.read().wait()
+    assert failure.value.digits == (2, 1, 1)
 
 
 def test_bank_names_an_element_that_is_busy(bank):
