@@ -26,6 +26,12 @@ UNIT = 0.01 / 1e-5**2
 """One lattice constant per time unit squared in m/s^2 at this element's scale."""
 
 
+@pytest.fixture(scope='module')
+def given():
+    """That of a robot, written by strain: faults of an actuator leave a kick as it is."""
+    return {'write.method': 'strain'}
+
+
 def imu(acceleration, covariance=0.0):
     message = Imu()
     message.header.frame_id = 'base_link'
@@ -48,7 +54,7 @@ def test_the_recipe_of_the_page_fails_as_printed(start):
     """Its commands, sent by hand to the element of the page, and the error that it prints."""
     block = re.search(r'```sh\n(.*?)```', PAGE.read_text(), re.DOTALL)[1]
     said = {}
-    with Robot(start({'design.preset': 'case_2'}, name='page').element) as robot:
+    with Robot(start({'write.method': 'strain'}, name='page').element) as robot:
         for line in block.splitlines():
             if setting := re.match(r'ros2 param set /mlmem (\S+) (\w+)$', line):
                 assert robot.try_set(setting[1], json.loads(setting[2])).successful
@@ -74,7 +80,7 @@ def test_a_fault_is_set_and_removed_while_running(robot):
 @pytest.mark.parametrize(
     ('name', 'value', 'reason'),
     [
-        ('weak_cell', 136, 'weak_cell must be from 0 to N = 135; got 136'),
+        ('weak_cell', 226, 'weak_cell must be from 0 to N = 225; got 226'),
         ('stuck_cell', 1, 'because the transducers hold the ends; got 1'),
         ('sensor_noise', -1.0, ''),
         ('sensor_noise', math.nan, ''),
@@ -241,12 +247,13 @@ def test_a_script_is_answered_while_time_is_paused(robot):
 
 
 def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):
-    """Damping a hundredfold during a write pushes cells on and on; no restart brings them back."""
-    kept, bag = {'state.path': str(tmp_path / 'element.json')}, tmp_path / 'session'
-    node = start({**kept, 'faults.damping_factor': 100.0, 'time.speed': 0.0}, name='lost')
+    """A grip off by a strain of 0.05 pushes cells on and on; no restart brings them back."""
+    kept = {'state.path': str(tmp_path / 'element.json'), 'write.method': 'strain'}
+    bag = tmp_path / 'session'
+    node = start({**kept, 'faults.actuator_offset': 0.05, 'time.speed': 0.0}, name='lost')
     with Robot('/lost') as robot:
         assert not robot.write(3).success
-        robot.set(faults__damping_factor=1.0)
+        robot.set(faults__actuator_offset=0.0)
         node.terminate()
         assert node.exit_status() == 0
     again = start({**kept, 'record.path': str(bag)}, name='again')
