@@ -55,6 +55,7 @@ def test_a_managed_node_is_taken_through_its_states(start):
     start(BY_HAND)
     with Robot() as robot:
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+        robot.set(target_level=1)
         for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
             assert 'inactive' in robot.trigger(service)['error']
         tested = robot.response(robot.send('self_test'))
@@ -75,13 +76,13 @@ def test_a_managed_node_is_taken_through_its_states(start):
 
 
 def test_a_design_is_changed_only_while_unconfigured(start):
-    node = start(BY_HAND)
+    node = start(BY_HAND | {'design.preset': 'bits_4', 'write.method': 'strain'})
     with Robot() as robot:
         assert change(robot, Transition.TRANSITION_CONFIGURE)
         refused = robot.try_set('design.N', 99)
         assert not refused.successful
         assert 'unconfigured' in refused.reason
-        assert robot.get('design.N') == 135
+        assert robot.get('design.N') == 207
         assert change(robot, Transition.TRANSITION_CLEANUP)
         robot.set(design__N=99)
         assert change(robot, Transition.TRANSITION_CONFIGURE)
@@ -98,7 +99,7 @@ def test_a_design_is_changed_only_while_unconfigured(start):
 
 
 def test_deactivating_in_the_middle_of_a_write_ends_without_strain(start):
-    start({'scale.time': 4e-4, 'publish.joint_states_every': 10})
+    start({'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10})
     with Robot() as robot:
         robot.set(target_level=3)
         written = robot.send('write')

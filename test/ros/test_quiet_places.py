@@ -55,7 +55,10 @@ def test_transitions_changed_parameters_and_refusals_are_in_the_log(start):
         ('[INFO]', 'set faults.seed = 3'),
         ('[WARN]', 'a parameter refused: design.N may be set only while the node is unconfigured'),
         ('[WARN]', 'write refused: level must be a whole number from 0 to 7; got 9'),
-        ('[WARN]', 'request refused: write must be given level'),
+        (
+            '[WARN]',
+            'request refused: write must be given level (of one wall) or word (of a register)',
+        ),
         ('[WARN]', 'step refused: step works only while paused; pause first'),
         ('[INFO]', 'inactive: the strain is zero, time stands still'),
         ('[INFO]', 'unconfigured: the device is released'),
