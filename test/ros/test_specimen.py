@@ -24,7 +24,7 @@ PLAN = PulseCorrections(
 @pytest.fixture(scope='module')
 def file(tmp_path_factory):
     """An element with what `mlmem plan` finds; the shipped pulse does not reach level 1."""
-    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 9)
+    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
     element = element_file.Element(made, np.zeros(CHOSEN.design.N))
     path = tmp_path_factory.mktemp('elements') / 'element.yaml'
     element_file.save(path, replace(element, plan=PLAN))
@@ -32,8 +32,8 @@ def file(tmp_path_factory):
 
 
 def node_of(file, **others):
-    given = {'design.preset': 'bits_1', 'design.check': 'skip', 'device.specimen': str(file)}
-    return given | others
+    given = {'design.preset': 'bits_1', 'write.method': 'strain', 'device.specimen': str(file)}
+    return given | {'design.check': 'skip'} | others
 
 
 def test_calibrate_of_a_twin_uses_its_planned_pulses(start, file, tmp_path):
@@ -101,7 +101,12 @@ def byte(tmp_path_factory):
 
 def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, byte, tmp_path):
     bag = tmp_path / 'bag'
-    others = {'design.preset': 'byte', 'device.twin': str(byte), 'record.path': str(bag)}
+    others = {
+        'design.preset': 'byte',
+        'write.method': 'kick',
+        'device.twin': str(byte),
+        'record.path': str(bag),
+    }
     node = start(node_of(byte, **others))
     with Robot() as robot:
         robot.set(target_word=64)
@@ -118,7 +123,8 @@ def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, b
 
 
 def test_a_register_kicks_with_no_plan_for_other_settings(refused, byte):
-    given = {'design.preset': 'byte', 'device.twin': str(byte), 'kick.late': 0.5}
+    given = {'design.preset': 'byte', 'write.method': 'kick', 'device.twin': str(byte)}
+    given['kick.late'] = 0.5
     assert 'its pulses were planned with other settings' in refused(node_of(byte, **given))
 
 
