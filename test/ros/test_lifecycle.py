@@ -153,7 +153,7 @@ def ticks(robot):
 
 
 def test_the_speed_is_changed_while_running(start):
-    start({'scale.time': 2e-3})  # ticks of 20 ms
+    start({'scale.time': 1e-3})  # ticks of 20 ms
     with Robot() as robot:
 
         def rates(speed, least):
@@ -176,7 +176,7 @@ def test_the_speed_is_changed_while_running(start):
 
 
 def test_sim_time_paces_pauses_and_jumps(start):
-    node = start({'use_sim_time': True, 'scale.time': 2e-4})  # ticks of 2 ms
+    node = start({'use_sim_time': True, 'scale.time': 1e-4})  # ticks of 2 ms
     with Robot() as robot:
         clock = robot.node.create_publisher(Clock, '/clock', 10)
         robot.wait(clock.get_subscription_count, 'a subscriber of /clock')
