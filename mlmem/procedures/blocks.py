@@ -133,6 +133,7 @@ def kick(element: Memory, level: int, force: float = 1.0) -> Procedure[None]:
     `force` is a factor on the speed of the kick, within the transducer's limit.
     """
     speed = force * kick_speed(element.design, element.settings, level)
+    yield from catch_up(element)  # where is the end?
     yield from kick_to(element, element.design.D_s2, speed)
 
 

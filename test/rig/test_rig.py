@@ -91,6 +91,15 @@ def test_procedures_over_a_line_give_the_same_bits(expected):
     assert line.rig.chain.configuration[0] < CASE_II.D_barrier  # blank, as was read
 
 
+def test_kick_after_an_erase_begins_where_the_end_is():
+    """The samples of a line a hundred ticks late still tell where the end was before."""
+    design, settings = written_by_kicks(preset('case_2'))
+    element = MemoryElement(design, settings, factory_calibration(design, settings), Late(100))
+    for level in (1, 0):
+        written = element.perform(Write(level))
+        assert written.success, written.error
+
+
 def lossy(seed, share=0.1):
     """Return a function that loses, damages, doubles or delays frames."""
     chance, held = random.Random(seed), []
