@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem import MemoryElement, factory_calibration, preset
+from mlmem import MemoryElement, Preset, factory_calibration, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import Pulse
 from mlmem.moves.planner import NARROW, kick_energy
@@ -217,7 +217,10 @@ def test_writes_are_counted_and_none_strains_the_element():
     assert (found['wrong'], found['failed'], found['strained']) == (0, 0, 0)
 
 
-def test_a_preset_without_kicks_is_refused(capsys):
+def test_a_preset_without_kicks_is_refused(capsys, monkeypatch):
+    design, settings = preset('case_1')
+    unkicked = Preset(design, replace(settings, kick=replace(settings.kick, speeds='')))
+    monkeypatch.setattr(kicks, 'preset', lambda name: unkicked)
     assert kicks.run(SimpleNamespace(presets=['case_1'], figure=None)) == 2
     assert 'case_1 has no kicks' in capsys.readouterr().err
 

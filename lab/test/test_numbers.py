@@ -95,14 +95,14 @@ def list_stale(capsys):
 
 
 def test_stale_result_is_listed_with_its_command_and_time(checkout, capsys):
-    kept = {'seconds': 90, 'hashes': {'old': 'another hash'}}
+    kept = {'seconds': 90_000, 'hashes': {'old': 'another hash'}}  # longer than tests run
     results.save(
         results.FOLDER / 'r.json', {}, 'mlmem make', ['device'], ['new'], seed=1, kept=kept
     )
-    assert list_stale(capsys) == 'r.json (old)\n    mlmem make (90 s)\n'
+    assert list_stale(capsys) == 'r.json (old)\n    mlmem make (90000 s)\n'
     (checkout / 'device' / 'wall.py').write_text('width = 11')
     listed = list_stale(capsys)
-    assert listed.startswith('r.json\n    mlmem make (90 s)\n')
+    assert listed.startswith('r.json\n    mlmem make (90000 s)\n')
     assert 'docs/figures/wall.png\n    mlmem figures wall (' in listed
     assert numbers.main(['--check']) == 0
 

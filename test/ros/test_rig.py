@@ -52,7 +52,6 @@ def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
         'device.driver': 'rig',
         'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10',
         'scale.time': SETTINGS.scale.time,
-        'write.method': 'strain',
         'record.path': str(tmp_path / 'bag'),
         'state.path': str(state),
     }
