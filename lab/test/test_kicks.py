@@ -220,7 +220,7 @@ def test_writes_are_counted_and_none_strains_the_element():
 def test_a_preset_without_kicks_is_refused(capsys, monkeypatch):
     design, settings = preset('case_1')
     unkicked = Preset(design, replace(settings, kick=replace(settings.kick, speeds='')))
-    monkeypatch.setattr(kicks, 'preset', lambda name: unkicked)
+    monkeypatch.setattr('mlmem_lab.windows.kicks.preset', lambda name: unkicked)
     assert kicks.run(SimpleNamespace(presets=['case_1'], figure=None)) == 2
     assert 'case_1 has no kicks' in capsys.readouterr().err
 
