@@ -11,7 +11,7 @@ from mlmem.errors import ProcedureFailed
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.moves.planner import route, within_reach
+from mlmem.moves.planner import erase_speed, route, within_reach
 from mlmem.readers.echo import listening_time
 from mlmem.readers.reading import BLANK
 from mlmem_ros.host.design_check import Verdict
@@ -47,7 +47,8 @@ def check(subject: Subject) -> Iterator[Finding]:
         yield _wall_stays(subject, walls)
         yield _ramps(subject)
         yield _shake(subject)
-        yield _settling(subject)
+        if not erase_speed(subject.design, subject.settings):  # or strain erases only after kicks
+            yield _settling(subject)
     yield _durations(subject)
 
 

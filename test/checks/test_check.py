@@ -228,6 +228,16 @@ def test_weak_peaks_move_nothing():
     assert 'from level 0 to the next' in report['write_steps'].text
 
 
+def test_erase_settling_is_judged_only_where_strain_erases():
+    """Kicks erase kick_2; written by strain its settle time is shorter than the estimate."""
+    design, settings = preset('kick_2')
+    names = [finding.name for finding in part((schedule,), design, settings).findings]
+    assert 'erase_settling' not in names
+    by_strain = dataclasses.replace(settings.write, method='strain')
+    found = part((schedule,), design, dataclasses.replace(settings, write=by_strain))
+    assert found['erase_settling'].verdict is Verdict.WARN
+
+
 def test_a_short_ramp_of_an_erase_is_a_warning():
     settings = decode(Settings, {**Settings().as_dict(), 'erase': {'ramp': 300.0}})
     ramps = part((schedule,), CASE_II, settings)['erase_ramps']
