@@ -74,7 +74,7 @@ def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsy
     assert report.levels[-2:] == [2, 2]
     times = [time for time, _ in session.outcomes]
     assert times == sorted(times)  # seconds go on where the clock went back
-    assert len(session.reads('right', ('write', 'read'))) == 3
+    assert len(session.reads('left', ('write', 'read'))) == 3
     assert main(['inspect', str(bag), '--repair', str(mended)]) == 0
     assert main(['replay', str(mended)]) == 0
     assert main(['inspect', str(mended)]) == 0
