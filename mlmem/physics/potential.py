@@ -100,7 +100,7 @@ class Potential:
         return height, self.a, self.b
 
     def stiffest(self, reach: float) -> float:
-        """Return a bound on |psi''| over all configurations with |D - origin| up to `reach`."""
+        """Return a bound on the size of psi'' where D is at most `reach` from the origin."""
         slope = abs(self.a + 3.0 * self.b * reach * reach)
         steepest = max(self.a, slope)  # a + 3 b y^2 has its extremes at the ends
         return self.d * math.hypot(steepest**2, 6.0 * self.b * reach)
