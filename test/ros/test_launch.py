@@ -108,7 +108,7 @@ def test_param(ros2, node):
     assert 'failed' in refused
     assert 'Max: 7, value: 8' in refused  # in rclpy's words
     described = ros2('param', 'describe', node, 'target_level')
-    for words in ('Type: integer', 'Description: ', 'Min value: 0', 'Max value: 7'):
+    for words in ('Type: integer', 'Description: ', 'Min value: -1', 'Max value: 7'):
         assert words in described
 
 
