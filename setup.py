@@ -21,8 +21,6 @@ EXTRAS = {
         'ros-kilted-common-interfaces==5.5.*',
         'ros-kilted-rmw-fastrtps-cpp==9.3.*',
     ],
-    'bag': ['mcap>=1.6', 'rosbags>=0.11', 'lz4>=4.0', 'zstandard>=0.20'],
-    'cli': ['rich>=13.0'],
     'view': ['aiohttp>=3.9'],
     'test': [
         'coverage[toml]>=7.10',
@@ -84,7 +82,18 @@ setup(
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
     ],
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy>=1.24', 'numba>=0.58,<0.69', 'pyyaml>=6.0'],
+    install_requires=[
+        'setuptools',
+        'numpy>=1.24',
+        'numba>=0.58,<0.69',
+        'pyyaml>=6.0',
+        # Commands and sessions; a robot has them from apt or pip (docs/robot.md).
+        'rich>=13.0',
+        'mcap>=1.6',
+        'rosbags>=0.11',
+        'lz4>=4.0',
+        'zstandard>=0.20',
+    ],
     extras_require=EXTRAS,
     entry_points={
         'console_scripts': [

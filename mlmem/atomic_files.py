@@ -12,10 +12,17 @@ import errno
 import os
 import stat
 from contextlib import suppress
-from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 
 _AT_ONCE = 2**20  # bytes per read
+
+# Without waiting for the writer of a pipe. Windows has neither flag, but text files.
+_READ_AT_ONCE = (
+    os.O_RDONLY
+    | getattr(os, 'O_CLOEXEC', 0)
+    | getattr(os, 'O_NONBLOCK', 0)
+    | getattr(os, 'O_BINARY', 0)
+)
 
 MOST = 2**25
 """Most bytes of a file that is read; the state of 100 000 cells takes a fifth of it."""
@@ -179,8 +186,7 @@ def read_text(path: Path, most: int = MOST) -> str:
         ValueError: It is not UTF-8, larger than `most`, or a device, a pipe or the like, which
             may never end; or the path has a NUL character.
     """
-    # Without waiting for the writer of a pipe.
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+    descriptor = os.open(path, _READ_AT_ONCE)
     content = bytearray()
     try:
         mode = os.fstat(descriptor).st_mode
@@ -217,6 +223,8 @@ class Claim:
                 raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             if found.st_nlink > 1:
                 raise Claimed(f'{path} is a hard link: a lock under another name would not hold')
+        from fcntl import LOCK_EX, LOCK_NB, flock  # POSIX only, as is a claim
+
         self._descriptor = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:
             flock(self._descriptor, LOCK_EX | LOCK_NB)

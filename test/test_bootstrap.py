@@ -66,7 +66,7 @@ def test_each_command_installs_its_needs_once(bootstrap, commands, capsys):
     making, installing = commands
     assert 'venv' in making
     first, second = (each for each in installing if str(bootstrap.ROOT) in each)
-    assert first.endswith('[ros,bag,cli,view]')
+    assert first.endswith('[ros,view]')
     assert second.endswith('/lab')
     assert '800 MB' in capsys.readouterr().out
     commands.clear()

@@ -18,9 +18,9 @@ from pathlib import Path
 
 ROOT = VENVS = Path(__file__).resolve().parent.parent
 STAGES = {
-    'demo': ('.venv', '[ros,bag,cli,view]', '', '800 MB in all'),
-    'test': ('.venv', '[ros,bag,cli,view,test,lint,docs]', '[search,cluster]', '1 GB in all'),
-    'test-kilted': ('.venv-kilted', '[kilted,bag,cli,view,test]', '', '900 MB in all'),
+    'demo': ('.venv', '[ros,view]', '', '800 MB in all'),
+    'test': ('.venv', '[ros,view,test,lint,docs]', '[search,cluster]', '1 GB in all'),
+    'test-kilted': ('.venv-kilted', '[kilted,view,test]', '', '900 MB in all'),
 }
 """Of a command: its environment, the extras that it needs, of the package and of its laboratory,
 and the size; each stage of an environment includes those before it."""

@@ -132,7 +132,8 @@ def on_site(constants: Any, j: int, y: float) -> tuple[float, float]:
 
 
 def _slope(constants: Any, j: Any, y: Any) -> Any:
-    raise NotImplementedError  # only the compiler's choice below is called
+    """Where the compiler is off (NUMBA_DISABLE_JIT); compiled loops use the choice below."""
+    return _slope_by_type(constants, j, y)(constants, j, y)
 
 
 @numba.extending.overload(_slope, inline='always')
@@ -144,7 +145,7 @@ def _slope_by_type(constants: Any, j: Any, y: Any) -> Any:
         return height[j] * fma(3.0 * b, y2, a), wave(turns)
 
     law = formula_for(constants)
-    return paper if law is None else law.py_func
+    return paper if law is None else law
 
 
 @inlined
@@ -160,7 +161,8 @@ def coupling(constants: Any, j: int, left: float, x: float, right: float) -> flo
 
 
 def _pull(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
-    raise NotImplementedError  # only the compiler's choice below is called
+    """Where the compiler is off (NUMBA_DISABLE_JIT); compiled loops use the choice below."""
+    return _pull_by_type(constants, j, left, x, right)(constants, j, left, x, right)
 
 
 @numba.extending.overload(_pull, inline='always')
@@ -174,7 +176,7 @@ def _pull_by_type(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
 
     law = formula_for(constants)
     if law is not None:
-        return law.py_func
+        return law
     return scattered if len(constants) else alike
 
 

@@ -43,6 +43,9 @@ Function = TypeVar('Function', bound=Callable[..., Any])
 for _option in ('--runtime-memory-check-threshold=128', '--force-vector-interleave=4'):
     llvmlite.binding.set_option('mlmem_ros', _option)
 
+DISABLED: bool = bool(cast(Any, numba.config).DISABLE_JIT)
+"""Whether the compiler is off (NUMBA_DISABLE_JIT=1): loops run in Python, 10 000 times slower."""
+
 ARITHMETIC = 'fused 2'
 """Version of the loops' exact results: it changes whenever a bit does."""
 
@@ -63,6 +66,8 @@ def kernel(function: Function) -> Function:
     Returns:
         The compiled function.
     """
+    if DISABLED:
+        return function
     compiled: Any = numba.njit(**SETTINGS)(function)
     # Where neither the package nor a home folder is writable, it is compiled each time.
     with contextlib.suppress(RuntimeError):
@@ -100,18 +105,29 @@ def formula(constants: type) -> Callable[[Function], Function]:
 
 
 def formula_for(constants: Any) -> Any:
-    """Return the formula registered for constants of a type of the compiler; None if none is."""
-    return FORMULAS.get(getattr(constants, 'instance_class', type(None)))
+    """Return the Python formula registered for constants, or for their type of the compiler; None
+    if none is.
+    """
+    law = FORMULAS.get(getattr(constants, 'instance_class', type(constants)))
+    return getattr(law, 'py_func', law)
 
 
 def _typed(typing: Any, a: Any, b: Any, c: Any) -> Any:
     return numba.float64(numba.float64, numba.float64, numba.float64), _write
 
 
-fma = cast(Callable[[float, float, float], float], numba.extending.intrinsic(_typed))
-"""Return a b + c, rounded once; in compiled code only.
+def _round_twice(a: float, b: float, c: float) -> float:
+    return a * b + c
 
-A processor without the instruction calls the C library, which gives the same bits, slowly.
+
+fma = cast(
+    Callable[[float, float, float], float],
+    _round_twice if DISABLED else numba.extending.intrinsic(_typed),
+)
+"""Return a b + c, rounded once.
+
+A processor without the instruction calls the C library, which gives the same bits, slowly. Where
+the compiler is off, the product is rounded too: the results agree to rounding errors alone.
 """
 
 
@@ -139,6 +155,8 @@ def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:
     """Return whether a `kernel` is already compiled for arguments, of which only the types count,
     here or in the disk cache.
     """
+    if DISABLED:
+        return True
     loop: Any = compiled
     types = tuple(loop.typeof_pyval(each) for each in arguments)
     return types in loop.overloads or (
@@ -148,7 +166,7 @@ def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:
 
 def cache_folder(compiled: Callable[..., Any]) -> Path | None:
     """Return where a loop's machine code is cached; None if it cannot be."""
-    path = cast(Any, compiled).stats.cache_path
+    path = None if DISABLED else cast(Any, compiled).stats.cache_path
     return None if path is None else Path(path)
 
 
@@ -270,7 +288,7 @@ def _laws(types: Any) -> Iterator[FunctionType]:
     """Yield the formulas registered for types of the compiler, tuples of them included."""
     for each in types:
         if (law := formula_for(each)) is not None:
-            yield law.py_func
+            yield law
         else:
             yield from _laws(getattr(each, 'types', ()))
 

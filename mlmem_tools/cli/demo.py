@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem demo`: write every level through ROS 2, read each back, show and record it.
 
-Starts a memory node as its own process and talks to it as a ROS client over DDS.
+Starts a memory node as its own process and talks to it as a ROS client over DDS. Where ROS 2 is
+not installed, the element runs in this process instead, and nothing is recorded.
 """
 
 from __future__ import annotations
@@ -11,7 +12,9 @@ import argparse
 import os
 import random
 import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +28,7 @@ from .output import plain_console, plain_table, print_json, show_progress
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from mlmem import MemoryElement, Reading
     from mlmem_ros.contract.answers import Decoded
     from mlmem_ros.ros.client.client import MemoryClient
 
@@ -41,7 +45,7 @@ class Written:
     """One line of the table."""
 
     asked: int
-    answer: Decoded
+    answer: Decoded | Reading
     wall: float | None
     duration: float
 
@@ -54,6 +58,8 @@ class Written:
 )
 def demo(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level read is the one written."""
+    if find_spec('rclpy') is None:
+        return _demonstrate_without_ros(arguments)
     from mlmem_ros.contract.calls import RequestError
     from mlmem_ros.ros.node_process import node_arguments, node_process
     from mlmem_ros.session.data import load
@@ -76,7 +82,7 @@ def demo(arguments: argparse.Namespace) -> int:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1
     outcome_known()
-    _print_table(console, rows)
+    _print_table(console, rows, 'written through ROS 2 and read back by echo')
     console.print(f'session  {session}')
     picture = None
     if laboratory.PICTURE in added(laboratory.PARTS):
@@ -84,7 +90,49 @@ def demo(arguments: argparse.Namespace) -> int:
         console.print(f'picture  {picture}')
     if arguments.json:
         print_json({'levels': rows, 'session': session, 'picture': picture})
+    return _exit_status(rows)
+
+
+def _exit_status(rows: Iterable[Written]) -> int:
     return 0 if all(row.answer.level == row.asked for row in rows) else 1
+
+
+def _demonstrate_without_ros(arguments: argparse.Namespace) -> int:
+    """Write and read the levels of an element in this process."""
+    from mlmem import MemoryElement, load_element
+
+    console = plain_console(aside=arguments.json)
+    element = MemoryElement(load_element('case_2'))
+    rows: list[Written] = []
+    written = _write_and_read_directly(element)
+    show_progress(console, map(rows.append, written), 0, len(LEVELS), 'levels')
+    _print_table(console, rows, 'written without ROS 2 and read back by echo')
+    if arguments.json:
+        print_json({'levels': rows})
+    return _exit_status(rows)
+
+
+def _write_and_read_directly(element: MemoryElement) -> Iterator[Written]:
+    """Yield a row per level.
+
+    Raises:
+        RuntimeError: A write or a read failed.
+    """
+    from mlmem import Read, Write
+    from mlmem.physics import find_walls
+
+    for level in LEVELS:
+        begun = time.monotonic()
+        written = element.perform(Write(level))
+        if not written.success:
+            raise RuntimeError(f'write failed: {written.error}')
+        reading = element.perform(Read()).reading
+        if reading is None:
+            raise RuntimeError('no echo could be recorded')
+        duration = time.monotonic() - begun
+        walls = find_walls(element.design, element.chain.configuration)
+        position = walls[0].position if len(walls) == 1 else None
+        yield Written(level, reading, position, duration)
 
 
 def _write_and_read(console: Console, name: str) -> list[Written]:
@@ -120,11 +168,11 @@ def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
     return Written(asked, answer, positions[0] if len(positions) == 1 else None, duration)
 
 
-def _print_table(console: Console, rows: list[Written]) -> None:
+def _print_table(console: Console, rows: list[Written], title: str) -> None:
     from rich.text import Text
 
     table = plain_table(
-        'written through ROS 2 and read back by echo',
+        title,
         '>asked', '>decoded', '>code', '>echo delay', '>threshold margin', '>confidence',
         '>true wall', '>duration',
     )  # fmt: skip
