@@ -10,7 +10,7 @@ from pathlib import Path
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
 
-from mlmem.schema import descriptions
+from mlmem.schema import find_descriptions
 from mlmem_ros import __version__
 
 sys.path.append(str(Path(__file__).parents[1] / 'tools'))
@@ -69,7 +69,7 @@ def setup(app):
 
 def _with_fields(app, what, name, obj, options, lines):
     if isinstance(obj, type) and dataclasses.is_dataclass(obj):
-        for field, row in descriptions(obj):
+        for field, row in find_descriptions(obj):
             unit = f' [{row.unit}]' if row.unit else ''
             lines.append(f':ivar {field.name}: {row.text}{unit}')
         lines.append('')

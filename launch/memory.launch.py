@@ -31,10 +31,10 @@ from launch_ros.events.lifecycle import ChangeState
 from lifecycle_msgs.msg import Transition
 
 from mlmem import PRESETS
-from mlmem.presets import DEFAULT
+from mlmem.presets import DEFAULT_ELEMENT
 from mlmem.schema import Description
-from mlmem_ros.host.settings import declarations
-from mlmem_ros.parameter_file import node_parameters
+from mlmem_ros.host.settings import declare_parameters
+from mlmem_ros.parameter_file import build_node_parameters
 
 SIGTERM_TIMEOUT = 5.0
 """Seconds after SIGINT that launch gives a process which does not linger."""
@@ -48,7 +48,7 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument(
                 'element',
-                default_value=DEFAULT,
+                default_value=DEFAULT_ELEMENT,
                 description=f'path of a parameter file, or a preset: {", ".join(PRESETS)}',
             ),
             DeclareLaunchArgument(
@@ -67,7 +67,7 @@ def generate_launch_description() -> LaunchDescription:
                 description='number of elements of a bank in one process, whose record.path and '
                 'state.path are folders; empty: one element',
             ),
-            *(argument(*declaration) for declaration in declarations()),
+            *(argument(*declaration) for declaration in declare_parameters()),
             OpaqueFunction(function=element),
             OpaqueFunction(function=unset_arguments),
         ]
@@ -97,11 +97,11 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     warn_of_strangers(context)
     given = {
         name: value(name, text, default)
-        for name, default, _ in declarations()
+        for name, default, _ in declare_parameters()
         if (text := LaunchConfiguration(name).perform(context))
     }
     managed = TRUTH[LaunchConfiguration('node_managed').perform(context)]
-    config = node_parameters(LaunchConfiguration('element').perform(context))
+    config = build_node_parameters(LaunchConfiguration('element').perform(context))
     if number := LaunchConfiguration('elements').perform(context):
         if managed:
             raise ValueError('node_managed must be false with elements')

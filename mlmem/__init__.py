@@ -74,7 +74,7 @@ __all__ = [
     'preset', 'scattered', 'simulate', 'sweep', 'wall_at', 'walls_at',
 ]  # fmt: skip
 
-_HOMES = {
+_MODULE_EXPORTS = {
     'commands': (
         'Command', 'Disturb', 'EchoReceived', 'Event', 'FollowTrajectory', 'Inject', 'Outcome',
         'SetFaults', 'SetMethod', 'SetStrain',
@@ -105,7 +105,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    for module, names in _HOMES.items():
+    for module, names in _MODULE_EXPORTS.items():
         if name in names:
             return getattr(import_module(f'.{module}', __name__), name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -14,7 +14,7 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-_AT_ONCE = 2**20  # bytes per read
+_READ_BYTES = 2**20  # bytes per read
 
 # Without waiting for the writer of a pipe. Windows has neither flag, but text files.
 _READ_AT_ONCE = (
@@ -24,7 +24,7 @@ _READ_AT_ONCE = (
     | getattr(os, 'O_BINARY', 0)
 )
 
-MOST = 2**25
+MAX_FILE_BYTES = 2**25
 """Most bytes of a file that is read; the state of 100 000 cells takes a fifth of it."""
 
 
@@ -68,7 +68,7 @@ class DurableFile:
         os.fsync(self._descriptor)
 
     @property
-    def deleted(self) -> bool:
+    def is_deleted(self) -> bool:
         """Whether the file has lost its name; the system would still write into it."""
         return os.fstat(self._descriptor).st_nlink == 0
 
@@ -83,7 +83,7 @@ class DurableFile:
             os.close(descriptor)
 
 
-def create(path: Path) -> DurableFile:
+def create_file(path: Path) -> DurableFile:
     """Create a file, which must not exist, and sync its directory.
 
     Raises:
@@ -122,14 +122,14 @@ def make_directory(path: Path, *, exist_ok: bool = False) -> None:
     except FileExistsError:
         if not (exist_ok and os.path.isdir(path)):
             raise
-        _sync_again(path.parent)
+        _try_sync_directory(path.parent)
         return
     sync_directory(path.parent)
     for ancestor in path.parent.parents:
-        _sync_again(ancestor)
+        _try_sync_directory(ancestor)
 
 
-def _sync_again(path: Path) -> None:
+def _try_sync_directory(path: Path) -> None:
     """Sync a directory in case its creator died first; we may lack the permission."""
     with suppress(OSError):
         sync_directory(path)
@@ -177,7 +177,7 @@ def write_atomically(path: Path, text: str) -> None:
     sync_directory(path.parent)
 
 
-def read_text(path: Path, most: int = MOST) -> str:
+def read_text(path: Path, most: int = MAX_FILE_BYTES) -> str:
     """Return the content of a regular file.
 
     Raises:
@@ -192,7 +192,7 @@ def read_text(path: Path, most: int = MOST) -> str:
         mode = os.fstat(descriptor).st_mode
         if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # reading a folder says what it is
             raise ValueError('it is not a regular file')
-        while piece := os.read(descriptor, _AT_ONCE):
+        while piece := os.read(descriptor, _READ_BYTES):
             content += piece
             if len(content) > most:
                 raise ValueError(f'it is larger than {most} bytes')
@@ -218,7 +218,7 @@ class Claim:
         """
         self._lock = path.with_name(f'.{path.name}.lock')
         with suppress(FileNotFoundError):
-            found = _identity(path)
+            found = _stat_file(path)
             if stat.S_ISDIR(found.st_mode):
                 raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             if found.st_nlink > 1:
@@ -247,7 +247,7 @@ class Claim:
         """
         ours = os.fstat(self._descriptor)
         with suppress(FileNotFoundError, NotADirectoryError):
-            found = _identity(self._lock)
+            found = _stat_file(self._lock)
             if (found.st_dev, found.st_ino) == (ours.st_dev, ours.st_ino):
                 return
         raise Claimed(f'its lock {self._lock} was moved or removed, so it may have another owner')
@@ -258,7 +258,7 @@ class Claim:
             os.close(self._descriptor)
 
 
-def _identity(path: Path) -> os.stat_result:
+def _stat_file(path: Path) -> os.stat_result:
     descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     try:
         return os.fstat(descriptor)
@@ -266,11 +266,11 @@ def _identity(path: Path) -> os.stat_result:
         os.close(descriptor)
 
 
-def exists(path: Path) -> bool:
+def path_exists(path: Path) -> bool:
     """Return whether this path exists; False if that cannot be determined."""
     return os.path.lexists(path)
 
 
-def reason(error: Exception) -> str:
+def describe_error(error: Exception) -> str:
     """Return the system's reason, for a message of our own."""
     return getattr(error, 'strerror', None) or str(error)

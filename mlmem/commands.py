@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, get_args
 
 from .instrument.end import Shot
 from .instrument.faults import Faults
-from .procedure_table import JOINT, UNDECODABLE, Procedures
+from .procedure_table import JOINT_NAME, UNDECODABLE, Procedures
 from .readers.echo import Echo
 from .readers.reading import Reading, Unknown
 
@@ -40,7 +40,7 @@ class FollowTrajectory:
     times: tuple[float, ...]
     strains: tuple[float, ...]
     rates: tuple[float, ...] = ()
-    joint: str = JOINT
+    joint: str = JOINT_NAME
 
     def __post_init__(self) -> None:
         for name in ('times', 'strains', 'rates'):  # lists if they come from a file
@@ -79,7 +79,7 @@ class SetMethod:
 
 Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Inject | SetMethod | Procedures
 
-KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)}
+COMMANDS_BY_NAME: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)}
 """The commands by name."""
 
 
@@ -149,14 +149,14 @@ class Outcome:
 Event = EchoReceived | Shot | Outcome | Unknown
 
 
-QUIETING = 'quieting'
-STRAINING = 'straining'
-LAUNCHING = 'launching'
-SETTLING = 'settling'
-LISTENING = 'listening'
+PHASE_QUIETING = 'quieting'
+PHASE_STRAINING = 'straining'
+PHASE_LAUNCHING = 'launching'
+PHASE_SETTLING = 'settling'
+PHASE_LISTENING = 'listening'
 """Phases of any procedure."""
 
-WAITING = 'waiting'
+PHASE_WAITING = 'waiting'
 """Phase of a request whose procedure has not begun, because another one runs."""
 
 
@@ -187,7 +187,7 @@ class Progress:
         self.attempts = 1
         self.start_tick = self._end = tick
 
-    def expect(self, end: float) -> None:
+    def expect_end(self, end: float) -> None:
         """Expect the end at this tick or later.
 
         A procedure that another one calls ends within the expected time; a further attempt

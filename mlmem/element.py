@@ -17,7 +17,7 @@ from .instrument.base import NO_SHAKES, Shakes
 from .instrument.drivers import Driver, Simulation
 from .instrument.end import End
 from .instrument.faults import Faults
-from .instrument.instrument import LONGEST_RUN
+from .instrument.instrument import MAX_RUN_TICKS
 from .memory import Memory
 from .physics import Design
 from .presets import Preset
@@ -25,16 +25,16 @@ from .procedure_table import PROCEDURES, Abort, Procedures
 from .procedures import Procedure, Result
 from .readers.calibration import Calibration
 from .readers.reading import UNDECODABLE
-from .schema import descriptions, problems, short_repr
+from .schema import find_descriptions, find_problems, short_repr
 from .settings import Settings
 
-NAMES = {row.command: name for name, row in PROCEDURES.items()}
+PROCEDURE_NAMES = {row.command: name for name, row in PROCEDURES.items()}
 """Names of procedures by their commands."""
 
-WAY_HOME = '; if this remains so without faults, reset replaces the element by a blank one'
+RESET_HINT = '; if this remains so without faults, reset replaces the element by a blank one'
 """Ends the error of a procedure if an end rests in neither phase."""
 
-FAR = 2**31
+MAX_IDLE_TICKS = 2**31
 """More ticks than are ever run."""
 
 
@@ -69,10 +69,10 @@ class MemoryElement(Memory):
         if calibration is None:
             calibration = factory.factory_calibration(design, settings)
         if driver is None and isinstance(element, Element):
-            driver = Simulation.of(element.timed, settings.time)
+            driver = Simulation.of(element.timed_specimen, settings.time)
         super().__init__(design, settings, calibration, driver)
         if self.bad_cells is not None:
-            self.bad_cells = factory.rehearsed(design, settings)
+            self.bad_cells = factory.rehearse_levels(design, settings)
         self._running: Run | None = None
 
     script: Sequence[tuple[int, Faults]] = ()
@@ -113,14 +113,17 @@ class MemoryElement(Memory):
         """
         if not self.simulated and (self._running or not self.still):
             return 0
-        due = self._running.due if self._running else self.ticks + FAR
-        return min(due, *(tick for tick, _ in self.script[:1]), self.ticks + FAR) - self.ticks
+        due = self._running.due if self._running else self.ticks + MAX_IDLE_TICKS
+        return (
+            min(due, *(tick for tick, _ in self.script[:1]), self.ticks + MAX_IDLE_TICKS)
+            - self.ticks
+        )
 
     @property
-    def released(self) -> bool:
+    def is_released(self) -> bool:
         """Whether no procedure runs, and the strain is zero and stays zero."""
         actuator = self.actuator
-        return not (self._running or actuator.moving or actuator.strain)
+        return not (self._running or actuator.is_moving or actuator.strain)
 
     def apply(self, command: Command) -> Run | None:
         """Take a command, which takes effect in the next tick; return the procedure that it
@@ -129,18 +132,18 @@ class MemoryElement(Memory):
         Raises:
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
-        name = NAMES.get(type(command))
-        wanted = self._checked(command) if name is not None else {}
+        name = PROCEDURE_NAMES.get(type(command))
+        wanted = self._check_arguments(command) if name is not None else {}
         match command:  # allowed at any time
             case Abort(why):
                 self._stop(f'aborted: {why}' if why else 'aborted')
-                if self.actuator.strain != 0.0 or self.actuator.moving:
+                if self.actuator.strain != 0.0 or self.actuator.is_moving:
                     self.forget('aborted')
             case commands.Disturb(acceleration):
                 self.base.disturb(acceleration)
                 return None
             case commands.SetFaults(faults):
-                self._suffer(faults)
+                self._apply_faults(faults)
                 self.script = ()
                 return None
             case commands.Inject(script):
@@ -152,7 +155,7 @@ class MemoryElement(Memory):
         if self._running:
             raise Refused(f'busy: {self.procedure} is running; abort it or wait')
         if name is not None:
-            return self._begin(name, command, wanted)
+            return self._begin_procedure(name, command, wanted)
         match command:
             case commands.SetStrain() | commands.FollowTrajectory() if (
                 not self.settings.actuator.present
@@ -164,7 +167,7 @@ class MemoryElement(Memory):
             case commands.FollowTrajectory():
                 self.actuator.follow(command, self.settings.scale.time)
             case _:
-                known = ', '.join(commands.KINDS)
+                known = ', '.join(commands.COMMANDS_BY_NAME)
                 raise Refused(f'command must be one of {known}; got {short_repr(command)}')
         self.forget('strained by hand')
         return None
@@ -175,7 +178,9 @@ class MemoryElement(Memory):
         """
         from .instrument import fault_script  # few elements fail by a script
 
-        coming = fault_script.course(fault_script.parsed(script), faults, self.ticks)
+        coming = fault_script.schedule_faults(
+            fault_script.parse_script(script), faults, self.ticks
+        )
         for _, each in coming:
             self.specimen(each)
         return tuple(coming)
@@ -197,11 +202,11 @@ class MemoryElement(Memory):
             raise Refused(str(error)) from error
         self.settings = settings
 
-    def _suffer(self, faults: Faults) -> None:
+    def _apply_faults(self, faults: Faults) -> None:
         """Replace all faults by these; raises as `specimen` does."""
         before = self.faults
         self.set_faults(faults)
-        if not faults.same_material(before):
+        if not faults.has_same_material(before):
             self.forget('faults were set')
 
     def forget(self, reason: str, after: int = 0) -> None:
@@ -219,20 +224,22 @@ class MemoryElement(Memory):
         Raises:
             Refused: One is out of range, or a bad cell makes a level unusable.
         """
-        self._checked(command)
+        self._check_arguments(command)
 
-    def _checked(self, command: Command) -> dict[str, Any]:
+    def _check_arguments(self, command: Command) -> dict[str, Any]:
         """Return the arguments of a procedure."""
-        if wrong := problems(command, level=self.words - 1):
+        if wrong := find_problems(command, level=self.words - 1):
             text = '; '.join(wrong)
             raise Refused(text if self.register is None else text.replace('level', 'word', 1))
-        wanted = {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
+        wanted = {
+            field.name: getattr(command, field.name) for field, _ in find_descriptions(command)
+        }
         lost = self.bad_cells.lost if self.bad_cells is not None else {}
         if why := lost.get(wanted.get('level', UNDECODABLE)):
             raise Refused(f'level {wanted["level"]} {why}')
         return wanted
 
-    def _bear(self) -> None:
+    def _check_amplitudes(self) -> None:
         """Raise `Refused` if a pulse may move the wall."""
         for end, loudest in self.loudest.items():
             if (A := self.transducer.probes[end].A) > loudest:
@@ -242,13 +249,13 @@ class MemoryElement(Memory):
                     f'{A:g}'
                 )
 
-    def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
+    def _begin_procedure(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
         if not isinstance(command, Abort):  # all others listen
-            self._bear()
-        steps = procedures.steps(name)
+            self._check_amplitudes()
+        steps = procedures.find_steps(name)
         before, self.progress = self.progress, Progress(name, self.ticks)
         try:
-            procedures.estimates.expect(self, steps.expected(self, **wanted))
+            procedures.estimates.expect_duration(self, steps.expected(self, **wanted))
         except ProcedureFailed as error:  # there is no way, as without an actuator
             self.progress = before
             raise Refused(str(error)) from error
@@ -259,7 +266,7 @@ class MemoryElement(Memory):
         """End the running procedure, if there is one."""
         if self._running:
             self._running.steps.close()
-            self._end(False, why, Result(None))
+            self._end_procedure(False, why, Result(None))
             self.statistics.aborted += 1
             if self.unknown is not None and self.unknown.since >= self.progress.start_tick:
                 self.unknown = dataclasses.replace(self.unknown, reason='aborted')
@@ -290,11 +297,11 @@ class MemoryElement(Memory):
             self.base.check(acceleration)
         while self.script and self.script[0][0] <= self.ticks:
             (_, faults), *self.script = self.script
-            self._suffer(faults)
+            self._apply_faults(faults)
         if 0 in shakes:
             self.base.disturb(shakes[0])  # as `apply` does, before a procedure looks at it
-        ticks = self._step(self._running) if self._running else most
-        shaken = self.base.harmful(shakes)
+        ticks = self._resume_procedure(self._running) if self._running else most
+        shaken = self.base.find_harmful_tick(shakes)
         if shaken == 0:
             self.transducer.shaken = True
             self.forget('shaken')
@@ -319,56 +326,58 @@ class MemoryElement(Memory):
         run = self.apply(command)
         assert run is not None
         while run.outcome is None:
-            self.advance(LONGEST_RUN if between is None else 1)
+            self.advance(MAX_RUN_TICKS if between is None else 1)
             if between is not None and run.outcome is None:
                 between()
         return run.outcome
 
-    def _step(self, run: Run) -> int:
+    def _resume_procedure(self, run: Run) -> int:
         """Resume a procedure; return after how many ticks to resume it again."""
         try:
             ticks = next(run.steps)
         except StopIteration as stop:
             result: Result = stop.value
             failed = ', '.join(check.name for check in result.checks if not check.passed)
-            self._finish(not failed, f'failed: {failed}' if failed else '', result)
+            self._finish_procedure(not failed, f'failed: {failed}' if failed else '', result)
         except ProcedureFailed as failure:
             result = Result(self.reading, failure.attempts)
-            self._finish(False, f'{failure}{self._way_home()}', result)
+            self._finish_procedure(False, f'{failure}{self._describe_remedy()}', result)
         else:
             run.due = self.ticks + ticks
             return ticks
         return 1
 
-    def stand_still(self, why: str) -> None:
+    def stop_after_failure(self, why: str) -> None:
         """End everything under way after a failed tick."""
-        super().stand_still(why)
+        super().stop_after_failure(why)
         self.forget(why)
         if self._running:
             self._running.steps.close()
-            self.statistics.count(self._end(False, f'{why}{self._way_home()}', Result(None)))
+            self.statistics.count(
+                self._end_procedure(False, f'{why}{self._describe_remedy()}', Result(None))
+            )
 
-    def _way_home(self) -> str:
+    def _describe_remedy(self) -> str:
         """Return what to do about cells that have left their phases, as far as the ends show."""
         stray = None in (self.phase(End.LEFT), self.phase(End.RIGHT))
-        return WAY_HOME if stray and self.simulated and self.procedure != 'reset' else ''
+        return RESET_HINT if stray and self.simulated and self.procedure != 'reset' else ''
 
-    def _finish(self, success: bool, error: str, result: Result) -> None:
+    def _finish_procedure(self, success: bool, error: str, result: Result) -> None:
         """End the running procedure, successful or not: release cells, return the strain to zero.
 
         What changes nothing, such as a read, keeps a strain that was set by hand.
         """
-        outcome = self._end(success, error, result)
+        outcome = self._end_procedure(success, error, result)
         self.statistics.count(outcome)
         self.transducer.release()
         if PROCEDURES[outcome.procedure].changes and self.actuator.motion.target != 0.0:
             self.actuator.ramp_to(0.0, self.settings.erase.release)
 
-    def _end(self, success: bool, error: str, result: Result) -> Outcome:
+    def _end_procedure(self, success: bool, error: str, result: Result) -> Outcome:
         run, self._running = self._running, None
         assert run is not None
         found = dict(result.found)
-        if result.reading is not None and (word := self.word_of(result.reading)) is not None:
+        if result.reading is not None and (word := self.find_word(result.reading)) is not None:
             found['word'] = word
         run.outcome = Outcome(
             self.progress.procedure, success, error, result.reading, result.attempts,

@@ -21,19 +21,19 @@ from .moves.corrections import (
     PulseCorrection,
     PulseCorrections,
     corrections_by_level,
-    schedule_of,
+    hash_schedule,
 )
-from .parsing import DecodeError, decode, find_line, from_yaml, read
+from .parsing import DecodeError, decode_value, find_line, parse_yaml, read_file
 from .physics import Design, DesignError, Specimen
 from .physics.potential import Array
-from .schema import described, descriptions, short_repr
+from .schema import describe_field, find_descriptions, short_repr
 from .settings import Settings
 
-FORMAT = 1
+FORMAT_VERSION = 1
 """Version of this format."""
 
 
-MOST = 100.0
+MAX_ALPHA_FACTOR = 100.0
 """Greatest factor between the amplification of a cell and the design's."""
 
 
@@ -74,7 +74,7 @@ class Element:
         return self.specimen.design
 
     @property
-    def timed(self) -> Specimen:
+    def timed_specimen(self) -> Specimen:
         """The element in the instrument's time, in which an instrument simulates it.
 
         A clock that is off by a factor scales masses and damping.
@@ -86,27 +86,27 @@ class Element:
         """Return the planned corrections by the level to which a pulse takes the wall."""
         return corrections_by_level(self.plan, settings, self.specimen.design.levels)
 
-    def kicks(self, settings: Settings) -> Settings:
+    def apply_planned_kicks(self, settings: Settings) -> Settings:
         """Return settings of a register with the kicks of walls and kinks as planned."""
         if self.plan is None or not settings.register.spacing:
             return settings
         kick, walls = settings.kick, [step.speed for step in self.plan.steps]
         speeds, kinks = (
             ' '.join(f'{factor * speed:.6g}' for factor, speed in zip(factors, each, strict=False))
-            for factors, each in ((walls, kick.by_level), (self.plan.kinks, kick.of_kinks))
+            for factors, each in ((walls, kick.wall_speeds), (self.plan.kinks, kick.kink_speeds))
         )
         return replace(settings, kick=replace(kick, speeds=speeds, kinks=kinks))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file: all that is not as designed, or not a default."""
         made, deviations = self.specimen, np.asarray(self.alpha_std)
-        design = _differences(made.design)
+        design = _collect_differences(made.design)
         if made.design.phase == made.design.usual_phase:
             del design['phase']
-        values: dict[str, Any] = {'format': FORMAT, 'design': design}
+        values: dict[str, Any] = {'format': FORMAT_VERSION, 'design': design}
         defaults = Settings().groups()
         for name, group in self.settings.groups().items():
-            if changed := _differences(group, defaults[name]):
+            if changed := _collect_differences(group, defaults[name]):
                 values[name] = changed
         if deviations.any() or (made.alpha != made.design.alpha).any():
             values |= {'alpha': made.alpha.tolist(), 'alpha_std': deviations.tolist()}
@@ -127,22 +127,22 @@ class Element:
         return values | ({'plan': self.plan.as_dict()} if self.plan else {})
 
 
-def _differences(group: Any, default: Any = None) -> dict[str, Any]:
+def _collect_differences(group: Any, default: Any = None) -> dict[str, Any]:
     """Return the fields that differ from a default, or from those of the class, for a file."""
-    values, described_fields = asdict(group), dict(descriptions(group))
+    values, described_fields = asdict(group), dict(find_descriptions(group))
     found = {}
     for each in fields(group):
         if values[each.name] != (getattr(default, each.name) if default else each.default):
             row = described_fields.get(each)
             found[each.name] = (
-                list(map(_number_or_word, values[each.name].split()))
+                list(map(_parse_word, values[each.name].split()))
                 if row and row.words
                 else values[each.name]
             )
     return found
 
 
-def _number_or_word(word: str) -> int | float | str:
+def _parse_word(word: str) -> int | float | str:
     """Return a word of a text as a file has it."""
     for kind in (int, float):
         try:
@@ -152,7 +152,7 @@ def _number_or_word(word: str) -> int | float | str:
     return word
 
 
-def _with_defaults(data: Any) -> Any:
+def _add_defaults(data: Any) -> Any:
     """Return the values of a file with all settings, lists of numbers as the texts they are.
 
     Raises:
@@ -165,7 +165,7 @@ def _with_defaults(data: Any) -> Any:
         if not isinstance(given := data.get(name), Mapping):
             continue
         found[name] = values = {**asdict(group), **given}
-        for each, row in descriptions(group):
+        for each, row in find_descriptions(group):
             if not row.words or each.name not in given:
                 continue
             items = given[each.name]
@@ -180,18 +180,20 @@ def _with_defaults(data: Any) -> Any:
 class _File(Settings):
     """The keys of a file: all groups of settings, and these."""
 
-    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
-    design: Design = described(MISSING, 'the intended element')
-    alpha: Array | None = described(None, 'amplification of every cell', low=0.0)
-    alpha_std: Array | None = described(None, 'its standard deviation', low=0.0, high=1e9)
-    k_r: float | Array = described(1.0, 'springs between the cells', low=1e-3, high=1e3)
-    mass: float | Array = described(1.0, 'masses', low=1e-3, high=1e3)
+    format: int = describe_field(
+        MISSING, 'version of the format', low=FORMAT_VERSION, high=FORMAT_VERSION
+    )
+    design: Design = describe_field(MISSING, 'the intended element')
+    alpha: Array | None = describe_field(None, 'amplification of every cell', low=0.0)
+    alpha_std: Array | None = describe_field(None, 'its standard deviation', low=0.0, high=1e9)
+    k_r: float | Array = describe_field(1.0, 'springs between the cells', low=1e-3, high=1e3)
+    mass: float | Array = describe_field(1.0, 'masses', low=1e-3, high=1e3)
     offset: float | Array = 0.0
     stuck: tuple[int, ...] = ()
-    time_unit: float = described(1.0, "the instrument's time unit", low=0.5, high=2.0)
+    time_unit: float = describe_field(1.0, "the instrument's time unit", low=0.5, high=2.0)
     transducers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    chi2: float = described(0.0, 'misfit per datum', low=0.0)
-    data: int = described(0, 'number of data', low=0, high=2**62)
+    chi2: float = describe_field(0.0, 'misfit per datum', low=0.0)
+    data: int = describe_field(0, 'number of data', low=0, high=2**62)
     untold: tuple[str, ...] = ()
     plan: PulseCorrections | None = None
 
@@ -207,8 +209,11 @@ class _File(Settings):
             if values is not None and values.shape != (n,):
                 raise ValueError(f'{name} must be {n} numbers; got {values.size}')
         factor = self.alpha_factor
-        if not ((factor >= 1.0 / MOST) & (factor <= MOST)).all():
-            raise ValueError(f"alpha must be from 1/{MOST:g} to {MOST:g} times the design's")
+        if not ((factor >= 1.0 / MAX_ALPHA_FACTOR) & (factor <= MAX_ALPHA_FACTOR)).all():
+            raise ValueError(
+                f'alpha must be from 1/{MAX_ALPHA_FACTOR:g} to {MAX_ALPHA_FACTOR:g} times the '
+                f"design's"
+            )
         levels, plan = self.design.levels, self.plan
         if plan and not (len(plan.steps) == levels and len(plan.kinks) in (0, levels)):
             raise ValueError(f'plan must have steps, and kinks if any, to {levels} levels')
@@ -221,14 +226,14 @@ class _File(Settings):
         return np.asarray(self.alpha / self.design.alpha)
 
 
-def element_of(data: Any, name: str = '') -> Element:
+def parse_element(data: Any, name: str = '') -> Element:
     """Return the element that `as_dict` described.
 
     Raises:
         ElementFileError: The data are not an element.
     """
     try:
-        given: _File = decode(_File, _with_defaults(data))
+        given: _File = decode_value(_File, _add_defaults(data))
         made = Specimen(
             given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
             offset=given.offset, stuck=given.stuck,
@@ -244,7 +249,7 @@ def element_of(data: Any, name: str = '') -> Element:
     )  # fmt: skip
 
 
-def save(path: Path, element: Element) -> None:
+def write_element_file(path: Path, element: Element) -> None:
     """Write an element to a file, whole or not at all.
 
     Raises:
@@ -264,7 +269,7 @@ def save(path: Path, element: Element) -> None:
     write_atomically(path, yaml.dump(values, Dumper=Dumper, sort_keys=False, width=90))
 
 
-def load(path: Path) -> Element:
+def read_element_file(path: Path) -> Element:
     """Read the file of an element.
 
     Raises:
@@ -272,27 +277,27 @@ def load(path: Path) -> Element:
     """
     text = ''
     try:
-        text = read(path)
-        return element_of(from_yaml(text), path.stem)
+        text = read_file(path)
+        return parse_element(parse_yaml(text), path.stem)
     except DecodeError as error:
         line = find_line(text, error.field) if error.field else 0
         place = f'{path}, line {line}' if line else str(path)
         raise ElementFileError(f'{place}: {error}', error.field) from error
 
 
-def of_design(path: Path, design: Design, settings: Settings | None = None) -> Element:
+def read_matching_element(path: Path, design: Design, settings: Settings | None = None) -> Element:
     """Read the file of an element that must be one of a design.
 
     Raises:
         ElementFileError: It cannot be read, has other cells and defects, or pulses for others.
     """
-    element = load(path)
+    element = read_element_file(path)
     found = element.specimen.design.cells
     if found != design.cells:
         raise ElementFileError(
             f'{path} must have the N, J, J_s and tail of the design, {design.cells}; got {found}'
         )
-    if settings and element.plan and element.plan.schedule != schedule_of(settings):
+    if settings and element.plan and element.plan.schedule != hash_schedule(settings):
         raise ElementFileError(
             f'{path}: its pulses were planned with other settings; `mlmem plan` finds new ones'
         )

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .schema import problems
+from .schema import find_problems
 
 
 class SettingsError(ValueError):
@@ -18,7 +18,7 @@ class Checked:
     """A group of settings that refuses values out of range when it is made."""
 
     def __post_init__(self) -> None:
-        if found := problems(self):
+        if found := find_problems(self):
             raise SettingsError('; '.join(found))
 
 

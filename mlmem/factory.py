@@ -16,14 +16,14 @@ from .instrument.end import End
 from .instrument.instrument import Instrument
 from .memory import Memory
 from .physics import Design, Specimen, StateError
-from .physics.equilibrium import blank, resting_wall
+from .physics.equilibrium import find_pinned_wall, make_blank
 from .physics.potential import Array
-from .procedures.blocks import run, wait
+from .procedures.blocks import run_procedure, wait_time
 from .procedures.driving import erase
-from .procedures.listening import pulse_echo
+from .procedures.listening import probe_ends
 from .procedures.writing import write
 from .readers.calibration import Calibration, DelayTable
-from .readers.decoding import primary
+from .readers.decoding import primary_end
 from .readers.echo import Echo
 from .readers.reading import BLANK
 from .settings import ElementSettings, Settings
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 
 @lru_cache(maxsize=64)  # shared by equal instruments
 def factory_calibration(design: Design, settings: Settings) -> Calibration:
-    """Return the echo delays of an ideal element; raises as `calibration_of`."""
-    return calibration_of(Specimen(design), design, settings)
+    """Return the echo delays of an ideal element; raises as `compute_calibration`."""
+    return compute_calibration(Specimen(design), design, settings)
 
 
-def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibration:
+def compute_calibration(made: Specimen, design: Design, settings: Settings) -> Calibration:
     """Return the echo delays of an element in an instrument for a design, probed with its wall
     resting at every level.
 
@@ -51,8 +51,8 @@ def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibr
     converged = replace(settings.time, integrator='pefrl')
     body = Simulation.of(made, converged)
     twin = Instrument(design, replace(settings, read=at_rest, time=converged), body)
-    walls = [_resting(made, level) for level in range(design.levels)]
-    heard = [_echoes(twin, wall, tuple(End)) for wall in walls]
+    walls = [_relax_wall(made, level) for level in range(design.levels)]
+    heard = [_measure_echoes(twin, wall, tuple(End)) for wall in walls]
     for level, echoes in enumerate(heard):
         for end, echo in echoes.items():
             if echo.delay is None:
@@ -61,7 +61,7 @@ def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibr
                     f'level {level} gives no echo at the {end} end: with carrier '
                     f'{probe.omega_c:g} and threshold {probe.v_th:g} it cannot be read'
                 )
-    empty = _echoes(twin, blank(made), (End.RIGHT,))[End.RIGHT].delay
+    empty = _measure_echoes(twin, make_blank(made), (End.RIGHT,))[End.RIGHT].delay
     left, right = (
         DelayTable(
             tuple(each[end].delay or 0.0 for each in heard),
@@ -71,64 +71,64 @@ def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibr
         for end, of_blank in ((End.LEFT, None), (End.RIGHT, empty))
     )
     found = Calibration(left, right)
-    found.check(design.levels, primary(settings.read))
+    found.check(design.levels, primary_end(settings.read))
     return found
 
 
-def _resting(made: Specimen, level: int) -> Array:
+def _relax_wall(made: Specimen, level: int) -> Array:
     try:
-        return resting_wall(made, level)
+        return find_pinned_wall(made, level)
     except StateError as error:
         raise SettingsError(f'the wall does not settle at level {level}: {error}') from error
 
 
-def _echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:
+def _measure_echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:
     """Place a configuration, probe it once, and return the echoes at some ends."""
     twin.chain.place(v)
-    twin.transducer.assume_rest()
+    twin.transducer.assume_equilibrium()
     write = twin.settings.write
     try:
         if twin.design.substrate == 'elastic':  # the wall strains it: let it come to rest
-            run(twin, wait(twin, write.settle + write.final_settle))
-            twin.transducer.assume_rest()
-        return run(twin, pulse_echo(twin, ends))
+            run_procedure(twin, wait_time(twin, write.settle + write.final_settle))
+            twin.transducer.assume_equilibrium()
+        return run_procedure(twin, probe_ends(twin, ends))
     except ProcedureFailed as error:
         raise SettingsError(f'the ideal element cannot be probed: {error}') from error
 
 
 @lru_cache(maxsize=8)
-def rehearsed(design: Design, settings: Settings) -> BadCells:
+def rehearse_levels(design: Design, settings: Settings) -> BadCells:
     """Return the forecasts with the known bad cells, and which levels can be used.
 
     A weak cell holds a wall that should pass, or lets go one that should rest. So where one is
     known, every level is written, from that below, and left in a simulation.
 
     Raises:
-        SettingsError: As `bad_cells`.
+        SettingsError: As `forecast_bad_cells`.
     """
-    from .readers.bad_cells import bad_cells, with_bad_cells  # few elements have bad cells
-    from .readers.register import resting
+    from .readers.bad_cells import add_bad_cells, forecast_bad_cells  # few elements have bad cells
+    from .readers.register import pin_walls
 
-    found, weak = bad_cells(design, settings), settings.element.weak
+    found, weak = forecast_bad_cells(design, settings), settings.element.weak_factors
     if not weak:
         return found
     plain = replace(settings, element=ElementSettings())
-    made, once = with_bad_cells(design, settings), replace(settings.write, attempts=1)
+    made, once = add_bad_cells(design, settings), replace(settings.write, attempts=1)
     body = Simulation.of(made, settings.time)
     twin = Memory(design, plain, factory_calibration(design, plain), body)
     twin.settings, twin.bad_cells = replace(settings, write=once), found
     lost: dict[int, str] = {}
     for level in found.usable:
-        site = min(weak, key=lambda site: abs(site - design.defect(level)))
+        site = min(weak, key=lambda site: abs(site - design.defect_site(level)))
         below = max((n for n in found.usable if n < level and n not in lost), default=BLANK)
         ways = (below, write, (level,)), (level, erase, ()), (level, write, (max(0, below),))
         for start, way, target in ways:
-            twin.renew()
-            twin.chain.place(resting(made, (start,) if start >= 0 else ()))
-            twin.transducer.assume_rest()
+            twin.replace_element()
+            twin.chain.place(pin_walls(made, (start,) if start >= 0 else ()))
+            twin.transducer.assume_equilibrium()
             try:
-                run(twin, way(twin, *target))
+                run_procedure(twin, way(twin, *target))
             except (ProcedureFailed, StateError):  # there is no way, or a cell left its range
                 lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
                 break
-    return found.without(lost)
+    return found.exclude_levels(lost)

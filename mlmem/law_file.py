@@ -17,15 +17,15 @@ from pathlib import Path
 import numpy as np
 
 from .atomic_files import write_atomically
-from .parsing import DecodeError, decode, from_yaml, read
+from .parsing import DecodeError, decode_value, parse_yaml, read_file
 from .physics import DesignError
 from .physics.curve import Curve
-from .schema import described
+from .schema import describe_field
 
-FORMAT = 1
+FORMAT_VERSION = 1
 """Version of the format."""
 
-SI, CELLS = 'SI', 'cells'
+UNIT_SI, UNIT_CELLS = 'SI', 'cells'
 
 
 class LawFileError(DecodeError):
@@ -36,24 +36,28 @@ class LawFileError(DecodeError):
 class _File:
     """The keys of a file."""
 
-    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
-    law: Curve = described(MISSING, 'the curve of force')
-    unit: str = described(
-        SI, 'SI: m and N; cells: lattice constants and k_r of the design', choices=(SI, CELLS)
+    format: int = describe_field(
+        MISSING, 'version of the format', low=FORMAT_VERSION, high=FORMAT_VERSION
+    )
+    law: Curve = describe_field(MISSING, 'the curve of force')
+    unit: str = describe_field(
+        UNIT_SI,
+        'SI: m and N; cells: lattice constants and k_r of the design',
+        choices=(UNIT_SI, UNIT_CELLS),
     )
     force_std: tuple[float | None, ...] = ()
 
 
-def load(path: Path | str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
-    """Read a law, as a `Design` takes it (see `curve_of`).
+def read_law_file(path: Path | str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
+    """Read a law, as a `Design` takes it (see `parse_curve`).
 
     Raises:
         LawFileError: It cannot be read, or is none.
     """
-    return curve_of(text_in(path), length, stiffness)
+    return parse_curve(read_law_text(path), length, stiffness)
 
 
-def curve_of(text: str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
+def parse_curve(text: str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
     """Return the law of a text, in units of a lattice constant and of a spring.
 
     Args:
@@ -64,9 +68,9 @@ def curve_of(text: str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
     Raises:
         LawFileError: It is none.
     """
-    given = _decoded(text)
+    given = _decode_file(text)
     law = given.law
-    if given.unit == CELLS:
+    if given.unit == UNIT_CELLS:
         return law
     try:
         force = (np.array(law.force) / (stiffness * length)).tolist()
@@ -75,30 +79,30 @@ def curve_of(text: str, length: float = 1.0, stiffness: float = 1.0) -> Curve:
         raise LawFileError(f'this law is none in units of {length:g} m: {error}') from error
 
 
-def text_in(path: Path | str) -> str:
+def read_law_text(path: Path | str) -> str:
     """Return the text of a file, without its scatter, as one line that a parameter holds.
 
     Raises:
         LawFileError: It cannot be read, or is none.
     """
     try:
-        given = _decoded(read(path))
+        given = _decode_file(read_file(path))
     except DecodeError as error:
         raise LawFileError(f'{path}: {error}') from error
-    return text_of(given.law, given.unit)
+    return format_law(given.law, given.unit)
 
 
-def text_of(law: Curve, unit: str = CELLS) -> str:
+def format_law(law: Curve, unit: str = UNIT_CELLS) -> str:
     """Return a law, that of a design or in SI units, as one line of text."""
-    return json.dumps({'format': FORMAT, 'unit': unit, 'law': _values(law)})
+    return json.dumps({'format': FORMAT_VERSION, 'unit': unit, 'law': _collect_values(law)})
 
 
-def is_text(source: str) -> bool:
+def is_law_text(source: str) -> bool:
     """Return whether a text is a law itself and not the path of one."""
     return source.lstrip().startswith('{')
 
 
-def save(path: Path, law: Curve, force_std: Sequence[float] = ()) -> None:
+def write_law_file(path: Path, law: Curve, force_std: Sequence[float] = ()) -> None:
     """Write a law in SI units to a file, whole or not at all.
 
     Raises:
@@ -106,18 +110,23 @@ def save(path: Path, law: Curve, force_std: Sequence[float] = ()) -> None:
     """
     import yaml  # type: ignore[import-untyped]
 
-    values = {'format': FORMAT, 'unit': SI, 'law': _values(law), 'force_std': list(force_std)}
+    values = {
+        'format': FORMAT_VERSION,
+        'unit': UNIT_SI,
+        'law': _collect_values(law),
+        'force_std': list(force_std),
+    }
     write_atomically(path, yaml.safe_dump(values, sort_keys=False, default_flow_style=None))
 
 
-def _values(law: Curve) -> dict[str, object]:
+def _collect_values(law: Curve) -> dict[str, object]:
     factor = {} if law.d == 1.0 else {'d': law.d}
     return {'low': law.low, 'high': law.high, 'force': list(map(float, law.force)), **factor}
 
 
-def _decoded(text: str) -> _File:
+def _decode_file(text: str) -> _File:
     try:
-        given: _File = decode(_File, from_yaml(text))
+        given: _File = decode_value(_File, parse_yaml(text))
     except ValueError as error:
         raise LawFileError(f'this is not a law as `mlmem law` writes: {error}') from error
     return given

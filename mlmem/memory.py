@@ -21,25 +21,25 @@ from .instrument.end import End, Shot
 from .instrument.instrument import Instrument
 from .physics import Design, Specimen
 from .readers.calibration import Calibration
-from .readers.decoding import decode, primary, undecodable
+from .readers.decoding import decode_echoes, make_undecodable, primary_end
 from .readers.echo import Echo
 from .readers.reading import UNDECODABLE, Reading, Unknown, describe_level
-from .schema import described
+from .schema import describe_field
 from .settings import Settings
 
 if TYPE_CHECKING:
     from .readers.bad_cells import BadCells
     from .readers.register import Forecasts, Register
 
-_count = partial(described, low=0, high=2**62)
+_count = partial(describe_field, low=0, high=2**62)
 
 
 @dataclass
 class MemoryStatistics:
     """Counts over the life of an element, saved with its content."""
 
-    level_writes: list[int] = described(MISSING, 'successful writes by level', low=0)
-    level_ticks: list[int] = described(MISSING, 'total ticks they took, by level', low=0)
+    level_writes: list[int] = describe_field(MISSING, 'successful writes by level', low=0)
+    level_ticks: list[int] = describe_field(MISSING, 'total ticks they took, by level', low=0)
     writes: int = _count(0, 'writes that were not aborted')
     first_try: int = _count(0, 'of these, those that succeeded at the first attempt')
     retries: int = _count(0, 'attempts beyond the first')
@@ -94,12 +94,12 @@ class MemoryStatistics:
         return values
 
 
-SHAKEN = (
+SHAKEN_REASON = (
     'the base shook by more than disturbance.harmless: the wall may have moved since the pulse'
 )
 """Why a reading is none, whatever was heard."""
 
-SLOWER = 1.1
+MAX_SLOWDOWN = 1.1
 """Most by which an element may be slower than its calibration."""
 
 
@@ -128,7 +128,7 @@ class Memory(Instrument):
         Raises:
             SettingsError: The calibration has a different number of levels.
         """
-        calibration.check(design.levels, primary(settings.read))
+        calibration.check(design.levels, primary_end(settings.read))
         super().__init__(design, settings, driver)
         self.calibration = calibration
         self.forecast: Calibration | None = None
@@ -139,28 +139,28 @@ class Memory(Instrument):
         self.twin: Specimen | None = None
         self.bad_cells: BadCells | None = None
         if settings.register.spacing:
-            from .readers.register import ideal_forecasts  # few elements hold many walls
+            from .readers.register import forecast_ideal_words  # few elements hold many walls
 
-            self.register = ideal_forecasts(design, settings)
+            self.register = forecast_ideal_words(design, settings)
         if settings.element.bad_cells:
-            from .readers.bad_cells import bad_cells  # nor do many have known bad cells
+            from .readers.bad_cells import forecast_bad_cells  # nor do many have known bad cells
 
-            self.bad_cells = bad_cells(design, settings)
+            self.bad_cells = forecast_bad_cells(design, settings)
         self.statistics = MemoryStatistics.of(self.words)
         self._events: list[Event] = []
 
     def adopt(self, twin: Specimen) -> None:
-        """Forecast what a register answers by its twin; raises as `register.forecasts_of`."""
-        from .readers.register import forecasts_of  # most have none
+        """Forecast what a register answers by its twin; raises as `register.forecast_words`."""
+        from .readers.register import forecast_words  # most have none
 
-        self.register, self.twin = forecasts_of(twin, self.settings), twin
+        self.register, self.twin = forecast_words(twin, self.settings), twin
 
     @property
     def words(self) -> int:
         """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
         return self.design.levels if self.register is None else self.register.code.words
 
-    def word_of(self, reading: Reading) -> int | None:
+    def find_word(self, reading: Reading) -> int | None:
         """Return the word in a reading; None if it holds one wall, or the word is not known."""
         known = self.register is not None and reading.level != UNDECODABLE
         return reading.level if known else None
@@ -180,10 +180,10 @@ class Memory(Instrument):
         """Levels of one wall that can be used, from the left."""
         return range(self.design.levels) if self.bad_cells is None else self.bad_cells.usable
 
-    def _proven(self, reading: Reading) -> Reading:
+    def _prove_reading(self, reading: Reading) -> Reading:
         """Return a reading, undecodable if the wall may have moved since the pulse."""
         spoilt = self.transducer.shaken and reading.level != UNDECODABLE
-        return undecodable(reading, SHAKEN) if spoilt else reading
+        return make_undecodable(reading, SHAKEN_REASON) if spoilt else reading
 
     def forget(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.
@@ -193,9 +193,11 @@ class Memory(Instrument):
         if self.reading is not None:
             self.reading, self.unknown = None, Unknown(reason, self.ticks + after)
 
-    def renew(self) -> None:
-        """Put a fresh blank element in the place of a simulated one; see `Instrument.renew`."""
-        super().renew()
+    def replace_element(self) -> None:
+        """Put a fresh blank element in the place of a simulated one; see
+        `Instrument.replace_element`.
+        """
+        super().replace_element()
         self.statistics.resets += 1
         self.forget('replaced')
 
@@ -209,7 +211,7 @@ class Memory(Instrument):
         self.forget(f'{how} by a procedure')
 
     @property
-    def audible(self) -> tuple[End, ...]:
+    def detecting_ends(self) -> tuple[End, ...]:
         """The ends that can hear something: both, if the wall lies between their phases."""
         if self.phase(End.LEFT) == 0:
             return (End.RIGHT,)
@@ -217,19 +219,19 @@ class Memory(Instrument):
             return (End.LEFT,)
         return self.calibration.ends
 
-    def passage(self, end: End) -> float:
+    def passage_time(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the farthest reflector."""
-        return SLOWER * self.calibration.longest(end)
+        return MAX_SLOWDOWN * self.calibration.longest(end)
 
-    def hear_nothing(self, reason: str) -> Reading:
+    def store_unreadable(self, reason: str) -> Reading:
         """Store why no pulse was fired."""
         self.reading = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf, reason)
         self.unknown = None
         return self.reading
 
-    def hear_word(self, found: Reading, echo: Echo) -> Reading:
+    def store_word(self, found: Reading, echo: Echo) -> Reading:
         """Store what waveforms say, unless the walls may have moved since, and report it."""
-        self.reading = self._proven(found)
+        self.reading = self._prove_reading(found)
         self.unknown = None
         self._events.append(EchoReceived(echo, self.reading))
         return self.reading
@@ -242,13 +244,13 @@ class Memory(Instrument):
                 the settings.
         """
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
-        self.reading = self._proven(
-            decode(self.design, self.settings.read, self.calibration, echoes, phases, end)
+        self.reading = self._prove_reading(
+            decode_echoes(self.design, self.settings.read, self.calibration, echoes, phases, end)
         )
         self.unknown = None
         if self.reading.level != UNDECODABLE:  # all that is under way was seen
             for each in echoes:
-                self.transducer.reverberation[each].returned()
+                self.transducer.reverberation[each].mark_returned()
         last = End.RIGHT if self.reading.end == End.RIGHT else End.LEFT  # which is reported
         for echo in sorted(echoes.values(), key=lambda echo: echo.end is last):
             self._events.append(EchoReceived(echo, self.reading))

@@ -13,24 +13,24 @@ from functools import cached_property
 from typing import Any
 
 from .errors import Checked
-from .schema import described, fields_in
+from .schema import describe_field, make_field_factory
 
-_time = fields_in('time', 0.0, 1e6)
-_speed = fields_in('cells/time', 1e-4, 10.0)
-_part = fields_in('', 0.0, 1.0)
-_count = fields_in('', 1, 100)
-_strain = fields_in('', -0.5, 0.5)
-_compression = fields_in('', -0.5, -1e-6)
-_tension = fields_in('', 1e-6, 0.5)
+_time = make_field_factory('time', 0.0, 1e6)
+_speed = make_field_factory('cells/time', 1e-4, 10.0)
+_part = make_field_factory('', 0.0, 1.0)
+_count = make_field_factory('', 1, 100)
+_strain = make_field_factory('', -0.5, 0.5)
+_compression = make_field_factory('', -0.5, -1e-6)
+_tension = make_field_factory('', 1e-6, 0.5)
 
 
-def _numbers(text: str) -> tuple[float, ...]:
+def _parse_numbers(text: str) -> tuple[float, ...]:
     return tuple(map(float, text.split()))
 
 
-def _by_level(text: str, least: str = '1e-4') -> Any:
+def _describe_levels(text: str, least: str = '1e-4') -> Any:
     """Return a field of numbers, one for each level from 0 on."""
-    return described(
+    return describe_field(
         '',
         text,
         words=f'0 or from {least} to 10',
@@ -58,7 +58,7 @@ class CycleSettings(Checked):
 class WriteSettings(CycleSettings):
     """Launch, step and verify."""
 
-    method: str = described(
+    method: str = describe_field(
         'strain',
         'strain: by strain cycles, as in the paper; kick: by kicks, with strain only where no '
         'kick reaches; auto: by whichever is fastest',
@@ -78,16 +78,16 @@ class WriteSettings(CycleSettings):
         'shortest ramp back to zero strain in the last cycle of a write: after a gentle end the '
         'level can be read sooner',
     )
-    shaped: bool = described(
+    shaped: bool = describe_field(
         False,
         'make each ramp of a step up in two halves, half a period of the cells at the right end '
         'apart: the cells ring less, and the level can be read sooner',
     )
     attempts: int = _count(3, 'most attempts of a write')
-    escalation: float = described(
+    escalation: float = describe_field(
         1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
     )
-    escalation_limit: float = described(
+    escalation_limit: float = describe_field(
         1.35, 'largest such factor: a greater peak may move the wall twice', low=1.0, high=4.0
     )
     min_margin: float = _part(0.5, 'least level margin of a written level', high=0.99)
@@ -109,12 +109,12 @@ class EraseSettings(CycleSettings):
     tension: float = _tension(0.026, 'peak strain at levels where tension frees the kink')
     start_strain: float = _strain(-0.03, 'strain under which the kink is launched', high=0.0)
     launch_speed: float = _speed(0.05, 'speed at which the boundary cell is moved')
-    trust_reading: bool = described(
+    trust_reading: bool = describe_field(
         False, 'start to listen for a blank element once the kink is at the level last read'
     )
 
 
-def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
+def select_peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
     """Return the peak strain that frees a wall or a kink by compression, or by tension."""
     return cycles.compression if compress else cycles.tension
 
@@ -127,14 +127,14 @@ class KickSettings(Checked):
     sends a kink that meets the wall at any level, and both are gone.
     """
 
-    speeds: str = _by_level(
+    speeds: str = _describe_levels(
         'mean speed in cells per time unit for every level from 0 on, separated by spaces; 0: no '
         'kick to this level'
     )
-    kinks: str = _by_level(
+    kinks: str = _describe_levels(
         'the same for a kink, behind a wall that rests already; only a register needs it'
     )
-    rooms: str = _by_level(
+    rooms: str = _describe_levels(
         'relative change of its speed that the kick to every level bears, separated by spaces; '
         'with less than 0.1 it is not used. Empty: all are used',
         least='0',
@@ -146,7 +146,7 @@ class KickSettings(Checked):
     )
     hold: float = _time(20.0, 'hold at the other ground state')
     settle: float = _time(800.0, 'rest in which the wall comes to its level')
-    erase_speed: float = described(
+    erase_speed: float = describe_field(
         0.3,
         'mean speed of the kick that erases one wall from any level; 0: none does',
         unit='cells/time',
@@ -158,7 +158,7 @@ class KickSettings(Checked):
     )
 
     @cached_property
-    def fastest(self) -> float:
+    def peak_speed_ratio(self) -> float:
         """Highest speed of a kick, relative to its mean: 1.5 if it is fastest half-way."""
         if not self.late:
             return 1.5
@@ -170,18 +170,18 @@ class KickSettings(Checked):
         )
 
     @cached_property
-    def by_level(self) -> tuple[float, ...]:
+    def wall_speeds(self) -> tuple[float, ...]:
         """Mean speeds of walls by level; 0 where there is no kick."""
-        return _numbers(self.speeds)
+        return _parse_numbers(self.speeds)
 
     @cached_property
-    def of_kinks(self) -> tuple[float, ...]:
+    def kink_speeds(self) -> tuple[float, ...]:
         """Mean speeds of kinks by level."""
-        return _numbers(self.kinks)
+        return _parse_numbers(self.kinks)
 
     def room(self, level: int) -> float:
         """Relative change of the speed that the kick to a level bears; 1 if that is not known."""
-        rooms = _numbers(self.rooms)
+        rooms = _parse_numbers(self.rooms)
         return rooms[level] if level < len(rooms) else 1.0
 
 
@@ -189,8 +189,8 @@ class KickSettings(Checked):
 class ClearingPulseSettings(Checked):
     """The strong pulse that clears a register: all its walls leave at the left end."""
 
-    end: str = described('right', 'end that is driven', choices=('left', 'right'))
-    omega_c: float = described(0.8, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
-    A: float = described(0.0, 'amplitude', unit='cells', low=0.0, high=5.0)
+    end: str = describe_field('right', 'end that is driven', choices=('left', 'right'))
+    omega_c: float = describe_field(0.8, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
+    A: float = describe_field(0.0, 'amplitude', unit='cells', low=0.0, high=5.0)
     sigma: float = _time(5.0, 'standard deviation of the envelope', low=0.1, high=1e4)
     settle: float = _time(200.0, 'rest in which the walls leave and the waves fade')

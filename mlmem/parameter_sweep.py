@@ -138,7 +138,7 @@ def sweep(
     if not points:
         raise ValueError('seeds must name at least one; got none')
     elements = (_make_element(design, point) for point in points)
-    found = _run(measure, elements, len(points), executor, progress)
+    found = _measure_all(measure, elements, len(points), executor, progress)
     rows = [point | _name_values(values) for point, values in zip(points, found, strict=True)]
     return Table(tuple(rows[0]), tuple(rows))
 
@@ -154,7 +154,7 @@ def _make_element(design: Design, point: Mapping[str, Any]) -> Specimen:
     return scattered(replace(design, **changed), Scatter(**deviations), point['seed'])
 
 
-def _run(
+def _measure_all(
     measure: Measurement,
     elements: Iterable[Specimen],
     total: int,
@@ -163,14 +163,14 @@ def _run(
 ) -> list[Any]:
     """Return what was measured of all elements, in their order."""
 
-    def show(items: Iterable[Any]) -> Iterable[Any]:
+    def track_items(items: Iterable[Any]) -> Iterable[Any]:
         return track_progress(items, total, 'sweeping') if progress else items
 
     if executor is None:
-        return [measure(element) for element in show(elements)]
+        return [measure(element) for element in track_items(elements)]
     futures: list[Future[Any]] = [executor.submit(measure, element) for element in elements]
     try:
-        for future in show(as_completed(futures)):
+        for future in track_items(as_completed(futures)):
             future.result()
     except BaseException:
         for future in futures:

@@ -3,8 +3,9 @@
 """What comes from outside: files that a user names, records, messages, as declared values.
 
 A dataclass is all the declaration there is. Its annotations say the types, `described` the ranges,
-`__post_init__` what else must hold; `decode` does the rest. Nothing that is read is trusted: a
-text is bounded in size and depth before it is parsed, and a message shows no more than a part.
+`__post_init__` what else must hold; `decode_value` does the rest. Nothing that is read is
+trusted: a text is bounded in size and depth before it is parsed, and a message shows no more than
+    a part.
 """
 
 from __future__ import annotations
@@ -25,40 +26,41 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from . import atomic_files
-from .schema import Description, fits, printable, short_repr, wanted
+from .schema import Description, describe_expected, is_valid_value, make_printable, short_repr
 
-DEEPEST = 50
+MAX_DEPTH = 50
 """Most levels of a document: ours have seven, and a parser may overflow the stack."""
 
-MOST_VALUES = 2**21
+MAX_YAML_VALUES = 2**21
 """Most values of a YAML document: an element of 100 000 cells has a fifth of them."""
 
-LONGEST = 300
+MAX_MESSAGE_CHARS = 300
 """Most characters of a message."""
 
-ANY = Description('')
+ANY_VALUE = Description('')
 """Of a field that is not described."""
 
 Some = TypeVar('Some')
 
 
 class DecodeError(ValueError):
-    """What was read is not what is declared; the message, of one line and at most `LONGEST`
-    characters, says where, and what was expected. The errors of our kinds of files derive from it.
+    """What was read is not what is declared; the message, of one line and at most
+    `MAX_MESSAGE_CHARS` characters, says where, and what was expected. The errors of our kinds of
+    files derive from it.
 
     Attributes:
         field: Key that is wrong, as `kick.speeds`, or that holds what is; empty if it is all.
     """
 
     def __init__(self, message: str, field: str = '') -> None:
-        super().__init__(printable(message, LONGEST))
+        super().__init__(make_printable(message, MAX_MESSAGE_CHARS))
         self.field = field
 
 
 # --- texts ------------------------------------------------------------------------------------
 
 
-def read(path: Path | str, most: int = atomic_files.MOST) -> str:
+def read_file(path: Path | str, most: int = atomic_files.MAX_FILE_BYTES) -> str:
     """Return the content of a regular file in UTF-8 of at most `most` bytes.
 
     Raises:
@@ -67,7 +69,7 @@ def read(path: Path | str, most: int = atomic_files.MOST) -> str:
     try:
         return atomic_files.read_text(Path(path), most)
     except (OSError, ValueError) as error:
-        raise DecodeError(atomic_files.reason(error)) from error
+        raise DecodeError(atomic_files.describe_error(error)) from error
 
 
 def require_regular(path: Path) -> None:
@@ -79,26 +81,26 @@ def require_regular(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
-        raise DecodeError(atomic_files.reason(error)) from error
+        raise DecodeError(atomic_files.describe_error(error)) from error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise DecodeError('it is not a regular file')
 
 
-def from_json(text: str | bytes) -> Any:
+def parse_json(text: str | bytes) -> Any:
     """Return what a JSON text holds; raises `DecodeError`."""
     try:
-        return json.loads(text, parse_constant=_no_constant)
+        return json.loads(text, parse_constant=_refuse_constant)
     except RecursionError:
         raise DecodeError('it must be JSON; it is nested too deeply') from None
     except ValueError as error:
-        raise DecodeError(f'it must be JSON; {printable(str(error), 100)}') from error
+        raise DecodeError(f'it must be JSON; {make_printable(str(error), 100)}') from error
 
 
-def _no_constant(name: str) -> NoReturn:
+def _refuse_constant(name: str) -> NoReturn:
     raise ValueError(f'{name} is not JSON')
 
 
-def from_yaml(text: str, *, texts: bool = False) -> Any:
+def parse_yaml(text: str, *, texts: bool = False) -> Any:
     """Return what a YAML text holds, every scalar as a text if wanted; raises `DecodeError`.
 
     What an alias stands for counts each time: a kilobyte of them can stand for gigabytes.
@@ -121,8 +123,8 @@ def from_yaml(text: str, *, texts: bool = False) -> Any:
                 nodes += sizes.get(event.anchor, 1)
                 if event.anchor in (anchor for anchor, _ in inside):
                     raise DecodeError('it must be YAML; it holds itself')
-            if len(inside) > DEEPEST or nodes > MOST_VALUES:
-                what = 'nested too deeply' if len(inside) > DEEPEST else 'too large'
+            if len(inside) > MAX_DEPTH or nodes > MAX_YAML_VALUES:
+                what = 'nested too deeply' if len(inside) > MAX_DEPTH else 'too large'
                 raise DecodeError(f'it must be YAML; it is {what}')
         single = loader(text)
         try:
@@ -132,7 +134,7 @@ def from_yaml(text: str, *, texts: bool = False) -> Any:
     except DecodeError:
         raise
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise DecodeError(f'it must be YAML; {_place_in_yaml(error)}') from error
+        raise DecodeError(f'it must be YAML; {_locate_yaml_error(error)}') from error
 
 
 @functools.cache
@@ -148,7 +150,7 @@ def _value_loader() -> Any:
 
 
 def find_line(text: str, field: str) -> int:
-    """Return the line on which a key such as `kick.speeds` stands in a YAML text that `from_yaml`
+    """Return the line on which a key such as `kick.speeds` stands in a YAML text that `parse_yaml`
     read, or else the key that holds it; 0 if neither is there.
     """
     import yaml
@@ -163,7 +165,7 @@ def find_line(text: str, field: str) -> int:
     return line
 
 
-def _place_in_yaml(error: Exception) -> str:
+def _locate_yaml_error(error: Exception) -> str:
     """Return what is wrong with a YAML text and where, without quoting it."""
     mark, problem = (getattr(error, f'problem{suffix}', None) for suffix in ('_mark', ''))
     if mark is None:
@@ -176,14 +178,17 @@ def _place_in_yaml(error: Exception) -> str:
 # --- values -----------------------------------------------------------------------------------
 
 
-def decode(kind: type[Some] | Any, data: Any, name: str = '', given: Description = ANY) -> Any:
+def decode_value(
+    kind: type[Some] | Any, data: Any, name: str = '', given: Description = ANY_VALUE
+) -> Any:
     """Return plain values, as JSON and YAML have them, as what a type declares.
 
     A document of another kind is refused without quoting it: a client may name any file.
 
     A dataclass comes from an object, or from a list of all its fields; a tuple or list from a
     list; a mapping with other keys than texts from a list of pairs; an array from a number, a
-    list of numbers or of hexadecimal ones, or the object that `encoded` gives. Numbers are finite.
+    list of numbers or of hexadecimal ones, or the object that `encode_array` gives. Numbers are
+    finite.
 
     Args:
         data: The values.
@@ -199,49 +204,49 @@ def decode(kind: type[Some] | Any, data: Any, name: str = '', given: Description
         return given.null
     origin, args = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
-        return _one_of(args, data, name, given)
+        return _decode_union(args, data, name, given)
     if dataclasses.is_dataclass(kind):
-        return _object(kind, data, name)
+        return _decode_object(kind, data, name)
     if origin is np.ndarray:
-        return _array(data, name, given)
+        return _decode_array(data, name, given)
     if origin in (tuple, list, Sequence):
-        return _list(origin, args, data, name, given)
+        return _decode_list(origin, args, data, name, given)
     if origin in (dict, Mapping):
-        return _mapping(args, data, name, given)
+        return _decode_mapping(args, data, name, given)
     if isinstance(kind, enum.EnumMeta):
         words = tuple(str(each.value) for each in list[enum.Enum](kind))
-        return kind(decode(str, data, name, Description('', choices=words)))
-    if not fits(data, kind.__name__, given):
-        _refuse(name, wanted(kind.__name__, given), data)
+        return kind(decode_value(str, data, name, Description('', choices=words)))
+    if not is_valid_value(data, kind.__name__, given):
+        _raise_mismatch(name, describe_expected(kind.__name__, given), data)
     if kind is int and not -(2**63) <= data < 2**63:
-        _refuse(name, 'a whole number of 64 bits', data)
+        _raise_mismatch(name, 'a whole number of 64 bits', data)
     return float(data) if kind is float else data
 
 
-def encoded(values: Any) -> dict[str, Any]:
-    """Return an array with every bit, as `decode` takes it."""
+def encode_array(values: Any) -> dict[str, Any]:
+    """Return an array with every bit, as `decode_value` takes it."""
     data = np.ascontiguousarray(values, dtype='<f8').tobytes()
     return {'shape': list(values.shape), 'f8': base64.b64encode(data).decode('ascii')}
 
 
-def _refuse(name: str, what: str, data: Any) -> NoReturn:
+def _raise_mismatch(name: str, what: str, data: Any) -> NoReturn:
     raise DecodeError(f'{name or "it"} must be {what}; got {short_repr(data)}', name)
 
 
-def _inside(name: str, key: object) -> str:
-    short = printable(str(key), 40)
+def _join_path(name: str, key: object) -> str:
+    short = make_printable(str(key), 40)
     return f'{name}.{short}' if name else short
 
 
 @functools.cache
-def _declared(kind: type) -> dict[str, tuple[Any, Description, bool]]:
+def _describe_fields(kind: type) -> dict[str, tuple[Any, Description, bool]]:
     """Return type and description of every field, and whether it must be given."""
     hints = typing.get_type_hints(kind)
     missing = dataclasses.MISSING
     return {
         each.name: (
             hints[each.name],
-            each.metadata.get('description', ANY),
+            each.metadata.get('description', ANY_VALUE),
             each.default is missing and each.default_factory is missing,
         )
         for each in dataclasses.fields(kind)
@@ -249,14 +254,14 @@ def _declared(kind: type) -> dict[str, tuple[Any, Description, bool]]:
     }
 
 
-def _object(kind: type, data: Any, name: str) -> Any:
-    fields = _declared(kind)
+def _decode_object(kind: type, data: Any, name: str) -> Any:
+    fields = _describe_fields(kind)
     if isinstance(data, list) and data and len(data) == len(fields):
         data = dict(zip(fields, data, strict=True))
     if not isinstance(data, Mapping):
         if not name:
-            raise DecodeError(f'it must be an object; got {_kind_of(data)}')
-        _refuse(name, 'an object', data)
+            raise DecodeError(f'it must be an object; got {_describe_kind(data)}')
+        _raise_mismatch(name, 'an object', data)
     if not name and data and fields and not any(key in fields for key in data):
         raise DecodeError(f'it has none of the keys {", ".join(fields)}')
     if unknown := [key for key in data if key not in fields]:
@@ -264,73 +269,79 @@ def _object(kind: type, data: Any, name: str) -> Any:
         known = ', '.join(fields)
         raise DecodeError(
             f'there is no {short_repr(unknown[0], 40)}{there}; there are {known}',
-            _inside(name, unknown[0]),
+            _join_path(name, unknown[0]),
         )
     if missing := [key for key, (*_, needed) in fields.items() if needed and key not in data]:
         text = fields[missing[0]][1].text if len(missing) == 1 else ''
         raise DecodeError(f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}', name)
     try:
         return kind(**{
-            key: decode(hint, data[key], _inside(name, key), given)
+            key: decode_value(hint, data[key], _join_path(name, key), given)
             for key, (hint, given, _) in fields.items()
             if key in data
         })  # fmt: skip
     except DecodeError:
         raise
     except ValueError as error:  # its message begins with the name of a field
-        field = _inside(name, str(error).partition(' ')[0])
+        field = _join_path(name, str(error).partition(' ')[0])
         raise DecodeError(f'{name}: {error}' if name else str(error), field) from error
 
 
-def _kind_of(data: Any) -> str:
+def _describe_kind(data: Any) -> str:
     """Return in words what kind of value a document is."""
     if data is None:
         return 'nothing'
     return 'a list' if isinstance(data, list) else 'a text' if isinstance(data, str) else 'a value'
 
 
-def _one_of(kinds: Sequence[Any], data: Any, name: str, given: Description) -> Any:
+def _decode_union(kinds: Sequence[Any], data: Any, name: str, given: Description) -> Any:
     """Return the value of the first type that takes it; the last one says what is wrong."""
     if data is None and types.NoneType in kinds:
         return None
     *others, last = (kind for kind in kinds if kind is not types.NoneType)
     for kind in others:
         try:
-            return decode(kind, data, name, given)
+            return decode_value(kind, data, name, given)
         except DecodeError:
             continue
-    return decode(last, data, name, given)
+    return decode_value(last, data, name, given)
 
 
-def _list(origin: Any, kinds: Sequence[Any], data: Any, name: str, given: Description) -> Any:
+def _decode_list(
+    origin: Any, kinds: Sequence[Any], data: Any, name: str, given: Description
+) -> Any:
     if not isinstance(data, (list, tuple)):
-        _refuse(name, 'a list', data)
+        _raise_mismatch(name, 'a list', data)
     if origin is not tuple or kinds[-1:] == (...,):
         kinds = [kinds[0]] * len(data)
     elif len(data) != len(kinds):
-        _refuse(name, f'a list of {len(kinds)}', data)
+        _raise_mismatch(name, f'a list of {len(kinds)}', data)
     values = (
-        decode(kind, value, f'{name}[{place}]', given)
+        decode_value(kind, value, f'{name}[{place}]', given)
         for place, (kind, value) in enumerate(zip(kinds, data, strict=True))
     )
     return list(values) if origin is list else tuple(values)
 
 
-def _mapping(kinds: Sequence[Any], data: Any, name: str, given: Description) -> dict[Any, Any]:
+def _decode_mapping(
+    kinds: Sequence[Any], data: Any, name: str, given: Description
+) -> dict[Any, Any]:
     key, value = kinds
     if key is not str and not isinstance(key, enum.EnumMeta):
         if not isinstance(data, list):
-            _refuse(name, 'a list of pairs', data)
-        return dict(_list(tuple, (key, value), pair, name, given) for pair in data)
+            _raise_mismatch(name, 'a list of pairs', data)
+        return dict(_decode_list(tuple, (key, value), pair, name, given) for pair in data)
     if not isinstance(data, Mapping):
-        _refuse(name, 'an object', data)
+        _raise_mismatch(name, 'an object', data)
     return {
-        decode(key, each, f'a key of {name}'): decode(value, item, _inside(name, each), given)
+        decode_value(key, each, f'a key of {name}'): decode_value(
+            value, item, _join_path(name, each), given
+        )
         for each, item in data.items()
     }
 
 
-def _array(data: Any, name: str, given: Description) -> Any:
+def _decode_array(data: Any, name: str, given: Description) -> Any:
     what = 'a list of finite numbers'
     found: Any
     try:
@@ -338,21 +349,21 @@ def _array(data: Any, name: str, given: Description) -> Any:
             raw = base64.b64decode(data['f8'], validate=True)
             found = np.frombuffer(raw, dtype='<f8').reshape(data['shape']).astype(np.float64)
         elif isinstance(data, list):
-            found = np.array([_number(each) for each in data], dtype=np.float64)
+            found = np.array([_parse_number(each) for each in data], dtype=np.float64)
         else:
-            found = np.float64(_number(data))
+            found = np.float64(_parse_number(data))
     except (LookupError, TypeError, ValueError, OverflowError):
-        _refuse(name, what, data)
+        _raise_mismatch(name, what, data)
     low = -np.inf if given.low is None else given.low
     high = np.inf if given.high is None else given.high
     right = np.isfinite(found) & (found >= low) & (found <= high)
     if not right.all():
         worst = float(np.atleast_1d(found)[~np.atleast_1d(right)].flat[0])
-        _refuse(name, f'{what}: each {wanted("float", given)}', worst)
+        _raise_mismatch(name, f'{what}: each {describe_expected("float", given)}', worst)
     return np.asarray(found)
 
 
-def _number(data: Any) -> float:
+def _parse_number(data: Any) -> float:
     if isinstance(data, str) and data.lstrip('-').startswith('0x'):
         return float.fromhex(data)
     if type(data) not in (int, float):

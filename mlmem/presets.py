@@ -21,13 +21,13 @@ from .physics import Design, DesignError
 from .schema import short_repr
 from .settings import Settings
 
-NAMES = (
+ELEMENT_NAMES = (
     'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
     'kick_4',
 )  # fmt: skip
 """`bits_n` and `kick_n` store n bits."""
 
-DEFAULT = 'case_2'
+DEFAULT_ELEMENT = 'case_2'
 """The default element."""
 
 INSTALLED_FOLDER = Path(__file__).parent / 'elements'
@@ -57,15 +57,16 @@ def load_element(source: str | Path) -> Element:
     Raises:
         ElementFileError: There is no such file, or it is not that of an element.
     """
-    if source in NAMES:
+    if source in ELEMENT_NAMES:
         return _load_shipped(str(source))
     path = Path(source)
     if not path.exists():
         raise ElementFileError(
-            f'element must be one of {", ".join(NAMES)}, or the path of an element file; got '
+            f'element must be one of {", ".join(ELEMENT_NAMES)}, or the path of an element file; '
+            f'got '
             f'{short_repr(str(source))}'
         )
-    return element_file.load(path)
+    return element_file.read_element_file(path)
 
 
 @cache
@@ -73,10 +74,10 @@ def _load_shipped(name: str) -> Element:
     folder = INSTALLED_FOLDER
     if not folder.is_dir():
         folder = Path(__file__).resolve().parent.parent / 'config'
-    return element_file.load(folder / f'{name}.yaml')
+    return element_file.read_element_file(folder / f'{name}.yaml')
 
 
-def written_by_kicks(element: Preset) -> Preset:
+def use_kicks(element: Preset) -> Preset:
     """Return an element that is written without strain."""
     write = replace(element.settings.write, method='kick')
     return element._replace(settings=replace(element.settings, write=write))
@@ -86,18 +87,18 @@ class _Presets(Mapping[str, Preset]):
     """The shipped elements by name."""
 
     def __getitem__(self, name: str) -> Preset:
-        if name not in NAMES:
+        if name not in ELEMENT_NAMES:
             raise KeyError(name)
         return _load_preset(name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(NAMES)
+        return iter(ELEMENT_NAMES)
 
     def __len__(self) -> int:
-        return len(NAMES)
+        return len(ELEMENT_NAMES)
 
     def __contains__(self, name: object) -> bool:
-        return name in NAMES  # without loading it
+        return name in ELEMENT_NAMES  # without loading it
 
 
 @cache

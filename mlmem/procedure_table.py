@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from typing import Any, NamedTuple
 
-from .schema import Description, described, descriptions
+from .schema import Description, describe_field, find_descriptions
 
 BLANK = -1
 """Level of an element without a wall."""
@@ -22,14 +22,14 @@ BLANK = -1
 UNDECODABLE = -2
 """Level reported when the reading is not clear."""
 
-UNSET = -1
+UNSET_CONTENT = -1
 """Stands for no content in a request to write, and in the parameters that it takes."""
 
-CONTENT = ('level', 'word')
+CONTENT_NAMES = ('level', 'word')
 """What a request to write may name its content: the level of one wall, or the word of a register.
 """
 
-JOINT = 'substrate'
+JOINT_NAME = 'substrate'
 """The one joint of an element, as named in `~/joint_states`."""
 
 
@@ -44,7 +44,7 @@ def describe_level(level: int) -> str:
 class Write:
     """Write a level, or a word of a register, and verify it."""
 
-    level: int = described(
+    level: int = describe_field(
         MISSING, 'level or word to write, from 0; in decimal or as 0xa7', low=0, high=2**53 - 1
     )
 
@@ -53,7 +53,7 @@ class Write:
 class Read:
     """Probe both ends, and decode."""
 
-    end: str = described(
+    end: str = describe_field(
         '',
         'end whose delay is answered: left, right or both; empty: `read.end`',
         choices=('', 'left', 'right', 'both'),
@@ -126,18 +126,18 @@ class Procedure(NamedTuple):
     @property
     def arguments(self) -> Iterator[tuple[str, str, Any, Description]]:
         """Name, type, default (or `MISSING`) and description of every argument."""
-        for field, description in descriptions(self.command):
+        for field, description in find_descriptions(self.command):
             yield field.name, str(field.type), field.default, description
 
     @property
-    def required(self) -> tuple[str, ...]:
+    def required_arguments(self) -> tuple[str, ...]:
         """Arguments without a default."""
         return tuple(name for name, _, default, _ in self.arguments if default is MISSING)
 
     @property
-    def targets(self) -> Mapping[str, str]:
+    def target_parameters(self) -> Mapping[str, str]:
         """The parameters with what must be given, for a service that takes nothing."""
-        return {name: f'target_{name}' for name in CONTENT} if self.command is Write else {}
+        return {name: f'target_{name}' for name in CONTENT_NAMES} if self.command is Write else {}
 
 
 PROCEDURES = {

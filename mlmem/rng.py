@@ -15,7 +15,7 @@ from enum import IntEnum, unique
 import numpy as np
 from numpy.typing import NDArray
 
-HALVES = 16
+UNIFORMS_PER_NORMAL = 16
 """Uniform 16-bit numbers summed for one normal number."""
 
 
@@ -40,37 +40,39 @@ class Stream(IntEnum):
     K_R = 23
 
 
-_SPAWNED = Stream.ALPHA
+_FIRST_SPAWNED = Stream.ALPHA
 """The first stream of an element: its streams are spawned from its seed in order."""
 
 
-def generator(seed: int, stream: Stream) -> np.random.Generator:
+def make_generator(seed: int, stream: Stream) -> np.random.Generator:
     """Return the random numbers of an element's stream."""
-    key = np.random.SeedSequence(seed, spawn_key=(stream - _SPAWNED,))
+    key = np.random.SeedSequence(seed, spawn_key=(stream - _FIRST_SPAWNED,))
     return np.random.Generator(np.random.PCG64(key))
 
 
-def _raw(seed: int, tick: int, stream: Stream, count: int) -> NDArray[np.uint64]:
+def _draw_raw(seed: int, tick: int, stream: Stream, count: int) -> NDArray[np.uint64]:
     counter = np.array([0, tick, stream, 0], dtype=np.uint64)
     return np.asarray(np.random.Philox(key=seed, counter=counter).random_raw(count))
 
 
-def happens(probability: float, seed: int, tick: int, stream: Stream) -> bool:
+def draw_event(probability: float, seed: int, tick: int, stream: Stream) -> bool:
     """Return whether an event of a given probability happens at a tick."""
     if probability == 0.0:
         return False
-    return bool((int(_raw(seed, tick, stream, 1)[0]) >> 11) < probability * 2.0**53)
+    return bool((int(_draw_raw(seed, tick, stream, 1)[0]) >> 11) < probability * 2.0**53)
 
 
-def normal(shape: tuple[int, ...], seed: int, tick: int, stream: Stream) -> NDArray[np.float64]:
+def draw_normal(
+    shape: tuple[int, ...], seed: int, tick: int, stream: Stream
+) -> NDArray[np.float64]:
     """Return numbers of mean 0 and standard deviation 1 for a tick.
 
     Each is a sum of sixteen uniform numbers: its kurtosis is 0.075 below the normal one, and its
     size at most 6.93.
     """
     count = int(np.prod(shape))
-    words = _raw(seed, tick, stream, count * HALVES // 4).astype('<u8')
-    total = words.view('<u2').reshape(count, HALVES).sum(axis=1, dtype=np.int64)
-    centred = (2 * total - HALVES * 0xFFFF).astype(np.float64)
-    deviation = np.sqrt(HALVES * (2.0**32 - 1.0) / 3.0)  # of the doubled sum
+    words = _draw_raw(seed, tick, stream, count * UNIFORMS_PER_NORMAL // 4).astype('<u8')
+    total = words.view('<u2').reshape(count, UNIFORMS_PER_NORMAL).sum(axis=1, dtype=np.int64)
+    centred = (2 * total - UNIFORMS_PER_NORMAL * 0xFFFF).astype(np.float64)
+    deviation = np.sqrt(UNIFORMS_PER_NORMAL * (2.0**32 - 1.0) / 3.0)  # of the doubled sum
     return np.asarray((centred / deviation).reshape(shape))

@@ -41,34 +41,36 @@ class Description:
     null: Any = None
 
 
-def described(default: Any, text: str, kind: type[Description] = Description, **more: Any) -> Any:
+def describe_field(
+    default: Any, text: str, kind: type[Description] = Description, **more: Any
+) -> Any:
     """Return a dataclass field with a default (`dataclasses.MISSING` if it is required), and with
     a description of some kind.
     """
     return dataclasses.field(default=default, metadata={'description': kind(text, **more)})
 
 
-def fields_in(unit: str, least: float, most: float, **common: Any) -> Callable[..., Any]:
+def make_field_factory(unit: str, least: float, most: float, **common: Any) -> Callable[..., Any]:
     """Return what makes fields of one unit, within these values if a field names no others; the
     rest of their descriptions is common to them.
     """
 
-    def field(
+    def make_field(
         default: float, text: str, low: float = least, high: float = most, **more: Any
     ) -> Any:
-        return described(default, text, unit=unit, low=low, high=high, **common, **more)
+        return describe_field(default, text, unit=unit, low=low, high=high, **common, **more)
 
-    return field
+    return make_field
 
 
-def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Description]]:
+def find_descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Description]]:
     """Yield every described field of a dataclass or of its instance."""
     for field in dataclasses.fields(owner):
         if 'description' in field.metadata:
             yield field, field.metadata['description']
 
 
-def problems(instance: Any, **most: float) -> list[str]:
+def find_problems(instance: Any, **most: float) -> list[str]:
     """Return what is wrong with the described fields of a dataclass instance.
 
     `most` are largest legal values that only the caller knows, by field.
@@ -77,23 +79,23 @@ def problems(instance: Any, **most: float) -> list[str]:
     whole numbers only, `float` accepts both, and neither accepts a bool.
     """
     found = []
-    for field, description in descriptions(instance):
+    for field, description in find_descriptions(instance):
         value = getattr(instance, field.name)
         if field.name in most:
             description = dataclasses.replace(description, high=most[field.name])
         kind = field.type if isinstance(field.type, str) else field.type.__name__
-        if not fits(value, kind, description):
-            what = wanted(kind, description)
+        if not is_valid_value(value, kind, description):
+            what = describe_expected(kind, description)
             found.append(f'{field.name} must be {what}; got {short_repr(value)}')
     return found
 
 
-def fits(value: Any, kind: str, description: Description) -> bool:
+def is_valid_value(value: Any, kind: str, description: Description) -> bool:
     """Return whether a value is of a type, given by name, and in range."""
     if kind == 'bool':
         return isinstance(value, bool)
     if kind == 'str':
-        return isinstance(value, str) and _is_text(value, description)
+        return isinstance(value, str) and _is_valid_text(value, description)
     if isinstance(value, bool) or not isinstance(value, int if kind == 'int' else (int, float)):
         return False
     if kind == 'float' and not abs(value) <= sys.float_info.max:  # 10**400 neither
@@ -103,7 +105,7 @@ def fits(value: Any, kind: str, description: Description) -> bool:
     return above and below
 
 
-def _is_text(value: str, description: Description) -> bool:
+def _is_valid_text(value: str, description: Description) -> bool:
     if description.choices:
         return value in description.choices
     try:
@@ -112,8 +114,8 @@ def _is_text(value: str, description: Description) -> bool:
         return False
 
 
-def wanted(kind: str, description: Description) -> str:
-    """Return in words what `fits` accepts."""
+def describe_expected(kind: str, description: Description) -> str:
+    """Return in words what `is_valid_value` accepts."""
     if kind == 'bool':
         return 'true or false'
     if kind == 'str':
@@ -122,7 +124,7 @@ def wanted(kind: str, description: Description) -> str:
             return f'{description.words} separated by spaces'
         return f'one of {words}' if words else 'a text'
     noun = 'a whole number' if kind == 'int' else 'a finite number'
-    low, high = map(_bound, (description.low, description.high))
+    low, high = map(_format_bound, (description.low, description.high))
     if low and low == high:
         return low
     if low and high:
@@ -132,14 +134,14 @@ def wanted(kind: str, description: Description) -> str:
     return f'{noun} of at most {high}' if high else noun
 
 
-def _bound(value: float | None) -> str:
+def _format_bound(value: float | None) -> str:
     return '' if value is None else str(value) if isinstance(value, int) else f'{value:g}'
 
 
-_MOST = 80  # characters of a value in a message
+_MAX_REPR_CHARS = 80  # characters of a value in a message
 
 
-def short_repr(value: object, most: int = _MOST) -> str:
+def short_repr(value: object, most: int = _MAX_REPR_CHARS) -> str:
     """Return the `repr` of a value, without its middle if it is long.
 
     The whole `repr` is never built: for a joint name of 5 MB, deeply nested lists or YAML full of
@@ -153,19 +155,19 @@ def short_repr(value: object, most: int = _MOST) -> str:
     short.maxlevel = 3
     short.maxlist = short.maxtuple = short.maxdict = short.maxset = short.maxarray = 6
     short.maxstring = short.maxlong = short.maxother = most
-    return _cut(short.repr(value[:most] if isinstance(value, bytes) else value), most)
+    return _shorten_text(short.repr(value[:most] if isinstance(value, bytes) else value), most)
 
 
-def printable(text: str, most: int = 1000) -> str:
+def make_printable(text: str, most: int = 1000) -> str:
     """Return a text, whatever it is, as one line of at most `most` characters that a terminal
     displays without interpreting it.
     """
     # Cut first: every character may take ten.
-    shown = ''.join(c if c.isprintable() else repr(c)[1:-1] for c in _cut(text, most))
-    return _cut(shown, most)
+    shown = ''.join(c if c.isprintable() else repr(c)[1:-1] for c in _shorten_text(text, most))
+    return _shorten_text(shown, most)
 
 
-def _cut(text: str, most: int) -> str:
+def _shorten_text(text: str, most: int) -> str:
     if len(text) <= most:
         return text
     head = (most - 3) * 2 // 3

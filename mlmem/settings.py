@@ -16,25 +16,25 @@ from typing import Any
 
 from .errors import Checked, SettingsError
 from .move_settings import ClearingPulseSettings, EraseSettings, KickSettings, WriteSettings
-from .schema import described, fields_in, short_repr
+from .schema import describe_field, make_field_factory, short_repr
 
-_time = fields_in('time', 0.0, 1e6)
-_rate = fields_in('1/time', 0.0, 1.0)
-_carrier = fields_in('rad/time', 1e-3, 10.0)
-_length = fields_in('cells', 0.0, 10.0)
-_acceleration = fields_in('cells/time^2', 0.0, 0.05)
-_margin = fields_in('', 0.0, 0.99)
+_time = make_field_factory('time', 0.0, 1e6)
+_rate = make_field_factory('1/time', 0.0, 1.0)
+_carrier = make_field_factory('rad/time', 1e-3, 10.0)
+_length = make_field_factory('cells', 0.0, 10.0)
+_acceleration = make_field_factory('cells/time^2', 0.0, 0.05)
+_margin = make_field_factory('', 0.0, 0.99)
 
 
 @dataclass(frozen=True)
 class ActuatorSettings(Checked):
     """The actuator that strains the substrate."""
 
-    present: bool = described(
+    present: bool = describe_field(
         True,
         'whether there is one: without, an element is written by kicks alone',
     )
-    max_strain: float = described(
+    max_strain: float = describe_field(
         0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
     )
     max_rate: float = _rate(1e-4, 'highest strain rate', low=1e-9)
@@ -43,7 +43,7 @@ class ActuatorSettings(Checked):
     )
 
     @property
-    def by_hand(self) -> float:
+    def hand_rate_limit(self) -> float:
         """Highest rate of a strain that is set by hand, in 1/time."""
         return min(self.hand_rate, self.max_rate) or self.max_rate
 
@@ -52,7 +52,7 @@ class ActuatorSettings(Checked):
 class TransducerSettings(Checked):
     """What the transducers can do. A kick that needs more is not made."""
 
-    max_speed: float = described(
+    max_speed: float = describe_field(
         1.5, 'highest speed of an end', unit='cells/time', low=1e-3, high=10.0
     )
     max_stroke: float = _length(2.5, 'longest way of an end, as of a kick')
@@ -72,7 +72,7 @@ class ProbeSettings(Checked):
     sigma: float = _time(8.0, 'standard deviation of the envelope', low=0.1, high=1e4)
     v_th: float = _length(1.6e-4, 'threshold of the compensated v_c', low=1e-12, high=1.0)
     gain_decay: float = _rate(0.002, 'decay that the gain compensates: eta / 2')
-    window: float = described(
+    window: float = describe_field(
         8.0, 'averaging window of v_c', unit='carrier periods', low=0.1, high=100.0
     )
 
@@ -81,12 +81,12 @@ class ProbeSettings(Checked):
 class ReadSettings(Checked):
     """When an end is probed, and how its echo is judged."""
 
-    end: str = described(
+    end: str = describe_field(
         'left',
         'end that a read probes from, or both',
         choices=('left', 'right', 'both'),
     )
-    quiet: float = described(
+    quiet: float = describe_field(
         0.33,
         'waves still under way up to which an element is quiet, as a fraction of the threshold',
         low=0.01,
@@ -100,13 +100,13 @@ class ReadSettings(Checked):
         0.5, 'least level margin (1 at the calibrated delay, 0 half-way to the next)'
     )
     shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
-    attempts: int = described(
+    attempts: int = describe_field(
         4, 'most pulses from one end while the base shakes, until two agree', low=2, high=100
     )
-    noise_factor: float = described(
+    noise_factor: float = describe_field(
         1.5, 'least threshold of v_c, relative to the measured noise', low=1.1, high=100.0
     )
-    kicked_gain: float = described(
+    kicked_gain: float = describe_field(
         5.0,
         'factor on amplitude and threshold of both pulses while `write.method` is not strain: '
         'waves of kicks fade slowly, and a stronger pulse is heard through them sooner',
@@ -114,7 +114,7 @@ class ReadSettings(Checked):
         high=100.0,
     )
 
-    def amplify(self, probe: ProbeSettings) -> ProbeSettings:
+    def amplify_probe(self, probe: ProbeSettings) -> ProbeSettings:
         """Return a pulse, and its threshold, times `kicked_gain`; raises `SettingsError`."""
         gain = self.kicked_gain
         return dataclasses.replace(probe, A=gain * probe.A, v_th=gain * probe.v_th)
@@ -124,7 +124,7 @@ class ReadSettings(Checked):
 class RegisterSettings(Checked):
     """Many walls in one element, of alternating kind, heard in one pulse of the left end."""
 
-    spacing: int = described(
+    spacing: int = describe_field(
         0, 'least distance of two walls in levels; 0: the element holds one wall', low=0, high=255
     )
     omega_c: float = _carrier(1.7, 'carrier at which a wall returns a part and passes the rest')
@@ -141,14 +141,14 @@ class RegisterSettings(Checked):
         return ProbeSettings(omega_c=self.omega_c, A=self.A, sigma=self.sigma)
 
 
-def _bad_cell(text: str) -> tuple[int, float | None]:
+def _parse_bad_cell(text: str) -> tuple[int, float | None]:
     """Return the site of a bad cell, with the factor on its stiffness, or None if it is stuck."""
     site, colon, factor = text.partition(':')
     return int(site), float(factor) if colon else None
 
 
 def _is_bad_cell(text: str) -> bool:
-    site, factor = _bad_cell(text)
+    site, factor = _parse_bad_cell(text)
     return 1 < site < 100_000 and (factor is None or 0.01 <= factor <= 100.0)
 
 
@@ -156,7 +156,7 @@ def _is_bad_cell(text: str) -> bool:
 class ElementSettings(Checked):
     """What is known of this one element and not of its design."""
 
-    bad_cells: str = described(
+    bad_cells: str = describe_field(
         '',
         'cells known to be bad, separated by spaces: 217 is stuck as in a blank element, 61:0.5 '
         'has half of its on-site stiffness; empty: none',
@@ -166,20 +166,20 @@ class ElementSettings(Checked):
     )
 
     @cached_property
-    def _bad(self) -> list[tuple[int, float | None]]:
-        return [_bad_cell(word) for word in self.bad_cells.split()]
+    def _parsed_cells(self) -> list[tuple[int, float | None]]:
+        return [_parse_bad_cell(word) for word in self.bad_cells.split()]
 
     @cached_property
     def stuck(self) -> tuple[int, ...]:
         """Sites of the stuck cells, from the left."""
-        return tuple(sorted({site for site, factor in self._bad if factor is None}))
+        return tuple(sorted({site for site, factor in self._parsed_cells if factor is None}))
 
     @cached_property
-    def weak(self) -> dict[int, float]:
+    def weak_factors(self) -> dict[int, float]:
         """On-site stiffness of the others over the nominal one, by site."""
-        return {site: factor for site, factor in self._bad if factor is not None}
+        return {site: factor for site, factor in self._parsed_cells if factor is not None}
 
-    def blocked(self, site: int) -> str:
+    def explain_blocked(self, site: int) -> str:
         """Return why no wall reaches a site from the left; empty if one does."""
         first = min(self.stuck, default=site + 1)
         return f'cell {first} is stuck' if first <= site else ''
@@ -207,7 +207,7 @@ class TimeSettings(Checked):
     tick: float = _time(
         20.0, 'length of a tick; commands take effect between ticks', low=0.1, high=1e4
     )
-    integrator: str = described(
+    integrator: str = describe_field(
         'pefrl',
         "pefrl, whose echoes arrive when a real element's do; or noh_bathe, the paper's",
         choices=('noh_bathe', 'pefrl'),
@@ -218,9 +218,9 @@ class TimeSettings(Checked):
 class ScaleSettings(Checked):
     """The dimensionless units in SI."""
 
-    time: float = described(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
-    length: float = described(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
-    stiffness: float = described(
+    time: float = describe_field(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
+    length: float = describe_field(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
+    stiffness: float = describe_field(
         1e6, 'k_r: of the spring between two cells', unit='N/m', low=1e-12, high=1e15
     )
 
@@ -267,7 +267,7 @@ class Settings:
         if self.amplifies_pulses:
             for name, probe in (('probe', self.probe), ('probe_right', self.probe_right)):
                 try:
-                    self.read.amplify(probe)
+                    self.read.amplify_probe(probe)
                 except SettingsError as error:
                     raise SettingsError(f'read.kicked_gain times {name}.{error}') from None
         if self.element.bad_cells and self.register.spacing:
@@ -286,7 +286,7 @@ class Settings:
         """Real time of a tick at speed 1, in seconds."""
         return self.time.tick * self.scale.time
 
-    def with_stuck(self, sites: Iterable[int]) -> Settings:
+    def add_stuck_cells(self, sites: Iterable[int]) -> Settings:
         """Return settings that know more stuck cells."""
         bad = ' '.join((self.element.bad_cells, *map(str, sites))).strip()
         return dataclasses.replace(self, element=ElementSettings(bad))

@@ -30,8 +30,8 @@ from .physics import (
     find_walls,
     substep_times,
 )
-from .physics.energy import kinetic
-from .physics.equilibrium import blank, energies, resting_walls, wall_profile
+from .physics.energy import kinetic_energy
+from .physics.equilibrium import compute_energies, find_pinned_walls, make_blank, wall_profile
 from .physics.potential import Array, StateError
 from .progress import track_progress
 
@@ -67,10 +67,10 @@ class WallStart:
             if not 0 <= level < design.levels:
                 raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
         guess_offset = 0.3  # in cells: a guess right on a defect is balanced on it
-        positions = [design.defect(level) + guess_offset for level in self.levels]
+        positions = [design.defect_site(level) + guess_offset for level in self.levels]
         positions += self.positions
         if self.relaxed:
-            return resting_walls(specimen, positions)
+            return find_pinned_walls(specimen, positions)
         (position,) = positions
         return wall_profile(design, position) + specimen.offsets
 
@@ -146,8 +146,8 @@ class Trajectory:
     @cached_property
     def energies(self) -> dict[str, Array]:
         """Kinetic, coupling, on-site and substrate energy, shape (T,) each."""
-        static = energies(self.specimen, self.displacement, self.substrate)
-        moving = kinetic(self.specimen, self.velocity, self.substrate_velocity)
+        static = compute_energies(self.specimen, self.displacement, self.substrate)
+        moving = kinetic_energy(self.specimen, self.velocity, self.substrate_velocity)
         parts = (moving, *static)
         return dict(zip(('kinetic', 'coupling', 'on_site', 'substrate'), parts, strict=True))
 
@@ -274,16 +274,16 @@ def simulate(
     steps = math.ceil(save_every / longest * (1.0 - 1e-12))
     chain = Chain(specimen.design, save_every / steps, method)
     chain.set_specimen(specimen)
-    inputs = _InputFunctions(strain, *_driven_end(drive, specimen.design.N))
-    _place(chain, initial, float(inputs.sample_strain(np.zeros(1))[0]))
+    inputs = _InputFunctions(strain, *_select_driven_end(drive, specimen.design.N))
+    _set_initial_state(chain, initial, float(inputs.sample_strain(np.zeros(1))[0]))
     count = math.ceil(duration / save_every * (1.0 - 1e-12))
-    frames = [_saved_rows(chain)]
+    frames = [_copy_rows(chain)]
     runs: Iterator[int] = iter(range(count))
     if progress:
         runs = track_progress(runs, count, 'simulating')
     for _ in runs:
-        _advance(chain, steps, inputs)
-        frames.append(_saved_rows(chain))
+        _advance_chain(chain, steps, inputs)
+        frames.append(_copy_rows(chain))
     rows = np.array(frames, dtype=np.float64)
     times = np.asarray(save_every * np.arange(count + 1), dtype=np.float64)
     return Trajectory(specimen, times, *(np.array(rows[:, k]) for k in range(4)))
@@ -311,7 +311,7 @@ class _InputFunctions:
         if not callable(self.strain):
             values = np.full(len(times), float(self.strain))
         else:
-            values = _sample(self.strain, times)
+            values = _sample_function(self.strain, times)
         if not np.isfinite(values).all():
             raise ValueError(f'strain must be finite; got {values[~np.isfinite(values)][0]}')
         return values
@@ -321,14 +321,16 @@ class _InputFunctions:
         if self.motion is None:
             return np.full((2, len(times)), np.nan)
         h = DIFFERENCE_STEP * dt
-        before, at, after = (_sample(self.motion, times + shift) for shift in (-h, 0.0, h))
+        before, at, after = (
+            _sample_function(self.motion, times + shift) for shift in (-h, 0.0, h)
+        )
         velocity = (after - before) / (2.0 * h)
         for one_sided in ((after - at) / h, (at - before) / h):  # where the end is let go or taken
             velocity = np.where(np.isnan(velocity), one_sided, velocity)
         return np.array([at, velocity])
 
 
-def _sample(function: TimeFunction, times: Array) -> Array:
+def _sample_function(function: TimeFunction, times: Array) -> Array:
     """Return a function's values; one that takes no arrays is called time by time."""
     try:
         values = np.asarray(function(times), dtype=np.float64)
@@ -337,7 +339,7 @@ def _sample(function: TimeFunction, times: Array) -> Array:
     return np.array(np.broadcast_to(values, times.shape))
 
 
-def _driven_end(
+def _select_driven_end(
     drive: Mapping[int, TimeFunction] | None, N: int
 ) -> tuple[int, TimeFunction | None]:
     """Return the end that is driven, and how.
@@ -355,11 +357,11 @@ def _driven_end(
     return site, motion
 
 
-def _place(chain: Chain, initial: WallStart | ArrayLike | None, strain: float) -> None:
+def _set_initial_state(chain: Chain, initial: WallStart | ArrayLike | None, strain: float) -> None:
     """Set the state from which a simulation begins."""
     specimen = chain.specimen
     if initial is None:
-        v = blank(specimen)
+        v = make_blank(specimen)
     elif isinstance(initial, WallStart):
         v = initial.displacements(specimen)
     else:
@@ -368,12 +370,12 @@ def _place(chain: Chain, initial: WallStart | ArrayLike | None, strain: float) -
     chain.place(v + V_N * specimen.strain_shape if V_N else v, V_N)
 
 
-def _saved_rows(chain: Chain) -> Array:
+def _copy_rows(chain: Chain) -> Array:
     """Return displacement and velocity of both chains, shape (4, N)."""
     return np.array([chain.v, chain.velocity, chain.V, chain.substrate_velocity])
 
 
-def _advance(chain: Chain, steps: int, inputs: _InputFunctions) -> None:
+def _advance_chain(chain: Chain, steps: int, inputs: _InputFunctions) -> None:
     """Advance by whole steps, in runs that begin where the driven end is taken."""
     substeps = chain.integrator.substeps
     times = substep_times(steps, chain.dt, chain.integrator, first=chain.steps_done)

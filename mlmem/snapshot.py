@@ -25,18 +25,18 @@ from .instrument.faults import Faults
 from .instrument.motion import Profile, Ramp
 from .instrument.transducer import Returns
 from .memory import MemoryStatistics
-from .parsing import decode, encoded
+from .parsing import decode_value, encode_array
 from .physics import Design, StateError
 from .physics.potential import Array
 from .readers.calibration import Calibration, calibration_key
-from .readers.decoding import primary
+from .readers.decoding import primary_end
 from .readers.reading import UNDECODABLE, Reading, Unknown
-from .schema import described, printable
+from .schema import describe_field, make_printable
 
-MOST = 1e12
+MAX_STATE_VALUE = 1e12
 """Largest accepted displacement, velocity or acceleration: far beyond any real one."""
 
-_tick = partial(described, low=0, high=2**62)
+_tick = partial(describe_field, low=0, high=2**62)
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,14 @@ class Saved:
     returns: Mapping[End, Returns]
     script: Sequence[tuple[int, Faults]]
     ticks: int = _tick(MISSING, 'ticks done')
-    last_moved: int = described(MISSING, 'tick of the last motion', high=2**62)
+    last_moved: int = describe_field(MISSING, 'tick of the last motion', high=2**62)
     calibration_key: str = ''
     steps: int = _tick(0, 'steps done')
     V_N: float = 0.0
     state: Array | None = None
 
 
-def take(element: MemoryElement) -> dict[str, Any]:
+def take_snapshot(element: MemoryElement) -> dict[str, Any]:
     """Return the state of a device: all that its future depends on, beside design and settings, as
     values for JSON that keep every bit.
 
@@ -84,12 +84,16 @@ def take(element: MemoryElement) -> dict[str, Any]:
     material, slow = {}, element.sensors.slow
     if element.simulated:
         chain = element.chain
-        material = {'steps': chain.steps_done, 'V_N': chain.V_N, 'state': encoded(chain.state())}
+        material = {
+            'steps': chain.steps_done,
+            'V_N': chain.V_N,
+            'state': encode_array(chain.state()),
+        }
     return {
         'design': element.design.as_dict(),
         'ticks': element.ticks,
         **material,
-        'recent': encoded(element.transducer.recent),
+        'recent': encode_array(element.transducer.recent),
         'returns': {
             end.value: dataclasses.asdict(each.returns)
             for end, each in element.transducer.reverberation.items()
@@ -104,8 +108,8 @@ def take(element: MemoryElement) -> dict[str, Any]:
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
         'script': [[tick, dataclasses.asdict(faults)] for tick, faults in element.script],
-        'late': encoded(element.sensors.late),
-        'slow': slow if slow is None else encoded(slow),
+        'late': encode_array(element.sensors.late),
+        'slow': slow if slow is None else encode_array(slow),
         'reading': reading,
         'unknown': element.unknown and dataclasses.asdict(element.unknown),
         'calibration': element.calibration.as_dict(),
@@ -114,8 +118,8 @@ def take(element: MemoryElement) -> dict[str, Any]:
     }
 
 
-def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
-    """Restore the state that `take` returned to a device of the same design and settings.
+def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
+    """Restore the state that `take_snapshot` returned to a device of the same design and settings.
 
     A real element keeps its content, so only its calibration and statistics are restored. A
     calibration for other pulses or detectors than the device's is ignored.
@@ -127,12 +131,12 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     if element.procedure:
         raise Refused(f'busy: {element.procedure} is running')
     try:
-        saved = decode(Saved, snapshot)
+        saved = decode_value(Saved, snapshot)
         state = saved.state
         if element.simulated and state is None:
             raise ValueError('it is of a real element, or damaged')
         calibration, statistics = saved.calibration, saved.statistics
-        calibration.check(element.design.levels, primary(element.settings.read))
+        calibration.check(element.design.levels, primary_end(element.settings.read))
         counted = len(element.statistics.level_writes)
         if {len(statistics.level_writes), len(statistics.level_ticks)} != {counted}:
             raise ValueError(f'the statistics must be for {counted} levels')
@@ -144,7 +148,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             element.calibration = calibration if same_pulses else element.calibration
             element.statistics = statistics
             return
-        motion, strain, elapsed = _motion(saved.actuator)
+        motion, strain, elapsed = _decode_motion(saved.actuator)
         for _, faults in saved.script:
             element.specimen(faults)
         specimen = element.specimen(saved.faults)
@@ -163,7 +167,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         if saved.returns.keys() != set(End):
             raise ValueError('returns must be of both ends')
     except (KeyError, ValueError, Refused) as error:
-        why = printable(str(error), 300)
+        why = make_printable(str(error), 300)
         raise StateError(f'this is not a snapshot of a device: {why}') from error
     agree = {
         'its steps per tick (time.tick, time.integrator)': saved.steps
@@ -171,7 +175,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         'its recent samples': saved.recent.shape == element.transducer.recent.shape,
         'its late samples': saved.late.shape in ((2, 0), (2, element.sensors.delay(saved.faults))),
         'its slow signals': saved.slow is None or saved.slow.shape == (2,),
-        'its state': bool((np.abs(state) <= MOST).all()),
+        'its state': bool((np.abs(state) <= MAX_STATE_VALUE).all()),
         'its strain': saved.linkage.commanded == strain
         and math.isclose(saved.V_N, element.design.end_displacement(saved.linkage.strain)),
     }
@@ -199,7 +203,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     element.statistics, element.ticks = statistics, saved.ticks
 
 
-def digest(element: MemoryElement) -> str:
+def hash_state(element: MemoryElement) -> str:
     """Return a hash of the material's state and clock: equal for equal bits."""
     chain = element.chain
     hashed = hashlib.blake2b(digest_size=16)
@@ -208,14 +212,15 @@ def digest(element: MemoryElement) -> str:
     return hashed.hexdigest()
 
 
-def _motion(given: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
+def _decode_motion(given: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
     """Return the actuator's move, its strain and the time since the move began."""
     values = dict(given)
     strain, elapsed = (
-        decode(float, values.pop(name, None), f'actuator.{name}') for name in ('strain', 'elapsed')
+        decode_value(float, values.pop(name, None), f'actuator.{name}')
+        for name in ('strain', 'elapsed')
     )
     motion: Ramp | Profile
-    motion = decode(Profile if 'times' in values else Ramp, values, 'actuator')
+    motion = decode_value(Profile if 'times' in values else Ramp, values, 'actuator')
     if isinstance(motion, Profile):
         times, rates = motion.times, motion.rates
         if not 2 <= len(times) == len(motion.strains) or len(rates) not in (0, len(times)):

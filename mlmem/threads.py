@@ -20,11 +20,11 @@ def run_in_thread(function: Callable[[], T]) -> Future[T]:
     """Call a function in a thread of its own; return what will hold its result or exception."""
     future: Future[T] = Future()
 
-    def call() -> None:
+    def call_function() -> None:
         try:
             future.set_result(function())
         except BaseException as failure:
             future.set_exception(failure)
 
-    Thread(target=call, name='mlmem-background', daemon=True).start()
+    Thread(target=call_function, name='mlmem-background', daemon=True).start()
     return future

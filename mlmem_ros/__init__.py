@@ -27,7 +27,7 @@ __all__ = [
     'RequestRefused', 'SelfTested', '__version__', 'standalone',
 ]  # fmt: skip
 
-_HOMES = {
+_NAMES_BY_MODULE = {
     'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
     'contract.calls': (
         'BankFailed',
@@ -42,18 +42,18 @@ _HOMES = {
 }
 """Modules, and the names they define."""
 
-_TOOLS = ('BankCheckFailed', 'BankValue', 'MemoryBank')
+_TOOL_NAMES = ('BankCheckFailed', 'BankValue', 'MemoryBank')
 """Names that `mlmem_tools` defines."""
 
 
 def __getattr__(name: str) -> Any:
-    for module, names in _HOMES.items():
+    for module, names in _NAMES_BY_MODULE.items():
         if name in names:
             return getattr(import_module(f'.{module}', __name__), name)
-    if name in _TOOLS:
-        from .packages import tool
+    if name in _TOOL_NAMES:
+        from .packages import find_tool
 
-        return tool(name).load()
+        return find_tool(name).load()
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 

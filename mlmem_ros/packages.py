@@ -12,10 +12,10 @@ from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import NamedTuple
 
-TOOLS = 'mlmem_ros.tools'
+TOOLS_GROUP = 'mlmem_ros.tools'
 """Entry points of what a node or a robot's code asks of `mlmem_tools`, which imports us."""
 
-DEBIAN = {
+DEBIAN_PACKAGES = {
     'numpy': 'python3-numpy',
     'numba': 'python3-numba',
     'yaml': 'python3-yaml',
@@ -27,13 +27,13 @@ DEBIAN = {
 }
 """Debian and Ubuntu packages, by import name."""
 
-PYPI = {'yaml': 'pyyaml', 'PIL': 'pillow'}
+PYPI_NAMES = {'yaml': 'pyyaml', 'PIL': 'pillow'}
 """PyPI names that differ from the import name."""
 
-RECORDING = ('mcap', 'rosbags')
+RECORDING_PACKAGES = ('mcap', 'rosbags')
 """What recording and replay need beside PyYAML: on PyPI alone, the extra `bag`."""
 
-ROS = (
+ROS_PACKAGES = (
     'rclpy', 'std_srvs', 'std_msgs', 'rcl_interfaces', 'sensor_msgs', 'diagnostic_msgs',
     'lifecycle_msgs', 'trajectory_msgs', 'visualization_msgs', 'geometry_msgs',
     'builtin_interfaces',
@@ -42,23 +42,23 @@ ROS = (
 
 
 @functools.cache
-def entries() -> EntryPoints:
+def list_entry_points() -> EntryPoints:
     """Return all entry points; to find them, every installed package is looked into."""
     return entry_points()
 
 
-def added(group: str) -> dict[str, EntryPoint]:
+def find_entry_points(group: str) -> dict[str, EntryPoint]:
     """Return what is installed of a group of entry points, by name."""
-    return {each.name: each for each in entries().select(group=group)}
+    return {each.name: each for each in list_entry_points().select(group=group)}
 
 
-def tool(name: str) -> EntryPoint:
+def find_tool(name: str) -> EntryPoint:
     """Return a tool, not loaded yet.
 
     Raises:
         ModuleNotFoundError: Our distribution is not installed, or older than its files.
     """
-    if (found := added(TOOLS).get(name)) is None:
+    if (found := find_entry_points(TOOLS_GROUP).get(name)) is None:
         raise ModuleNotFoundError(
             f'{name} of mlmem_tools is not installed: install mlmem_ros again',
             name='mlmem_tools',
@@ -66,32 +66,37 @@ def tool(name: str) -> EntryPoint:
     return found
 
 
-def advice(name: str) -> str:
+def format_install_advice(name: str) -> str:
     """Return in one line how to install a package, given its import name."""
-    if name in ROS:
+    if name in ROS_PACKAGES:
         return (
             'source /opt/ros/jazzy/setup.bash, or install the wheels ros-jazzy-rclpy, '
             'ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
         )
-    pypi = ' '.join(RECORDING) if name in RECORDING else PYPI.get(name, name)
-    if name in DEBIAN:
-        return f'sudo apt install {DEBIAN[name]}, or in a virtual environment pip install {pypi}'
+    pypi = (
+        ' '.join(RECORDING_PACKAGES) if name in RECORDING_PACKAGES else PYPI_NAMES.get(name, name)
+    )
+    if name in DEBIAN_PACKAGES:
+        return (
+            f'sudo apt install {DEBIAN_PACKAGES[name]}, or in a virtual environment pip '
+            f'install {pypi}'
+        )
     return (
         f'python3 -m pip install {pypi} (where that is refused as externally managed: with '
         '--break-system-packages, or in a virtual environment)'
     )
 
 
-def missing(error: ModuleNotFoundError) -> str:
+def describe_missing(error: ModuleNotFoundError) -> str:
     """Return in one line which package an import did not find, and how to install it."""
     name = (error.name or '').partition('.')[0]
-    if name in ROS:
-        return f'this needs ROS 2: {advice(name)}'
+    if name in ROS_PACKAGES:
+        return f'this needs ROS 2: {format_install_advice(name)}'
     if name == 'mlmem_tools':
         return f'{error}'
     if name == 'mlmem_lab':
         return 'the laboratory is missing; in a checkout: pip install ./lab'
-    return f'the Python package {name} is missing: {advice(name)}'
+    return f'the Python package {name} is missing: {format_install_advice(name)}'
 
 
 class Library(NamedTuple):
@@ -108,7 +113,7 @@ class Library(NamedTuple):
     newest: str
 
 
-LIBRARIES = {
+TESTED_LIBRARIES = {
     'numba': Library(('numba',), '0.58', '0.68'),
     'rclpy': Library(
         ('ros-jazzy-rclpy', 'ros-kilted-rclpy', 'rclpy'),
@@ -119,12 +124,12 @@ LIBRARIES = {
 """All of them, by the name under which the library is imported; `mlmem doctor` warns of others."""
 
 
-def version(library: str) -> str:
+def find_library_version(library: str) -> str:
     """Return the installed version of a library; empty if it is not known."""
-    return installed(*LIBRARIES[library].packages)
+    return find_installed_version(*TESTED_LIBRARIES[library].packages)
 
 
-def installed(*packages: str) -> str:
+def find_installed_version(*packages: str) -> str:
     """Return the version of the first of some packages that is installed; empty without any."""
     for package in packages:
         try:
@@ -134,14 +139,17 @@ def installed(*packages: str) -> str:
     return ''
 
 
-def tested(library: str) -> bool:
+def is_version_tested(library: str) -> bool:
     """Return whether the installed version of a library is among those tested."""
-    found, known = version(library), LIBRARIES[library]
-    newest = _numbers(known.newest)
-    return _numbers(known.oldest) <= _numbers(found) and _numbers(found)[: len(newest)] <= newest
+    found, known = find_library_version(library), TESTED_LIBRARIES[library]
+    newest = _parse_version(known.newest)
+    return (
+        _parse_version(known.oldest) <= _parse_version(found)
+        and _parse_version(found)[: len(newest)] <= newest
+    )
 
 
-def _numbers(version: str) -> tuple[int, ...]:
+def _parse_version(version: str) -> tuple[int, ...]:
     """Return a version for comparison, without what is no number."""
     found = re.match(r'\d+(\.\d+)*', version)
     return tuple(map(int, found[0].split('.'))) if found else ()

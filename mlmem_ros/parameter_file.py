@@ -18,16 +18,16 @@ import yaml  # type: ignore[import-untyped]
 
 from mlmem import PRESETS, Preset, Settings, SettingsError, law_file, preset
 from mlmem.law_file import LawFileError
-from mlmem.parsing import DecodeError, from_yaml, read
+from mlmem.parsing import DecodeError, parse_yaml, read_file
 from mlmem.physics import Design, DesignError
 from mlmem.physics.curve import Curve
-from mlmem.presets import DEFAULT
-from mlmem.schema import descriptions, printable, short_repr
+from mlmem.presets import DEFAULT_ELEMENT
+from mlmem.schema import find_descriptions, make_printable, short_repr
 from mlmem.settings import ScaleSettings
 
-from .host.settings import declarations
+from .host.settings import declare_parameters
 
-OF_RCLPY = 'use_sim_time', 'start_type_description_service'
+RCLPY_PARAMETERS = 'use_sim_time', 'start_type_description_service'
 """Parameters of every node; beside `qos_overrides.*`."""
 
 
@@ -35,7 +35,7 @@ class ParameterFileError(DecodeError):
     """A file is not a node's parameter file; the message says what is wrong, and where."""
 
 
-def load(source: str) -> Preset:
+def load_preset(source: str) -> Preset:
     """Return the design and settings of a parameter file, given its path, or of a preset, given
     its name.
 
@@ -44,22 +44,24 @@ def load(source: str) -> Preset:
         DesignError: The design is not a memory.
         SettingsError: Settings are out of range or contradict each other.
     """
-    return preset(source) if source in PRESETS else parse(_text(source), source)
+    return preset(source) if source in PRESETS else parse_preset(_read_source(source), source)
 
 
-def preset_of(source: str) -> str:
+def read_preset_name(source: str) -> str:
     """Return the name of the preset over which a parameter file puts its values.
 
     Raises:
-        ParameterFileError: As `load`.
+        ParameterFileError: As `load_preset`.
     """
-    name: str = _parameters(_text(source), source).get('design.preset', DEFAULT)
+    name: str = _read_parameters(_read_source(source), source).get(
+        'design.preset', DEFAULT_ELEMENT
+    )
     return name
 
 
-def _text(source: str) -> str:
+def _read_source(source: str) -> str:
     try:
-        return read(source)
+        return read_file(source)
     except DecodeError as error:
         raise ParameterFileError(
             f'{short_repr(source, 60)}: {error}; give a parameter file, or one of '
@@ -67,7 +69,7 @@ def _text(source: str) -> str:
         ) from error
 
 
-def node_parameters(element: str) -> str | dict[str, str]:
+def build_node_parameters(element: str) -> str | dict[str, str]:
     """Return what a launch file passes to a node for the path of a file, or the name of a preset:
     parameters, or a file.
 
@@ -83,13 +85,13 @@ def node_parameters(element: str) -> str | dict[str, str]:
             f'got {short_repr(element)}'
         )
     try:
-        from_yaml(read(path))  # ROS would read any file to its end
+        parse_yaml(read_file(path))  # ROS would read any file to its end
     except DecodeError as error:
         raise ParameterFileError(f'{path}: {error}') from error
     return str(path)
 
 
-def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
+def parse_preset(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
     """Return the preset that a parameter file's text names, with the changes in it.
 
     Args:
@@ -99,15 +101,15 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         further: Whether it may name a file.
 
     Raises:
-        ParameterFileError, DesignError, SettingsError: As `load`.
+        ParameterFileError, DesignError, SettingsError: As `load_preset`.
     """
-    given = dict(_flat(_parameters(text, name), name))
-    basis, file = given.pop('design.preset', DEFAULT), given.pop('design.file', '')
+    given = dict(_flatten_parameters(_read_parameters(text, name), name))
+    basis, file = given.pop('design.preset', DEFAULT_ELEMENT), given.pop('design.file', '')
     law = given.pop('design.law', None)
     if file and not further:
         raise ParameterFileError(f'{name}: it must not name another design.file; got {file!r}')
     try:
-        chosen = parse(_text(file), file, further=False) if file else preset(basis)
+        chosen = parse_preset(_read_source(file), file, further=False) if file else preset(basis)
     except DesignError as error:
         raise ParameterFileError(f'{name}: design.{error}') from error
     owners: dict[str, Any] = {'design': chosen.design, **chosen.settings.groups()}
@@ -115,18 +117,20 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
     kinds = {
         f'{group}.{field.name}': str(field.type)
         for group, owner in owners.items()
-        for field, _ in descriptions(owner)
+        for field, _ in find_descriptions(owner)
     }
-    known = {*OF_RCLPY, *(name for name, *_ in declarations())}
+    known = {*RCLPY_PARAMETERS, *(name for name, *_ in declare_parameters())}
     for key, value in given.items():
         if key not in kinds:
             if key in known or key.startswith('qos_overrides.'):
                 continue
             near = difflib.get_close_matches(key, [*kinds, *known], n=1)
             hint = f'; did you mean {near[0]}?' if near else ''
-            raise ParameterFileError(f'{name}: there is no parameter {printable(key, 80)}{hint}')
+            raise ParameterFileError(
+                f'{name}: there is no parameter {make_printable(key, 80)}{hint}'
+            )
         group, _, field_name = key.partition('.')
-        groups[group][field_name] = _typed(value, kinds[key], key, name)
+        groups[group][field_name] = _convert_value(value, kinds[key], key, name)
     try:
         parts = {
             group: dataclasses.replace(owners[group], **values) for group, values in groups.items()
@@ -134,7 +138,9 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         design = parts.pop('design')
         settings = Settings(**parts)
         if law is not None:
-            design = dataclasses.replace(design, law=_law(law, settings.scale) if law else None)
+            design = dataclasses.replace(
+                design, law=_load_law(law, settings.scale) if law else None
+            )
         design.require_memory()
         return Preset(design, settings)
     except DesignError as error:
@@ -145,24 +151,31 @@ def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
         raise ParameterFileError(f'{name}: design.law: {error}') from error
 
 
-def _law(source: str, scale: ScaleSettings) -> Curve:
+def _load_law(source: str, scale: ScaleSettings) -> Curve:
     """Return the on-site law of a text, or in the file that it names."""
-    text = source if law_file.is_text(source) else law_file.text_in(Path(source).expanduser())
-    return law_file.curve_of(text, scale.length, scale.stiffness)
+    text = (
+        source
+        if law_file.is_law_text(source)
+        else law_file.read_law_text(Path(source).expanduser())
+    )
+    return law_file.parse_curve(text, scale.length, scale.stiffness)
 
 
-def text_of(design: Design, settings: Settings) -> str:
-    """Return the parameter file of a design and settings, which `parse` reads back.
+def format_preset(design: Design, settings: Settings) -> str:
+    """Return the parameter file of a design and settings, which `parse_preset` reads back.
 
     It names the nearest preset and lists what differs.
     """
     wanted = {'design': design, **settings.groups()}
     candidates = {
         name: {
-            group: _differences(wanted[group], values)
+            group: _find_differences(wanted[group], values)
             for group, values in {'design': known.design, **known.settings.groups()}.items()
         }
-        for name, known in {DEFAULT: preset(DEFAULT), **PRESETS}.items()  # DEFAULT wins a tie
+        for name, known in {
+            DEFAULT_ELEMENT: preset(DEFAULT_ELEMENT),
+            **PRESETS,
+        }.items()  # DEFAULT wins a tie
     }
     name = min(candidates, key=lambda name: sum(map(len, candidates[name].values())))
     differences = candidates[name]
@@ -172,21 +185,21 @@ def text_of(design: Design, settings: Settings) -> str:
     return text
 
 
-def _differences(given: Any, default: Any) -> dict[str, Any]:
+def _find_differences(given: Any, default: Any) -> dict[str, Any]:
     pairs = ((field.name, getattr(given, field.name)) for field in dataclasses.fields(given))
-    return {key: _plain(value) for key, value in pairs if value != getattr(default, key)}
+    return {key: _to_plain(value) for key, value in pairs if value != getattr(default, key)}
 
 
-def _plain(value: Any) -> Any:
+def _to_plain(value: Any) -> Any:
     if isinstance(value, Curve):
-        return law_file.text_of(value)
+        return law_file.format_law(value)
     return float(value) if isinstance(value, float) else value  # a search leaves NumPy's
 
 
-def _parameters(text: str, name: str) -> dict[str, Any]:
+def _read_parameters(text: str, name: str) -> dict[str, Any]:
     """Return what is below `ros__parameters`, of `/**` and one node merged."""
     try:
-        content = from_yaml(text, texts=True)
+        content = parse_yaml(text, texts=True)
     except DecodeError as error:
         raise ParameterFileError(f'{name}: {error}') from error
     sections = content if isinstance(content, Mapping) else {}
@@ -206,14 +219,16 @@ def _parameters(text: str, name: str) -> dict[str, Any]:
         )
     merged: dict[str, Any] = {}
     for node in sorted(found, key=lambda node: node in named):
-        merged |= dict(_flat(found[node], name))
+        merged |= dict(_flatten_parameters(found[node], name))
     return merged
 
 
-def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator[tuple[str, str]]:
+def _flatten_parameters(
+    parameters: Mapping[str, Any], name: str, above: str = ''
+) -> Iterator[tuple[str, str]]:
     for key, value in parameters.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, name, f'{above}{key}.')
+            yield from _flatten_parameters(value, name, f'{above}{key}.')
         elif isinstance(value, str):
             yield f'{above}{key}', value
         else:
@@ -222,7 +237,7 @@ def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator
             )
 
 
-def _typed(text: str, kind: str, key: str, name: str) -> Any:
+def _convert_value(text: str, kind: str, key: str, name: str) -> Any:
     """Return a value of the declared type; like ROS, it converts no integer to a double."""
     if kind == 'str':
         return text

@@ -131,7 +131,7 @@ def compiled_once(tmp_path_factory):
 
     def compile_alone(loop, types):
         cache = loop._cache
-        if not isinstance(cache, _Cache) or cache.holds(types, loop.targetctx.codegen()):
+        if not isinstance(cache, _Cache) or cache.has_entry(types, loop.targetctx.codegen()):
             return compile_here(loop, types)
         name = hashlib.sha256(f'{loop.py_func.__qualname__} {types}'.encode()).hexdigest()
         with global_compiler_lock, alone(tmp_path_factory, name):  # threads first, then workers

@@ -11,7 +11,7 @@ import pytest
 from mlmem_ros import RequestRefused
 from mlmem_ros.ros import node_process
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.node_process import child
+from mlmem_ros.ros.node_process import run_child_process
 from mlmem_ros.testing import memory_node
 
 SOON = 30.0
@@ -48,7 +48,9 @@ def hears(process, word):
 def emulated_rig(*options):
     """Run an emulated rig in its own process; yield its address."""
     command = ['rig', *options]
-    with child('mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True) as process:
+    with run_child_process(
+        'mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True
+    ) as process:
         yield process.stdout.readline().strip()
 
 

@@ -138,14 +138,14 @@ def load():
     from rosidl_generator_py import import_type_support
 
     from mlmem import new_element, preset
-    from mlmem.presets import written_by_kicks
+    from mlmem.presets import use_kicks
 
     for package in MESSAGES:
         import_type_support(package)
     case_2 = preset('case_2')
     for (design, settings), time in (
         (case_2, 1e-4),
-        (written_by_kicks(case_2), 1e-5),  # that of `nodes.QUICK`
+        (use_kicks(case_2), 1e-5),  # that of `nodes.QUICK`
     ):
         new_element(design, replace(settings, scale=replace(settings.scale, time=time)))
     inspect.getmodule(inspect.currentframe())

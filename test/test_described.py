@@ -9,41 +9,41 @@ import math
 
 import pytest
 
-from mlmem.schema import described, descriptions, problems
+from mlmem.schema import describe_field, find_descriptions, find_problems
 
 
 @dataclasses.dataclass(frozen=True)
 class Lamp:
-    cells: int = described(3, 'number of cells', low=1, high=8)
-    volts: float = described(4.5, 'open-circuit voltage', unit='V', low=0.0, high=12.0)
-    ohms: float = described(1.0, 'resistance', unit='ohm', low=0.1)
-    offset: float = described(0.0, 'offset', high=2.0)
-    drift: float = described(0.0, 'anything finite')
-    shade: str = described('red', 'colour', choices=('red', 'green'))
-    name: str = described('', 'any text')
-    lit: bool = described(False, 'whether it shines')
+    cells: int = describe_field(3, 'number of cells', low=1, high=8)
+    volts: float = describe_field(4.5, 'open-circuit voltage', unit='V', low=0.0, high=12.0)
+    ohms: float = describe_field(1.0, 'resistance', unit='ohm', low=0.1)
+    offset: float = describe_field(0.0, 'offset', high=2.0)
+    drift: float = describe_field(0.0, 'anything finite')
+    shade: str = describe_field('red', 'colour', choices=('red', 'green'))
+    name: str = describe_field('', 'any text')
+    lit: bool = describe_field(False, 'whether it shines')
     maker: object = None  # not described
 
 
 def test_a_description_is_kept_with_its_field():
-    found = {field.name: description for field, description in descriptions(Lamp)}
+    found = {field.name: description for field, description in find_descriptions(Lamp)}
     assert list(found) == ['cells', 'volts', 'ohms', 'offset', 'drift', 'shade', 'name', 'lit']
     assert found['volts'].text == 'open-circuit voltage'
     assert found['volts'].unit == 'V'
     assert (found['volts'].low, found['volts'].high) == (0.0, 12.0)
     assert found['shade'].choices == ('red', 'green')
     assert Lamp().volts == 4.5
-    assert [field.name for field, _ in descriptions(Lamp())] == list(found)
+    assert [field.name for field, _ in find_descriptions(Lamp())] == list(found)
 
 
 def test_a_field_without_default_is_required():
     @dataclasses.dataclass(frozen=True)
     class Required:
-        size: int = described(dataclasses.MISSING, 'size')
+        size: int = describe_field(dataclasses.MISSING, 'size')
 
     with pytest.raises(TypeError, match='size'):
         Required()
-    assert problems(Required(2)) == []
+    assert find_problems(Required(2)) == []
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_a_field_without_default_is_required():
     ids=str,
 )
 def test_legal_values_are_accepted(values):
-    assert problems(Lamp(**values)) == []
+    assert find_problems(Lamp(**values)) == []
 
 
 @pytest.mark.parametrize(
@@ -93,26 +93,27 @@ def test_legal_values_are_accepted(values):
     ids=str,
 )
 def test_a_wrong_value_is_one_problem(values, problem):
-    assert problems(Lamp(**values)) == [problem]
+    assert find_problems(Lamp(**values)) == [problem]
 
 
 def test_an_integer_too_large_for_a_float_is_out_of_range():
-    (problem,) = problems(Lamp(cells=10**400))
+    (problem,) = find_problems(Lamp(cells=10**400))
     assert problem.startswith('cells must be a whole number from 1 to 8; got 1000')
 
 
 def test_every_problem_is_found_in_the_order_of_the_fields():
-    found = problems(Lamp(lit=None, cells=-1, volts=99.0))
+    found = find_problems(Lamp(lit=None, cells=-1, volts=99.0))
     assert [problem.split()[0] for problem in found] == ['cells', 'volts', 'lit']
 
 
 def test_annotations_may_be_types_or_strings():
     """A module without `from __future__ import annotations` stores the type itself."""
     plain = dataclasses.make_dataclass(
-        'Plain', [('size', int, described(1, 'size')), ('on', bool, described(True, 'on'))]
+        'Plain',
+        [('size', int, describe_field(1, 'size')), ('on', bool, describe_field(True, 'on'))],
     )
-    assert problems(plain()) == []
-    assert problems(plain(1.5, 1)) == [
+    assert find_problems(plain()) == []
+    assert find_problems(plain(1.5, 1)) == [
         'size must be a whole number; got 1.5',
         'on must be true or false; got 1',
     ]

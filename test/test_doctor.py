@@ -83,11 +83,11 @@ def test_where_ros_logs_go(tmp_path, monkeypatch):
     monkeypatch.setenv('HOME', '/home/robot')
     monkeypatch.delenv('ROS_LOG_DIR', raising=False)
     monkeypatch.delenv('ROS_HOME', raising=False)
-    assert str(checkup.log_folder()) == '/home/robot/.ros/log'
+    assert str(checkup.find_log_folder()) == '/home/robot/.ros/log'
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
-    assert checkup.log_folder() == tmp_path / 'log'
+    assert checkup.find_log_folder() == tmp_path / 'log'
     monkeypatch.setenv('ROS_LOG_DIR', '~/logs')
-    assert str(checkup.log_folder()) == '/home/robot/logs'
+    assert str(checkup.find_log_folder()) == '/home/robot/logs'
 
 
 def full_disk(*_):
@@ -123,11 +123,11 @@ def test_without_ros_it_says_how_to_install_it(monkeypatch, capsys):
 def test_a_missing_node_is_a_warning_and_this_machine_is_fine(tmp_path):
     """In its own process, as rclpy reads the environment when it is imported."""
     pytest.importorskip('rclpy')
-    from mlmem_ros.ros.node_process import child
+    from mlmem_ros.ros.node_process import run_child_process
 
     command = ['doctor', '--node', 'nobody', '--wait', '0.2', '--records', str(tmp_path)]
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.STDOUT, 'text': True}
-    with child('mlmem_tools.cli.main', command, **streams) as process:
+    with run_child_process('mlmem_tools.cli.main', command, **streams) as process:
         told, _ = process.communicate(timeout=120)
     assert process.returncode == 0, told
     assert 'warn  node nobody        does not answer within 0.2 s' in told
@@ -136,19 +136,19 @@ def test_a_missing_node_is_a_warning_and_this_machine_is_fine(tmp_path):
 
 def test_a_row_of_the_table():
     finding = Diagnosis('what', WARN, 'seen', 'do this')
-    assert doctor.line(finding) == f'warn  {"what":<18} seen\n{"":25} -> do this'
-    assert '\x1b[33mwarn\x1b[0m' in doctor.line(finding, colour=True)
+    assert doctor.format_diagnosis(finding) == f'warn  {"what":<18} seen\n{"":25} -> do this'
+    assert '\x1b[33mwarn\x1b[0m' in doctor.format_diagnosis(finding, colour=True)
 
 
 def test_warming_does_all_the_work_of_a_first_start(monkeypatch, capsys):
     """Every loop with every substrate, and every preset's check."""
-    names = [name for name, _ in doctor.first_start()]
+    names = [name for name, _ in doctor.list_start_tasks()]
     assert len(names) == 2 * len(INTEGRATORS) + len(PRESETS)
     assert f'design check of {next(iter(PRESETS))}' in names
     done = []
     steps = [(name, lambda name=name: done.append(name)) for name in names]
-    monkeypatch.setattr(doctor, 'first_start', lambda: steps)
-    monkeypatch.setattr(checkup, 'examine', lambda *_: [])
+    monkeypatch.setattr(doctor, 'list_start_tasks', lambda: steps)
+    monkeypatch.setattr(checkup, 'examine_machine', lambda *_: [])
     assert main(['doctor', '--warm']) == 0
     assert done == names
     assert f'warm  {names[-1]}' in capsys.readouterr().out

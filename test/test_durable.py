@@ -66,14 +66,14 @@ def test_a_file_that_cannot_be_made_durable_is_closed(tmp_path, refuse):
     before = open_files()
     refuse('fsync')
     with pytest.raises(OSError, match='No space left'):
-        atomic_files.create(tmp_path / 'file')
+        atomic_files.create_file(tmp_path / 'file')
     assert open_files() == before
 
 
 def test_closing_a_file_twice_does_not_close_another_one(tmp_path):
-    first = atomic_files.create(tmp_path / 'first')
+    first = atomic_files.create_file(tmp_path / 'first')
     first.close()
-    second = atomic_files.create(tmp_path / 'second')
+    second = atomic_files.create_file(tmp_path / 'second')
     first.close()
     second.write(b'still open')
     second.close()

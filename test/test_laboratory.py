@@ -18,7 +18,7 @@ from mlmem_tools.cli.command import Command
 ROOT = Path(__file__).parent.parent
 
 
-def declared(group=laboratory.COMMANDS):
+def declared(group=laboratory.COMMANDS_GROUP):
     """Return the entry points of the laboratory."""
     _, section = (ROOT / 'lab/pyproject.toml').read_text().split(f"entry-points.'{group}']")
     return dict(re.findall(r"^(\w+) = '(\S+:\w+)'", section.split('[')[0], re.MULTILINE))
@@ -26,15 +26,15 @@ def declared(group=laboratory.COMMANDS):
 
 def test_its_commands_are_known_by_name():
     """So that `mlmem` can say what to install."""
-    assert set(declared()) == set(laboratory.NAMES)
+    assert set(declared()) == set(laboratory.LABORATORY_COMMANDS)
     for place in declared().values():
         module, _, name = place.partition(':')
         assert isinstance(getattr(import_module(module), name), Command)
 
 
 def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
-    monkeypatch.setattr(packages, 'entries', EntryPoints)
-    for name in laboratory.NAMES:
+    monkeypatch.setattr(packages, 'list_entry_points', EntryPoints)
+    for name in laboratory.LABORATORY_COMMANDS:
         assert cli.main([name, '--json']) == 1
         told = capsys.readouterr().err
         assert f'mlmem {name}: the laboratory is missing' in told
@@ -51,13 +51,15 @@ def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
     ids=' '.join,
 )
 def test_without_it_a_command_that_needs_a_part_says_so(words, monkeypatch, capsys):
-    monkeypatch.setattr(packages, 'entries', EntryPoints)
+    monkeypatch.setattr(packages, 'list_entry_points', EntryPoints)
     assert cli.main(words) == 1
     assert 'the laboratory is missing' in capsys.readouterr().err
 
 
 def test_without_it_a_design_is_checked(monkeypatch, capsys):
     """A node that refuses a design names this command."""
-    monkeypatch.setattr(packages, 'entries', EntryPoints)
-    monkeypatch.setattr(checks, 'CONCERNS', checks.CONCERNS[:2])  # the others take longer
+    monkeypatch.setattr(packages, 'list_entry_points', EntryPoints)
+    monkeypatch.setattr(
+        checks, 'CHECK_MODULES', checks.CHECK_MODULES[:2]
+    )  # the others take longer
     assert cli.main(['design', 'check', 'bits_1', '--brief']) == 0

@@ -14,10 +14,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem.law_file import LawFileError, load
+from mlmem.law_file import LawFileError, read_law_file
 from mlmem.physics import Design
 from mlmem_tools.cli.law import law
-from mlmem_tools.law.curves import CurveError, load_run, measured, save
+from mlmem_tools.law.curves import CurveError, average_runs, load_run, save_law
 
 EXAMPLES = Path(__file__).parents[1] / 'examples/law'
 H, W, TILT = 0.02, 0.015, 0.1
@@ -41,7 +41,7 @@ def write(path, *, rub=0.0, tilt=0.0, scale=1.0, back=False, mm=True):
 def test_wells_and_barrier_of_a_known_element(tmp_path):
     """Means over intervals of a 1/63rd of the way round off a peak by their curvature."""
     for mm in (True, False):
-        found = measured([write(tmp_path / 'one.csv', mm=mm)], 128)
+        found = average_runs([write(tmp_path / 'one.csv', mm=mm)], 128)
         first, second = found.wells
         assert (first['displacement'], second['displacement']) == pytest.approx((-W, W), rel=1e-3)
         assert first['stiffness'] == pytest.approx(8.0 * H / W**2, rel=2e-3)
@@ -54,7 +54,7 @@ def test_wells_and_barrier_of_a_known_element(tmp_path):
 
 def test_both_ways_are_averaged_and_their_area_is_lost(tmp_path):
     """A dry friction of 0.05 N over 2.6 w, out and back."""
-    found = measured([write(tmp_path / 'one.csv', rub=0.05, back=True)], 64)
+    found = average_runs([write(tmp_path / 'one.csv', rub=0.05, back=True)], 64)
     assert found.runs[0].lost == pytest.approx(2.0 * 0.05 * 2.6 * W, rel=1e-3)
     assert found.barriers[0]['barrier'] == pytest.approx(H, rel=5e-3)
 
@@ -62,16 +62,16 @@ def test_both_ways_are_averaged_and_their_area_is_lost(tmp_path):
 def test_runs_give_mean_and_scatter(tmp_path):
     """Forces of 0.9, 1 and 1.1: a standard deviation of 0.1. A tilt sets 2 w times it free."""
     runs = [write(tmp_path / f'{k}.csv', scale=k) for k in (0.9, 1.0, 1.1)]
-    (step,) = measured(runs, 64).barriers
+    (step,) = average_runs(runs, 64).barriers
     assert step['barrier'] == pytest.approx(H, rel=5e-3)
     assert step['barrier_std'] == pytest.approx(0.1 * H, rel=5e-3)
-    tilted = measured([write(tmp_path / 'tilted.csv', tilt=-TILT)], 64).barriers[0]
+    tilted = average_runs([write(tmp_path / 'tilted.csv', tilt=-TILT)], 64).barriers[0]
     assert tilted['set_free'] == pytest.approx(2.0 * W * TILT, rel=0.01)
 
 
 def test_bands(tmp_path):
     """From sqrt(k / m) to sqrt((k + 4 k_r) / m)."""
-    found = measured([write(tmp_path / 'one.csv')], 128)
+    found = average_runs([write(tmp_path / 'one.csv')], 128)
     low, high = found.bands(0.02, 30.0)[0]
     assert math.tau * low == pytest.approx(math.sqrt(8.0 * H / W**2 / 0.02), rel=1e-3)
     assert (math.tau * high) ** 2 - (math.tau * low) ** 2 == pytest.approx(4.0 * 30.0 / 0.02)
@@ -79,7 +79,7 @@ def test_bands(tmp_path):
 
 def test_a_curve_that_begins_pushed_is_continued_to_its_first_well():
     """The real shells begin at 0.08 mm and 0.06 N; the second well is near the authors' 39 mm."""
-    found = measured([load_run(EXAMPLES / f'shell_run{k}.csv') for k in (1, 2)], 64)
+    found = average_runs([load_run(EXAMPLES / f'shell_run{k}.csv') for k in (1, 2)], 64)
     first, second = found.wells
     assert -0.5e-3 < first['displacement'] < 0.0
     assert second['displacement'] == pytest.approx(39.0e-3, rel=0.03)
@@ -88,9 +88,9 @@ def test_a_curve_that_begins_pushed_is_continued_to_its_first_well():
 
 
 def test_a_file_that_is_written_makes_a_design(tmp_path):
-    found = measured([write(tmp_path / 'one.csv')], 64)
-    save(tmp_path / 'law.yaml', found)
-    curve = load(tmp_path / 'law.yaml', length=W, stiffness=8.0 * H / W**2)
+    found = average_runs([write(tmp_path / 'one.csv')], 64)
+    save_law(tmp_path / 'law.yaml', found)
+    curve = read_law_file(tmp_path / 'law.yaml', length=W, stiffness=8.0 * H / W**2)
     design = Design(N=60, gamma=0.0, beta=-0.1, J=20, J_s=40, j_0=17.0, d=0.1, law=curve, phase=0)
     assert (design.D_s1, design.D_s2) == pytest.approx((-1.0, 1.0), rel=5e-3)
     assert design.k_s1 == pytest.approx(0.1, rel=0.01)
@@ -116,7 +116,7 @@ def test_files_that_are_no_curves(tmp_path, text, message):
 def test_what_is_no_law(tmp_path):
     (tmp_path / 'law.yaml').write_text('format: 1\nlaw: {low: 0.0, high: 1.0, force: [1.0]}')
     with pytest.raises(LawFileError, match='force must be 8 to 4096 numbers'):
-        load(tmp_path / 'law.yaml')
+        read_law_file(tmp_path / 'law.yaml')
 
 
 def options(*curves, **changes):
@@ -130,7 +130,7 @@ def test_the_command(tmp_path, capsys):
     assert law.run(options(*shells, output=output, mass=0.021, coupling=5.0)) == 0
     told = json.loads(capsys.readouterr().out)
     assert len(told['wells']) == len(told['bands']) == 2
-    assert len(load(output).ground_states) == 2
+    assert len(read_law_file(output).ground_states) == 2
     assert law.run(options(*shells, json=False)) == 0
     assert '+-' in capsys.readouterr().out
     assert law.run(options(shells[0], mass=1.0)) == 2

@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from mlmem_ros.session.data import load
+from mlmem_ros.session.data import load_session
 from mlmem_tools.cli.main import main
 from mlmem_tools.cli.output import print_json
 
@@ -51,7 +51,7 @@ def test_inspect_json_holds_the_session(capsys):
     assert main(['inspect', str(LIFE), '--json']) == 0
     found = json.loads(capsys.readouterr().out)
     assert found['topics']['/mlmem/session/command']['messages'] == 4
-    (tick, write), *_ = load(LIFE).stamped
+    (tick, write), *_ = load_session(LIFE).stamped
     assert found['commands'][0] == {'tick': tick, 'kind': 'Write', 'level': write.level}
     assert [each['procedure'] for each in found['procedures']] == [
         'write',

@@ -26,16 +26,23 @@ from mlmem import (
     parsing,
 )
 from mlmem import snapshot as snapshots
-from mlmem.commands import KINDS
+from mlmem.commands import COMMANDS_BY_NAME
 from mlmem.element_file import Element
 from mlmem.instrument.end import End
 from mlmem.instrument.fault_script import Failure
 from mlmem.instrument.motion import Profile, Ramp
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections
-from mlmem.parsing import LONGEST, DecodeError, decode, from_json, from_yaml, read
+from mlmem.parsing import (
+    MAX_MESSAGE_CHARS,
+    DecodeError,
+    decode_value,
+    parse_json,
+    parse_yaml,
+    read_file,
+)
 from mlmem.physics import CASE_II, Specimen
 from mlmem.readers.reading import Reading
-from mlmem.schema import descriptions
+from mlmem.schema import find_descriptions
 from mlmem_ros.bag import jazzy
 from mlmem_ros.contract import answers
 from mlmem_ros.rig.frames import Hello
@@ -53,7 +60,7 @@ def described_classes():
         for each in pkgutil.walk_packages(found.__path__, f'{found.__name__}.'):
             for kind in vars(importlib.import_module(each.name)).values():
                 ours = isinstance(kind, type) and kind.__module__ == each.name
-                if ours and dataclasses.is_dataclass(kind) and any(descriptions(kind)):
+                if ours and dataclasses.is_dataclass(kind) and any(find_descriptions(kind)):
                     yield kind
 
 
@@ -71,8 +78,8 @@ def examples():
     )
     element = MemoryElement(CASE_II, Settings(), Calibration(table, table, corrections))
     element.reading = Reading(3, '011', 'left', 1.5, 0.9, 2.0, math.inf, walls=1)
-    header = records.header(element, '/mlmem', {'record.hash_every': 500})
-    hashed = records.state_hash(element)
+    header = records.build_header(element, '/mlmem', {'record.hash_every': 500})
+    hashed = records.build_state_hash(element)
     told = dict.fromkeys(('attempts', 'ticks', 'tick', 'level'), 1)
     told |= dict.fromkeys(('delay', 'level_margin', 'threshold_margin', 'confidence'), 0.5)
     told |= {
@@ -94,9 +101,9 @@ def examples():
         'half': 'tension',
     }
     found = {
-        records.Header: json.loads(jazzy.deserialize(header, records.STRING).data),
-        records.StateHash: json.loads(jazzy.deserialize(hashed, records.STRING).data),
-        snapshots.Saved: snapshots.take(element),
+        records.Header: json.loads(jazzy.deserialize_message(header, records.STRING_TYPE).data),
+        records.StateHash: json.loads(jazzy.deserialize_message(hashed, records.STRING_TYPE).data),
+        snapshots.Saved: snapshots.take_snapshot(element),
         Calibration: element.calibration.as_dict(),
         Specimen: Specimen(CASE_II, mass=np.linspace(1.0, 2.0, CASE_II.N)).as_dict(),
         Ramp: dataclasses.asdict(Ramp(0.0, 0.1, 5.0)),
@@ -105,7 +112,7 @@ def examples():
         element_file._File: Element(Specimen(CASE_II), np.ones(CASE_II.N)).as_dict(),
         law_file._File: {'law': {'low': 0.0, 'high': 1.0, 'force': [0.0] * 8}, 'format': 1},
     }
-    procedures = (answers.Decoded, *answers.ANSWERS.values())
+    procedures = (answers.Decoded, *answers.ANSWER_TYPES.values())
     for kind in (*procedures, answers.Paused, answers.Recorded, answers.Stepped):
         found[kind] = {each.name: told[each.name] for each in dataclasses.fields(kind)}
     values = {
@@ -116,7 +123,7 @@ def examples():
         'method': 'strain',
         'script': '[]',
     }
-    for kind in KINDS.values():
+    for kind in COMMANDS_BY_NAME.values():
         found[kind] = {
             f.name: 1 if (given := values.get(f.name, f.default)) is dataclasses.MISSING else given
             for f in dataclasses.fields(kind)
@@ -182,21 +189,21 @@ def test_a_spoiled_value_is_refused_in_one_short_message(kind, data):
     if worse == 7 and path[:1] == ('v',):
         return  # a number is as good as a hexadecimal one
     with pytest.raises(DecodeError) as caught:
-        decode(kind, spoiled(values, path, worse))
-    assert len(str(caught.value)) <= LONGEST
+        decode_value(kind, spoiled(values, path, worse))
+    assert len(str(caught.value)) <= MAX_MESSAGE_CHARS
     assert '\n' not in str(caught.value)
 
 
 def test_what_is_declared_is_read():
     for kind, values in examples().items():
-        assert isinstance(decode(kind, values), kind)
+        assert isinstance(decode_value(kind, values), kind)
         needed = [f.name for f in dataclasses.fields(kind) if f.default is dataclasses.MISSING
                   and f.default_factory is dataclasses.MISSING]  # fmt: skip
         for name in needed:
             with pytest.raises(DecodeError, match=f'lacks {name}'):
-                decode(kind, {k: v for k, v in values.items() if k != name})
+                decode_value(kind, {k: v for k, v in values.items() if k != name})
         with pytest.raises(DecodeError, match=r"there is no 'colour'; there are|lacks"):
-            decode(kind, {**values, 'colour': 'red'})
+            decode_value(kind, {**values, 'colour': 'red'})
 
 
 def test_every_described_class_is_among_them():
@@ -205,7 +212,7 @@ def test_every_described_class_is_among_them():
     def reach(kind):
         if dataclasses.is_dataclass(kind) and kind not in reached:
             reached.add(kind)
-            for hint, *_ in parsing._declared(kind).values():
+            for hint, *_ in parsing._describe_fields(kind).values():
                 reach(hint)
         for inner in getattr(kind, '__args__', ()):
             reach(inner)
@@ -218,16 +225,16 @@ def test_every_described_class_is_among_them():
 def test_arrays_are_read_to_the_bit_in_every_form():
     values = np.array([1 / 3, -0.1, 5e-324])
     kind = NDArray[np.float64]
-    for given in (values.tolist(), parsing.encoded(values), [each.hex() for each in values]):
-        np.testing.assert_array_equal(decode(kind, given), values)
-    assert decode(dict[End, int], {'left': 1}) == {End.LEFT: 1}
+    for given in (values.tolist(), parsing.encode_array(values), [each.hex() for each in values]):
+        np.testing.assert_array_equal(decode_value(kind, given), values)
+    assert decode_value(dict[End, int], {'left': 1}) == {End.LEFT: 1}
 
 
 def test_texts_that_are_not_what_they_should_be():
-    assert from_json('{"a": 1}') == from_yaml('{a: 1}') == {'a': 1}
-    assert from_yaml('a: 1', texts=True) == {'a': '1'}
+    assert parse_json('{"a": 1}') == parse_yaml('{a: 1}') == {'a': 1}
+    assert parse_yaml('a: 1', texts=True) == {'a': '1'}
     for text in ('', '[' * 10**6, 'NaN', '9' * 5000):
         with pytest.raises(DecodeError, match='it must be JSON'):
-            from_json(text)
+            parse_json(text)
     with pytest.raises(DecodeError, match='No such file'):
-        read('/nowhere/at all')
+        read_file('/nowhere/at all')

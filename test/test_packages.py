@@ -75,7 +75,7 @@ def test_a_command_names_the_missing_package():
     ],
 )
 def test_advice_fits_the_package(name, words):
-    said = packages.missing(ModuleNotFoundError('no such thing', name=name))
+    said = packages.describe_missing(ModuleNotFoundError('no such thing', name=name))
     assert all(word in said for word in words)
     assert '\n' not in said
 
@@ -86,8 +86,8 @@ def test_the_command_needs_no_package():
     assert told.value.code == 0
 
 
-@pytest.mark.parametrize('library', packages.LIBRARIES)
+@pytest.mark.parametrize('library', packages.TESTED_LIBRARIES)
 def test_installed_library_is_a_tested_version(library):
     """We use private names of it: every node and client of the tests does."""
     pytest.importorskip(library)
-    assert packages.tested(library), packages.version(library)
+    assert packages.is_version_tested(library), packages.find_library_version(library)

@@ -14,8 +14,14 @@ import yaml
 from mlmem import PRESETS, Settings, SettingsError, element_file, preset
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.physics import CASE_II, DesignError, Specimen
-from mlmem_ros.host.settings import declarations, groups
-from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
+from mlmem_ros.host.settings import declare_parameters, default_groups
+from mlmem_ros.parameter_file import (
+    ParameterFileError,
+    build_node_parameters,
+    format_preset,
+    load_preset,
+    parse_preset,
+)
 from mlmem_tools import checks
 from mlmem_tools.cli.main import main
 
@@ -42,7 +48,7 @@ def wrapped(text):
 
 
 def test_a_file_changes_only_what_it_names():
-    design, settings = parse(MINE)
+    design, settings = parse_preset(MINE)
     assert (design.N, design.gamma, design.J) == (150, -2e-4, CASE_II.J)
     assert (settings.write.tension, settings.write.attempts) == (0.06, 5)
     assert settings.erase == preset('case_2').settings.erase
@@ -50,12 +56,14 @@ def test_a_file_changes_only_what_it_names():
 
 @pytest.mark.parametrize('name', PRESETS)
 def test_a_preset_is_loaded_by_its_name_and_from_its_file(name):
-    assert load(name) == preset(name)
-    assert parse(text_of(*preset(name))) == preset(name)
+    assert load_preset(name) == preset(name)
+    assert parse_preset(format_preset(*preset(name))) == preset(name)
 
 
 def test_a_file_overrides_part_of_its_preset():
-    design, settings = parse(wrapped('{design: {preset: bits_4, N: 216}, write: {hold: 60.0}}'))
+    design, settings = parse_preset(
+        wrapped('{design: {preset: bits_4, N: 216}, write: {hold: 60.0}}')
+    )
     assert design == dataclasses.replace(preset('bits_4').design, N=216)
     assert settings.write.hold == 60.0
     assert settings.write.ramp == preset('bits_4').settings.write.ramp
@@ -65,34 +73,34 @@ def test_a_file_overrides_part_of_its_preset():
 def test_the_example_repeats_no_default():
     """Every line of it changes something."""
     said = yaml.safe_load((CONFIG / 'example.yaml').read_text())['/**']['ros__parameters']
-    base = groups(preset(said['design'].pop('preset')))
+    base = default_groups(preset(said['design'].pop('preset')))
     assert all(
         getattr(base[group], name) != value
         for group, values in said.items()
         for name, value in values.items()
     )
-    load(str(CONFIG / 'example.yaml'))
+    load_preset(str(CONFIG / 'example.yaml'))
 
 
 def test_a_launch_file_accepts_a_preset_or_a_file(tmp_path, monkeypatch):
     """A file as `mlmem design --output` writes it, relative to the working folder."""
-    assert node_parameters('bits_4') == {'design.preset': 'bits_4'}
+    assert build_node_parameters('bits_4') == {'design.preset': 'bits_4'}
     file = tmp_path / 'mine.yaml'
-    file.write_text(text_of(*preset('bits_4')))
+    file.write_text(format_preset(*preset('bits_4')))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv('HOME', str(tmp_path))
     for given in (str(file), 'mine.yaml', './mine.yaml', '~/mine.yaml'):
-        assert node_parameters(given) == str(file)
+        assert build_node_parameters(given) == str(file)
     with pytest.raises(ParameterFileError, match=r"element must be .* case_1, .*; got 'case_3'"):
-        node_parameters('case_3')
+        build_node_parameters('case_3')
 
 
 def test_a_path_is_a_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'fast.yaml').write_text(wrapped('write: {tension: 0.05}'))
-    assert load('fast.yaml')[1].write.tension == 0.05
+    assert load_preset('fast.yaml')[1].write.tension == 0.05
     with pytest.raises(ParameterFileError, match='give a parameter file'):
-        load('slow')
+        load_preset('slow')
 
 
 @pytest.mark.parametrize(
@@ -114,7 +122,7 @@ def test_a_path_is_a_path(tmp_path, monkeypatch):
 )
 def test_a_bad_file_is_named_with_what_is_wrong(text, words):
     with pytest.raises(ParameterFileError) as refused:
-        parse(text, 'my.yaml')
+        parse_preset(text, 'my.yaml')
     for word in ['my.yaml', *words]:
         assert word in str(refused.value)
     assert '\n' not in str(refused.value)
@@ -131,7 +139,7 @@ def test_a_bad_file_is_named_with_what_is_wrong(text, words):
 )
 def test_a_value_out_of_range_is_refused(text, error, words):
     with pytest.raises(error, match=words):
-        parse(text, 'my.yaml')
+        parse_preset(text, 'my.yaml')
 
 
 # --- mlmem design check ----------------------------------------------------------------------
@@ -151,7 +159,7 @@ def test_a_file_passes_its_check_quickly(capsys, tmp_path):
 
 def test_a_failed_check_ends_with_status_1_and_lists_its_findings(tmp_path, capsys, monkeypatch):
     """All as JSON; in brief those that did not pass."""
-    monkeypatch.setattr(checks, 'CONCERNS', (checks.material,))
+    monkeypatch.setattr(checks, 'CHECK_MODULES', (checks.material,))
     file = tmp_path / 'my.yaml'
     file.write_text(wrapped('probe: {omega_c: 2.4}'))
     assert main(['design', 'check', str(file), '--json']) == 1
@@ -188,8 +196,8 @@ def test_a_written_parameter_file_is_read_back():
     settings = Settings(
         write=WriteSettings(tension=0.04, attempts=5), erase=EraseSettings(settle=1e5)
     )
-    assert parse(text_of(design, settings)) == (design, settings)
-    assert text_of(*preset('case_2')).split() == [
+    assert parse_preset(format_preset(design, settings)) == (design, settings)
+    assert format_preset(*preset('case_2')).split() == [
         '/**:',
         'ros__parameters:',
         'design:',
@@ -207,8 +215,8 @@ DESIGN = preset('bits_1').design
 def test_an_element_survives_its_file(tmp_path):
     alpha = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(DESIGN.N)
     made = Specimen(DESIGN, alpha, k_r_factor=0.99, mass=1.01, offset=0.002)
-    element_file.save(tmp_path / 'e.yaml', element_file.Element(made, 1e-4 * alpha))
-    again = element_file.load(tmp_path / 'e.yaml')
+    element_file.write_element_file(tmp_path / 'e.yaml', element_file.Element(made, 1e-4 * alpha))
+    again = element_file.read_element_file(tmp_path / 'e.yaml')
     assert again.specimen.design == DESIGN
     for name in ('alpha', 'k_r', 'masses', 'offsets'):
         assert getattr(again.specimen, name) == pytest.approx(getattr(made, name), rel=1e-12)
@@ -222,15 +230,17 @@ def test_an_element_survives_its_file(tmp_path):
 def test_a_file_that_is_no_element_is_named(tmp_path, text, reason):
     (tmp_path / 'e.yaml').write_text(text, encoding='utf-8')
     with pytest.raises(element_file.ElementFileError, match=reason):
-        element_file.load(tmp_path / 'e.yaml')
+        element_file.read_element_file(tmp_path / 'e.yaml')
 
 
 def test_dump_of_a_default_node_is_loaded_as_its_element():
     """`ros2 param dump` names every declared parameter, and those of rclpy."""
-    dumped = {name: value for name, value, _ in declarations()}
+    dumped = {name: value for name, value, _ in declare_parameters()}
     dumped |= {
         'use_sim_time': False,
         'start_type_description_service': True,
         'qos_overrides./clock.subscription.depth': 1,
     }
-    assert parse(yaml.safe_dump({'/mlmem': {'ros__parameters': dumped}})) == preset('case_2')
+    assert parse_preset(yaml.safe_dump({'/mlmem': {'ros__parameters': dumped}})) == preset(
+        'case_2'
+    )

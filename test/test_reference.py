@@ -6,7 +6,7 @@ from pathlib import Path
 
 import reference
 
-from mlmem_ros.contract.services import SERVICES
+from mlmem_ros.contract.services import NODE_SERVICES
 from mlmem_ros.testing import memory_node
 
 ROOT = Path(__file__).parent.parent
@@ -31,7 +31,7 @@ def test_every_service_of_a_live_node_is_declared():
             if service.callback.__module__.startswith('mlmem_ros')
         }
     assert served
-    declared = {each.name: each.type for each in SERVICES}
+    declared = {each.name: each.type for each in NODE_SERVICES}
     types = {
         name: f'{kind.__module__.partition(".")[0]}/srv/{kind.__name__}'
         for name, kind in served.items()

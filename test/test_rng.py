@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from mlmem.rng import Stream, generator, normal
+from mlmem.rng import Stream, draw_normal, make_generator
 
 SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN]
 SPAWNED += [Stream.LEVELS, Stream.GAIN]
@@ -16,12 +16,12 @@ def test_streams_of_an_element_are_spawned_from_its_seed_in_order():
     children = np.random.SeedSequence(7).spawn(len(SPAWNED))
     for stream, child in zip(SPAWNED, children, strict=True):
         expected = np.random.Generator(np.random.PCG64(child)).random(5)
-        assert generator(7, stream).random(5).tolist() == expected.tolist()
+        assert make_generator(7, stream).random(5).tolist() == expected.tolist()
 
 
 def test_no_two_streams_are_alike():
-    ticks = [normal((50,), 1, 2, stream) for stream in Stream if stream not in SPAWNED]
-    made = [generator(1, stream).standard_normal(50) for stream in SPAWNED]
+    ticks = [draw_normal((50,), 1, 2, stream) for stream in Stream if stream not in SPAWNED]
+    made = [make_generator(1, stream).standard_normal(50) for stream in SPAWNED]
     for one, other in itertools.combinations([*ticks, *made], 2):
         assert not set(one) & set(other)
         assert abs(np.corrcoef(one, other)[0, 1]) < 0.5

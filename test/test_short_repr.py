@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem.schema import printable, short_repr
+from mlmem.schema import make_printable, short_repr
 
 
 def deep(levels):
@@ -49,7 +49,7 @@ def test_a_long_text_keeps_its_start_and_end():
 
 
 def test_no_text_controls_the_terminal():
-    shown = printable('\x1b[2Jgone\nnext \ud800 größe [/red]')
+    shown = make_printable('\x1b[2Jgone\nnext \ud800 größe [/red]')
     assert shown == '\\x1b[2Jgone\\nnext \\ud800 größe [/red]'
     assert shown.encode()
-    assert len(printable('\n' * 5_000_000)) <= 1000
+    assert len(make_printable('\n' * 5_000_000)) <= 1000

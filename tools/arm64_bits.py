@@ -88,7 +88,7 @@ def compiled_for_arm(ir: str) -> bytes:
 
 def same(loop: Any, arguments: tuple[Any, ...], folder: Path) -> bool:
     """Run a loop here and there, and return whether all its arrays are the same afterwards."""
-    fresh = numba.njit(**jit.SETTINGS)(loop.py_func)
+    fresh = numba.njit(**jit.NUMBA_SETTINGS)(loop.py_func)
     fresh.compile(tuple(numba.typeof(each) for each in arguments))
     (signature,) = fresh.signatures
     data, types, values, places = b'', [], [], []
@@ -132,7 +132,7 @@ def main() -> int:
         ends = np.empty((2, len(inputs[0]) // chain.integrator.substeps))
         print(method, substrate, end=': ')
         with tempfile.TemporaryDirectory() as folder:
-            arguments = chain._arguments(Inputs(*inputs), ends)
+            arguments = chain._build_arguments(Inputs(*inputs), ends)
             agree.append(same(INTEGRATORS[method].advance, arguments, Path(folder)))
         print('the same bits' if agree[-1] else 'OTHER BITS')
     return 0 if all(agree) else 1

@@ -20,7 +20,7 @@ from pathlib import Path
 from mutmut.stats import status_by_exit_code
 from scipy.stats import binomtest
 
-from mlmem.instrument.actuator import _followed as quick
+from mlmem.instrument.actuator import _follow_course as quick
 
 ROOT = Path(__file__).resolve().parent.parent
 MUTANTS = ROOT / 'mutants'

@@ -19,7 +19,7 @@ from std_msgs.msg import Float64, UInt8
 
 from mlmem_ros import MemoryClient
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import RELIABLE
+from mlmem_ros.ros.middleware import RELIABLE_PROFILE
 from mlmem_ros.testing import memory_node
 
 DATA = Path(__file__).resolve().parent.parent / 'test' / 'data'
@@ -58,7 +58,7 @@ def aborted_write(memory: MemoryClient) -> None:
 
 def publisher(memory: MemoryClient, kind: type[Any], topic: str) -> Publisher:
     """Return a publisher that the memory node listens to."""
-    made = memory.node.create_publisher(kind, f'{memory.name}/{topic}', RELIABLE)
+    made = memory.node.create_publisher(kind, f'{memory.name}/{topic}', RELIABLE_PROFILE)
     wait_until(made.get_subscription_count, f'a subscriber of {topic}')
     return made
 

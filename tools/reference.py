@@ -17,7 +17,7 @@ from reference_pages.problems import standard_problems_page
 from reference_pages.rig import rig_page
 
 from mlmem_ros.contract import services
-from mlmem_ros.contract.services import ACTIONS
+from mlmem_ros.contract.services import ACTION_TYPE_NAMES
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / 'docs' / 'reference'
@@ -47,7 +47,7 @@ def pages() -> dict[str, str]:
 def policy() -> str:
     """Return the SROS 2 policy, with the present services and actions of node and client."""
     text = POLICY.read_text(encoding='utf-8')
-    served = *services.SERVICES, *services.SIMULATOR
+    served = *services.NODE_SERVICES, *services.SIMULATOR_SERVICES
     own = ''.join(f'            <service>~/{name}</service>\n' for name, *_ in served)
     text = re.sub(
         r'(<services reply="ALLOW">\n).*?( *<service>~/change_state)',
@@ -57,7 +57,9 @@ def policy() -> str:
         flags=re.DOTALL,
     )
     for rule, above in (('execute', '~'), ('call', '/mlmem')):
-        names = [*ACTIONS, services.STEPS] if rule == 'execute' else ACTIONS
+        names = (
+            [*ACTION_TYPE_NAMES, services.STEPS_ACTION] if rule == 'execute' else ACTION_TYPE_NAMES
+        )
         listed = ''.join(f'            <action>{above}/{name}</action>\n' for name in names)
         text = re.sub(
             rf'(<actions {rule}="ALLOW">[^\n]*\n).*?( *</actions>)',

@@ -20,7 +20,7 @@ from std_msgs.msg import UInt8
 
 from mlmem_ros import MemoryClient, standalone
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import LATCHED, RELIABLE
+from mlmem_ros.ros.middleware import LATCHED_PROFILE, RELIABLE_PROFILE
 
 HERE = Path(__file__).resolve().parent
 SPARSE = {'field_every': 200, 'wall_every': 200, 'joint_states_every': 50}
@@ -48,7 +48,7 @@ def record(bag: Path) -> None:
         memory.ready(60.0).wait()
         gaits: list[int] = []
         memory.node.create_subscription(
-            UInt8, '/gait/gait', lambda message: gaits.append(message.data), LATCHED
+            UInt8, '/gait/gait', lambda message: gaits.append(message.data), LATCHED_PROFILE
         )
         for before, after in ((0, 1), (1, 3), (3, 3)):
             gaits.clear()
@@ -62,7 +62,7 @@ def record(bag: Path) -> None:
 
 def set_gait(memory: MemoryClient, gait: int) -> None:
     """Ask the behaviour node for another gait."""
-    publisher = memory.node.create_publisher(UInt8, '/gait/set_gait', RELIABLE)
+    publisher = memory.node.create_publisher(UInt8, '/gait/set_gait', RELIABLE_PROFILE)
     wait_until(publisher.get_subscription_count, 'the behaviour node')
     publisher.publish(UInt8(data=gait))
     wait_until(lambda: publisher.wait_for_all_acked(), 'its acknowledgement')

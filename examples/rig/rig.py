@@ -69,7 +69,7 @@ class Rig:
         self.ahead, self.expected, self.sent, self.first, self.played = ahead, 1, 0, 0, 0
         self.queue, self.playing, self.waited, self.missed = deque(), False, 0.0, 0
 
-    def let_go(self):
+    def release_strain(self):
         """Release the ends, bring the strain slowly to zero, and wait until nothing moves."""
         V_N, self.last = self.last[0], (0.0, None)
         for share in np.append(np.linspace(1, 0, 4800), np.zeros(16000)) if V_N else ():
@@ -100,7 +100,7 @@ class Rig:
     def act(self, kind, number, payload):
         """Act on a frame; a driver that hears nothing repeats its last one."""
         if kind == HELLO:
-            self.let_go()
+            self.release_strain()
             self.begin(json.loads(payload)['ahead'])
             self.send(HELLO, json.dumps(self.hello).encode())
         elif kind != AGAIN and number == self.expected:
@@ -147,4 +147,4 @@ if __name__ == '__main__':
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             rig = Rig(element, connection.sendall, float(sys.argv[2]))
             serve(connection, rig)
-        rig.let_go()
+        rig.release_strain()

@@ -30,15 +30,15 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
 from mlmem_ros import MemoryClient
-from mlmem_ros.packages import missing
-from mlmem_ros.ros.middleware import RELIABLE
+from mlmem_ros.packages import describe_missing
+from mlmem_ros.ros.middleware import RELIABLE_PROFILE
 from mlmem_ros.testing import memory_node
 
 try:
     from film import Film
     from hexapod import GAITS, STEP, Gait, Hexapod
 except ModuleNotFoundError as error:  # MuJoCo, or what draws
-    sys.exit(missing(error))
+    sys.exit(describe_missing(error))
 
 MEMORY = {'design.preset': 'byte', 'publish.field_every': 0, 'publish.wall_every': 0}
 
@@ -108,9 +108,9 @@ class World(Node):
         super().__init__('walker', **options)
         self.body = body
         self.memory = MemoryClient(self, element, actions=False)
-        self._imu = self.create_publisher(Imu, f'{element}/disturbance', RELIABLE)
-        self._joints = self.create_publisher(JointState, '~/joint_states', RELIABLE)
-        self._clock = self.create_publisher(Clock, '/clock', RELIABLE)
+        self._imu = self.create_publisher(Imu, f'{element}/disturbance', RELIABLE_PROFILE)
+        self._joints = self.create_publisher(JointState, '~/joint_states', RELIABLE_PROFILE)
+        self._clock = self.create_publisher(Clock, '/clock', RELIABLE_PROFILE)
         self.memory.ready().wait()
         self.memory.pause().wait()
         self._reset(element)

@@ -24,44 +24,49 @@ from mlmem import MemoryElement, Read, Write, new_element, preset
 
 from .paper.meter import fit_meter
 from .results import run
-from .words import drawn
+from .words import draw_word
 
-SEED = 1
+RANDOM_SEED = 1
 
-WRITES = 30
+WRITE_COUNT = 30
 
 REST, DECODED = 25.0, 5
 """Lifetimes of waves that an element rests before it is read; reads whose decoding is timed."""
 
-UNIT = 1e-4
+TIME_UNIT_S = 1e-4
 """Seconds of a time unit at the default scale, and joules of k_r a^2 in soft cells of 1 cm."""
 
-REGISTERS = ('case_2', 'byte', 'register_4', 'register_5')
+REGISTER_PRESETS = ('case_2', 'byte', 'register_4', 'register_5')
 
 
-def measured(name: str) -> dict[str, float]:
+def measure_costs(name: str) -> dict[str, float]:
     """Return what random writes in a row of a preset take, in the mean."""
-    random = np.random.Generator(np.random.PCG64(SEED))
+    random = np.random.Generator(np.random.PCG64(RANDOM_SEED))
     element = new_element(preset(name))
     meter = fit_meter(element)
-    count, bits, before = WRITES, math.log2(element.words), 0
+    count, bits, before = WRITE_COUNT, math.log2(element.words), 0
     element.perform(Write(before))
     ticks, failed, heat = element.ticks, 0, float(meter.books()[2])
     for _ in range(count):
-        while (word := drawn(random, element.words)) == before:
+        while (word := draw_word(random, element.words)) == before:
             pass
         failed += not element.perform(Write(word)).success
         before = word
     each = (element.ticks - ticks) / count
     energy = (float(meter.books()[2]) - heat) / count
     return {
-        'writes': count, 'failed': failed, 'bits': bits, 'ticks': each,
-        'bits a second': bits / (each * element.tick * UNIT), 'energy of a bit': energy / bits,
-        'bits a joule': bits / (energy * UNIT), **_reads(new_element(preset(name)), before),
-    }  # fmt: skip
+        'writes': count,
+        'failed': failed,
+        'bits': bits,
+        'ticks': each,
+        'bits a second': bits / (each * element.tick * TIME_UNIT_S),
+        'energy of a bit': energy / bits,
+        'bits a joule': bits / (energy * TIME_UNIT_S),
+        **_measure_reads(new_element(preset(name)), before),
+    }
 
 
-def _reads(element: MemoryElement, content: int) -> dict[str, float]:
+def _measure_reads(element: MemoryElement, content: int) -> dict[str, float]:
     """Return what reads of a content take."""
     failed = not element.perform(Write(content)).success
     for _ in range(math.ceil(REST / (element.design.eta * element.tick))):
@@ -73,33 +78,43 @@ def _reads(element: MemoryElement, content: int) -> dict[str, float]:
     }  # fmt: skip
     if (reader := element.register) is not None:
         found['listening'] = reader.listener.ticks
-        found['seconds of decoding'] = min(_decoding(element) for _ in range(DECODED))
+        found['seconds of decoding'] = min(_measure_decoding(element) for _ in range(DECODED))
     return found
 
 
-def _decoding(element: MemoryElement) -> float:
+def _measure_decoding(element: MemoryElement) -> float:
     """Return the seconds of the processor that decoding takes in a read."""
     reader, taken = element.register, list[float]()
     assert reader is not None
     decode = reader.decode
 
-    def timed(*heard: Any) -> Any:
+    def time_decoding(*heard: Any) -> Any:
         begin = time.thread_time()
         found = decode(*heard)
         taken.append(time.thread_time() - begin)
         return found
 
-    with mock.patch.object(reader, 'decode', timed):
+    with mock.patch.object(reader, 'decode', time_decoding):
         element.perform(Read())
     return taken[-1]
 
 
-def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+def merge_costs(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the costs of every preset, in one order."""
     presets = kept.get('presets', {}) | {name: found}
-    return {'presets': {each: presets[each] for each in REGISTERS if each in presets}}
+    return {'presets': {each: presets[each] for each in REGISTER_PRESETS if each in presets}}
 
 
 if __name__ == '__main__':
     modules = ['lab/mlmem_lab/paper/meter.py', 'lab/mlmem_lab/words.py']
-    sys.exit(run('costs', __doc__, measured, SEED, joined, REGISTERS, modules=modules))
+    sys.exit(
+        run(
+            'costs',
+            __doc__,
+            measure_costs,
+            RANDOM_SEED,
+            merge_costs,
+            REGISTER_PRESETS,
+            modules=modules,
+        )
+    )

@@ -22,31 +22,32 @@ from mlmem_tools.checks import check, disturb
 
 from .results import run
 
-STEPS = tuple(1.1**k for k in range(50))
+AMPLITUDE_STEPS = tuple(1.1**k for k in range(50))
 """Amplitudes over that of the pulse."""
 
 
-def measured(name: str) -> dict[str, Any]:
+def measure_ratios(name: str) -> dict[str, Any]:
     """Return the ratios of a preset: by end and level, the least ones, and the design check's."""
     design, settings = preset(name)
-    chain = disturb.bare(Specimen(design), settings.time)
+    chain = disturb.build_bare_chain(Specimen(design), settings.time)
     places = [BLANK, *range(design.levels)]
     ratios = {
         end: [
-            _ratio(chain, level, end, end.probe(settings)) for level in places[end is End.LEFT :]
+            _disturb_ratio(chain, level, end, end.probe(settings))
+            for level in places[end is End.LEFT :]
         ]
         for end in End
     }
-    forecast = check(design, settings)[disturb.NAME].values
+    forecast = check(design, settings)[disturb.FINDING_NAME].values
     return {
         **{f'read, {end}': min(of_levels) for end, of_levels in ratios.items()},
         'read, checked': min(forecast[end.value] / end.probe(settings).A for end in End),
-        'survey': min(_ratio(chain, *shot) for shot in _shots(design)),
+        'survey': min(_disturb_ratio(chain, *shot) for shot in _list_shots(design)),
         **{f'by level, {end}': of_levels for end, of_levels in ratios.items()},
     }
 
 
-def _shots(design: Design) -> list[tuple[int, End, ProbeSettings]]:
+def _list_shots(design: Design) -> list[tuple[int, End, ProbeSettings]]:
     """Return level, end and pulse of every shot of a survey."""
     levels = design.levels
     states = (
@@ -59,17 +60,17 @@ def _shots(design: Design) -> list[tuple[int, End, ProbeSettings]]:
         (
             level,
             aim.end,
-            surveying.pulse(design, 0 if level == BLANK else design.defect(level), aim),
+            surveying.make_pulse(design, 0 if level == BLANK else design.defect_site(level), aim),
         )
         for level, aims in states
         for aim in aims
     ]
 
 
-def _ratio(chain: Chain, level: int, end: End, probe: ProbeSettings) -> float:
+def _disturb_ratio(chain: Chain, level: int, end: End, probe: ProbeSettings) -> float:
     """Return the loudest pulse that moves nothing over one as loud as it is used."""
-    return round(disturb.harmless(chain, [level], end, probe, STEPS) / probe.A, 2)
+    return round(disturb.find_safe_limit(chain, [level], end, probe, AMPLITUDE_STEPS) / probe.A, 2)
 
 
 if __name__ == '__main__':
-    sys.exit(run('disturb', __doc__, measured))
+    sys.exit(run('disturb', __doc__, measure_ratios))

@@ -17,10 +17,10 @@ from mlmem_tools.checks import check
 from .results import run
 
 
-def forecast(name: str) -> dict[str, Any]:
+def forecast_preset(name: str) -> dict[str, Any]:
     """Return what the check of a preset finds, by name."""
     return {found.name: found.values for found in check(*preset(name)).findings}
 
 
 if __name__ == '__main__':
-    sys.exit(run('forecasts', __doc__, forecast, modules=['mlmem_tools/checks']))
+    sys.exit(run('forecasts', __doc__, forecast_preset, modules=['mlmem_tools/checks']))

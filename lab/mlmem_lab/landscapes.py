@@ -5,7 +5,7 @@
 The paper leaves three things open. We settle them so that the pieces fit:
 
 - V_0 is fitted but does not occur in Eq. (3). We use psi of the whole configuration, v(x; X) +
-  v_0(x) - V_0(x); `landscape(..., as_printed=True)` uses psi(v) as printed.
+  v_0(x) - V_0(x); `compute_landscape(..., as_printed=True)` uses psi(v) as printed.
 - The kink ansatz goes to 0 ahead of the wall. So v is counted from the inactive phase, and v_0
   is the equilibrium of the element that is inactive throughout, which contains D_s1.
 - The Fourier terms need a wavelength. A free end bends v_0 within a few cells, which is not
@@ -26,15 +26,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mlmem.physics.design import Design
-from mlmem.physics.equilibrium import blank, energies, relax, resting_wall, stiffness
-from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.equilibrium import (
+    compute_energies,
+    find_pinned_wall,
+    make_blank,
+    relax_to_equilibrium,
+    stiffness_diagonal,
+)
+from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen
-from mlmem.physics.waves import band, group_velocity, wavenumber
+from mlmem.physics.waves import group_velocity, pass_band, wavenumber
 from mlmem.readers.reading import BLANK
 from mlmem.settings import ProbeSettings
 
-BOUND = 1.35e-4
+MAX_FIT_ERROR = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""
 
 MAX_ORDER = 40
@@ -66,15 +72,15 @@ class KinkFit:
 
     def displacement(self, x: Array) -> Array:
         """Return v at distances x - X from the wall, counted from the inactive phase."""
-        return np.asarray(self.A * np.arctan(sum(self._exponentials(x))))
+        return np.asarray(self.A * np.arctan(sum(self._evaluate_exponentials(x))))
 
     def slope(self, x: Array) -> Array:
         """Return dv/dx at distances x - X from the wall."""
-        first, second = self._exponentials(x)
+        first, second = self._evaluate_exponentials(x)
         slope = self.C_1 * first + self.C_2 * second
         return np.asarray(self.A * slope / (1.0 + (first + second) ** 2))
 
-    def _exponentials(self, x: Array) -> tuple[Array, Array]:
+    def _evaluate_exponentials(self, x: Array) -> tuple[Array, Array]:
         first, second = np.exp(np.clip(np.outer((self.C_1, self.C_2), x), -300.0, 300.0))
         return self.B_1 * first, self.B_2 * second
 
@@ -100,23 +106,23 @@ class DisplacementFit:
     e_rms: float
 
     @property
-    def q(self) -> int:
+    def expansion_order(self) -> int:
         """Order of the expansion."""
         return len(self.a)
 
     def displacement(self, x: Array) -> Array:
         """Return the displacement at positions x in sites."""
-        cosines, sines = _fourier(x, self.length, self.q)
+        cosines, sines = _fourier_terms(x, self.length, self.expansion_order)
         return self.a_0 + self.c_0 * x + self.a @ cosines + self.b @ sines
 
     def slope(self, x: Array) -> Array:
         """Return its derivative at positions x."""
-        cosines, sines = _fourier(x, self.length, self.q)
-        k = 2.0 * math.pi / self.length * np.arange(1, self.q + 1)
+        cosines, sines = _fourier_terms(x, self.length, self.expansion_order)
+        k = 2.0 * math.pi / self.length * np.arange(1, self.expansion_order + 1)
         return self.c_0 + (self.b * k) @ cosines - (self.a * k) @ sines
 
 
-def _fourier(x: Array, length: float, q: int) -> tuple[Array, Array]:
+def _fourier_terms(x: Array, length: float, q: int) -> tuple[Array, Array]:
     """Return the first q cosines and sines at positions x, shape (q, m) each."""
     angle = 2.0 * math.pi / length * np.outer(np.arange(1, q + 1), x)
     return np.cos(angle), np.sin(angle)
@@ -136,7 +142,7 @@ def fit_kink(design: Design) -> KinkFit:
     """
     from scipy.optimize import least_squares  # not needed to run a device
 
-    flat = uniform(design)
+    flat = make_uniform(design)
     # It rests where the Peierls-Nabarro potential of period 1 is least. In Case I that is flat
     # to rounding, so Newton's method alone could not tell a minimum from a maximum.
     held = hold_walls(Specimen(flat), flat.N // 2 + np.arange(0.0, 1.0, 1 / 16), np.zeros(flat.N))
@@ -149,13 +155,13 @@ def fit_kink(design: Design) -> KinkFit:
         0.5, -math.acosh(1.0 + flat.k_s1 / 2.0), 0.5, -math.acosh(1.0 + flat.k_s2 / 2.0),
     ])  # fmt: skip
 
-    def residual(constants: Array) -> Array:
+    def kink_residual(constants: Array) -> Array:
         return np.asarray(KinkFit(*constants).displacement(x) - (v - flat.D_s1))
 
-    fit = least_squares(residual, start, method='lm', xtol=1e-12, ftol=1e-15)
+    fit = least_squares(kink_residual, start, method='lm', xtol=1e-12, ftol=1e-15)
     if not fit.success:
         raise StateError(f'the kink ansatz must converge; it did not: {fit.message}')
-    return replace(KinkFit(*fit.x.tolist()), e_rms=_rms(fit.fun))
+    return replace(KinkFit(*fit.x.tolist()), e_rms=_root_mean_square(fit.fun))
 
 
 def fit_displacement(design: Design, displacement: Array) -> DisplacementFit:
@@ -168,26 +174,26 @@ def fit_displacement(design: Design, displacement: Array) -> DisplacementFit:
     """
     x, length = design.sites, 2.0 * design.N
     for q in range(1, MAX_ORDER + 1):
-        cosines, sines = _fourier(x, length, q)
+        cosines, sines = _fourier_terms(x, length, q)
         terms = np.column_stack((np.ones_like(x), x, cosines.T, sines.T))
         solution = np.asarray(np.linalg.lstsq(terms, displacement, rcond=1e-13)[0], np.float64)
-        e_rms = _rms(terms @ solution - displacement)
-        if e_rms < BOUND:
+        e_rms = _root_mean_square(terms @ solution - displacement)
+        if e_rms < MAX_FIT_ERROR:
             a, b = solution[2 : 2 + q], solution[2 + q :]
             return DisplacementFit(float(solution[0]), float(solution[1]), a, b, length, e_rms)
     raise StateError(
         f'the bound must be met with an order of at most {MAX_ORDER}; got {e_rms:.3g}, above '
-        f'{BOUND:.3g}'
+        f'{MAX_FIT_ERROR:.3g}'
     )
 
 
-def strained(design: Design, strain: float) -> tuple[Array, Array]:
+def strained_equilibrium(design: Design, strain: float) -> tuple[Array, Array]:
     """Return v_0 and V_0: the equilibrium of the inactive element under a strain, (N,) each."""
     V = design.end_displacement(strain) * design.strain_shape
-    return relax(Specimen(design), V + design.D_s1, V), V
+    return relax_to_equilibrium(Specimen(design), V + design.D_s1, V), V
 
 
-def landscape(
+def compute_landscape(
     design: Design,
     positions: Array,
     kink: KinkFit,
@@ -224,14 +230,14 @@ def landscape(
     return energy
 
 
-def _rms(residual: Array) -> float:
+def _root_mean_square(residual: Array) -> float:
     return float(np.sqrt(np.mean(residual**2)))
 
 
-EVERY = 0.25
+POSITION_STEP_CELLS = 0.25
 """Positions at which the landscape is tabulated, in cells."""
 
-FIRST = 4.0
+FIRST_POSITION = 4.0
 """Position from which it is: nearer to the free end there is no wall."""
 
 
@@ -253,10 +259,10 @@ class KickedWall:
     def of(cls, made: Specimen) -> KickedWall:
         """Tabulate the landscape of an element, without strain."""
         design, still = made.design, np.zeros(made.design.N)
-        positions = np.arange(FIRST, design.N - FIRST, EVERY)
+        positions = np.arange(FIRST_POSITION, design.N - FIRST_POSITION, POSITION_STEP_CELLS)
         parts = np.array_split(positions, math.ceil(len(positions) / 100))
         held = np.concatenate([hold_walls(made, part, still).energy for part in parts])
-        coupling, on_site, _ = energies(made, blank(made), still)
+        coupling, on_site, _ = compute_energies(made, make_blank(made), still)
         return cls(made, positions, held - float(coupling + on_site))
 
     def level(self, stored: float, start: float) -> int:
@@ -264,39 +270,43 @@ class KickedWall:
         turns back, the number of levels if it runs out at the right.
         """
         design, dt = self.made.design, 0.5
-        slope = np.gradient(self.energy, EVERY)
-        x = max(FIRST, start)
+        slope = np.gradient(self.energy, POSITION_STEP_CELLS)
+        x = max(FIRST_POSITION, start)
         rest = float(np.interp(x, self.positions, self.energy))
         p = math.sqrt(max(0.0, stored**2 - rest**2))
         for _ in range(round(12.0 / design.eta / dt)):
-            at = (x - FIRST) / EVERY
+            at = (x - FIRST_POSITION) / POSITION_STEP_CELLS
             k = min(max(int(at), 0), len(slope) - 2)
             force = slope[k] + (at - k) * (slope[k + 1] - slope[k])
             U = self.energy[k] + (at - k) * (self.energy[k + 1] - self.energy[k])
             whole = math.hypot(U, p)
             p += dt * (-force * U / whole - design.eta * p)
             x += dt * p / math.hypot(U, p)
-            if x < FIRST:
+            if x < FIRST_POSITION:
                 return BLANK
             if x > self.positions[-1]:
                 return design.levels
         return min(max(0, round(x / design.J) - 1), design.levels)
 
 
-def modes(made: Specimen, level: int, count: int = 3) -> Array:
+def lowest_modes(made: Specimen, level: int, count: int = 3) -> Array:
     """Return the lowest angular frequencies of an element with its wall at a level."""
     design = made.design
-    v = resting_wall(made, level)
+    v = find_pinned_wall(made, level)
     off = -np.asarray(made.k_r)
-    matrix = np.diag(stiffness(made, v, np.zeros(design.N))) + np.diag(off, 1) + np.diag(off, -1)
+    matrix = (
+        np.diag(stiffness_diagonal(made, v, np.zeros(design.N)))
+        + np.diag(off, 1)
+        + np.diag(off, -1)
+    )
     root = 1.0 / np.sqrt(made.masses)
     values = np.linalg.eigvalsh(root[:, None] * matrix * root)
     return np.asarray(np.sqrt(np.maximum(values[:count], 0.0)))
 
 
-def edges(made: Specimen) -> tuple[float, float]:
+def band_edges(made: Specimen) -> tuple[float, float]:
     """Return the lower edges of the bands of both phases."""
-    return band(made.design.k_s1)[0], band(made.design.k_s2)[0]
+    return pass_band(made.design.k_s1)[0], pass_band(made.design.k_s2)[0]
 
 
 def packet_energy(pulse: ProbeSettings, stiffness: float) -> float:
@@ -308,7 +318,7 @@ def packet_energy(pulse: ProbeSettings, stiffness: float) -> float:
     return 0.5 * pulse.A**2 * wave * math.sqrt(math.pi) * pulse.sigma
 
 
-def pull(made: Specimen, omega: float) -> float:
+def wave_momentum(made: Specimen, omega: float) -> float:
     """Return the momentum that a wave gives a wall which it passes without reflection, for a unit
     of the wave's energy: negative, to the left, from either end.
 

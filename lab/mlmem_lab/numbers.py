@@ -31,28 +31,28 @@ from typing import Any
 
 from . import tables
 from .results import (
-    FOLDER,
-    PICTURES,
-    ROOT,
-    SHOWN,
+    CHECKOUT_ROOT,
+    PICTURE_FOLDERS,
+    PICTURES_FILE,
+    RESULT_FOLDER,
     find_stale_entries,
     hash_bytes,
-    load,
     load_kept,
+    load_result,
 )  # fmt: skip
 
-PLACED = re.compile(
+PLACED_NUMBER = re.compile(
     r'(-?(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?(?:e[-+]?\d+)?)|\*[^*\n]+\*)<!-- ([^>]+?) -->'
 )
 """A number, or words in italics, and the comment behind it."""
 
-TABLE = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
+PLACED_TABLE = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
 """A table and the comments around it."""
 
 
 def list_pages() -> list[Path]:
     """Return the README and all pages."""
-    return [ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md'))]
+    return [CHECKOUT_ROOT / 'README.md', *sorted((CHECKOUT_ROOT / 'docs').rglob('*.md'))]
 
 
 def place_numbers(text: str, folder: Path) -> str:
@@ -61,10 +61,10 @@ def place_numbers(text: str, folder: Path) -> str:
     Raises:
         ValueError: A comment names no number.
     """
-    text = PLACED.sub(
+    text = PLACED_NUMBER.sub(
         lambda found: f'{format_number(found[1], found[2], folder)}<!-- {found[2]} -->', text
     )
-    return TABLE.sub(lambda found: make_table(found[1], folder), text)
+    return PLACED_TABLE.sub(lambda found: make_table(found[1], folder), text)
 
 
 def format_number(printed: str, path: str, folder: Path) -> str:
@@ -87,7 +87,7 @@ def find_value(path: str, folder: Path) -> Any:
     """Return the value that a path names: a file, then keys."""
     name, *keys = path.split('/')
     try:
-        value: Any = load(folder / f'{name}.json')
+        value: Any = load_result(folder / f'{name}.json')
         for key in keys:
             value = value[key] if isinstance(value, dict) else _find_entry(value, key)
     except (OSError, LookupError, TypeError, ValueError) as error:
@@ -134,9 +134,11 @@ def _format_cell(value: Any) -> str:
 def list_stale() -> None:
     """Print the results and pictures whose modules changed, the command and time."""
     results: dict[str, Mapping[str, Any]] = {
-        file.name: load(file) for file in sorted(FOLDER.glob('*.json')) if file.name != PICTURES
+        file.name: load_result(file)
+        for file in sorted(RESULT_FOLDER.glob('*.json'))
+        if file.name != PICTURES_FILE
     }
-    for name, result in (results | load_kept(FOLDER / PICTURES)).items():
+    for name, result in (results | load_kept(RESULT_FOLDER / PICTURES_FILE)).items():
         if stale := find_stale_entries(result):
             entries = '' if stale == [*result['hashes']] else f' ({", ".join(stale)})'
             seconds = result.get('seconds')
@@ -146,12 +148,14 @@ def list_stale() -> None:
 
 def find_wrong_pictures() -> Iterator[str]:
     """Yield what is wrong with the pictures of the pages."""
-    known = load_kept(FOLDER / PICTURES)
-    files = (path for folder in SHOWN for path in (ROOT / folder).glob('*.*'))
-    for name in sorted({path.relative_to(ROOT).as_posix() for path in files} | set(known)):
+    known = load_kept(RESULT_FOLDER / PICTURES_FILE)
+    files = (path for folder in PICTURE_FOLDERS for path in (CHECKOUT_ROOT / folder).glob('*.*'))
+    for name in sorted(
+        {path.relative_to(CHECKOUT_ROOT).as_posix() for path in files} | set(known)
+    ):
         if name not in known:
-            yield f'{name}: {PICTURES} names no command that draws it'
-        elif known[name]['bytes'] != hash_bytes(ROOT / name):
+            yield f'{name}: {PICTURES_FILE} names no command that draws it'
+        elif known[name]['bytes'] != hash_bytes(CHECKOUT_ROOT / name):
             yield f'{name}: not the picture that "{known[name]["command"]}" drew'
 
 
@@ -165,16 +169,19 @@ def check_pages(write: bool) -> bool:
     for page in list_pages():
         text = page.read_text(encoding='utf-8')
         try:
-            expected = place_numbers(text, FOLDER)
+            expected = place_numbers(text, RESULT_FOLDER)
         except ValueError as error:
-            print(f'{page.relative_to(ROOT)}: {error}')
+            print(f'{page.relative_to(CHECKOUT_ROOT)}: {error}')
             correct = False
             continue
         if expected != text and write:
             page.write_text(expected, encoding='utf-8')
         for old, new in zip(text.splitlines(), expected.splitlines(), strict=False):
             if old != new:
-                print(f'{page.relative_to(ROOT)}: {old}\n{"now" if write else "must be"}: {new}')
+                print(
+                    f'{page.relative_to(CHECKOUT_ROOT)}: {old}\n{"now" if write else "must be"}: '
+                    f'{new}'
+                )
                 correct = correct and write
                 break
     return correct

@@ -23,9 +23,9 @@ from mlmem import Faults, MemoryElement, Read, SetFaults, new_element, preset
 from mlmem.commands import EchoReceived
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen
-from mlmem.physics.equilibrium import resting_wall
-from mlmem.readers.decoding import decode
-from mlmem.readers.echo import Echo, blanking, threshold
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.readers.decoding import decode_echoes
+from mlmem.readers.echo import Echo, blanking_time, detection_threshold
 from mlmem.readers.reading import UNDECODABLE
 
 from .results import STRAINED_PRESETS, run
@@ -33,62 +33,68 @@ from .results import STRAINED_PRESETS, run
 SEED, DRAWS = 1, 8
 """Of all chance; of every error, level and end."""
 
-NAMES = ('left', 'right', 'both')
+READ_ENDS = ('left', 'right', 'both')
 """Settings of `read.end`."""
 
-PHASES = (1, 0)
+END_PHASES = (1, 0)
 """Of the ends of an element that stores a level."""
 
 Spoil = Callable[[np.random.Generator, Echo], Echo]
 
 
-def again(echo: Echo, v_c: np.ndarray) -> Echo:
+def replace_signal(echo: Echo, v_c: np.ndarray) -> Echo:
     """Return an echo whose v_c is another one."""
-    ratio = np.where(echo.t > blanking(echo.probe), v_c / threshold(echo.probe, echo.t), 0.0)
+    ratio = np.where(
+        echo.t > blanking_time(echo.probe), v_c / detection_threshold(echo.probe, echo.t), 0.0
+    )
     over = ratio > 1.0
     delay = float(echo.t[over.argmax()]) if over.any() else None
     return replace(echo, v_c=v_c, v_m=v_c, delay=delay, threshold_margin=float(ratio.max()))
 
 
-def late(random: np.random.Generator, echo: Echo) -> Echo:
+def shift_echo(random: np.random.Generator, echo: Echo) -> Echo:
     """Return it up to 60 time units late or early."""
     by = random.uniform(-60.0, 60.0)
-    return again(echo, np.interp(echo.t - by, echo.t, echo.v_c, right=0.0))
+    return replace_signal(echo, np.interp(echo.t - by, echo.t, echo.v_c, right=0.0))
 
 
-def clock(random: np.random.Generator, echo: Echo) -> Echo:
+def scale_clock(random: np.random.Generator, echo: Echo) -> Echo:
     """Return it on a clock that is up to 20 % fast or slow."""
     rate = random.uniform(0.8, 1.2)
-    return again(echo, np.interp(echo.t * rate, echo.t, echo.v_c, right=0.0))
+    return replace_signal(echo, np.interp(echo.t * rate, echo.t, echo.v_c, right=0.0))
 
 
-def gain(random: np.random.Generator, echo: Echo) -> Echo:
+def scale_gain(random: np.random.Generator, echo: Echo) -> Echo:
     """Return it up to 20 times weaker or louder."""
-    return again(echo, echo.v_c * 20.0 ** random.uniform(-1.0, 1.0))
+    return replace_signal(echo, echo.v_c * 20.0 ** random.uniform(-1.0, 1.0))
 
 
-def burst(random: np.random.Generator, echo: Echo) -> Echo:
+def add_burst(random: np.random.Generator, echo: Echo) -> Echo:
     """Return it with something as loud as an echo before or after."""
     at, loud = random.uniform(60.0, echo.t[-1]), random.uniform(1.5, 15.0)
-    bump = loud * np.exp(-((echo.t - at) ** 2) / 200.0) * threshold(echo.probe, echo.t)
-    return again(echo, np.maximum(echo.v_c, bump))
+    bump = loud * np.exp(-((echo.t - at) ** 2) / 200.0) * detection_threshold(echo.probe, echo.t)
+    return replace_signal(echo, np.maximum(echo.v_c, bump))
 
 
-def silence(random: np.random.Generator, echo: Echo) -> Echo:
+def silence_echo(random: np.random.Generator, echo: Echo) -> Echo:
     """Return nothing."""
-    return again(echo, np.zeros_like(echo.v_c))
+    return replace_signal(echo, np.zeros_like(echo.v_c))
 
 
-SPOILED: dict[str, Spoil] = {
-    'late or early': late, 'clock': clock, 'gain': gain, 'burst': burst, 'silence': silence,
-}  # fmt: skip
+ECHO_FAULTS: dict[str, Spoil] = {
+    'late or early': shift_echo,
+    'clock': scale_clock,
+    'gain': scale_gain,
+    'burst': add_burst,
+    'silence': silence_echo,
+}
 
 
-def probed(element: MemoryElement, level: int, faults: Faults) -> dict[End, Echo]:
+def record_echoes(element: MemoryElement, level: int, faults: Faults) -> dict[End, Echo]:
     """Return the echoes of a wall at rest at a level."""
     element.apply(SetFaults(Faults()))
-    element.chain.place(resting_wall(Specimen(element.design), level))
-    element.transducer.assume_rest()
+    element.chain.place(find_pinned_wall(Specimen(element.design), level))
+    element.transducer.assume_equilibrium()
     element.apply(SetFaults(faults))
     element.apply(Read())
     found: dict[End, Echo] = {}
@@ -100,44 +106,44 @@ def probed(element: MemoryElement, level: int, faults: Faults) -> dict[End, Echo
             return found
 
 
-def counted(name: str) -> dict[str, Counter[str]]:
+def count_reads(name: str) -> dict[str, Counter[str]]:
     """Return how the reads of a preset ended, by what was wrong and `read.end`."""
     design, settings = preset(name)
     element, found = new_element(preset(name)), dict[str, Counter[str]]()
     random = np.random.Generator(np.random.PCG64(SEED))
     step = max(1, design.levels // 32)
     for level in range(0, design.levels, step):
-        sound = probed(element, level, Faults())
-        weak = probed(element, level, Faults(damping_factor=8.0))
-        for names in NAMES:
+        sound = record_echoes(element, level, Faults())
+        weak = record_echoes(element, level, Faults(damping_factor=8.0))
+        for names in READ_ENDS:
             read = replace(settings.read, end=names)
 
             tried = [('sound', sound), ('damping x 8', weak)]
             tried += [
                 (what, {**sound, end: spoil(random, sound[end])})
-                for what, spoil in SPOILED.items()
+                for what, spoil in ECHO_FAULTS.items()
                 for end in End
                 for _ in range(DRAWS)
             ]
             for what, echoes in tried:
-                said = decode(design, read, element.calibration, echoes, PHASES).level
+                said = decode_echoes(design, read, element.calibration, echoes, END_PHASES).level
                 kind = 'undecodable' if said == UNDECODABLE else 'wrong'
                 counts = found.setdefault(f'{what}, {names}', Counter())
                 counts.update(['reads', 'right' if said == level else kind])
     return found
 
 
-def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the counts of every preset, and of all together."""
     presets = kept.get('presets', {}) | {name: found}
-    errors = {what: _sum(each[what] for each in presets.values()) for what in found}
-    sound = _sum(errors[f'sound, {names}'] for names in NAMES)
+    errors = {what: _sum_counts(each[what] for each in presets.values()) for what in found}
+    sound = _sum_counts(errors[f'sound, {names}'] for names in READ_ENDS)
     return {
-        'all': _sum(errors.values()), 'sound': sound, 'errors': errors, 'presets': presets,
+        'all': _sum_counts(errors.values()), 'sound': sound, 'errors': errors, 'presets': presets,
     }  # fmt: skip
 
 
-def _sum(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
+def _sum_counts(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
     total = Counter({'reads': 0, 'right': 0, 'undecodable': 0, 'wrong': 0})
     for each in counts:
         total.update(each)
@@ -145,4 +151,4 @@ def _sum(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
 
 
 if __name__ == '__main__':
-    sys.exit(run('one_end', __doc__, counted, SEED, joined, STRAINED_PRESETS))
+    sys.exit(run('one_end', __doc__, count_reads, SEED, merge_counts, STRAINED_PRESETS))

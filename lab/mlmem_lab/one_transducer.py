@@ -19,22 +19,22 @@ import numpy as np
 from mlmem import BLANK, End, MemoryElement, Read, factory_calibration, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, StateError
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
 from mlmem.physics.stepping import HeldCell
-from mlmem.presets import written_by_kicks
-from mlmem.procedures.blocks import run
-from mlmem.procedures.listening import pulse_echo
-from mlmem.readers.decoding import decode
+from mlmem.presets import use_kicks
+from mlmem.procedures.blocks import run_procedure
+from mlmem.procedures.listening import probe_ends
+from mlmem.readers.decoding import decode_echoes
 from mlmem.readers.reading import UNDECODABLE
 
 from .results import run as run_study
 
-SEED = 1
-SITES = 24
+RANDOM_SEED = 1
+BAD_CELL_SITES = 24
 """Bad cells that are tried, evenly over the element."""
 
-PRESETS = 'kick_2', 'case_2'
+STUDIED_PRESETS = 'kick_2', 'case_2'
 
 
 class LeftAlone(Simulation):
@@ -57,9 +57,9 @@ class LeftAlone(Simulation):
         return super().end(1) if site == 1 else self.chain.design.D_s1
 
 
-def element_of(name: str, made: Specimen | None = None) -> MemoryElement:
+def build_element(name: str, made: Specimen | None = None) -> MemoryElement:
     """Return an element with one transducer."""
-    design, settings = written_by_kicks(preset(name))
+    design, settings = use_kicks(preset(name))
     settings = replace(settings, read=replace(settings.read, end='left'))
     driver = LeftAlone.of(made or Specimen(design), settings.time)
     return MemoryElement(design, settings, factory_calibration(design, settings), driver)
@@ -69,43 +69,45 @@ def read(element: MemoryElement) -> int:
     """Return what the left end alone says: a level, `BLANK` if it is inactive, `UNDECODABLE`."""
     if element.phase(End.LEFT) == 0:
         return BLANK
-    echoes = run(element, pulse_echo(element, (End.LEFT,)))
+    echoes = run_procedure(element, probe_ends(element, (End.LEFT,)))
     read = element.settings.read
-    return decode(element.design, read, element.calibration, echoes, (1, 0)).level
+    return decode_echoes(element.design, read, element.calibration, echoes, (1, 0)).level
 
 
-def counted(name: str) -> dict[str, dict[str, int]]:
+def count_reads(name: str) -> dict[str, dict[str, int]]:
     """Return how reads with one bad cell ended, by the left end alone and by both."""
-    design, settings = written_by_kicks(preset(name))
+    design, settings = use_kicks(preset(name))
     both = MemoryElement(design, settings, factory_calibration(design, settings))
     found = {each: Counter[str]() for each in ('left', 'both')}
-    for site in np.linspace(2, design.N - 1, SITES).astype(int).tolist():
+    for site in np.linspace(2, design.N - 1, BAD_CELL_SITES).astype(int).tolist():
         for level in range(design.levels):
             factor = np.ones(design.N)
             factor[site - 1] = 3.0
             for made in (Specimen(design, stuck=(site,)), Specimen(design, alpha_factor=factor)):
                 try:
-                    v = resting_wall(replace(made, stuck=()), level)
+                    v = find_pinned_wall(replace(made, stuck=()), level)
                 except StateError:
                     continue
-                alone = element_of(name, made)
+                alone = build_element(name, made)
                 alone.chain.place(v)
-                alone.transducer.assume_rest()
+                alone.transducer.assume_equilibrium()
                 said = read(alone)
-                found['left'].update(reads=1, **{_kind(said, level): 1})
+                found['left'].update(reads=1, **{_classify_read(said, level): 1})
                 both = MemoryElement(design, settings, both.calibration,
                                      Simulation.of(made, settings.time))  # fmt: skip
                 both.chain.place(v)
-                both.transducer.assume_rest()
+                both.transducer.assume_equilibrium()
                 reading = both.perform(Read()).reading
                 said = UNDECODABLE if reading is None else reading.level
-                found['both'].update(reads=1, **{_kind(said, level): 1})
+                found['both'].update(reads=1, **{_classify_read(said, level): 1})
     return {end: dict(counts) for end, counts in found.items()}
 
 
-def _kind(said: int, level: int) -> str:
+def _classify_read(said: int, level: int) -> str:
     return 'right' if said == level else 'undecodable' if said == UNDECODABLE else 'wrong'
 
 
 if __name__ == '__main__':
-    sys.exit(run_study('one_transducer', __doc__, counted, SEED, entries=PRESETS))
+    sys.exit(
+        run_study('one_transducer', __doc__, count_reads, RANDOM_SEED, entries=STUDIED_PRESETS)
+    )

@@ -4,8 +4,8 @@
 
 A result also names the modules that it measured: files and folders of the checkout, which the
 study lists, and for each entry one hash of their contents. If the contents have changed, the
-entry is stale: `make figures-stale` lists it. `PICTURES` has the same for every picture of the
-pages, and a hash of its bytes.
+entry is stale: `make figures-stale` lists it. `PICTURES_FILE` has the same for every picture of
+the pages, and a hash of its bytes.
 
 `run` is the command line of the studies that measure presets one by one.
 """
@@ -27,37 +27,37 @@ from mlmem import parsing
 from mlmem.atomic_files import write_atomically
 from mlmem.presets import PRESETS
 from mlmem_ros import __version__
-from mlmem_tools.cli.output import plain
+from mlmem_tools.cli.output import to_json_value
 
-from .bench.measure import processor
+from .bench.measure import describe_processor
 
-ROOT = Path(__file__).parents[2]
+CHECKOUT_ROOT = Path(__file__).parents[2]
 """The root of the checkout."""
 
-FOLDER = ROOT / 'lab' / 'results'
+RESULT_FOLDER = CHECKOUT_ROOT / 'lab' / 'results'
 """The folder of the committed results."""
 
-PICTURES = 'pictures.json'
-"""The file in `FOLDER` that says of every picture of a page which command drew it."""
+PICTURES_FILE = 'pictures.json'
+"""The file in `RESULT_FOLDER` that says of every picture of a page which command drew it."""
 
-SHOWN = ('docs/figures', 'docs/images')
+PICTURE_FOLDERS = ('docs/figures', 'docs/images')
 """The folders of the pictures of the pages."""
 
-DEVICE = ('mlmem',)
+DEVICE_MODULES = ('mlmem',)
 """The modules that every study of a simulated element measures."""
 
-BEGAN = time.monotonic()
+START_TIME_S = time.monotonic()
 
 STRAINED_PRESETS = tuple(
     name for name, shipped in PRESETS.items() if shipped.settings.write.method == 'strain'
 )
 """Presets that are written by strain. `mlmem kicks` and `mlmem_lab.words` measure the others."""
 
-ORIGIN = ('command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes')
+ORIGIN_KEYS = ('command', 'version', 'processor', 'seed', 'date', 'seconds', 'modules', 'hashes')
 """The keys that say where a result comes from."""
 
 
-def save(
+def save_result(
     path: Path,
     result: Mapping[str, Any],
     command: str,
@@ -78,7 +78,7 @@ def save(
         OSError: The file cannot be written.
     """
     origin = describe_origin(command, modules, entries, seed, kept or {})
-    text = json.dumps(plain({**origin, **result}), indent=1)
+    text = json.dumps(to_json_value({**origin, **result}), indent=1)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path, text + '\n')
     return path
@@ -87,18 +87,18 @@ def save(
 def keep_picture(picture: Path, command: str, modules: Sequence[str]) -> None:
     """Note which command drew a picture; a picture that is on no page is not noted."""
     name = find_in_checkout(picture)
-    if name.startswith(SHOWN):
+    if name.startswith(PICTURE_FOLDERS):
         origin = describe_origin(command, modules, ['all'], None, {})
-        pictures = load_kept(FOLDER / PICTURES)
+        pictures = load_kept(RESULT_FOLDER / PICTURES_FILE)
         pictures[name] = origin | {'bytes': hash_bytes(picture)}
         text = json.dumps({key: pictures[key] for key in sorted(pictures)}, indent=1)
-        write_atomically(FOLDER / PICTURES, text + '\n')
+        write_atomically(RESULT_FOLDER / PICTURES_FILE, text + '\n')
 
 
 def find_in_checkout(path: Path) -> str:
     """Return the path of a file within the checkout; empty if the file is elsewhere."""
     path = path.resolve()
-    return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else ''
+    return path.relative_to(CHECKOUT_ROOT).as_posix() if path.is_relative_to(CHECKOUT_ROOT) else ''
 
 
 def describe_origin(
@@ -108,15 +108,15 @@ def describe_origin(
     seed: int | None,
     kept: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the values of `ORIGIN`."""
+    """Return the values of `ORIGIN_KEYS`."""
     current = hash_modules(modules)
     return {
         'command': command,
         'version': __version__,
-        'processor': processor(),
+        'processor': describe_processor(),
         'seed': seed,
         'date': date.today().isoformat(),
-        'seconds': max(kept.get('seconds', 0), round(time.monotonic() - BEGAN)),
+        'seconds': max(kept.get('seconds', 0), round(time.monotonic() - START_TIME_S)),
         'modules': list(modules),
         'hashes': kept.get('hashes', {}) | dict.fromkeys(entries, current),
     }
@@ -131,7 +131,7 @@ def find_stale_entries(result: Mapping[str, Any]) -> list[str]:
 def hash_modules(modules: Iterable[str]) -> str:
     """Return one hash of the contents of files and folders; empty if one of them is missing."""
     contents = hashlib.blake2b(digest_size=8)
-    for path in (ROOT / module for module in modules):
+    for path in (CHECKOUT_ROOT / module for module in modules):
         if not path.exists():
             return ''
         for file in sorted(path.rglob('*.py')) if path.is_dir() else [path]:
@@ -148,9 +148,9 @@ def hash_bytes(file: Path) -> str:
 
 def _read_content(file: Path) -> bytes:
     """Return the bytes of a file, or the numbers of a result file."""
-    if file.parent != FOLDER:
+    if file.parent != RESULT_FOLDER:
         return file.read_bytes()
-    numbers = {key: value for key, value in load(file).items() if key not in ORIGIN}
+    numbers = {key: value for key, value in load_result(file).items() if key not in ORIGIN_KEYS}
     return json.dumps(numbers, sort_keys=True).encode()
 
 
@@ -188,7 +188,7 @@ def run(
     Returns:
         0; 1 if the file cannot be read or written.
     """
-    path = FOLDER / f'{module.rpartition(".")[2]}.json'
+    path = RESULT_FOLDER / f'{module.rpartition(".")[2]}.json'
     known = list(entries)
     parser = argparse.ArgumentParser(f'python3 -m mlmem_lab.{module}', description=about)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
@@ -206,7 +206,7 @@ def run(
         command = f'{parser.prog} --figure {options.figure}'
         _draw_picture(draw, path, options.figure, command, own_file)
         return 0
-    measured = [*DEVICE, own_file, *modules]
+    measured = [*DEVICE_MODULES, own_file, *modules]
     try:
         for name in options.entries or _list_entries(load_kept(path), known):
             found = measure(name)
@@ -214,7 +214,7 @@ def run(
             kept = load_kept(path)
             result = (joined or _join_by_name)(kept, name, found)
             names = shlex.join(dict.fromkeys([*_list_entries(kept, known), name]))
-            save(path, result, f'{parser.prog} {names}', measured, [name], seed, kept)
+            save_result(path, result, f'{parser.prog} {names}', measured, [name], seed, kept)
     except (OSError, ValueError) as error:
         print(f'{parser.prog}: {path} could not be made; {error}', file=sys.stderr)
         return 1
@@ -227,10 +227,10 @@ def _list_entries(result: Mapping[str, Any], known: Iterable[str]) -> list[str]:
 
 
 def _draw_picture(draw: Draw, path: Path, picture: Path, command: str, own_file: str) -> None:
-    from .studies.style import styled
+    from .studies.style import style_context
 
-    with styled():
-        draw(load(path)).savefig(picture, metadata={'Software': None})
+    with style_context():
+        draw(load_result(path)).savefig(picture, metadata={'Software': None})
     keep_picture(picture, command, [own_file, find_in_checkout(path)])
 
 
@@ -238,13 +238,13 @@ def _join_by_name(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, A
     return {'presets': kept.get('presets', {}) | {name: found}}
 
 
-def load(path: Path) -> dict[str, Any]:
+def load_result(path: Path) -> dict[str, Any]:
     """Return the content of a result file."""
-    result = json.loads(parsing.read(path))
+    result = json.loads(parsing.read_file(path))
     assert isinstance(result, dict), path
     return result
 
 
 def load_kept(path: Path) -> dict[str, Any]:
     """Return the content of a result file that a new result keeps; empty if there is no file."""
-    return load(path) if path.exists() else {}
+    return load_result(path) if path.exists() else {}

@@ -20,19 +20,19 @@ import numpy as np
 from mlmem import Driver, SettingsError
 from mlmem.physics import HeldCell, Specimen, StateError
 from mlmem.physics.energy import end_force
-from mlmem.physics.equilibrium import relax
-from mlmem.physics.formulas import on_site
-from mlmem.physics.jit import inlined, kernel
+from mlmem.physics.equilibrium import relax_to_equilibrium
+from mlmem.physics.formulas import on_site_factors
+from mlmem.physics.jit import compile_kernel, inline_function
 from mlmem.physics.methods.integrator import Cells
 from mlmem.physics.potential import Array
 
-STEP = 0.0625
+MAX_TIME_STEP = 0.0625
 """Time units of a step, at most: a carrier of 1.5 is then 1e-3 rad off after 900 time units."""
 
-NODES = (0.0, 0.5, 0.5, 1.0)
+STAGE_TIMES = (0.0, 0.5, 0.5, 1.0)
 """Times of the stages in a step, as fractions of it."""
 
-WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
+STAGE_WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
 """Shares of the stages in a step."""
 
 
@@ -49,7 +49,7 @@ class Rk4Element(Driver):
         specimen: Specimen,
         dt: float,
         *,
-        step: float = STEP,
+        step: float = MAX_TIME_STEP,
         friction: float = 0.0,
         damping: Array | float = 1.0,
         harmonic: float = 0.0,
@@ -76,7 +76,7 @@ class Rk4Element(Driver):
             )
         self.specimen, self.dt, self.V_N = specimen, dt, 0.0
         blank = specimen.design.D_s1 + specimen.offsets
-        self.v = relax(specimen, blank, np.zeros_like(blank))
+        self.v = relax_to_equilibrium(specimen, blank, np.zeros_like(blank))
         self.velocity = np.zeros_like(self.v)
         self._steps = math.ceil(dt / step)
         self._friction, self._harmonic = friction, harmonic
@@ -100,7 +100,7 @@ class Rk4Element(Driver):
             made.strain_shape, np.flatnonzero(np.isinf(made.masses)), made.eta,
         )  # fmt: skip
         way = np.ascontiguousarray(V_N), site, np.ascontiguousarray(motion)
-        _advance(
+        _advance_samples(
             v, velocity, self.V_N, *way, self.dt, self._steps, cells,
             made.damped_by_substrate, self._friction, self._eta, self._harmonic, ends,
         )  # fmt: skip
@@ -119,8 +119,8 @@ class Rk4Element(Driver):
         return float(end_force(self.specimen, self.v, self.V_N * self.specimen.strain_shape))
 
 
-@kernel
-def _advance(
+@compile_kernel
+def _advance_samples(
     v: Array,
     velocity: Array,
     V_N: float,
@@ -161,18 +161,18 @@ def _advance(
         for step in range(steps):
             next_v, next_velocity = v.copy(), velocity.copy()
             for stage in range(4):
-                share, time = NODES[stage] * h, (step + NODES[stage]) * h
-                end, weight = V_N + speed * time, WEIGHTS[stage] * h
+                share, time = STAGE_TIMES[stage] * h, (step + STAGE_TIMES[stage]) * h
+                end, weight = V_N + speed * time, STAGE_WEIGHTS[stage] * h
                 for j in range(n):
                     x[j + 1] = v[j] + share * rate[j]
                     u[j] = velocity[j] + share * kick[j]
                 if held:
-                    x[site], u[site - 1] = _cubic(
+                    x[site], u[site - 1] = _interpolate_cubic(
                         time / dt, dt, by, bv, motion[0, k], motion[1, k]
                     )
                 x[0], x[n + 1] = x[1], x[n]
                 for j in range(n):
-                    slope, sine = on_site(law, j, x[j + 1] - (end * under[j] + origin[j]))
+                    slope, sine = on_site_factors(law, j, x[j + 1] - (end * under[j] + origin[j]))
                     sine += harmonic * (3.0 * sine - 4.0 * sine**3)
                     slip = u[j] - speed * under[j]
                     damped = slip if relative else u[j]
@@ -186,7 +186,7 @@ def _advance(
             for j in range(n):
                 v[j], velocity[j] = next_v[j], next_velocity[j]
             if held:
-                v[site - 1], velocity[site - 1] = _cubic(
+                v[site - 1], velocity[site - 1] = _interpolate_cubic(
                     (step + 1) / steps, dt, by, bv, motion[0, k], motion[1, k]
                 )
         V_N = set_points[k]
@@ -194,8 +194,10 @@ def _advance(
         ends[0, k], ends[1, k] = v[0], v[n - 1]
 
 
-@inlined
-def _cubic(s: float, dt: float, x0: float, v0: float, x1: float, v1: float) -> tuple[float, float]:
+@inline_function
+def _interpolate_cubic(
+    s: float, dt: float, x0: float, v0: float, x1: float, v1: float
+) -> tuple[float, float]:
     """Return place and velocity on the way from one to another, at a fraction s of the time dt."""
     r = 1.0 - s
     rise = x1 - x0

@@ -18,30 +18,30 @@ from typing import Any
 import numpy as np
 
 from mlmem import Disturb, Event, Faults, MemoryElement, Outcome, Read, SetFaults, Settings, preset
-from mlmem.physics import Design, Specimen, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import Design, Specimen, find_level
+from mlmem.physics.equilibrium import find_pinned_wall
 
 from .results import run
 from .studies.bench import Bench
 from .studies.tolerance.estimate import Rate
 
-SEED = 1
+RANDOM_SEED = 1
 
 READS, BLOCK = 200, 20
 """Of every case; in a row of one wall, during one course of the base."""
 
-G = 9.81
+STANDARD_GRAVITY = 9.81
 """Standard gravity in m/s^2, the unit of accelerations here."""
 
 IMU_RATE = 200.0
 """IMU messages per second; a sine is updated every tick."""
 
 STEPS_PER_SECOND = 2.0
-HARMONICS = 8
+HARMONIC_COUNT = 8
 SLAM_EVERY = 0.3
 
 
-BINS = 10
+CONFIDENCE_BINS = 10
 """Bins of the confidence, from 0 to 1."""
 
 
@@ -72,15 +72,19 @@ class Shaking:
     def course(self, seed: int, tick: float) -> Iterator[float]:
         """Yield the acceleration in m/s^2 at the end of every tick, which takes `tick` seconds."""
         random = np.random.Generator(np.random.PCG64(seed))
-        each = {'white': _white, 'walk': _walk, 'slams': _slams}.get(self.spectrum)
-        course: Iterator[float] = _held(each(random), tick) if each else itertools.repeat(0.0)
+        each = {'white': _white_noise, 'walk': _random_walk, 'slams': _slam_pulses}.get(
+            self.spectrum
+        )
+        course: Iterator[float] = (
+            _hold_messages(each(random), tick) if each else itertools.repeat(0.0)
+        )
         if self.spectrum == 'sine':
             omega, phase = 2.0 * math.pi * self.frequency, random.uniform(0.0, 2.0 * math.pi)
             course = (math.sin(omega * n * tick + phase) for n in itertools.count())
-        return (self.amplitude * G * share for share in course)
+        return (self.amplitude * STANDARD_GRAVITY * share for share in course)
 
 
-def _held(messages: Iterator[float], tick: float) -> Iterator[float]:
+def _hold_messages(messages: Iterator[float], tick: float) -> Iterator[float]:
     """Yield the value of the last message, tick by tick."""
     sent = 0
     for n in itertools.count():
@@ -90,14 +94,14 @@ def _held(messages: Iterator[float], tick: float) -> Iterator[float]:
         yield last
 
 
-def _white(random: np.random.Generator) -> Iterator[float]:
+def _white_noise(random: np.random.Generator) -> Iterator[float]:
     while True:
         yield float(random.uniform(-1.0, 1.0))
 
 
-def _walk(random: np.random.Generator) -> Iterator[float]:
-    phases = random.uniform(0.0, 2.0 * math.pi, HARMONICS)
-    order = np.arange(1, HARMONICS + 1)
+def _random_walk(random: np.random.Generator) -> Iterator[float]:
+    phases = random.uniform(0.0, 2.0 * math.pi, HARMONIC_COUNT)
+    order = np.arange(1, HARMONIC_COUNT + 1)
     footfall, height, omega = 0.0, 0.0, 0.0
     for n in itertools.count():
         t = n / IMU_RATE
@@ -110,7 +114,7 @@ def _walk(random: np.random.Generator) -> Iterator[float]:
         yield float(sway + ring)
 
 
-def _slams(random: np.random.Generator) -> Iterator[float]:
+def _slam_pulses(random: np.random.Generator) -> Iterator[float]:
     while True:
         slam = random.uniform() < 1.0 / (SLAM_EVERY * IMU_RATE)
         yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
@@ -136,7 +140,9 @@ class Counts:
     wrong_blocks: int = 0
     moved: int = 0
     ticks: int = 0
-    confidences: np.ndarray = field(default_factory=lambda: np.zeros((2, BINS), dtype=int))
+    confidences: np.ndarray = field(
+        default_factory=lambda: np.zeros((2, CONFIDENCE_BINS), dtype=int)
+    )
 
     @property
     def reads(self) -> int:
@@ -161,7 +167,9 @@ class Counts:
     def calibrated(self) -> list[tuple[float, float]]:
         """Return the upper end of every bin that has reads, and the fraction that is right."""
         right, reads = self.confidences[1], self.confidences.sum(axis=0)
-        return [((n + 1) / BINS, float(right[n] / reads[n])) for n in np.flatnonzero(reads)]
+        return [
+            ((n + 1) / CONFIDENCE_BINS, float(right[n] / reads[n])) for n in np.flatnonzero(reads)
+        ]
 
 
 def count(
@@ -178,19 +186,19 @@ def count(
     The end is 'left', 'right' or 'both', and the seed of all random numbers.
     """
     element = Bench(design, settings).device()
-    element.chain.place(resting_wall(Specimen(design), level))
-    element.transducer.assume_rest()
+    element.chain.place(find_pinned_wall(Specimen(design), level))
+    element.transducer.assume_equilibrium()
     if shaking.spectrum == 'noise':
         element.apply(SetFaults(Faults(sensor_noise=shaking.amplitude, seed=seed)))
     scale = settings.scale
     course = shaking.course(seed, settings.time.tick * scale.time)
     for _ in range(20):
-        _tick(element, next(course) / scale.acceleration)
+        _advance_tick(element, next(course) / scale.acceleration)
     counts = Counts()
     for _ in range(reads):
         element.apply(Read(end))
         while element.procedure:
-            events = _tick(element, next(course) / scale.acceleration)
+            events = _advance_tick(element, next(course) / scale.acceleration)
         [outcome] = [event for event in events if isinstance(event, Outcome)]
         counts.ticks += outcome.end_tick - outcome.start_tick
         if not outcome.success or outcome.reading is None:
@@ -199,20 +207,22 @@ def count(
         right = outcome.reading.level == level
         counts.right += right
         counts.wrong += not right
-        counts.confidences[int(right), min(BINS - 1, int(BINS * outcome.reading.confidence))] += 1
-    if level_of(design, element.chain.configuration, 0.5 * design.J) != level:
+        counts.confidences[
+            int(right), min(CONFIDENCE_BINS - 1, int(CONFIDENCE_BINS * outcome.reading.confidence))
+        ] += 1
+    if find_level(design, element.chain.configuration, 0.5 * design.J) != level:
         return Counts(moved=reads)
     counts.blocks, counts.wrong_blocks = 1, int(counts.wrong > 0)
     return counts
 
 
-def _tick(element: MemoryElement, acceleration: float) -> list[Event]:
+def _advance_tick(element: MemoryElement, acceleration: float) -> list[Event]:
     if acceleration != element.base.state.target:
         element.apply(Disturb(acceleration))
     return element.advance()
 
 
-CASES = [
+SHAKING_CASES = [
     *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
     *(('left', Shaking('sine', g, hz)) for g, hz in (
         (30.0, 16.0), (22.0, 95.0), (11.0, 110.0), (2.5, 125.0), (12.0, 125.0), (12.0, 229.0),
@@ -232,21 +242,23 @@ CASES = [
 ]  # fmt: skip
 
 
-def counted(name: str) -> list[dict[str, Any]]:
+def count_reads(name: str) -> list[dict[str, Any]]:
     """Return how reads of a preset at random levels ended, case by case."""
     design, settings = preset(name)
     found = []
-    for number, (end, shaking) in enumerate(CASES):
-        random = np.random.default_rng(SEED + 1000 * number)
+    for number, (end, shaking) in enumerate(SHAKING_CASES):
+        random = np.random.default_rng(RANDOM_SEED + 1000 * number)
         counts = Counts()
         while counts.reads + counts.moved < READS:
             level, seed = int(random.integers(design.levels)), int(random.integers(2**31))
             counts.add(count(design, settings, shaking, end, level, BLOCK, seed))
-        found.append({'preset': name, 'end': end, 'shaking': str(shaking), **_told(counts)})
+        found.append(
+            {'preset': name, 'end': end, 'shaking': str(shaking), **_summarise_counts(counts)}
+        )
     return found
 
 
-def _told(counts: Counts) -> dict[str, Any]:
+def _summarise_counts(counts: Counts) -> dict[str, Any]:
     """Return the counts of a case as a result file has them."""
     keys = ('reads', 'moved', 'undecodable', 'wrong', 'blocks')
     return {key: getattr(counts, key) for key in keys} | {
@@ -255,7 +267,7 @@ def _told(counts: Counts) -> dict[str, Any]:
     }
 
 
-def joined(kept: Mapping[str, Any], name: str, found: Sequence[Any]) -> dict[str, Any]:
+def merge_cases(kept: Mapping[str, Any], name: str, found: Sequence[Any]) -> dict[str, Any]:
     """Return the cases of all presets, and their sum."""
     others = (one for one in kept.get('cases', ()) if one.get('preset') not in (None, name))
     cases = [*others, *found]
@@ -267,4 +279,4 @@ def joined(kept: Mapping[str, Any], name: str, found: Sequence[Any]) -> dict[str
 
 if __name__ == '__main__':
     modules = ['lab/mlmem_lab/studies']
-    sys.exit(run('shaken', __doc__, counted, SEED, joined, modules=modules))
+    sys.exit(run('shaken', __doc__, count_reads, RANDOM_SEED, merge_cases, modules=modules))

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from .windows.window import DIRECTIONS
+from .windows.window import UNIT_DIRECTIONS
 
 Rows = list[Sequence[str]]
 
@@ -25,13 +25,13 @@ def windows(result: Mapping[str, Any]) -> Rows:
         failed = [move for move in preset['moves'] if move['distance'] is not None]
         near = min(failed, key=lambda move: move['distance'], default=None)
         if preset['moves']:
-            rows.append([f'`{name}`', _nearest(near) if near else 'none'])
+            rows.append([f'`{name}`', _describe_nearest(near) if near else 'none'])
     return rows
 
 
-def _nearest(move: Mapping[str, Any]) -> str:
+def _describe_nearest(move: Mapping[str, Any]) -> str:
     direction = move['failures'][0][1]
-    told = direction if direction in DIRECTIONS else 'a random point'
+    told = direction if direction in UNIT_DIRECTIONS else 'a random point'
     return f'{move["distance"]:.2g}: {move["from"]}, {told}'
 
 
@@ -80,7 +80,7 @@ def kicks_least_rooms(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-UNLIKE = {
+SCATTER_LABELS = {
     'alpha': 'alpha scatters', 'k_r': 'springs scatter', 'mass': 'masses scatter',
     'damping': 'damping is off', 'half steps': 'half steps', 'shaking': 'the base swings',
     'ringing': 'kick after a share of `kick.erase_settle`',
@@ -94,7 +94,7 @@ def kicks_astray(result: Mapping[str, Any]) -> Rows:
     """
     presets = result['presets']
     rows: Rows = [['', 'by', *(f'`{name}`' for name in presets)]]
-    for what, told in UNLIKE.items():
+    for what, told in SCATTER_LABELS.items():
         for of_all in zip(*(each['astray'][what] for each in presets.values()), strict=True):
             cells = [f'{row["astray"]} of {row["kicks"]}' for row in of_all]
             for k, row in enumerate(of_all):
@@ -113,7 +113,7 @@ def one_transducer(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-WAYS = {
+VALIDITY_LABELS = {
     'friction': 'dry friction of a cell, k_r cells',
     'relative damping': 'damping of v - V',
     'end mass': 'mass of the end cells',
@@ -127,12 +127,14 @@ def validity(result: Mapping[str, Any]) -> Rows:
     trials = result['trials']
     names = [each for each in dict.fromkeys(one['preset'] for one in trials) if 'kick' not in each]
     rows: Rows = [['', *(f'`{name}`' for name in names)]]
-    for way, told in WAYS.items():
+    for way, told in VALIDITY_LABELS.items():
         row = [told]
         for name in names:
             some = [one for one in trials if (one['preset'], one['way']) == (name, way)]
             passed = [one['amount'] for one in some if one['read'] == one['writes']]
-            row.append('writes' if way == 'relative damping' and passed else _most(passed))
+            row.append(
+                'writes' if way == 'relative damping' and passed else _greatest_amount(passed)
+            )
         rows.append(row)
     return rows
 
@@ -152,7 +154,7 @@ def validity_friction(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def _most(amounts: Sequence[float]) -> str:
+def _greatest_amount(amounts: Sequence[float]) -> str:
     return f'{max(amounts):g}' if amounts else 'none'
 
 
@@ -161,11 +163,11 @@ def paper_energy(result: Mapping[str, Any]) -> Rows:
     keys = ('actuator', 'transducer', 'heat', 'stored')
     rows: Rows = [['what', 'time', *keys]]
     for told, book in result['energy']['commands'].items():
-        rows.append([told, f'{book["time"]:.0f}', *(_four(book[key]) for key in keys)])
+        rows.append([told, f'{book["time"]:.0f}', *(_format_decimals(book[key]) for key in keys)])
     return rows
 
 
-def _four(value: float) -> str:
+def _format_decimals(value: float) -> str:
     return f'{value:.4f}'.replace('-0.0000', '0.0000')
 
 
@@ -178,7 +180,9 @@ def paper_claims(result: Mapping[str, Any]) -> Rows:
         word = claim['verdict']
         strong = word if word == 'holds' else f'**{word}**'
         replaced = f' With {claim["replaced"]}.' if claim['replaced'] else ''
-        rows.append([strong, _cell(claim['paper']), _cell(claim['finding'] + replaced)])
+        rows.append(
+            [strong, _escape_cell(claim['paper']), _escape_cell(claim['finding'] + replaced)]
+        )
     return rows
 
 
@@ -186,10 +190,13 @@ def paper_disagreements(result: Mapping[str, Any]) -> Rows:
     """Return what is printed where our simulation shows something else."""
     rows: Rows = [['verdict', 'the paper says', 'we find']]
     some = [claim for claim in result['claims'].values() if claim['printed']]
-    return [*rows, *([c['verdict'], _cell(c['paper']), _cell(c['finding'])] for c in some)]
+    return [
+        *rows,
+        *([c['verdict'], _escape_cell(c['paper']), _escape_cell(c['finding'])] for c in some),
+    ]
 
 
-def _cell(text: str) -> str:
+def _escape_cell(text: str) -> str:
     return text.replace('|', r'\|')
 
 
@@ -219,7 +226,9 @@ def node_figures(result: Mapping[str, Any]) -> Rows:
     processors = list(dict.fromkeys(name for row in result['rows'] for name in list(row)[2:]))
     rows: Rows = [['figure', 'goal', *processors]]
     for row in result['rows']:
-        rows.append([row['figure'], row['goal'], *(_marked(row, name) for name in processors)])
+        rows.append(
+            [row['figure'], row['goal'], *(_mark_processor(row, name) for name in processors)]
+        )
     return rows
 
 
@@ -229,7 +238,7 @@ def node_missed(result: Mapping[str, Any]) -> Rows:
     return [head, *(row for row in rows if any(cell.startswith('**') for cell in row))]
 
 
-def _marked(row: Mapping[str, str], processor: str) -> str:
+def _mark_processor(row: Mapping[str, str], processor: str) -> str:
     value, goal = row.get(processor, ''), row['goal']
     if not value or not goal:
         return value
@@ -255,7 +264,7 @@ def tolerance_steps(result: Mapping[str, Any]) -> Rows:
     """Return the disorder at which one step up, or one kick, in a thousand fails, by kind and
     design.
     """
-    designs = {name: each for name, each in result['designs'].items() if not _many(each)}
+    designs = {name: each for name, each in result['designs'].items() if not _has_words(each)}
     columns = [
         (name, move)
         for name, found in designs.items()
@@ -271,7 +280,7 @@ def tolerance_steps(result: Mapping[str, Any]) -> Rows:
 
 def tolerance_words(result: Mapping[str, Any]) -> Rows:
     """Return the same for words that are written by kicks and read."""
-    designs = {name: each for name, each in result['designs'].items() if _many(each)}
+    designs = {name: each for name, each in result['designs'].items() if _has_words(each)}
     ways = [(name, way) for name in designs for way in ('word', 'hear')]
     ways = [
         (name, way) for name, way in ways if any(way in each for each in designs[name].values())
@@ -308,7 +317,7 @@ def tolerance_blind(result: Mapping[str, Any]) -> Rows:
 
 def words_reads(result: Mapping[str, Any]) -> Rows:
     """Return how many reads tell the word, of how many."""
-    return _of_words(result, 'reads', 'none', ('0.001', '0.003', '0.01'))
+    return _word_rows(result, 'reads', 'none', ('0.001', '0.003', '0.01'))
 
 
 def fitted_words(result: Mapping[str, Any]) -> Rows:
@@ -329,7 +338,7 @@ def fitted_words(result: Mapping[str, Any]) -> Rows:
 
 def words_writes(result: Mapping[str, Any]) -> Rows:
     """Return how many writes succeed, of how many, and their median time."""
-    head, *rows = _of_words(result, 'writes', 'as designed', ('0.0003', '0.001', '0.003'))
+    head, *rows = _word_rows(result, 'writes', 'as designed', ('0.0003', '0.001', '0.003'))
     ticks = (
         found['writes']['as designed']['median ticks'] for found in result['presets'].values()
     )
@@ -337,7 +346,7 @@ def words_writes(result: Mapping[str, Any]) -> Rows:
     return [[*head, 'median ticks'], *([*row, each] for row, each in zip(rows, told, strict=True))]
 
 
-def _of_words(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequence[str]) -> Rows:
+def _word_rows(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequence[str]) -> Rows:
     kinds = [healthy, *(f'alpha scattered by {size}' for size in sizes)]
     rows: Rows = [[f'{what} that succeed', *kinds[:2], *(f'by {size}' for size in sizes[1:])]]
     for name, found in result['presets'].items():
@@ -350,7 +359,7 @@ def _of_words(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequenc
     return rows
 
 
-def _many(design: Mapping[str, Mapping[str, Any]]) -> bool:
+def _has_words(design: Mapping[str, Mapping[str, Any]]) -> bool:
     """Return whether words were tried."""
     return any({'word', 'hear', 'blind'} & each.keys() for each in design.values())
 
@@ -402,7 +411,7 @@ def measured_speeds(result: Mapping[str, Any]) -> Rows:
         seen = 'yes' if case['fitted'] else 'no'
         others = (f'{case[key]:.2f}' if case[key] else '' for key in ('viscous', 'authors'))
         ours = f'{case["speed"]:.2f}' if case['speed'] else 'none'
-        rows.append([*_lattice(case), ours, seen, *others])
+        rows.append([*_lattice_row(case), ours, seen, *others])
     return rows
 
 
@@ -411,7 +420,9 @@ def unseen_speeds(result: Mapping[str, Any]) -> Rows:
     rows: Rows = [('rail / spacing', 'measured', 'predicted without its data', 'no wave')]
     for case in result['cases']:
         found = case['unseen']
-        rows.append([*_lattice(case), _interval(found), f'{100.0 * found["silent"]:.0f} %'])
+        rows.append(
+            [*_lattice_row(case), _format_interval(found), f'{100.0 * found["silent"]:.0f} %']
+        )
     return rows
 
 
@@ -425,26 +436,26 @@ def curves_speeds(result: Mapping[str, Any]) -> Rows:
         told = (
             text
             for found in (case['curves'], case['seen'])
-            for text in (_interval(found), f'{100.0 * found["silent"]:.0f} %')
+            for text in (_format_interval(found), f'{100.0 * found["silent"]:.0f} %')
         )
-        rows.append([*_lattice(case), *told, _interval(case['gain'], 1)])
+        rows.append([*_lattice_row(case), *told, _format_interval(case['gain'], 1)])
     return rows
 
 
-def _lattice(case: Mapping[str, Any]) -> tuple[str, str]:
+def _lattice_row(case: Mapping[str, Any]) -> tuple[str, str]:
     told = case['measured']
     measured = ', '.join(f'{speed:.2f}' for speed in told) if told else 'no wave'
     return f'{case["rail"]:g}/{case["spacing"]:g}', measured
 
 
-def _interval(found: Mapping[str, Any], digits: int = 2) -> str:
+def _format_interval(found: Mapping[str, Any], digits: int = 2) -> str:
     if found['median'] is None:
         return ''
     middle, low, high = (f'{found[key]:.{digits}f}' for key in ('median', 'low', 'high'))
     return f'{middle} ({low} to {high})'
 
 
-COUNTED = (
+READ_COUNTS = (
     'reads', 'right', 'undecodable', 'no level', 'wrong', 'written', 'written wrong',
     'not written',
 )  # fmt: skip
@@ -459,11 +470,14 @@ def reads(result: Mapping[str, Any]) -> Rows:
         if first != 'all':
             first = 'designs of other sizes' if first.startswith('levels_') else 'presets'
         kind = {'': first, 'scattered': 'presets with disorder'}.get(change, f'one cell {change}')
-        total = groups.setdefault(kind, dict.fromkeys(COUNTED, 0))
-        for key in COUNTED:
+        total = groups.setdefault(kind, dict.fromkeys(READ_COUNTS, 0))
+        for key in READ_COUNTS:
             total[key] += found.get(key, 0)
     order = sorted(groups, key=lambda name: name == 'all')
-    return [['', *COUNTED], *([name, *map(_grouped, groups[name].values())] for name in order)]
+    return [
+        ['', *READ_COUNTS],
+        *([name, *map(_group_digits, groups[name].values())] for name in order),
+    ]
 
 
 cells = reads
@@ -473,26 +487,26 @@ cells = reads
 def shaken(result: Mapping[str, Any]) -> Rows:
     """Return how reads of a shaken element ended, by end and kind of the shaking."""
     rows: Rows = [['end', 'shaking', 'reads', 'undecodable', 'wrong', 'wall moved']]
-    for (end, way), group in groupby(result['cases'], _kind_of_shaking):
+    for (end, way), group in groupby(result['cases'], _shaking_kind):
         cases = list(group)
         parts = zip(*(case['shaking'].split(', ')[1:] for case in cases), strict=True)
-        told = ', '.join([way, *map(_span, parts)])
+        told = ', '.join([way, *map(_join_amounts, parts)])
         keys = ('reads', 'undecodable', 'wrong', 'moved')
         counts = (sum(case[key] for case in cases) for key in keys)
-        rows.append([end, told, *map(_grouped, counts)])
+        rows.append([end, told, *map(_group_digits, counts)])
     return rows
 
 
-def _kind_of_shaking(case: Mapping[str, Any]) -> tuple[str, str]:
+def _shaking_kind(case: Mapping[str, Any]) -> tuple[str, str]:
     return case['end'], case['shaking'].partition(',')[0]
 
 
-def _span(told: Sequence[str]) -> str:
+def _join_amounts(told: Sequence[str]) -> str:
     """Return amounts with a unit as one: `1 g`, `3 to 50 g`."""
     amounts = sorted({one.split(maxsplit=1)[0] for one in told}, key=float)
     ends = amounts if len(amounts) < 2 else [amounts[0], amounts[-1]]
     return f'{" to ".join(ends)} {told[0].split(maxsplit=1)[1]}'
 
 
-def _grouped(count: int) -> str:
+def _group_digits(count: int) -> str:
     return f'{count:,}'.replace(',', ' ')

@@ -16,44 +16,50 @@ from typing import Any
 import numpy as np
 
 from mlmem import Erase, MemoryElement, Read, SelfTest, Write, new_element, preset
-from mlmem.moves.planner import paper_way
-from mlmem.physics import find_walls, level_of
+from mlmem.moves.planner import disable_kicks
+from mlmem.physics import find_level, find_walls
 
 from .results import run
 
-SEED = 1
-WRITES = 100
-READS = 1000
+RANDOM_SEED = 1
+WRITE_COUNT = 100
+READ_COUNT = 1000
 
-RESTS = 20
+SETTLE_RUNS = 20
 """Runs of 50 ticks: 80 damping times."""
 
 
-def measured(name: str) -> dict[str, Any]:
+def measure_times(name: str) -> dict[str, Any]:
     """Return the times of a preset, and the read disturb."""
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(RANDOM_SEED)
     design, settings = preset(name)
     element = new_element(design, settings)
     result = {
-        **_writes(element, random),
-        'paper': _writes(new_element(design, paper_way(settings)), random, WRITES // 5),
-        'self test': _time(element, SelfTest()),
+        **_time_writes(element, random),
+        'paper': _time_writes(
+            new_element(design, disable_kicks(settings)), random, WRITE_COUNT // 5
+        ),
+        'self test': _time_command(element, SelfTest()),
     }
     reads, shift = [], 0.0
     for level in range(0, design.levels, max(1, design.levels // 8)):
         element.perform(Write(level))
-        before = _rested(element)
-        reads += [_time(element, Read()) for _ in range(READS)]
-        shift = max(shift, abs(_rested(element) - before))
+        before = _settle_wall(element)
+        reads += [_time_command(element, Read()) for _ in range(READ_COUNT)]
+        shift = max(shift, abs(_settle_wall(element) - before))
     erased = []
     for level in random.integers(design.levels, size=10):
         element.perform(Write(int(level)))
-        erased.append(_time(element, Erase()))
-    return result | {'read': _spread(reads), 'erase': _spread(erased), 'read disturb': shift}
+        erased.append(_time_command(element, Erase()))
+    return result | {
+        'read': _summarise_times(reads),
+        'erase': _summarise_times(erased),
+        'read disturb': shift,
+    }
 
 
-def _writes(
-    element: MemoryElement, random: np.random.Generator, count: int = WRITES
+def _time_writes(
+    element: MemoryElement, random: np.random.Generator, count: int = WRITE_COUNT
 ) -> dict[str, Any]:
     """Return the times of random writes in a row, and how many went wrong."""
     levels = element.design.levels
@@ -66,31 +72,31 @@ def _writes(
         outcome = element.perform(Write(level))
         time = (outcome.end_tick - outcome.start_tick) * element.tick
         times['up' if level > before else 'down'].append(time)
-        there = level_of(element.design, element.chain.configuration) == level
+        there = find_level(element.design, element.chain.configuration) == level
         wrong += outcome.success and not there
         failed += not outcome.success
         again += outcome.attempts > 1
         before = level
     counts = {'writes': count, 'wrong': wrong, 'failed': failed, 'second attempts': again}
-    return counts | {way: _spread(some) for way, some in times.items()}
+    return counts | {way: _summarise_times(some) for way, some in times.items()}
 
 
-def _time(element: MemoryElement, command: Read | Erase | SelfTest) -> float:
+def _time_command(element: MemoryElement, command: Read | Erase | SelfTest) -> float:
     outcome = element.perform(command)
     if not outcome.success:
         raise RuntimeError(f'{command} failed: {outcome.error}')
     return (outcome.end_tick - outcome.start_tick) * element.tick
 
 
-def _rested(element: MemoryElement) -> float:
+def _settle_wall(element: MemoryElement) -> float:
     """Return where the wall is once it no longer swings in its well."""
-    for _ in range(RESTS):
+    for _ in range(SETTLE_RUNS):
         element.advance(50)
     (wall,) = find_walls(element.design, element.chain.configuration)
     return wall.position
 
 
-def _spread(times: Iterable[float]) -> dict[str, float]:
+def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     some = np.fromiter(times, float)
     seconds = 1e-4  # of a time unit at the default scale
     return {
@@ -103,4 +109,4 @@ def _spread(times: Iterable[float]) -> dict[str, float]:
 
 
 if __name__ == '__main__':
-    sys.exit(run('times', __doc__, measured, SEED))
+    sys.exit(run('times', __doc__, measure_times, RANDOM_SEED))

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from mlmem import MemoryElement, Write, factory_calibration
-from mlmem.physics import Design, Specimen, level_of
+from mlmem.physics import Design, Specimen, find_level
 from mlmem.presets import preset
 
 from .results import run
 from .rk4 import Rk4Element
 
-WAYS: Mapping[str, tuple[float, ...]] = {
+TRIED_AMOUNTS: Mapping[str, tuple[float, ...]] = {
     'relative damping': (1.0,),
     'friction': (1e-7, 3e-7, 1e-6, 3e-6, 1e-5, 3e-5),
     'end mass': (1.2, 1.5, 2.0, 3.0),
@@ -34,7 +34,7 @@ Damping of v - V; dry friction of a cell, in k_r cells; mass of both end cells, 
 transducers; loss of alpha in all cells alike, relative, as with a rising temperature.
 """
 
-HIGHEST = 3
+HIGHEST_LEVEL = 3
 """Levels 0 to this are written by strain in turn, then 0 again: a step is like another. By kicks
 all are, because each level has its own."""
 
@@ -44,7 +44,7 @@ class Trial:
     """What a preset did.
 
     Attributes:
-        way: What was changed, of `WAYS`.
+        way: What was changed, of `TRIED_AMOUNTS`.
         reached: Of the writes, how many put the wall where it belongs.
         read: Of these, how many the device knew to be right by their echo.
         writes: How many were asked for; by strain a failed one is the last.
@@ -63,33 +63,33 @@ class Trial:
         return self.read == self.writes
 
 
-def kicked(name: str) -> bool:
+def is_kicked(name: str) -> bool:
     """Whether a preset is written by kicks."""
     return preset(name).settings.write.method == 'kick'
 
 
-def tried(name: str, way: str, amount: float) -> Trial:
+def try_amount(name: str, way: str, amount: float) -> Trial:
     """Write some levels of a preset, one attempt each, and return how that went."""
     design, settings = preset(name)
     settings = replace(settings, write=replace(settings.write, attempts=1))
     known = factory_calibration(design, settings)
     element = MemoryElement(design, settings, known)
-    body = _body(design, element.driver.dt, way, amount)
+    body = _build_body(design, element.driver.dt, way, amount)
     element = MemoryElement(design, settings, known, body)
-    highest = design.levels - 1 if kicked(name) else min(HIGHEST, design.levels - 1)
+    highest = design.levels - 1 if is_kicked(name) else min(HIGHEST_LEVEL, design.levels - 1)
     levels = [*range(highest + 1), 0]
     reached = read = 0
     for level in levels:
         outcome = element.perform(Write(level))
         found = body.v - body.V_N * body.specimen.strain_shape
-        right = level_of(design, found) == level
+        right = find_level(design, found) == level
         reached, read = reached + right, read + (right and outcome.success)
-        if not (right and outcome.success) and not (kicked(name) and read):
+        if not (right and outcome.success) and not (is_kicked(name) and read):
             break
     return Trial(name, way, amount, reached, read, len(levels))
 
 
-def _body(design: Design, dt: float, way: str, amount: float) -> Rk4Element:
+def _build_body(design: Design, dt: float, way: str, amount: float) -> Rk4Element:
     mass = np.ones(design.N)
     if way == 'end mass':
         mass[[0, -1]] = amount
@@ -100,19 +100,19 @@ def _body(design: Design, dt: float, way: str, amount: float) -> Rk4Element:
     return Rk4Element(specimen, dt, friction=friction)
 
 
-def trials(name: str) -> list[Trial]:
+def try_preset(name: str) -> list[Trial]:
     """Return how a preset fares in every way, up to the first amount at which it fails."""
     found = []
-    for way, amounts in WAYS.items():
+    for way, amounts in TRIED_AMOUNTS.items():
         for amount in amounts:
-            found.append(tried(name, way, amount))
+            found.append(try_amount(name, way, amount))
             print(found[-1], flush=True)
-            if not (found[-1].read if kicked(name) else found[-1].passed):
+            if not (found[-1].read if is_kicked(name) else found[-1].passed):
                 break
     return found
 
 
-def joined(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[str, Any]:
+def merge_trials(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[str, Any]:
     """Return the trials of all presets, and how many of these bear which friction, by strain and
     by kicks.
     """
@@ -120,13 +120,17 @@ def joined(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> dict[s
     rows = [*others, *(asdict(each) for each in found)]
     result: dict[str, Any] = {'trials': rows}
     for told, by_kicks in (('presets', False), ('kicked presets', True)):
-        some = [each for each in rows if kicked(each['preset']) == by_kicks]
+        some = [each for each in rows if is_kicked(each['preset']) == by_kicks]
         rubbed = [each for each in some if each['way'] == 'friction']
         bear = [each['amount'] for each in rubbed if each['read'] == each['writes']]
         result[told] = len({each['preset'] for each in some})
-        result[f'{told} that bear friction'] = {f'{x:g}': bear.count(x) for x in WAYS['friction']}
+        result[f'{told} that bear friction'] = {
+            f'{x:g}': bear.count(x) for x in TRIED_AMOUNTS['friction']
+        }
     return result
 
 
 if __name__ == '__main__':
-    sys.exit(run('validity', __doc__, trials, joined=joined, modules=['lab/mlmem_lab/rk4.py']))
+    sys.exit(
+        run('validity', __doc__, try_preset, joined=merge_trials, modules=['lab/mlmem_lab/rk4.py'])
+    )

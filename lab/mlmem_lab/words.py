@@ -21,20 +21,20 @@ import numpy as np
 from mlmem import Disturb, Faults, MemoryElement, Read, Write, new_element, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, StateError, find_walls
-from mlmem.physics.equilibrium import BESIDE, resting_walls
+from mlmem.physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
 from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
-from mlmem.readers.register import NEAR, resting
+from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 
-from .reads.count import IN_A_ROW, made, true_level
+from .reads.count import READS_PER_MOVE, build_device, true_level
 from .results import run
 
 SEED, READS, BETWEEN, WRITES, COUNT, SPECIMENS = 1, 2000, 500, 2600, 200, 10
 """Reads of every kind; of a wall between levels; writes as designed; writes of each scatter; and
 elements that are written."""
 
-FEWER = {'register_5': (500, 600)}
+REDUCED_COUNTS = {'register_5': (500, 600)}
 """Reads of every kind but the healthy ones, and writes as designed, where each takes long."""
 
 Rng = np.random.Generator
@@ -57,7 +57,7 @@ class Trouble(NamedTuple):
 Drawing = Callable[[Rng], Trouble]
 
 
-def troubles(
+def define_troubles(
     cells: int, pulse: float, scatters: Sequence[float], noises: Sequence[float]
 ) -> dict[str, Drawing]:
     """Return troubles by name: each draws one.
@@ -69,34 +69,35 @@ def troubles(
         noises: Amplitudes of noise, relative to the pulse.
     """
 
-    def cell(random: Rng) -> int:
+    def draw_cell(random: Rng) -> int:
         return int(random.integers(2, cells))
 
-    def scattered(size: float) -> Drawing:
-        return lambda random: Trouble(Faults(disorder_alpha=size, seed=cell(random)))
+    def scatter_trouble(size: float) -> Drawing:
+        return lambda random: Trouble(Faults(disorder_alpha=size, seed=draw_cell(random)))
 
-    def noise(size: float) -> Drawing:
-        return lambda random: Trouble(Faults(sensor_noise=size * pulse, seed=cell(random)))
+    def noise_trouble(size: float) -> Drawing:
+        return lambda random: Trouble(Faults(sensor_noise=size * pulse, seed=draw_cell(random)))
 
     return {
         'none': lambda random: Trouble(),
         'half the time step': lambda random: Trouble(),
         'a cell half as stiff': lambda random: Trouble(
-            Faults(weak_cell=cell(random), weak_factor=0.5)
+            Faults(weak_cell=draw_cell(random), weak_factor=0.5)
         ),
         'a cell of any lower stiffness': lambda random: Trouble(
-            Faults(weak_cell=cell(random), weak_factor=float(random.uniform(0.01, 1.0)))
+            Faults(weak_cell=draw_cell(random), weak_factor=float(random.uniform(0.01, 1.0)))
         ),
-        'a stuck cell': lambda random: Trouble(Faults(stuck_cell=cell(random))),
-        **{f'alpha scattered by {size:g}': scattered(size) for size in scatters},
-        **{f'noise of {size:g} of the pulse': noise(size) for size in noises},
+        'a stuck cell': lambda random: Trouble(Faults(stuck_cell=draw_cell(random))),
+        **{f'alpha scattered by {size:g}': scatter_trouble(size) for size in scatters},
+        **{f'noise of {size:g} of the pulse': noise_trouble(size) for size in noises},
         'noise of any size that begins during a read': lambda random: Trouble(
             then=Faults(
-                sensor_noise=float(10.0 ** random.uniform(-3.0, 0.0)) * pulse, seed=cell(random)
+                sensor_noise=float(10.0 ** random.uniform(-3.0, 0.0)) * pulse,
+                seed=draw_cell(random),
             )
         ),
         'sensors that freeze in 2 % of ticks': lambda random: Trouble(
-            Faults(sensor_dropout=0.02, seed=cell(random))
+            Faults(sensor_dropout=0.02, seed=draw_cell(random))
         ),
         'a sensor late by up to 100': lambda random: Trouble(
             Faults(
@@ -113,19 +114,19 @@ def troubles(
     }
 
 
-SCATTERED = (3e-4, 1e-3, 3e-3)
+SCATTER_DEVIATIONS = (3e-4, 1e-3, 3e-3)
 
 
-def drawn(random: Rng, words: int) -> int:
+def draw_word(random: Rng, words: int) -> int:
     """Return a random word of so many; of more than an integer holds, by twice as many bits."""
     if words < 2**63:
         return int(random.integers(words))
     return int.from_bytes(random.bytes(words.bit_length() // 4), 'big') % words
 
 
-def reads(
+def count_reads(
     element: MemoryElement, drawing: Callable[[Rng], Trouble], random: Rng, count: int,
-    row: int = IN_A_ROW, among: Sequence[int] = (),
+    row: int = READS_PER_MOVE, among: Sequence[int] = (),
 ) -> dict[str, int]:  # fmt: skip
     """Read random words at rest, each so often in a row; return how many ended how.
 
@@ -136,40 +137,40 @@ def reads(
     code = element.register.code if element.register else None
     assert code is not None
     while found.total() < count:
-        word = among[int(random.integers(len(among)))] if among else drawn(random, code.words)
+        word = among[int(random.integers(len(among)))] if among else draw_word(random, code.words)
         trouble = drawing(random)
         element.set_faults(Faults())
-        element.chain.place(resting(Specimen(element.design), code.walls(word)))
-        element.transducer.assume_rest()
+        element.chain.place(pin_walls(Specimen(element.design), code.walls(word)))
+        element.transducer.assume_equilibrium()
         element.set_faults(trouble.faults)
         for _ in range(min(row, count - found.total())):
-            read = _read(element, trouble, random)
+            read = _read_word(element, trouble, random)
             found['undecodable' if read is None else 'right' if read == word else 'wrong'] += 1
         element.apply(Disturb(0.0))
     element.set_faults(Faults())
     return {name: found[name] for name in ('right', 'undecodable', 'wrong')}
 
 
-def _read(element: MemoryElement, trouble: Trouble, random: Rng) -> int | None:
+def _read_word(element: MemoryElement, trouble: Trouble, random: Rng) -> int | None:
     """Return what a read says, None if that is nothing."""
     steady = trouble.then is None and not trouble.shaking
     begin, harmless = int(random.integers(1, 60)), element.settings.disturbance.harmless
     ticks = itertools.count()
 
-    def between() -> None:
+    def yield_between() -> None:
         if next(ticks) == begin and trouble.then is not None:
             element.set_faults(trouble.then)
         if trouble.shaking:
             element.apply(Disturb(trouble.shaking * harmless * float(random.uniform(-1.0, 1.0))))
 
-    outcome = element.perform(Read(), None if steady else between)
+    outcome = element.perform(Read(), None if steady else yield_between)
     element.transducer.release()
     if trouble.then is not None:
         element.set_faults(trouble.faults)
     return outcome.reading.level if outcome.success and outcome.reading else None
 
 
-def between(element: MemoryElement, random: Rng, count: int) -> dict[str, int]:
+def count_reads_between(element: MemoryElement, random: Rng, count: int) -> dict[str, int]:
     """Read words of which one wall, the nearest to a random place or one more, is pinned by the
     lattice at no level, or all rest at levels that no word has: any word is wrong. Return how many
     ended how; none, if a hundred times as many places pin no wall.
@@ -180,27 +181,33 @@ def between(element: MemoryElement, random: Rng, count: int) -> dict[str, int]:
     for _ in range(100 * count):
         if found.total() == count:
             break
-        at = [design.defect(level) + BESIDE for level in code.walls(drawn(random, code.words))]
-        place = float(random.uniform(design.defect(0), design.defect(design.levels - 1)))
+        at = [
+            design.defect_site(level) + DEFECT_OFFSET_CELLS
+            for level in code.walls(draw_word(random, code.words))
+        ]
+        place = float(random.uniform(design.defect_site(0), design.defect_site(design.levels - 1)))
         if at and random.integers(2):
             at.remove(min(at, key=lambda each: abs(each - place)))
         try:
-            v = resting_walls(Specimen(design), [*at, place])
+            v = find_pinned_walls(Specimen(design), [*at, place])
         except StateError:  # nothing pins it there
             continue
         element.chain.place(v)
-        if true_level(element, NEAR) == UNDECODABLE and len(find_walls(design, v)) == len(at) + 1:
-            read = _read(element, Trouble(), random)
+        if (
+            true_level(element, MAX_LEVEL_OFFSET_CELLS) == UNDECODABLE
+            and len(find_walls(design, v)) == len(at) + 1
+        ):
+            read = _read_word(element, Trouble(), random)
             found['undecodable' if read is None else 'wrong'] += 1
     return {name: found[name] for name in ('right', 'undecodable', 'wrong')}
 
 
-def writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> dict[str, Any]:
+def count_writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> dict[str, Any]:
     """Write so many random words in a row on each of some; return how many ended how."""
     found, ticks = Counter[str](), []
     for element in elements:
         for _ in range(each):
-            word = drawn(random, element.words)
+            word = draw_word(random, element.words)
             outcome = element.perform(Write(word))
             ticks.append(outcome.end_tick - outcome.start_tick)
             true = true_level(element) == word
@@ -213,7 +220,7 @@ def writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> dict[st
     return {kind: found[kind] for kind in kinds} | {'median ticks': float(np.median(ticks))}
 
 
-def specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
+def make_specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
     """Yield elements of a preset that scatter."""
     design, settings = preset(name)
     for number in range(SPECIMENS):
@@ -221,16 +228,16 @@ def specimens(name: str, scatter: Scatter) -> Iterator[MemoryElement]:
         yield new_element(design, settings, driver=Simulation.of(made, settings.time))
 
 
-def counted(name: str) -> dict[str, Any]:
+def count_preset(name: str) -> dict[str, Any]:
     """Return the counts of a preset, by fault and by scatter."""
     random = np.random.Generator(np.random.PCG64(SEED))
-    element, finer = new_element(preset(name)), made(name, 2)
-    kinds = troubles(
+    element, finer = new_element(preset(name)), build_device(name, 2)
+    kinds = define_troubles(
         element.design.N, element.settings.register.A, (1e-3, 3e-3, 1e-2), (1e-3, 1e-2)
     )
-    few, written = FEWER.get(name, (READS, WRITES))
+    few, written = REDUCED_COUNTS.get(name, (READS, WRITES))
     of_reads = {
-        what: reads(
+        what: count_reads(
             finer if what == 'half the time step' else element,
             each,
             random,
@@ -238,18 +245,18 @@ def counted(name: str) -> dict[str, Any]:
         )
         for what, each in kinds.items()
     }
-    healthy = specimens(name, Scatter())
-    of_writes = {'as designed': writes(healthy, random, written // SPECIMENS)}
-    for size, kind in itertools.product(SCATTERED, ('alpha', 'k_r')):
+    healthy = make_specimens(name, Scatter())
+    of_writes = {'as designed': count_writes(healthy, random, written // SPECIMENS)}
+    for size, kind in itertools.product(SCATTER_DEVIATIONS, ('alpha', 'k_r')):
         what = f'{kind} scattered by {size:g}'
-        elements = specimens(name, Scatter(**{kind: size}))
-        of_writes[what] = writes(elements, random, COUNT // SPECIMENS)
+        elements = make_specimens(name, Scatter(**{kind: size}))
+        of_writes[what] = count_writes(elements, random, COUNT // SPECIMENS)
     apart = np.random.Generator(np.random.PCG64([SEED, 1]))
-    of_reads['a wall between two levels'] = between(made(name), apart, BETWEEN)
+    of_reads['a wall between two levels'] = count_reads_between(build_device(name), apart, BETWEEN)
     return {'reads': of_reads, 'writes': of_writes}
 
 
-def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the counts of every preset, and the sum of all reads and writes."""
     presets = kept.get('presets', {}) | {name: found}
     total = Counter[str]()
@@ -265,4 +272,4 @@ def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
 if __name__ == '__main__':
     registers = [name for name, (_, settings) in PRESETS.items() if settings.register.spacing]
     modules = ['lab/mlmem_lab/reads/count.py']
-    sys.exit(run('words', __doc__, counted, SEED, joined, registers, modules=modules))
+    sys.exit(run('words', __doc__, count_preset, SEED, merge_counts, registers, modules=modules))

@@ -17,10 +17,10 @@ def proposed(tmp_path_factory):
     """A function that returns what the designer finds for a number of levels, searched for once
     by all tests.
     """
-    from mlmem_lab.designer import propose
+    from mlmem_lab.designer import propose_design
 
     return cache(
-        lambda levels: once(tmp_path_factory, f'{levels}-levels', partial(propose, levels))
+        lambda levels: once(tmp_path_factory, f'{levels}-levels', partial(propose_design, levels))
     )
 
 

@@ -14,9 +14,9 @@ import pytest
 from mlmem import law_file
 from mlmem.physics.curve import Curve
 from mlmem_lab.chains import tracked
-from mlmem_lab.chains.tracked import Chain, Film, fit, load_coupling, load_film
+from mlmem_lab.chains.tracked import Chain, Film, fit_chain, load_coupling, load_film
 from mlmem_tools.cli.main import main
-from mlmem_tools.law.curves import CurveError, load_run, measured
+from mlmem_tools.law.curves import CurveError, average_runs, load_run
 
 EXAMPLES = Path(__file__).parents[2] / 'examples'
 H, W = 0.01, 0.02
@@ -35,7 +35,7 @@ def film():
 
 def test_what_slows_a_known_chain_is_found(film):
     """A film without noise tells all three; with an error of 5 % damping is known to 4 1/s."""
-    found = fit(KNOWN, film)
+    found = fit_chain(KNOWN, film)
     assert found.misfit < 0.01
     assert found.damping == pytest.approx(DAMPING, rel=0.01)
     assert found.friction == pytest.approx(FRICTION, rel=0.03)
@@ -85,17 +85,17 @@ def test_files_that_are_no_couplings(tmp_path):
 
 def test_films_of_another_chain(film):
     with pytest.raises(CurveError, match='tracked elements must be from 2 to 14'):
-        fit(KNOWN, Film(film.t, film.u, (6, 7, 15)))
+        fit_chain(KNOWN, Film(film.t, film.u, (6, 7, 15)))
     with pytest.raises(CurveError, match='element 6 must pass half the way'):
-        fit(KNOWN, Film(film.t, 0.1 * film.u, film.sites))
+        fit_chain(KNOWN, Film(film.t, 0.1 * film.u, film.sites))
 
 
 def test_the_command(tmp_path, capsys, sketched, monkeypatch):
     """Measured shells at 7 cm: the arrival of an element that was left out, and a report."""
     monkeypatch.setattr(tracked, 'STEP', 0.04)  # twice as long
     law = tmp_path / 'law.yaml'
-    found = measured([load_run(EXAMPLES / f'law/shell_run{k}.csv') for k in (1, 2)], 64)
-    law_file.save(law, found.curve)
+    found = average_runs([load_run(EXAMPLES / f'law/shell_run{k}.csv') for k in (1, 2)], 64)
+    law_file.write_law_file(law, found.curve)
     films, magnets = str(EXAMPLES / 'chain/film.csv'), str(EXAMPLES / 'chain/magnets.csv')
     given = ['chain', str(law), '--track', films, '--spacing', '0.07', '--mass', '0.021']
     output = ['--predict', '0.06', '--output', str(tmp_path / 'report'), '--json']

@@ -11,9 +11,9 @@ from small_register import first_levels
 
 from mlmem import element_file, preset
 from mlmem.element_file import Element, ElementFileError
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, schedule_of
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, Specimen, scattered
-from mlmem_lab.plans.plan import plan
+from mlmem_lab.plans.plan import plan_pulses
 from mlmem_lab.studies.bench import Bench
 from mlmem_tools.cli.main import main
 
@@ -40,14 +40,14 @@ JUDGES = {
 @pytest.fixture(scope='module')
 def element():
     made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
-    trims = plan(made, CHOSEN).corrections
+    trims = plan_pulses(made, CHOSEN).corrections
     return Element(made, np.full(CHOSEN.design.N, 1e-4), 1.001, plan=trims)
 
 
 @pytest.fixture(scope='module')
 def file(tmp_path_factory, element):
     path = tmp_path_factory.mktemp('element') / 'element.yaml'
-    element_file.save(path, element)
+    element_file.write_element_file(path, element)
     return path
 
 
@@ -88,30 +88,32 @@ def test_a_bench_reads_and_kicks_a_register_as_known():
     made = scattered(chosen.design, Scatter(alpha=0.003), 1)
     factors = tuple(1.0 + 0.01 * level for level in range(3))
     plan = PulseCorrections(
-        tuple(PulseCorrection(speed=each) for each in factors), schedule_of(chosen.settings),
+        tuple(PulseCorrection(speed=each) for each in factors), hash_schedule(chosen.settings),
         kinks=factors[::-1],
     )  # fmt: skip
     device = Bench(*chosen, Element(made, np.zeros(made.design.N), 1.001, plan=plan)).device()
     assert device.twin is device.made
     for found, shipped, each in (
-        (device.settings.kick.by_level, chosen.settings.kick.by_level, factors),
-        (device.settings.kick.of_kinks, chosen.settings.kick.of_kinks, factors[::-1]),
+        (device.settings.kick.wall_speeds, chosen.settings.kick.wall_speeds, factors),
+        (device.settings.kick.kink_speeds, chosen.settings.kick.kink_speeds, factors[::-1]),
     ):
         assert found == pytest.approx(np.multiply(shipped, each), rel=1e-5)
 
 
 def test_a_plan_of_too_few_kinks_is_refused():
     design, settings = preset('byte')
-    plan = PulseCorrections((PulseCorrection(),) * 8, schedule_of(settings), kinks=(1.0,) * 7)
+    plan = PulseCorrections((PulseCorrection(),) * 8, hash_schedule(settings), kinks=(1.0,) * 7)
     with pytest.raises(ElementFileError, match='plan must have steps, and kinks if any, to 8'):
-        element_file.element_of(Element(Specimen(design), np.zeros(225), plan=plan).as_dict())
+        element_file.parse_element(Element(Specimen(design), np.zeros(225), plan=plan).as_dict())
 
 
 @pytest.mark.parametrize('judge', JUDGES)
 def test_a_file_that_does_not_fit_is_named(judge, file, element, capsys, tmp_path):
     whole = file.read_text(encoding='utf-8')
     four = Specimen(preset('bits_2').design)
-    element_file.save(tmp_path / 'other.yaml', Element(four, np.zeros(four.design.N)))
+    element_file.write_element_file(
+        tmp_path / 'other.yaml', Element(four, np.zeros(four.design.N))
+    )
     other = (tmp_path / 'other.yaml').read_text(encoding='utf-8')
     wrong = {
         'absent.yaml': (None, 'No such file'),

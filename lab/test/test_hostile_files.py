@@ -35,7 +35,7 @@ from mlmem import (
 )
 from mlmem.element_file import Element, ElementFileError
 from mlmem.instrument.end import End, Shot
-from mlmem.parsing import LONGEST, DecodeError
+from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError
 from mlmem.physics import CASE_II, DesignError, Specimen, StateError
 from mlmem_lab.chains.tracked import load_coupling, load_film
 from mlmem_lab.fit import csv_shots
@@ -47,7 +47,7 @@ from mlmem_ros.host import state_file
 from mlmem_ros.session import data
 from mlmem_tools.cli import request
 from mlmem_tools.cli.main import main
-from mlmem_tools.law.curves import load_run, measured, save
+from mlmem_tools.law.curves import average_runs, load_run, save_law
 from mlmem_tools.view import session_frame
 
 ROOT = Path(__file__).parents[2]
@@ -98,9 +98,9 @@ def element():
 
 def restored(path):
     """Restore an element from a state file; none is a fresh start, which is no error."""
-    if (found := state_file.load(path)) is None:
+    if (found := state_file.load_snapshot(path)) is None:
         raise StateError('there is none')
-    snapshot.restore(element(), found)
+    snapshot.restore_snapshot(element(), found)
 
 
 def calibrated(path):
@@ -110,7 +110,7 @@ def calibrated(path):
 
 def whole(path):
     """Read the session, and raise what was lost of it: what can be read is read."""
-    found = data.load(path)
+    found = data.load_session(path)
     if found.lost:
         raise BagError(found.lost[0])
 
@@ -149,32 +149,58 @@ def answers(path):
 PART = next(SESSION.glob('*.mcap'))
 OF_STATE, OF_BAG = (StateError, DecodeError), (BagError,)
 KINDS = {
-    'parameters': Kind('mlmem_ros.parameter_file', lambda path: parameter_file.load(str(path)),
-                       lambda path: path.write_text(PARAMETERS),
-                       errors=(DecodeError, DesignError, SettingsError)),
-    'element': Kind('mlmem.element_file', element_file.load,
-                    lambda path: element_file.save(path, varied())),
-    'law': Kind('mlmem.law_file', law_file.load,
-                lambda path: save(path, measured([load_run(CURVE)], 64))),
-    'state': Kind('mlmem_ros.host.state_file', restored,
-                  lambda path: state_file.save(path, snapshot.take(element())), '.json', OF_STATE),
-    'calibration': Kind('mlmem_ros.host.state_file', calibrated,
-                        lambda path: state_file.save_calibration(
-                            path, 'key', element().calibration
-                        ), '.json', OF_STATE),
-    'script': Kind('mlmem_tools.cli.request', lambda path: request.script(str(path)),
-                   lambda path: path.write_text(SCRIPT), errors=(argparse.ArgumentTypeError,)),
+    'parameters': Kind(
+        'mlmem_ros.parameter_file',
+        lambda path: parameter_file.load_preset(str(path)),
+        lambda path: path.write_text(PARAMETERS),
+        errors=(DecodeError, DesignError, SettingsError),
+    ),
+    'element': Kind(
+        'mlmem.element_file',
+        element_file.read_element_file,
+        lambda path: element_file.write_element_file(path, varied()),
+    ),
+    'law': Kind(
+        'mlmem.law_file',
+        law_file.read_law_file,
+        lambda path: save_law(path, average_runs([load_run(CURVE)], 64)),
+    ),
+    'state': Kind(
+        'mlmem_ros.host.state_file',
+        restored,
+        lambda path: state_file.save_snapshot(path, snapshot.take_snapshot(element())),
+        '.json',
+        OF_STATE,
+    ),
+    'calibration': Kind(
+        'mlmem_ros.host.state_file',
+        calibrated,
+        lambda path: state_file.save_calibration(path, 'key', element().calibration),
+        '.json',
+        OF_STATE,
+    ),
+    'script': Kind(
+        'mlmem_tools.cli.request',
+        lambda path: request.parse_script(str(path)),
+        lambda path: path.write_text(SCRIPT),
+        errors=(argparse.ArgumentTypeError,),
+    ),
     'curve': Kind('mlmem_tools.law.curves', load_run, copied(CURVE), '.csv'),
     'film': Kind('mlmem_tools.law.curves', load_film, copied(FILM), '.csv'),
     'magnets': Kind('mlmem_tools.law.curves', load_coupling, copied(MAGNETS), '.csv'),
-    'shot': Kind('mlmem_lab.fit.csv_shots', csv_shots.load,
-                 lambda path: csv_shots.save(path, shot()), '.csv'),
+    'shot': Kind(
+        'mlmem_lab.fit.csv_shots',
+        csv_shots.load_shot,
+        lambda path: csv_shots.save_shot(path, shot()),
+        '.csv',
+    ),
     'answers': Kind('mlmem_lab.standard_problems.verdict', read_others, answers, '.csv'),
     'session': Kind('mlmem_ros.bag.mcap_part', whole, copied(PART), '.mcap', OF_BAG),
-    'session on the page': Kind('mlmem_ros.bag.mcap_part', session_frame.load, copied(PART),
-                                '.mcap', OF_BAG),
+    'session on the page': Kind(
+        'mlmem_ros.bag.mcap_part', session_frame.load_frame, copied(PART), '.mcap', OF_BAG
+    ),
     'metadata': Kind('mlmem_ros.bag.contents', described, beside_its_bag, errors=OF_BAG),
-}  # fmt: skip
+}
 
 # --- spoiled ----------------------------------------------------------------------------------
 
@@ -244,7 +270,7 @@ def refusal(kind, path, most=5.0):
         kind.load(path)
     except kind.errors as error:
         told = str(error)
-        assert len(told) <= LONGEST
+        assert len(told) <= MAX_MESSAGE_CHARS
         assert told.isprintable()
         return told
     finally:
@@ -382,7 +408,7 @@ def test_an_element_that_no_cell_can_be_is_refused(tmp_path, key, value, words):
     path = tmp_path / 'element.yaml'
     path.write_text(yaml.safe_dump(values | {key: numbers}))
     with pytest.raises(ElementFileError, match=words):
-        element_file.load(path)
+        element_file.read_element_file(path)
 
 
 # --- commands ---------------------------------------------------------------------------------
@@ -457,6 +483,6 @@ def test_a_command_refuses_a_spoiled_file(command, ways, tmp_path, laid, capsys,
         status, why = told([word.format(named, **laid) for word in command.split()], capsys)
         assert status in (1, 2), (way, why)
         assert 'Traceback' not in why
-        assert len(why.splitlines()[-1]) < LONGEST + 100  # and the command
+        assert len(why.splitlines()[-1]) < MAX_MESSAGE_CHARS + 100  # and the command
         assert not laid['new'].exists()
         cleared(path)

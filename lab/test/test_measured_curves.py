@@ -11,17 +11,25 @@ from mlmem.physics import NOH_BATHE, HeldCell, substep_times
 from mlmem.physics.curve import Curve
 from mlmem_lab.chains.tracked import Measured
 from mlmem_lab.lattices import Friction, Lattice, PowerLaw
-from mlmem_lab.measured.curves import compared, draw, predicted
+from mlmem_lab.measured.curves import compare_speeds, draw_speeds, summarise_speeds
 from mlmem_lab.measured.posterior import Model
-from mlmem_lab.measured.runs import CASES, SILENT, Case, first, speed
-from mlmem_lab.measured.shells import FAR, KNOTS, Chains, magnets, repulsion, table, waves
-from mlmem_lab.measured.wave import MASS, TOUCH, _held
-from mlmem_lab.results import FOLDER, load
+from mlmem_lab.measured.runs import ALL_CASES, SILENT_CASES, Case, first_crossing, mean_speed
+from mlmem_lab.measured.shells import (
+    FAR_REPULSION,
+    KNOTS,
+    Chains,
+    fit_magnets,
+    launch_waves,
+    load_force_table,
+    tabulate_repulsion,
+)
+from mlmem_lab.measured.wave import ELEMENT_MASS, MIN_MAGNET_DISTANCE_CM, _hand_motion
+from mlmem_lab.results import RESULT_FOLDER, load_result
 from mlmem_tools.cli.main import main
 
 
 def chains(name, spacing, tilt=0.01, damping=0.01):
-    law, well = table(name)
+    law, well = load_force_table(name)
     one = np.ones(1)
     return Chains(
         law[None], well * one, spacing * one, tilt * one, damping * one, 0.0 * one, 0.0 * one, one,
@@ -39,44 +47,49 @@ def test_the_energies_set_free_are_those_of_the_readme(name, gain):
 
 
 def test_the_magnets_are_those_that_were_measured():
-    force = [repulsion()[round(100.0 * r)] for r in (2.2, 3.07, 4.25, *FAR)]
-    assert force == pytest.approx([1.28, 0.454, 0.149, *FAR.values()], rel=0.04)
+    force = [tabulate_repulsion()[round(100.0 * r)] for r in (2.2, 3.07, 4.25, *FAR_REPULSION)]
+    assert force == pytest.approx([1.28, 0.454, 0.149, *FAR_REPULSION.values()], rel=0.04)
 
 
 @pytest.mark.parametrize(('name', 'spacing'), [('225mm_run1', 7.0), ('180mm_run30', 6.0)])
 def test_a_wave_is_that_of_the_lattice(name, spacing):
     """The same chain by the lattice's loop, Noh and Bathe's method and a spline: 1 %."""
-    law, well = table(name)
+    law, well = load_force_table(name)
     curve = Curve(-well, 2.0 * well, tuple((law - 0.01).tolist()))
-    A, b, p = magnets()
+    A, b, p = fit_magnets()
     lattice = Lattice(
-        Measured(curve, 1.0), PowerLaw(A, -p, spacing + b, b + TOUCH), np.full(26, MASS), 0.2,
-        damping=0.01 * MASS, friction=Friction(0.0, 1.0), held=(26,),
-    )  # fmt: skip
+        Measured(curve, 1.0),
+        PowerLaw(A, -p, spacing + b, b + MIN_MAGNET_DISTANCE_CM),
+        np.full(26, ELEMENT_MASS),
+        0.2,
+        damping=0.01 * ELEMENT_MASS,
+        friction=Friction(0.0, 1.0),
+        held=(26,),
+    )
     lattice.place(np.full(26, curve.ground_states[0]))
     u = [lattice.displacement.copy()]
     while lattice.time < 700.0:
         t = substep_times(5, 0.2, NOH_BATHE, lattice.steps_done)
-        lattice.advance(5, HeldCell(1, _held(t, 25.0, well)))
+        lattice.advance(5, HeldCell(1, _hand_motion(t, 25.0, well)))
         u.append(lattice.displacement.copy())
     u, t = np.array(u), np.arange(len(u), dtype=float)
-    arrivals = np.array([first(t, u[:, j], 0.5 * well) for j in range(7, 11)])
-    found, rise, passed = waves(chains(name, spacing))
-    assert found[0] == pytest.approx(speed(Case(0.0, spacing), arrivals), rel=0.01)
+    arrivals = np.array([first_crossing(t, u[:, j], 0.5 * well) for j in range(7, 11)])
+    found, rise, passed = launch_waves(chains(name, spacing))
+    assert found[0] == pytest.approx(mean_speed(Case(0.0, spacing), arrivals), rel=0.01)
     assert rise[0] > 0.0
     assert passed[0] >= 10
 
 
 def test_a_shell_that_sets_too_little_free_is_silent():
-    found, _, passed = waves(chains('22mm_run11', 8.0))
+    found, _, passed = launch_waves(chains('22mm_run11', 8.0))
     assert np.isnan(found[0])
     assert passed[0] < 5
 
 
 def test_a_prediction_weighs_waves_and_silence():
-    told = predicted(np.array([np.nan, 1.0, 2.0, 3.0]), np.array([0.5, 0.1, 0.3, 0.1]))
+    told = summarise_speeds(np.array([np.nan, 1.0, 2.0, 3.0]), np.array([0.5, 0.1, 0.3, 0.1]))
     assert told == {'silent': 0.5, 'median': 2.0, 'low': 1.0, 'high': 3.0}
-    assert predicted(np.full(2, np.nan), np.full(2, 0.5))['median'] is None
+    assert summarise_speeds(np.full(2, np.nan), np.full(2, 0.5))['median'] is None
 
 
 def test_particles_of_the_prior_know_no_speed_and_moves_keep_what_is_legal():
@@ -90,15 +103,15 @@ def test_particles_of_the_prior_know_no_speed_and_moves_keep_what_is_legal():
     assert np.isfinite(model.prior(at)).all()
     again = model.draw(1)
     assert again.laws(0).shape == (1, 3)
-    assert before.shape == (6, len(CASES))
+    assert before.shape == (6, len(ALL_CASES))
     assert at.chains(0).laws.shape == (6, KNOTS)
 
 
 def test_unseen_speeds_are_compared():
     """One lies in its interval, 20 % off; one does not; one has no wave, one none in any draw."""
     band = {'median': 1.2, 'low': 0.9, 'high': 1.5}
-    none = predicted(np.full(2, np.nan), np.full(2, 0.5))
-    told = compared(
+    none = summarise_speeds(np.full(2, np.nan), np.full(2, 0.5))
+    told = compare_speeds(
         [
             {'measured': [0.9, 1.1], 'unseen': band},
             {'measured': [2.0], 'unseen': band},
@@ -110,8 +123,8 @@ def test_unseen_speeds_are_compared():
         'measured': 3, 'inside': 1,
         'least': pytest.approx(20.0), 'largest': pytest.approx(20.0),
     }  # fmt: skip
-    unseen = load(FOLDER / 'unseen.json')
-    assert compared(unseen['cases']) == unseen['speeds']
+    unseen = load_result(RESULT_FOLDER / 'unseen.json')
+    assert compare_speeds(unseen['cases']) == unseen['speeds']
 
 
 @pytest.mark.slow
@@ -121,12 +134,14 @@ def test_the_command(tmp_path, capsys):
     assert main(given) == 0
     told = json.loads(capsys.readouterr().out)
     assert set(told['evidence']) == {'viscous', 'snap', 'friction'}
-    assert [row['measured'] is None for row in told['cases']] == [c in SILENT for c in CASES]
+    assert [row['measured'] is None for row in told['cases']] == [
+        c in SILENT_CASES for c in ALL_CASES
+    ]
     assert (tmp_path / 'curves.json').exists()
     assert main([*given, '--left-out']) == 0
     left = json.loads(capsys.readouterr().out)
     assert [row['unseen']['silent'] <= 1.0 for row in left['cases']] == [True] * 9
-    draw(told, left, tmp_path)
+    draw_speeds(told, left, tmp_path)
     assert (tmp_path / 'measured_curves.png').stat().st_size > 10_000
     assert main(['measured', '--curves', '--particles', '3']) == 2
     assert '--particles must be' in capsys.readouterr().err

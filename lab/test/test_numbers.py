@@ -64,9 +64,9 @@ def test_page_with_another_number_is_named_and_corrected(tmp_path, folder, monke
     page = tmp_path / 'README.md'
     page.write_text('0.5<!-- r/heat -->\n')
     monkeypatch.setattr(numbers, 'list_pages', lambda: [page])
-    monkeypatch.setattr(numbers, 'ROOT', tmp_path)
-    monkeypatch.setattr(numbers, 'FOLDER', folder)
-    monkeypatch.setattr(numbers, 'SHOWN', ())
+    monkeypatch.setattr(numbers, 'CHECKOUT_ROOT', tmp_path)
+    monkeypatch.setattr(numbers, 'RESULT_FOLDER', folder)
+    monkeypatch.setattr(numbers, 'PICTURE_FOLDERS', ())
     assert numbers.main(['--check']) == 1
     assert 'README.md: 0.5<!-- r/heat -->\nmust be: 0.1<!-- r/heat -->' in capsys.readouterr().out
     assert numbers.main([]) == 0
@@ -81,7 +81,7 @@ def checkout(tmp_path, monkeypatch):
         monkeypatch.setattr(module, 'FOLDER', tmp_path / 'lab' / 'results')
     monkeypatch.setattr(numbers, 'list_pages', list)
     picture = tmp_path / 'docs' / 'figures' / 'wall.png'
-    for folder in (picture.parent, results.FOLDER, tmp_path / 'device'):
+    for folder in (picture.parent, results.RESULT_FOLDER, tmp_path / 'device'):
         folder.mkdir(parents=True)
     (tmp_path / 'device' / 'wall.py').write_text('width = 9')
     picture.write_bytes(b'a wall')
@@ -96,8 +96,8 @@ def list_stale(capsys):
 
 def test_stale_result_is_listed_with_its_command_and_time(checkout, capsys):
     kept = {'seconds': 90_000, 'hashes': {'old': 'another hash'}}  # longer than tests run
-    results.save(
-        results.FOLDER / 'r.json', {}, 'mlmem make', ['device'], ['new'], seed=1, kept=kept
+    results.save_result(
+        results.RESULT_FOLDER / 'r.json', {}, 'mlmem make', ['device'], ['new'], seed=1, kept=kept
     )
     assert list_stale(capsys) == 'r.json (old)\n    mlmem make (90000 s)\n'
     (checkout / 'device' / 'wall.py').write_text('width = 11')
@@ -109,18 +109,22 @@ def test_stale_result_is_listed_with_its_command_and_time(checkout, capsys):
 
 @pytest.mark.parametrize('change', ['a new file', 'a lost module'])
 def test_result_is_stale_after_files_come_or_go(change, checkout):
-    file = results.save(results.FOLDER / 'r.json', {}, 'mlmem make', ['device', 'lab'])
-    assert results.find_stale_entries(results.load(file)) == []
+    file = results.save_result(
+        results.RESULT_FOLDER / 'r.json', {}, 'mlmem make', ['device', 'lab']
+    )
+    assert results.find_stale_entries(results.load_result(file)) == []
     if change == 'a new file':
         (checkout / 'device' / 'kink.py').write_text('height = 1')
     else:
         (checkout / 'device').rename(checkout / 'instrument')
-    assert results.find_stale_entries(results.load(file)) == ['all']
+    assert results.find_stale_entries(results.load_result(file)) == ['all']
 
 
 def test_picture_is_stale_after_its_result_got_other_numbers(checkout, capsys):
     def save(reads, command):
-        results.save(results.FOLDER / 'r.json', {'reads': reads}, command, ['device'])
+        results.save_result(
+            results.RESULT_FOLDER / 'r.json', {'reads': reads}, command, ['device']
+        )
 
     save(3, 'mlmem make')
     results.keep_picture(
@@ -146,7 +150,7 @@ def test_picture_with_other_bytes_is_named(checkout, capsys):
 @pytest.fixture
 def study(tmp_path, monkeypatch):
     """A module that finds the length of a name, run from the command line."""
-    monkeypatch.setattr(results, 'FOLDER', tmp_path)
+    monkeypatch.setattr(results, 'RESULT_FOLDER', tmp_path)
     monkeypatch.setattr(results, 'hash_modules', lambda modules: ' '.join(modules))
 
     def run(*arguments):
@@ -157,9 +161,9 @@ def study(tmp_path, monkeypatch):
 
 def test_study_of_some_entries_keeps_the_others(study, tmp_path):
     assert study('case_2', 'bits_1') == study('bits_1') == 0
-    found = results.load(tmp_path / 'lengths.json')
+    found = results.load_result(tmp_path / 'lengths.json')
     assert found['presets'] == {'case_2': 6, 'bits_1': 6}
-    modules = [*results.DEVICE, 'lab/mlmem_lab/lengths.py']
+    modules = [*results.DEVICE_MODULES, 'lab/mlmem_lab/lengths.py']
     assert found['modules'] == modules
     assert found['hashes'] == dict.fromkeys(['case_2', 'bits_1'], ' '.join(modules))
     assert found['command'] == 'python3 -m mlmem_lab.lengths case_2 bits_1'
@@ -168,11 +172,11 @@ def test_study_of_some_entries_keeps_the_others(study, tmp_path):
 
 def test_study_without_arguments_measures_what_its_file_has(study, tmp_path, capsys):
     study('case_2', 'bits_1')
-    before = results.load(tmp_path / 'lengths.json')
+    before = results.load_result(tmp_path / 'lengths.json')
     capsys.readouterr()
     assert study() == 0
     assert capsys.readouterr().out == 'case_2 6\nbits_1 6\n'
-    now = results.load(tmp_path / 'lengths.json')
+    now = results.load_result(tmp_path / 'lengths.json')
     assert now == before | {'seconds': now['seconds']}  # of the longest run of the program
 
 

@@ -10,38 +10,40 @@ from mlmem import Write, new_element
 from mlmem.element_file import Element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Scatter, scattered
-from mlmem.presets import preset, written_by_kicks
+from mlmem.presets import preset, use_kicks
 from mlmem_lab.plans import command, words
-from mlmem_lab.plans.command import like
-from mlmem_lab.plans.plan import plan
+from mlmem_lab.plans.command import matching_preset
+from mlmem_lab.plans.plan import plan_pulses
 from mlmem_ros.parameter_file import ParameterFileError
 
 
 def test_like_of_element_that_several_presets_fit_raises(monkeypatch):
-    assert like(preset('kick_4').design) is preset('kick_4')  # damped otherwise than bits_4
-    assert like(CASE_II) is preset('case_2')
-    more = {**command.PRESETS, 'other': written_by_kicks(preset('case_2'))}
+    assert matching_preset(preset('kick_4').design) is preset(
+        'kick_4'
+    )  # damped otherwise than bits_4
+    assert matching_preset(CASE_II) is preset('case_2')
+    more = {**command.PRESETS, 'other': use_kicks(preset('case_2'))}
     monkeypatch.setattr(command, 'PRESETS', more)
     with pytest.raises(ParameterFileError, match='case_2, other have the levels'):
-        like(CASE_II)
+        matching_preset(CASE_II)
 
 
 def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     """Alpha scattered by 1 %. With its twin's forecasts, but kicks as shipped, it writes 2 of 8
     words. The plan tries every third speed.
     """
-    monkeypatch.setattr(words, 'SPEEDS', words.SPEEDS[::3])
+    monkeypatch.setattr(words, 'KICK_SPEEDS', words.KICK_SPEEDS[::3])
     design, settings = chosen = first_levels(3)
     specimen = scattered(design, Scatter(alpha=0.01), 0)
-    found = plan(specimen, chosen)
+    found = plan_pulses(specimen, chosen)
     assert found.complete
     assert [len(found.steps), len(found.kinks), len(found.corrections.kinks)] == [3, 2, 3]
     known = Element(specimen, np.zeros(design.N), plan=found.corrections)
     written = {}
-    for kicks in (settings, known.kicks(settings)):
+    for kicks in (settings, known.apply_planned_kicks(settings)):
         device = new_element(design, kicks, driver=Simulation.of(specimen, settings.time))
         device.adopt(specimen)
         outcomes = [device.perform(Write(word)) for word in range(device.words)]
         written[kicks] = [outcome.success for outcome in outcomes].count(True)
     assert written[settings] <= 4
-    assert written[known.kicks(settings)] == 8
+    assert written[known.apply_planned_kicks(settings)] == 8

@@ -15,10 +15,10 @@ from mlmem import MemoryElement, Read, Settings, SettingsError, Write
 from mlmem.instrument import drivers
 from mlmem.instrument.end import Pulse
 from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, HeldCell, Scatter, Specimen, scattered
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.stepping import substep_times
 from mlmem_lab.rk4 import Rk4Element
-from mlmem_ros.ros.node_process import child
+from mlmem_ros.ros.node_process import run_child_process
 from mlmem_tools.rig.emulated import Sensors
 
 DT = 0.25
@@ -44,8 +44,8 @@ def test_it_agrees_with_the_chain(method, relative):
     ours = Rk4Element(made, DT, step=0.05)
     theirs = Chain(CASE_II, DT / parts, method)
     theirs.set_specimen(made)
-    ours.v[:] = resting_wall(made, 2)
-    theirs.place(resting_wall(made, 2))
+    ours.v[:] = find_pinned_wall(made, 2)
+    theirs.place(find_pinned_wall(made, 2))
     found = probed(ours)
     times = substep_times(2400 * parts, DT / parts, method)
     motion = Pulse(theirs.end(1), PULSE).at(times[times <= 12 * PULSE.sigma])
@@ -111,7 +111,9 @@ def test_the_command_tells_the_truth(tmp_path):
     truth = tmp_path / 'truth.json'
     options = ['rig', '--scatter', '1e-4', '--scatter-k-r', '2e-4', '--seed', '7', '--at-once']
     options += ['--truth', str(truth), '--integrator', 'rk4', '--friction', '1e-7']
-    with child('mlmem_tools.cli.main', options, stdout=subprocess.PIPE, text=True) as process:
+    with run_child_process(
+        'mlmem_tools.cli.main', options, stdout=subprocess.PIPE, text=True
+    ) as process:
         address = process.stdout.readline().strip()
         told = json.loads(truth.read_text())
         expected = scattered(CASE_II, Scatter(alpha=1e-4, k_r=2e-4), 7)
@@ -119,7 +121,7 @@ def test_the_command_tells_the_truth(tmp_path):
         assert told['k_r'] == pytest.approx(expected.k_r, rel=1e-15)
         assert (told['seed'], told['friction']) == (7, 1e-7)
         settings = Settings()
-        driver = drivers.opened('rig', f'{address}?patience=10', CASE_II, settings)
+        driver = drivers.open_driver('rig', f'{address}?patience=10', CASE_II, settings)
         element = MemoryElement(CASE_II, settings, calibration(), driver)
         assert element.perform(Read()).reading.level == -1
         driver.close()

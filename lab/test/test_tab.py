@@ -49,7 +49,7 @@ def in_node(module, tmp_path):
     case_file = tmp_path / 'case.json'
     steps = len(strain) // chain.integrator.substeps
     case_file.write_text(json.dumps({
-        'cells': presets.cells_of(chain), 'steps': steps, 'strain': strain.tolist(),
+        'cells': presets.describe_cells(chain), 'steps': steps, 'strain': strain.tolist(),
         'shake': shake.tolist(), 'motion': held.motion.tolist(),
     }))  # fmt: skip
     command = [NODE, '-e', RUN, FOLDER / module, FOLDER / 'material.js', case_file]
@@ -76,12 +76,12 @@ def test_the_fast_loop_differs_by_rounding(tmp_path):
 @pytest.mark.skipif(llvmlite.binding.llvm_version_info != LLVM, reason='another LLVM')
 def test_the_modules_are_those_of_their_command(tmp_path):
     webassembly.main(tmp_path)
-    for name in webassembly.NAMES.values():
+    for name in webassembly.MODULE_NAMES.values():
         assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes(), name
 
 
 @pytest.mark.parametrize(('name', 'start', 'target'), [('case_2', 3, 2), ('kick_2', 3, 1)])
 def test_the_page_plays_what_the_instrument_does_today(name, start, target):
     known = json.loads((FOLDER / 'presets.json').read_text())[name]['ways']
-    way = presets.rounded(presets.way(preset(name), start, target))
+    way = presets.round_numbers(presets.record_transition(preset(name), start, target))
     assert known[f'{start} {target}'] == json.loads(json.dumps(way))

@@ -36,15 +36,15 @@ def calibrated_once(monkeypatch):
 
 
 def test_a_healthy_element_is_read_and_nothing_is_told(monkeypatch, calibrated_once):
-    monkeypatch.setattr(watched, 'READS', 5)
-    found = watched.healthy('bits_1', 0.01, 1)
+    monkeypatch.setattr(watched, 'HEALTHY_READS', 5)
+    found = watched.watch_healthy('bits_1', 0.01, 1)
     assert found['reads'] == 4  # not that of the write, whose waves are still about
     assert found['alarms'] == 0
 
 
 @pytest.mark.parametrize('change', ['a cell 8 % weaker', 'left gain - 5 %'])
 def test_a_change_is_told_with_its_name_and_amount(change, calibrated_once):
-    found = watched.changed('bits_1', 0.01, 1, change)
+    found = watched.watch_changed('bits_1', 0.01, 1, change)
     assert (found['alarm'], found['named']) == (False, True)
     assert found['reads'] == 2
     assert found['off'] < 0.2
@@ -53,7 +53,7 @@ def test_a_change_is_told_with_its_name_and_amount(change, calibrated_once):
 def test_false_alarms_and_changes_not_told_are_counted():
     row = {'seed': 1, 'site': 4, 'wall': 9.0, 'text': '', 'named': False, 'reads': None}
     told = row | {'text': 'cell 4 ...', 'named': True, 'reads': 2, 'off': 0.1, 'alarm': True}
-    found = watched.summary_of_changed([row | {'off': None, 'alarm': False}, told])
+    found = watched.summarise_changed([row | {'off': None, 'alarm': False}, told])
     assert [found[name] for name in ('told', 'named', 'alarms', 'reads')] == [1, 1, 1, 2.0]
     assert found['off'] == pytest.approx(10.0)
     assert found['silent'] == [{'seed': 1, 'site': 4, 'wall': 9.0}]
@@ -61,7 +61,7 @@ def test_false_alarms_and_changes_not_told_are_counted():
 
 def test_a_hidden_element_differs_from_its_design_in_everything_shared():
     design = preset('bits_1').design
-    found = surveyed.hidden(design, 0.01, 3)
+    found = surveyed.make_hidden_element(design, 0.01, 3)
     for name in ('d', 'a', 'eta', 's_max', 'j_0'):
         own = getattr(found.specimen.design, name)
         assert own != getattr(design, name)
@@ -74,7 +74,7 @@ def test_a_hidden_element_differs_from_its_design_in_everything_shared():
 @pytest.mark.parametrize('seed', [0, 19])
 def test_a_surveyed_element_is_found(seed):
     """In the second the wall stays at its first place: its minimum takes 20 iterations."""
-    found = surveyed.surveyed('bits_1', 0.01, seed)
+    found = surveyed.survey_element('bits_1', 0.01, seed)
     assert found['chi2'] == pytest.approx(1.0, abs=0.05)
     assert found['error'] < 5e-4  # a twentieth of the scatter
     assert found['inside'] > 0.6  # errors are common to all cells of an element
@@ -87,7 +87,7 @@ def test_a_fit_that_lies_is_counted():
         'added': [], 'inside': 0.9, 'error': 1e-3, 'stated': 9e-4,
     }  # fmt: skip
     lying = row | {'error': 3e-3, 'added': ['latency', 'springs'], 'inside own': 0.5}
-    found = surveyed.summary([row, lying, {'seed': 3, 'refused': 'why'}])
+    found = surveyed.summarise_fits([row, lying, {'seed': 3, 'refused': 'why'}])
     assert [found[name] for name in ('elements', 'fitted', 'lies')] == [3, 2, 1]
     assert found['added'] == {'nothing': 1, 'latency, springs': 1}
     assert found['refused'] == ['why']
@@ -111,7 +111,7 @@ def test_a_hidden_element_is_heard_as_late_as_its_line_is(late):
 def quick(monkeypatch):
     """Rows that take no time."""
     part = Part(row_of, lambda rows: {'elements': len(rows)}, ('elements',), ('bits_1',))
-    monkeypatch.setitem(command.PARTS, 'healthy', part)
+    monkeypatch.setitem(command.STUDY_PARTS, 'healthy', part)
 
 
 def row_of(preset, scatter, seed):
@@ -142,8 +142,8 @@ def counted_row_of(preset, scatter, seed):
 
 
 def test_a_count_goes_on_where_it_was_stopped(tmp_path, monkeypatch, quick):
-    path, part = tmp_path / 'twin.json', command.PARTS['healthy']
-    monkeypatch.setitem(command.PARTS, 'healthy', part._replace(one=counted_row_of))
+    path, part = tmp_path / 'twin.json', command.STUDY_PARTS['healthy']
+    monkeypatch.setitem(command.STUDY_PARTS, 'healthy', part._replace(one=counted_row_of))
     COUNTED.clear()
     for elements in (1, 3):
         arguments = 'healthy', '--elements', elements, '--workers', 1, '--output', path
@@ -163,13 +163,16 @@ def test_the_commands_of_a_file_make_all_its_entries_again():
     changes = [{'preset': 'bits_4', 'scatter': 0.01, 'change': c, 'elements': 4, 'seed': 0}
                for c in ('a', 'b')]  # fmt: skip
     alike = "--kinds alpha 'damping 20 %'"
-    assert command.made({'fits': entries, 'changes': changes}, 'twin.json').split(' && ') == [
-        f'mlmem twins {words} --output lab/results/twin.json' for words in (
+    assert command.join_commands({'fits': entries, 'changes': changes}, 'twin.json').split(
+        ' && '
+    ) == [
+        f'mlmem twins {words} --output lab/results/twin.json'
+        for words in (
             f'fits --presets bits_1 bits_4 --scatter 0.01 {alike} --elements 2 --seed 7',
             f'fits --presets case_2 --scatter 0.01 {alike} --elements 1 --seed 7',
             'changes --presets bits_4 --scatter 0.01 --elements 4 --seed 0',
         )
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize(

@@ -4,18 +4,18 @@
 
 import pytest
 
-from mlmem_lab.validity import WAYS, tried
+from mlmem_lab.validity import TRIED_AMOUNTS, try_amount
 
 
-@pytest.mark.parametrize('way', WAYS)
+@pytest.mark.parametrize('way', TRIED_AMOUNTS)
 def test_next_to_nothing_of_any_way_is_harmless(way):
     """Damping of v - V is all or nothing, and slow writes do not feel it."""
     amount = 1.0 if way in ('relative damping', 'end mass') else 1e-9
-    assert tried('bits_1', way, amount).passed
+    assert try_amount('bits_1', way, amount).passed
 
 
 def test_friction_above_the_limit_is_noticed():
     """The wall stops short, and no write is called a success that is none."""
-    trial = tried('bits_1', 'friction', 3e-5)
+    trial = try_amount('bits_1', 'friction', 3e-5)
     assert not trial.passed
     assert trial.read <= trial.reached

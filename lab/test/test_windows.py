@@ -14,24 +14,24 @@ import pytest
 from mlmem import new_element, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.moves.planner import half_period, step_cycle
-from mlmem.procedures.blocks import play, run
-from mlmem_lab.results import FOLDER, STRAINED_PRESETS
+from mlmem.procedures.blocks import play_cycle, run_procedure
+from mlmem_lab.results import RESULT_FOLDER, STRAINED_PRESETS
 from mlmem_lab.windows import sent
 from mlmem_lab.windows.command import windows
-from mlmem_lab.windows.flight import erase_rooms
+from mlmem_lab.windows.flight import erase_margins
 from mlmem_lab.windows.window import (
-    NARROW,
-    RADII,
-    STRONG,
-    bound,
-    described,
-    end,
-    measured,
-    moves,
-    strain,
+    CHANGE_RADII,
+    MAX_DRAWN_CHANGE,
+    STRONG_ACTUATOR,
+    bound_failures,
+    describe_settings,
+    end_level,
+    list_moves,
+    measure_window,
+    strain_sequence,
 )  # fmt: skip
 
-MEASURED = json.loads((FOLDER / 'windows.json').read_text())['presets']
+MEASURED = json.loads((RESULT_FOLDER / 'windows.json').read_text())['presets']
 
 
 def chain_of(name):
@@ -39,7 +39,7 @@ def chain_of(name):
 
 
 def step_from(name, start):
-    return next(m for m in moves(name) if m.start == start)
+    return next(m for m in list_moves(name) if m.start == start)
 
 
 @pytest.mark.parametrize('start', [0, 1])
@@ -47,10 +47,12 @@ def test_a_step_is_played_as_the_device_plays_it(start):
     """In shaped ramps, by compression and by tension."""
     design, settings = preset('bits_2')
     move, chain = step_from('bits_2', start), chain_of('bits_2')
-    played = strain(chain, settings, move, {})
+    played = strain_sequence(chain, settings, move, {})
     element, seen = new_element(design, settings), []
     cycle, delay = step_cycle(design, settings, start), half_period(design)
-    run(element, play(element, cycle, delay), lambda: seen.append(element.actuator.strain))
+    run_procedure(
+        element, play_cycle(element, cycle, delay), lambda: seen.append(element.actuator.strain)
+    )
     every = round(settings.time.tick / chain.dt) * len(chain.integrator.nodes)
     ticks = played[every - 1 :: every]
     assert len(ticks) == len(seen)
@@ -60,8 +62,8 @@ def test_a_step_is_played_as_the_device_plays_it(start):
 def test_the_strong_actuator_changes_no_move_as_shipped():
     for name in STRAINED_PRESETS:
         design, settings = preset(name)
-        for move in moves(name):
-            strong = settings.__class__(**{**settings.groups(), 'actuator': STRONG})
+        for move in list_moves(name):
+            strong = settings.__class__(**{**settings.groups(), 'actuator': STRONG_ACTUATOR})
             cycles = [step_cycle(design, each, move.start) for each in (strong, settings)]
             assert cycles[0] == cycles[1]
 
@@ -70,12 +72,12 @@ def test_a_wall_that_is_left_behind_is_seen():
     """A step of a tenth of its strength does not move it."""
     chain, settings = chain_of('bits_2'), preset('bits_2').settings
     step = step_from('bits_2', 1)
-    assert end(chain, settings, step, {}) == 2
-    assert end(chain, settings, step, {'compression': -0.9, 'tension': -0.9}) == 1
+    assert end_level(chain, settings, step, {}) == 2
+    assert end_level(chain, settings, step, {'compression': -0.9, 'tension': -0.9}) == 1
 
 
 def test_a_window_of_a_small_preset_is_measured_as_the_file_has_it():
-    found = measured('bits_2', step_from('bits_2', 1), radii=(0.15,)).as_dict()
+    found = measure_window('bits_2', step_from('bits_2', 1), radii=(0.15,)).as_dict()
     assert found['points'] == 0
     assert found['distance'] == 0.15
     [kept] = [m for m in MEASURED['bits_2']['moves'] if m['from'] == 1]
@@ -84,17 +86,17 @@ def test_a_window_of_a_small_preset_is_measured_as_the_file_has_it():
 
 def test_what_was_drawn_bounds_what_may_fail():
     """19 in 20 samples of 100 would show a failure that is as frequent as the bound."""
-    there = json.loads((FOLDER / 'windows.json').read_text())
-    assert bound(there['presets']) == there['drawn']
+    there = json.loads((RESULT_FOLDER / 'windows.json').read_text())
+    assert bound_failures(there['presets']) == there['drawn']
     assert (1.0 - there['drawn']['share of these, at most (95 %)']) ** 100 == pytest.approx(0.05)
-    assert bound({})['share of these, at most (95 %)'] == 1.0
+    assert bound_failures({})['share of these, at most (95 %)'] == 1.0
 
 
 def asked(*presets, **others):
     given = {
         'points': 0,
         'seed': 5,
-        'radii': RADII,
+        'radii': CHANGE_RADII,
         'integrator': None,
         'workers': 1,
         'output': None,
@@ -135,18 +137,18 @@ def test_misuse_is_named(wrong, said, capsys):
 @pytest.mark.parametrize('name', STRAINED_PRESETS)
 def test_the_file_is_of_the_shipped_settings_and_has_no_narrow_step(name):
     there = MEASURED[name]
-    assert there['settings'] == described(name)
-    assert tuple(there['radii']) == RADII
+    assert there['settings'] == describe_settings(name)
+    assert tuple(there['radii']) == CHANGE_RADII
     distances = {m['from']: m['distance'] for m in there['moves']}
-    assert set(distances) == {move.start for move in moves(name)}
-    assert all(far is None or far > NARROW for far in distances.values())
+    assert set(distances) == {move.start for move in list_moves(name)}
+    assert all(far is None or far > MAX_DRAWN_CHANGE for far in distances.values())
 
 
 def test_kicks_have_rows_of_their_own(tmp_path, capsys, monkeypatch):
     """A parameter file, whose last kick is a fifth too slow: it fails as shipped. Those that
     erase are tried that are off by up to a twentieth.
     """
-    monkeypatch.setattr(sent, 'erase_rooms', partial(erase_rooms, farthest=0.05))
+    monkeypatch.setattr(sent, 'erase_margins', partial(erase_margins, farthest=0.05))
     speeds = '0.0031 0.0103 0.0222 0.0294'
     file = tmp_path / 'slow.yaml'
     file.write_text(
@@ -160,5 +162,5 @@ def test_kicks_have_rows_of_their_own(tmp_path, capsys, monkeypatch):
     assert [each['how'] for each in found] == ['kick'] * 4 + ['kick out'] * 4
     assert [each['used'] for each in found[:4]] == [True, False, True, True]
     assert [level for level, each in enumerate(found) if not any(each['rooms'].values())] == [3]
-    known = json.loads((FOLDER / 'kicks.json').read_text())['presets']['kick_2']['levels']
+    known = json.loads((RESULT_FOLDER / 'kicks.json').read_text())['presets']['kick_2']['levels']
     assert [each['rooms'] for each in found[:3]] == [each['rooms'] for each in known[:3]]

@@ -23,12 +23,12 @@ from ..commands import FollowTrajectory, is_number
 from ..errors import Refused
 from ..physics.formulas import exponential
 from ..physics.potential import Array
-from ..procedure_table import JOINT
-from ..rng import Stream, happens
+from ..procedure_table import JOINT_NAME
+from ..rng import Stream, draw_event
 from ..schema import short_repr
 from ..settings import ActuatorSettings
 from .faults import Faults
-from .motion import Motion, Profile, Ramp, shaped
+from .motion import Motion, Profile, Ramp, shape_ramp
 
 
 class Actuator:
@@ -46,7 +46,7 @@ class Actuator:
         self.elapsed = 0.0
 
     @property
-    def moving(self) -> bool:
+    def is_moving(self) -> bool:
         """Whether the strain still changes."""
         return self.elapsed < self.motion.duration
 
@@ -66,7 +66,7 @@ class Actuator:
         self.strain, self.elapsed = state
 
     @property
-    def remaining(self) -> float:
+    def remaining_time(self) -> float:
         """Time until the move ends; at most 0 if it has ended."""
         return self.motion.duration - self.elapsed
 
@@ -82,7 +82,7 @@ class Actuator:
     def hold(self, strain: float) -> None:
         """Stand still at a strain."""
         self.strain = strain
-        self._begin(Ramp(strain, strain, 0.0))
+        self._begin_motion(Ramp(strain, strain, 0.0))
 
     def slew_to(self, strain: float) -> bool:
         """Move by hand, with a smooth ramp at the rate limit for that; see `ramp_to`.
@@ -92,14 +92,14 @@ class Actuator:
             began anew with every repetition of its set-point would crawl.
         """
         self.check(strain)  # smooth, since an abrupt start or stop was seen to move the wall
-        motion, by_hand = self.motion, self.settings.by_hand
-        if self.moving:
+        motion, by_hand = self.motion, self.settings.hand_rate_limit
+        if self.is_moving:
             begun = motion.start if isinstance(motion, Ramp) else self.strain
-            goes_on = motion == Ramp.limited(begun, strain, 0.0, by_hand)
+            goes_on = motion == Ramp.build_rate_limited(begun, strain, 0.0, by_hand)
         else:
             goes_on = strain == self.strain
         if not goes_on:
-            self._begin(Ramp.limited(self.strain, strain, 0.0, by_hand))
+            self._begin_motion(Ramp.build_rate_limited(self.strain, strain, 0.0, by_hand))
         return not goes_on
 
     def ramp_to(self, strain: float, duration: float, delay: float = 0.0) -> None:
@@ -109,15 +109,17 @@ class Actuator:
             strain: The target.
             duration: In time units.
             delay: If not 0, and less than the duration, time between the two half steps in which
-                the move is made (see `shaped`).
+                the move is made (see `shape_ramp`).
 
         Raises:
             Refused: The strain is not finite or beyond the limit.
         """
         self.check(strain)
         two = 0.0 < delay < duration
-        ramp = Ramp.limited(self.strain, strain, duration - two * delay, self.settings.max_rate)
-        self._begin(shaped(ramp, delay) if two else ramp)
+        ramp = Ramp.build_rate_limited(
+            self.strain, strain, duration - two * delay, self.settings.max_rate
+        )
+        self._begin_motion(shape_ramp(ramp, delay) if two else ramp)
 
     def follow(self, command: FollowTrajectory, time_unit: float) -> None:
         """Move along a timed profile from the current strain; a time unit is given in seconds.
@@ -125,9 +127,9 @@ class Actuator:
         Raises:
             Refused: It is not a profile, or exceeds a limit of the actuator.
         """
-        self._begin(planned(command, self.strain, self.settings, time_unit))
+        self._begin_motion(plan_profile(command, self.strain, self.settings, time_unit))
 
-    def _begin(self, motion: Motion) -> None:
+    def _begin_motion(self, motion: Motion) -> None:
         self.motion = motion
         self.elapsed = 0.0
 
@@ -137,7 +139,7 @@ class Actuator:
         The bits are the same as tick by tick. `times` are those of the m sub-steps since the
         beginning of a tick; the last is its end.
         """
-        if self.moving:
+        if self.is_moving:
             starts = [*accumulate(repeat(float(times[-1]), ticks), initial=self.elapsed)]
             strain = self.motion.strain(np.add.outer(starts[:-1], times).ravel())
             limit = self.settings.max_strain  # a cubic may exceed it by rounding
@@ -150,17 +152,17 @@ class Actuator:
         return strain
 
 
-MOST_POINTS = 10_000
+MAX_PROFILE_POINTS = 10_000
 """Most points of a profile."""
 
-LONGEST = 1e12
+MAX_PROFILE_DURATION = 1e12
 """Longest profile, in time units."""
 
-ROUNDING = 1e-9
+ROUNDING_TOLERANCE = 1e-9
 """Relative excess over a limit that is rounding, not intent."""
 
 
-def planned(
+def plan_profile(
     command: FollowTrajectory, strain: float, settings: ActuatorSettings, time_unit: float
 ) -> Profile:
     """Return the profile that a command asks for, beginning at the present strain; a time unit is
@@ -171,29 +173,37 @@ def planned(
     Raises:
         Refused: The points are not a profile, or it exceeds a limit.
     """
-    if command.joint != JOINT:
-        raise Refused(f'the joint must be {JOINT!r}; got {short_repr(command.joint)}')
-    times, strains, rates = _checked(command)
-    if times[-1] > LONGEST * time_unit:
+    if command.joint != JOINT_NAME:
+        raise Refused(f'the joint must be {JOINT_NAME!r}; got {short_repr(command.joint)}')
+    times, strains, rates = _check_points(command)
+    if times[-1] > MAX_PROFILE_DURATION * time_unit:
         raise Refused(
-            f'a trajectory must end within {LONGEST * time_unit:g} s; got {times[-1]:g} s'
+            f'a trajectory must end within {MAX_PROFILE_DURATION * time_unit:g} s; got '
+            f'{times[-1]:g} s'
         )
     if times[0] > 0.0:
         times, strains = (0.0, *times), (strain, *strains)
         rates = (0.0, *rates) if rates else ()
-    elif abs(strains[0] - strain) > ROUNDING * settings.max_strain:
+    elif abs(strains[0] - strain) > ROUNDING_TOLERANCE * settings.max_strain:
         raise Refused(f'a point at 0 s must be the present strain {strain:g}; got {strains[0]:g}')
     profile = Profile(
         tuple(time / time_unit for time in times),
         (strain, *strains[1:]),
         tuple(rate * time_unit for rate in rates),
     )
-    strongest, fastest = profile.extremes()
+    strongest, fastest = profile.find_extremes()
     for name, reached, limit, setting in (
         ('strain', strongest, settings.max_strain, 'max_strain'),
-        ('rate', fastest, settings.by_hand, 'hand_rate' if settings.hand_rate else 'max_rate'),
+        (
+            'rate',
+            fastest,
+            settings.hand_rate_limit,
+            'hand_rate' if settings.hand_rate else 'max_rate',
+        ),
     ):
-        beyond = np.flatnonzero(~(reached <= limit * (1.0 + ROUNDING)))  # true for NaN, too
+        beyond = np.flatnonzero(
+            ~(reached <= limit * (1.0 + ROUNDING_TOLERANCE))
+        )  # true for NaN, too
         if len(beyond):
             where = int(beyond[0])
             raise Refused(
@@ -203,11 +213,11 @@ def planned(
     return profile
 
 
-def _checked(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
+def _check_points(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
     """Return the columns of the points: times, strains and rates."""
     times, strains, rates = columns = command.times, command.strains, command.rates
-    if not 1 <= len(times) <= MOST_POINTS:
-        raise Refused(f'a trajectory must have 1 to {MOST_POINTS} points; got {len(times)}')
+    if not 1 <= len(times) <= MAX_PROFILE_POINTS:
+        raise Refused(f'a trajectory must have 1 to {MAX_PROFILE_POINTS} points; got {len(times)}')
     if len(strains) != len(times):
         raise Refused(f'every point must have one strain; got {len(strains)} for {len(times)}')
     if len(rates) not in (0, len(times)):
@@ -224,7 +234,7 @@ def _checked(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
     return columns
 
 
-NO_LAG = 1e-9
+MIN_TIME_CONSTANT = 1e-9
 """Shortest time constant of a lag."""
 
 
@@ -245,7 +255,7 @@ class TransmissionState:
     slipping: bool = False
 
     @property
-    def true(self) -> bool:
+    def is_exact(self) -> bool:
         """Whether the substrate has the commanded strain."""
         return self.commanded == self.encoder_strain == self.strain and not self.slipping
 
@@ -270,50 +280,52 @@ class Transmission:
         the commanded strain, shape (m,), and `dt` has the lengths of the sub-steps.
         """
         state, last = self.state, float(commanded[-1])
-        slipping = self._slips(commanded, faults, tick)
+        slipping = self._is_slipping(commanded, faults, tick)
         faulty = slipping or faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset
-        if state.true and not faulty:
+        if state.is_exact and not faulty:
             if last != state.commanded:
                 self.state = TransmissionState(last, last, last)
             return commanded
-        motor = self._driven(commanded, dt, faults)
+        motor = self._drive_motor(commanded, dt, faults)
         wanted = np.zeros_like(motor) if slipping else motor
-        limits = self._limits(wanted, 0.0 if slipping else state.encoder_strain, dt)
-        strain = _followed(state.strain, wanted + faults.actuator_offset, limits)
+        limits = self._compute_limits(wanted, 0.0 if slipping else state.encoder_strain, dt)
+        strain = _follow_course(state.strain, wanted + faults.actuator_offset, limits)
         slipping = slipping and bool(commanded.any())  # the grip holds again after the cycle
         self.state = TransmissionState(last, float(motor[-1]), float(strain[-1]), slipping)
         return strain
 
-    def _slips(self, commanded: Array, faults: Faults, tick: int) -> bool:
+    def _is_slipping(self, commanded: Array, faults: Faults, tick: int) -> bool:
         """Return whether the grip slips: drawn when a cycle leaves zero, kept until it returns."""
         may_slip = faults.missed_cycle > 0.0 or self.state.slipping
         if may_slip and self.state.commanded == 0.0 and commanded.any():
-            return happens(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
+            return draw_event(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
         return self.state.slipping
 
-    def _driven(self, commanded: Array, dt: Array, faults: Faults) -> Array:
+    def _drive_motor(self, commanded: Array, dt: Array, faults: Faults) -> Array:
         """Return the strain of the motor at the end of every sub-step."""
         start = self.state.encoder_strain
         if faults.actuator_stuck:
             return np.full_like(commanded, start)
-        limits, share = self._limits(commanded, self.state.commanded, dt), None
+        limits, share = self._compute_limits(commanded, self.state.commanded, dt), None
         if faults.actuator_lag:
-            share = 1.0 - exponential(-dt / max(faults.actuator_lag, NO_LAG))
-        return _followed(start, commanded, limits, share)
+            share = 1.0 - exponential(-dt / max(faults.actuator_lag, MIN_TIME_CONSTANT))
+        return _follow_course(start, commanded, limits, share)
 
-    def _limits(self, course: Array, before: float, dt: Array) -> Array:
+    def _compute_limits(self, course: Array, before: float, dt: Array) -> Array:
         """Return the largest changes down and up in each sub-step, shape (2, m).
 
         The change of the course itself plus one by hand, within the rate limit of the actuator.
         """
         moves = np.diff(course, prepend=before)
-        by_hand, most = self._settings.by_hand * dt, self._settings.max_rate * dt
+        by_hand, most = self._settings.hand_rate_limit * dt, self._settings.max_rate * dt
         down = np.maximum(np.minimum(moves, 0.0) - by_hand, -most)
         up = np.minimum(np.maximum(moves, 0.0) + by_hand, most)
         return np.array((down, up))
 
 
-def _followed(start: float, wanted: Array, limits: Array, share: Array | None = None) -> Array:
+def _follow_course(
+    start: float, wanted: Array, limits: Array, share: Array | None = None
+) -> Array:
     """Return a path that follows a course, limited in each sub-step.
 
     Args:

@@ -72,7 +72,7 @@ class Base:
         """Whether it is at rest, and stays so without a message."""
         return self.state.acceleration == self.state.target == 0.0
 
-    def harmful(self, shakes: Shakes = NO_SHAKES) -> int | None:
+    def find_harmful_tick(self, shakes: Shakes = NO_SHAKES) -> int | None:
         """Return in which tick of a run with these accelerations it first shakes enough to move a
         wall; None if it does not.
         """
@@ -103,10 +103,10 @@ class Base:
         for tick in range(ticks):
             if tick in shakes:
                 self.disturb(shakes[tick])
-            courses.append(self._pass(progress))
+            courses.append(self._advance_tick(progress))
         return np.concatenate(courses)
 
-    def _pass(self, progress: Array) -> Array:
+    def _advance_tick(self, progress: Array) -> Array:
         begin, target, silence = self.state.acceleration, self.state.target, self.state.silence
         if silence >= self._patience:
             target = 0.0

@@ -29,9 +29,9 @@ from ..physics import (
     default_step,
 )
 from ..physics.energy import actuator_force
-from ..physics.equilibrium import blank
+from ..physics.equilibrium import make_blank
 from ..physics.potential import Array
-from ..schema import printable, short_repr
+from ..schema import make_printable, short_repr
 from ..settings import Settings, TimeSettings
 
 
@@ -121,7 +121,7 @@ class Driver(ABC):
         """Release the element, with zero strain; it may be called twice."""
 
 
-MOST_WORK = 10**8
+MAX_CELL_STEPS = 10**8
 """Most cell steps of a tick, with at least a thousand cells: about a quarter of a second."""
 
 
@@ -129,11 +129,11 @@ def steps_per_tick(made: Design | Specimen, time: TimeSettings) -> int:
     """Return the least number of steps of a tick that is accurate and stable.
 
     Raises:
-        SettingsError: The tick needs more than `MOST_WORK`.
+        SettingsError: The tick needs more than `MAX_CELL_STEPS`.
     """
     made = Specimen.of(made)
     dt = default_step(made, INTEGRATORS[time.integrator])
-    steps, most = math.ceil(time.tick / dt), MOST_WORK // max(made.design.N, 1000)
+    steps, most = math.ceil(time.tick / dt), MAX_CELL_STEPS // max(made.design.N, 1000)
     if steps > most:
         raise SettingsError(
             f'time.tick must be at most {most * dt:.4g}, which is {most} steps of this design; '
@@ -171,7 +171,7 @@ class Simulation(Driver):
             return cls(Chain(made, dt, integrator))
         chain = Chain(made.design, dt, integrator)
         chain.set_specimen(made)
-        chain.place(blank(made))
+        chain.place(make_blank(made))
         return cls(chain)
 
     @property
@@ -206,18 +206,18 @@ class Simulation(Driver):
         return actuator_force(self.chain)
 
 
-SIMULATION = 'sim'
+SIMULATION_NAME = 'sim'
 
-SHIPPED = {'rig': 'mlmem_ros.rig:Rig'}
+SHIPPED_DRIVERS = {'rig': 'mlmem_ros.rig:Rig'}
 
 
-def opened(
+def open_driver(
     name: str, address: str, design: Design, settings: Settings, made: Specimen | None = None
 ) -> Driver:
     """Open and return the driver of an element.
 
     Args:
-        name: 'sim', a name of `SHIPPED`, or 'package.module:Class'.
+        name: 'sim', a name of `SHIPPED_DRIVERS`, or 'package.module:Class'.
         address: Where the element is, as its driver understands it.
         settings: The instrument's settings.
         made: What a simulated element is; by default exactly as designed.
@@ -227,28 +227,28 @@ def opened(
         DriverError: The element cannot be reached.
         DesignError: The step of a simulation is beyond the stability limit.
     """
-    if name == SIMULATION:
+    if name == SIMULATION_NAME:
         if address:
             raise SettingsError(
                 f'device.address must be empty for a simulated element; got {short_repr(address)}'
             )
         return Simulation.of(made or design, settings.time)
     if made is not None:
-        raise SettingsError(f'device.specimen needs device.driver {SIMULATION}; got {name}')
-    make = loaded(name)
+        raise SettingsError(f'device.specimen needs device.driver {SIMULATION_NAME}; got {name}')
+    make = load_driver_class(name)
 
     return Watchdog(name, lambda: make(design, settings, address), settings.scale.time)
 
 
-def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
+def load_driver_class(name: str) -> Callable[[Design, Settings, str], Driver]:
     """Return the class of a driver.
 
     Raises:
         SettingsError: There is none of that name; the message says what was found.
     """
-    module, colon, kind = SHIPPED.get(name, name).partition(':')
+    module, colon, kind = SHIPPED_DRIVERS.get(name, name).partition(':')
     if not (colon and module and kind):
-        known = ', '.join((SIMULATION, *SHIPPED))
+        known = ', '.join((SIMULATION_NAME, *SHIPPED_DRIVERS))
         raise SettingsError(
             f'device.driver must be {known} or package.module:Class; got {short_repr(name)}'
         )
@@ -257,7 +257,7 @@ def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
     except AttributeError:
         raise SettingsError(f'device.driver {name}: {module} has no {kind}') from None
     except (Exception, SystemExit) as error:  # the module may raise anything
-        why = printable(repr(error), 300)
+        why = make_printable(repr(error), 300)
         raise SettingsError(f'device.driver {name}: {module} cannot be imported: {why}') from error
     if not (isinstance(found, type) and issubclass(found, Driver)):
         raise SettingsError(
@@ -269,14 +269,14 @@ def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
 
 T = TypeVar('T')
 
-PATIENCE = 10.0
+CALL_TIMEOUT_S = 10.0
 """Seconds after which a call to a driver times out."""
 
-LOOKS = 10
+TIMEOUT_PARTS = 10
 """Waits that make up a time-out: a host that is held up loses one of them, not all."""
 
 
-EXPECTED = (DriverError, SettingsError, DesignError, StateError)
+EXPECTED_ERRORS = (DriverError, SettingsError, DesignError, StateError)
 """What a driver may raise. Anything else becomes a `DriverError` that names it."""
 
 
@@ -287,7 +287,11 @@ class Watchdog(Driver):
     """
 
     def __init__(
-        self, name: str, make: Callable[[], Driver], seconds: float, patience: float = PATIENCE
+        self,
+        name: str,
+        make: Callable[[], Driver],
+        seconds: float,
+        patience: float = CALL_TIMEOUT_S,
     ) -> None:
         """Open a driver by calling `make`; its name is for messages.
 
@@ -295,7 +299,7 @@ class Watchdog(Driver):
 
         Raises:
             DriverError: It hangs, or raises something unexpected.
-            One of `EXPECTED`: As `make` raises.
+            One of `EXPECTED_ERRORS`: As `make` raises.
         """
         self._name, self._seconds, self._patience = name, seconds, patience
         self._work: SimpleQueue[Callable[[], Any] | None] = SimpleQueue()
@@ -335,17 +339,17 @@ class Watchdog(Driver):
 
     def end(self, site: int) -> float:
         """Return the displacement of an end."""
-        with self._guarded('measuring'):
+        with self._translate_errors('measuring'):
             return self.driver.end(site)
 
     def force(self) -> float | None:
         """Return the force, if it is measured."""
-        with self._guarded('measuring'):
+        with self._translate_errors('measuring'):
             return self.driver.force()
 
     def health(self) -> dict[str, float | str]:
         """Return the driver's values for diagnostics."""
-        with self._guarded('reporting'):
+        with self._translate_errors('reporting'):
             return self.driver.health()
 
     def close(self) -> None:
@@ -359,30 +363,31 @@ class Watchdog(Driver):
         if self._hangs:
             raise DriverHangs(f'the driver {self._name} hangs')
         self._work.put(work)
-        for _ in range(LOOKS):
+        for _ in range(TIMEOUT_PARTS):
             with suppress(Empty):
-                value, error = self._done.get(timeout=(self._patience + more) / LOOKS)
+                value, error = self._done.get(timeout=(self._patience + more) / TIMEOUT_PARTS)
                 break
         else:
             self._hangs = True
             raise DriverHangs(
                 f'the driver {self._name} hangs: {what} takes longer than {self._patience:g} s'
             )
-        with self._guarded(what):
+        with self._translate_errors(what):
             if error is not None:
                 raise error
         result: T = value
         return result
 
     @contextmanager
-    def _guarded(self, what: str) -> Iterator[None]:
+    def _translate_errors(self, what: str) -> Iterator[None]:
         try:
             yield
-        except EXPECTED:
+        except EXPECTED_ERRORS:
             raise
         except BaseException as error:  # whatever it is, it must not end our thread
             raise DriverError(
-                f'the driver {self._name} has failed while {what}: {printable(repr(error), 300)}'
+                f'the driver {self._name} has failed while {what}: '
+                f'{make_printable(repr(error), 300)}'
             ) from error
 
     def _run(self) -> None:

@@ -55,7 +55,7 @@ class End(str, Enum):
 
     def distance(self, design: Design, level: int) -> int:
         """Return how far a wall at a level is, in cells."""
-        return abs(design.defect(level) - self.site(design))
+        return abs(design.defect_site(level) - self.site(design))
 
     def cell(self, design: Design, distance: float) -> float:
         """Return the place of a reflector that is at some distance from it."""
@@ -68,7 +68,7 @@ class End(str, Enum):
     def probe(self, settings: Settings) -> ProbeSettings:
         """Return its pulse and detector, which depend on how walls are written."""
         probe = settings.probe if self is End.LEFT else settings.probe_right
-        return settings.read.amplify(probe) if settings.amplifies_pulses else probe
+        return settings.read.amplify_probe(probe) if settings.amplifies_pulses else probe
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ class Kick:
     It is 3 x^2 - 2 x^3 of a clock x that itself begins slowly: (1 - late) s + late s^2.
 
     Attributes:
-        speed: Mean speed; the highest is `shape.fastest` times that.
+        speed: Mean speed; the highest is `shape.peak_speed_ratio` times that.
         shape: How late it is fastest, and how long the cell is held at its target.
     """
 

@@ -17,20 +17,20 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from ..errors import Refused, SettingsError
-from ..parsing import DecodeError, decode, from_json
-from ..schema import described, descriptions
-from .faults import ENDS, HEALTHY, Faults, OfMaterial
+from ..parsing import DecodeError, decode_value, parse_json
+from ..schema import describe_field, find_descriptions
+from .faults import FAULT_ENDS, NO_FAULTS, Faults, OfMaterial
 
-UNITS = ('sensor', 'transducer', 'actuator', 'material')
+FAULT_UNITS = ('sensor', 'transducer', 'actuator', 'material')
 """What can fail."""
 
-KINDS = ('ok', 'off', 'stuck', 'garbage', 'wrong', 'slow', 'delayed', 'intermittent')
+FAILURE_KINDS = ('ok', 'off', 'stuck', 'garbage', 'wrong', 'slow', 'delayed', 'intermittent')
 """How it can fail; `ok` heals the unit."""
 
-OF_ENDS = ('sensor', 'transducer')
+END_UNITS = ('sensor', 'transducer')
 """Units that are there once at each end: what measures it, and what moves it."""
 
-MOST = 1000
+MAX_FAILURES = 1000
 """Most failures of a script."""
 
 
@@ -52,7 +52,7 @@ class Meaning(NamedTuple):
     cell: str = ''
 
 
-MEANINGS = {
+FAULT_MEANINGS = {
     ('sensor', 'off'): Meaning('sensor_off', 'the signal is 0', True, False),
     ('sensor', 'stuck'): Meaning('sensor_dropout', 'it freezes at its last sample', 1.0, False),
     ('sensor', 'garbage'): Meaning('sensor_noise', 'noise; severity: standard deviation', 1.0),
@@ -98,10 +98,10 @@ class Failure:
         severity: How badly, in the unit of the fault; None for the usual.
     """
 
-    unit: str = described(MISSING, 'what fails', choices=UNITS)
-    failure: str = described(MISSING, 'how it fails', choices=KINDS)
-    tick: int = described(0, 'when, in ticks after the script begins', low=0, high=2**53)
-    instance: int = described(
+    unit: str = describe_field(MISSING, 'what fails', choices=FAULT_UNITS)
+    failure: str = describe_field(MISSING, 'how it fails', choices=FAILURE_KINDS)
+    tick: int = describe_field(0, 'when, in ticks after the script begins', low=0, high=2**53)
+    instance: int = describe_field(
         0, 'sensor, transducer: 0 both, 1 left, 2 right; material: the cell', low=0, high=100_000
     )
     severity: float | None = None
@@ -113,95 +113,101 @@ class Failure:
             Refused: There is none such here, or a value is out of range.
         """
         if self.failure == 'ok':
-            self._heals(faults)
-            return dataclasses.replace(faults, **{name: _HEALTHY[name] for name in of(self.unit)})
-        if (meaning := MEANINGS.get((self.unit, self.failure))) is None:
-            known = ', '.join(failure for unit, failure in MEANINGS if unit == self.unit)
+            self._check_repair(faults)
+            return dataclasses.replace(
+                faults, **{name: _HEALTHY_VALUES[name] for name in list_fault_fields(self.unit)}
+            )
+        if (meaning := FAULT_MEANINGS.get((self.unit, self.failure))) is None:
+            known = ', '.join(failure for unit, failure in FAULT_MEANINGS if unit == self.unit)
             raise Refused(f'{self.unit} cannot be {self.failure}, only {known}, or ok')
-        given = self._given(meaning)
+        given = self._select_severity(meaning)
         try:
-            return dataclasses.replace(faults, **given | self._which(meaning, faults))
+            return dataclasses.replace(faults, **given | self._select_instance(meaning, faults))
         except SettingsError as error:
             raise Refused(f'{self.unit} {self.failure}: {error}') from error
 
-    def _heals(self, faults: Faults) -> None:
+    def _check_repair(self, faults: Faults) -> None:
         """Raise `Refused` if only a part of the unit is to be healed, or by a measure."""
-        whole = self.unit in OF_ENDS and ENDS.index(getattr(faults, f'{self.unit}_end'))
+        whole = self.unit in END_UNITS and FAULT_ENDS.index(getattr(faults, f'{self.unit}_end'))
         if self.instance not in (0, whole) or self.severity is not None:
             raise Refused(
                 f'{self.unit} ok heals all of it: it takes no severity, and no instance but '
                 f'that which fails; got instance {self.instance}'
             )
 
-    def _given(self, meaning: Meaning) -> dict[str, Any]:
+    def _select_severity(self, meaning: Meaning) -> dict[str, Any]:
         if self.severity is None:
             return {} if meaning.severity is None else {meaning.fault: meaning.severity}
         if not meaning.scaled:
             raise Refused(f'{self.unit} {self.failure} has no severity; got {self.severity:g}')
         return {meaning.fault: self.severity}
 
-    def _which(self, meaning: Meaning, faults: Faults) -> dict[str, Any]:
+    def _select_instance(self, meaning: Meaning, faults: Faults) -> dict[str, Any]:
         """Return what the instance sets."""
         if meaning.cell:
             if not self.instance:
                 raise Refused(f'{self.unit} {self.failure} needs the site of a cell as instance')
             return {meaning.cell: self.instance}
-        instances = len(ENDS) if self.unit in OF_ENDS else 2
+        instances = len(FAULT_ENDS) if self.unit in END_UNITS else 2
         if self.instance >= instances or (self.unit == 'material' and self.instance):
             raise Refused(f'{self.unit} {self.failure} has no instance {self.instance}')
-        if self.unit not in OF_ENDS:
+        if self.unit not in END_UNITS:
             return {}
         which = f'{self.unit}_end'
-        end, faulty = ENDS[self.instance], getattr(faults, which)
-        if end != faulty and any(name.startswith(self.unit) for name in faults.active()):
+        end, faulty = FAULT_ENDS[self.instance], getattr(faults, which)
+        if end != faulty and any(name.startswith(self.unit) for name in faults.list_active()):
             raise Refused(f'the {self.unit} of {faulty} fails: heal it before that of {end} does')
         return {which: end}
 
 
-def of(unit: str) -> list[str]:
+def list_fault_fields(unit: str) -> list[str]:
     """Return the fields of `Faults` that are faults of a unit."""
     return [
         field.name
-        for field, description in descriptions(HEALTHY)
+        for field, description in find_descriptions(NO_FAULTS)
         if field.name != 'seed'
         and unit
         == (
             'material' if isinstance(description, OfMaterial)
-            else part if (part := field.name.partition('_')[0]) in OF_ENDS else 'actuator'
+            else part if (part := field.name.partition('_')[0]) in END_UNITS else 'actuator'
         )
     ]  # fmt: skip
 
 
-_HEALTHY = dataclasses.asdict(HEALTHY)
+_HEALTHY_VALUES = dataclasses.asdict(NO_FAULTS)
 
 
-def parsed(text: str) -> tuple[Failure, ...]:
+def parse_script(text: str) -> tuple[Failure, ...]:
     """Return the failures of a script, a list of them as JSON, in their order.
 
     Raises:
         Refused: It is none, or its ticks decrease.
     """
     try:
-        return script_of(from_json(text))
+        return decode_script(parse_json(text))
     except DecodeError as error:
         raise Refused(str(error)) from error
 
 
-def script_of(data: Any) -> tuple[Failure, ...]:
+def decode_script(data: Any) -> tuple[Failure, ...]:
     """Return the failures of a script, given as plain values.
 
     Raises:
         DecodeError: It is none, or its ticks decrease.
     """
-    script: tuple[Failure, ...] = decode(tuple[Failure, ...], data, 'script')
-    if not 0 < len(script) <= MOST:
-        raise DecodeError(f'a script must have from 1 to {MOST} failures; got {len(script)}')
+    script: tuple[Failure, ...] = decode_value(tuple[Failure, ...], data, 'script')
+    if not 0 < len(script) <= MAX_FAILURES:
+        raise DecodeError(
+            f'a script must have from 1 to {MAX_FAILURES} failures; got {len(script)}'
+        )
     if any(late.tick < early.tick for early, late in pairwise(script)):
         raise DecodeError('the ticks of a script must not decrease')
     return script
 
 
-def course(script: Sequence[Failure], faults: Faults, begin: int = 0) -> list[tuple[int, Faults]]:
+def schedule_faults(
+    script: Sequence[Failure], faults: Faults, begin: int = 0
+) -> list[tuple[int, Faults]]:
     """Return all faults from each tick of a script on, if some are there when it begins.
 
     Raises:

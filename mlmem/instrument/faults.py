@@ -3,8 +3,8 @@
 """Faults of a device. The defaults describe a healthy one.
 
 Each fault acts in one place: on the transducers' signals (`Sensors`), on how they move an end
-(`moved`), between actuator and substrate (`actuator`), or in the material (`with_faults`). The
-device does not know its own faults; it has to detect them.
+(`apply_transducer_faults`), between actuator and substrate (`actuator`), or in the material
+(`apply_faults`). The device does not know its own faults; it has to detect them.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from ..errors import Checked, SettingsError
 from ..physics import HeldCell, Scatter, Specimen, scattered
 from ..physics.formulas import exponential
 from ..physics.potential import Array
-from ..rng import Stream, happens, normal
-from ..schema import Description, described, descriptions, fields_in
+from ..rng import Stream, draw_event, draw_normal
+from ..schema import Description, describe_field, find_descriptions, make_field_factory
 from .end import End
 
 
@@ -36,13 +36,13 @@ class OfMaterial(Description):
     cell: bool = False
 
 
-ENDS = ('both', 'left', 'right')
+FAULT_ENDS = ('both', 'left', 'right')
 """The transducers by instance."""
 
-_time = fields_in('time', 0.0, 1e6)
-_probability = fields_in('', 0.0, 1.0)
-_of_material = fields_in('', 0.0, 0.5, kind=OfMaterial)
-_cell = fields_in('', 0, 100_000, kind=OfMaterial, cell=True)
+_time = make_field_factory('time', 0.0, 1e6)
+_probability = make_field_factory('', 0.0, 1.0)
+_of_material = make_field_factory('', 0.0, 0.5, kind=OfMaterial)
+_cell = make_field_factory('', 0, 100_000, kind=OfMaterial, cell=True)
 
 
 @dataclass(frozen=True)
@@ -52,29 +52,33 @@ class Faults(Checked):
     Random events depend only on `seed` and the tick, so a replay meets the same faults.
     """
 
-    sensor_noise: float = described(
+    sensor_noise: float = describe_field(
         0.0, 'standard deviation of the noise of the signal', unit='cells', low=0.0, high=1.0
     )
     sensor_dropout: float = _probability(
         0.0, 'probability that the signal freezes at its last sample for a tick'
     )
-    sensor_end: str = described('both', 'the transducer whose signal is faulty', choices=ENDS)
-    sensor_off: bool = described(False, 'the signal is 0')
-    sensor_gain: float = described(
+    sensor_end: str = describe_field(
+        'both', 'the transducer whose signal is faulty', choices=FAULT_ENDS
+    )
+    sensor_off: bool = describe_field(False, 'the signal is 0')
+    sensor_gain: float = describe_field(
         1.0, 'the signal, relative to the displacement', low=-10.0, high=10.0
     )
     sensor_lag: float = _time(0.0, "time constant of the signal's lag")
     sensor_delay: float = _time(0.0, 'how late the signal is', high=1e4)
-    transducer_end: str = described('both', 'the transducer that drives badly', choices=ENDS)
-    transducer_off: bool = described(False, 'it leaves its end free')
-    transducer_gain: float = described(
+    transducer_end: str = describe_field(
+        'both', 'the transducer that drives badly', choices=FAULT_ENDS
+    )
+    transducer_off: bool = describe_field(False, 'it leaves its end free')
+    transducer_gain: float = describe_field(
         1.0, 'its way, relative to what was asked for', low=-2.0, high=2.0
     )
-    actuator_offset: float = described(
+    actuator_offset: float = describe_field(
         0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
     )
     actuator_lag: float = _time(0.0, "time constant of the actuator's lag")
-    actuator_stuck: bool = described(False, 'the actuator does not move')
+    actuator_stuck: bool = describe_field(False, 'the actuator does not move')
     missed_cycle: float = _probability(
         0.0, 'probability that the grip slips for a whole strain cycle'
     )
@@ -91,11 +95,11 @@ class Faults(Checked):
     )
     disorder_s: float = _of_material(0.0, 'standard deviation of every substrate spring, relative')
     damping_factor: float = _of_material(1.0, "damping, relative to the design's", high=100.0)
-    seed: int = described(
+    seed: int = describe_field(
         0, 'seed of the random numbers: noise, drop-out, slips, disorder', low=0, high=2**31 - 1
     )
 
-    def active(self) -> dict[str, Any]:
+    def list_active(self) -> dict[str, Any]:
         """Return the active faults by name; empty for a healthy device.
 
         The seed alone is not a fault, nor is the factor of an absent weak cell, nor the end of an
@@ -113,10 +117,10 @@ class Faults(Checked):
                 found.pop(f'{part}_end')
         return found
 
-    def of_the_material(self) -> dict[str, Any]:
+    def list_material_faults(self) -> dict[str, Any]:
         """Return the active faults that a real element cannot have, by name."""
-        active = self.active()
-        rows = descriptions(self)
+        active = self.list_active()
+        rows = find_descriptions(self)
         return {
             field.name: active[field.name]
             for field, row in rows
@@ -124,24 +128,24 @@ class Faults(Checked):
         }
 
     @cached_property
-    def only_of_the_material(self) -> bool:
+    def has_only_material_faults(self) -> bool:
         """Whether strain, signals and driven ends are free of faults."""
-        return self.active() == self.of_the_material()
+        return self.list_active() == self.list_material_faults()
 
-    def same_material(self, other: Faults) -> bool:
+    def has_same_material(self, other: Faults) -> bool:
         """Whether the material is the same with other faults."""
-        material = self.of_the_material()
-        same = material == other.of_the_material()
+        material = self.list_material_faults()
+        same = material == other.list_material_faults()
         return same and (self.seed == other.seed or not material)
 
 
-HEALTHY = Faults()
+NO_FAULTS = Faults()
 
-NOTHING: Array = np.empty((2, 0))
+NO_SAMPLES: Array = np.empty((2, 0))
 """What a signal that is not late has still to show."""
 
 
-def with_faults(made: Specimen, faults: Faults) -> Specimen:
+def apply_faults(made: Specimen, faults: Faults) -> Specimen:
     """Return the material `made` with its faults.
 
     Raises:
@@ -171,13 +175,13 @@ def with_faults(made: Specimen, faults: Faults) -> Specimen:
     )  # fmt: skip
 
 
-def moved(asked: HeldCell, start: Array, faults: Faults) -> HeldCell | None:
+def apply_transducer_faults(asked: HeldCell, start: Array, faults: Faults) -> HeldCell | None:
     """Return how a transducer moves its end for a motion; None if it leaves the end free.
 
     `start` is displacement and velocity at which the motion began, shape (2, 1).
     """
     end = 'left' if asked.site == 1 else 'right'
-    if faults.only_of_the_material or faults.transducer_end not in ('both', end):
+    if faults.has_only_material_faults or faults.transducer_end not in ('both', end):
         return asked
     if faults.transducer_off:
         return None
@@ -196,7 +200,7 @@ class Sensors:
     def __init__(self, dt: float) -> None:
         """Watch ends whose samples are `dt` apart."""
         self.dt = dt
-        self.late: Array = NOTHING
+        self.late: Array = NO_SAMPLES
         self.slow: Array | None = None
 
     def delay(self, faults: Faults) -> int:
@@ -208,33 +212,33 @@ class Sensors:
         where they are unless they stay slow.
         """
         if self.late.shape[1] != self.delay(faults):
-            self.late = NOTHING
+            self.late = NO_SAMPLES
         if not faults.sensor_lag:
             self.slow = None
 
-    def sense(self, ends: Array, last: Array, faults: Faults, tick: int) -> Array:
+    def apply_sensor_faults(self, ends: Array, last: Array, faults: Faults, tick: int) -> Array:
         """Return the samples of both ends in a tick, shape (2, steps), as transducers with faults
         measure them.
 
         `ends` are the true displacements, and `last` the last samples before, shape (2,).
         """
-        if faults.only_of_the_material:
+        if faults.has_only_material_faults:
             return ends
-        present = self._delayed(ends, last, self.delay(faults))
+        present = self._delay_signal(ends, last, self.delay(faults))
         found = 0.0 * present if faults.sensor_off else faults.sensor_gain * present
         if faults.sensor_lag:
-            found = self._slowed(found, last, faults.sensor_lag)
-        if happens(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
+            found = self._lag_signal(found, last, faults.sensor_lag)
+        if draw_event(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
             found = np.repeat(last[:, None], ends.shape[1], axis=1)
         elif faults.sensor_noise:
-            noise = normal(ends.shape, faults.seed, tick, Stream.NOISE)
+            noise = draw_normal(ends.shape, faults.seed, tick, Stream.NOISE)
             found = found + faults.sensor_noise * noise
         if faults.sensor_end != 'both':
             sound = End(faults.sensor_end).opposite.row
             found[sound] = ends[sound]
         return found
 
-    def _delayed(self, ends: Array, last: Array, m: int) -> Array:
+    def _delay_signal(self, ends: Array, last: Array, m: int) -> Array:
         """Return what is shown m samples late; a delay begins with the last sample before."""
         if self.late.shape[1] != m:
             self.late = np.repeat(last[:, None], m, axis=1)
@@ -242,7 +246,7 @@ class Sensors:
         self.late = shown[:, ends.shape[1] :].copy()
         return shown[:, : ends.shape[1]]
 
-    def _slowed(self, wanted: Array, last: Array, constant: float) -> Array:
+    def _lag_signal(self, wanted: Array, last: Array, constant: float) -> Array:
         """Return a signal behind a first-order lag, which begins with the last sample before."""
         kept = float(exponential(np.array([-self.dt / constant]))[0])
         found, at = np.empty_like(wanted), last if self.slow is None else self.slow

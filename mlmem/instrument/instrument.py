@@ -15,35 +15,35 @@ import numpy as np
 from ..commands import Progress
 from ..errors import Astray, DriverError, Refused, SettingsError
 from ..physics import CASE_II, Chain, Design, DesignError, Specimen, StateError, substep_times
-from ..physics.equilibrium import blank
-from ..physics.jit import kernel
+from ..physics.equilibrium import make_blank
+from ..physics.jit import compile_kernel
 from ..physics.potential import Array
-from ..readers.decoding import REST_TOLERANCE, phase_of
+from ..readers.decoding import REST_TOLERANCE, find_phase
 from ..readers.echo import listening_time
 from ..settings import ScaleSettings, Settings
 from .actuator import Actuator, Transmission, TransmissionState
 from .base import NO_SHAKES, Base, BaseState, Shakes
 from .drivers import Driver, Simulation
 from .end import End
-from .faults import HEALTHY, Faults, Sensors, with_faults
-from .transducer import LONG_AGO, Transducer
+from .faults import NO_FAULTS, Faults, Sensors, apply_faults
+from .transducer import UNLIMITED_SAMPLES, Transducer
 
-LONGEST_RUN = 50
+MAX_RUN_TICKS = 50
 """Most ticks of a run: their strains fit into a cache."""
 
-FARTHEST = 1e6
+MAX_DISPLACEMENT_CELLS = 1e6
 """Largest possible end displacement in cells."""
 
-SLOW = 1e-5
+MIN_EXCITING_SPEED = 1e-5
 """Speed of the substrate's end, in cells per time unit, up to which it excites no waves."""
 
-JUMP = {End.LEFT: 0.1, End.RIGHT: REST_TOLERANCE}
+MAX_PHASE_OFFSET = {End.LEFT: 0.1, End.RIGHT: REST_TOLERANCE}
 """Largest offset of an end from a ground state, as a fraction of their distance, with which it is
 driven about its rest. At the left a strain moves it by 0.06, and a pulse that begins with a jump
 of 0.13 takes a wall at level 0 of `bits_1` or `bits_4` away; the right one follows the substrate,
 whose strain may have an offset that the encoder does not see."""
 
-EARLY = 1e-6
+TICK_TOLERANCE = 1e-6
 """Tolerance in ticks against rounding of the clock: rather early than late."""
 
 
@@ -78,21 +78,21 @@ class Instrument:
             settings = replace(settings, actuator=replace(settings.actuator, present=False))
         self.settings = settings
         self.made = self.chain.specimen if self.simulated else Specimen(design)
-        self.steps_per_tick = _samples(self.tick, self.driver.dt)
+        self.steps_per_tick = _count_samples(self.tick, self.driver.dt)
         self.actuator = Actuator(settings.actuator)
         self.transmission = Transmission(settings.actuator)
         self.base = Base(settings.disturbance, self.tick, design.holding_force)
-        self.faults = HEALTHY
+        self.faults = NO_FAULTS
         self.sensors = Sensors(self.driver.dt)
         self.transducer = Transducer(design, settings, self.driver)
         self.ticks = 0
         self.computed = 0
-        self.last_moved = -LONG_AGO
+        self.last_moved = -UNLIMITED_SAMPLES
         self.substrate_speed = 0.0
         self.progress = Progress()
         self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
         self._substeps = np.diff(self._times, prepend=0.0)
-        self._excites = SLOW * self._substeps
+        self._excites = MIN_EXCITING_SPEED * self._substeps
         self._progress = self._times / self.tick
 
     @property
@@ -119,37 +119,39 @@ class Instrument:
     @property
     def still(self) -> bool:
         """Whether strain and base stand still."""
-        return not self.actuator.moving and self.base.still
+        return not self.actuator.is_moving and self.base.still
 
     @property
     def at_rest(self) -> bool:
         """Whether ticks change nothing but clocks until something is set."""
         actuator = self.actuator
-        if actuator.moving or not (self.base.still and self.transducer.at_rest and self.faultless):
+        if actuator.is_moving or not (
+            self.base.still and self.transducer.at_rest and self.is_faultless
+        ):
             return False
         goal = actuator.goal
         V_N = goal * self.design.end_displacement(1.0)
         if goal != self.transmission.state.commanded or not self.driver.at_rest(V_N):
             return False
-        return self.transducer.at_its_samples
+        return self.transducer.has_last_displacements
 
     @property
-    def faultless(self) -> bool:
+    def is_faultless(self) -> bool:
         """Whether the strain and the samples are free of faults."""
-        return self.transmission.state.true and self.faults.only_of_the_material
+        return self.transmission.state.is_exact and self.faults.has_only_material_faults
 
-    def passage(self, end: End) -> float:
+    def passage_time(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the far end, at the most."""
         return listening_time(self.design, self.transducer.probes[end], end)
 
-    def next_look(self, remaining: float) -> int:
+    def count_ticks_to_check(self, remaining: float) -> int:
         """Return after how many ticks to check something that takes this long; never too many."""
-        return max(1, math.floor(remaining / self.tick - EARLY) + 1)
+        return max(1, math.floor(remaining / self.tick - TICK_TOLERANCE) + 1)
 
     def phase(self, end: End) -> int | None:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
         substrate = end.displacement(self.design, self.transmission.encoder)
-        return phase_of(self.design, self.transducer.rest(end) - substrate)
+        return find_phase(self.design, self.transducer.rest(end) - substrate)
 
     def require_phase(self, end: End) -> None:
         """Make sure that an end rests where a pulse about its rest begins without a jump.
@@ -158,7 +160,7 @@ class Instrument:
             Astray: It does not, or a transducer shows it elsewhere.
         """
         rest = self.transducer.rest(end) - end.displacement(self.design, self.transmission.encoder)
-        if phase_of(self.design, rest, JUMP[end]) is None:
+        if find_phase(self.design, rest, MAX_PHASE_OFFSET[end]) is None:
             raise Astray(
                 f'the {end} end rests in neither phase, at {rest:.2f} cells: no pulse is fired '
                 'there, which would begin with a jump'
@@ -171,10 +173,10 @@ class Instrument:
             Refused: The design has no such cell, the step is too long for this material, or the
                 element is real.
         """
-        if not self.simulated and (wrong := faults.of_the_material()):
+        if not self.simulated and (wrong := faults.list_material_faults()):
             raise Refused(f'faults: {", ".join(wrong)} apply only to a simulated element')
         try:
-            specimen = with_faults(self.made, faults)
+            specimen = apply_faults(self.made, faults)
             if (chain := self.driver.chain) is not None:
                 chain.check(specimen)
         except (SettingsError, DesignError) as error:
@@ -190,18 +192,18 @@ class Instrument:
         self.sensors.change(faults)
         self.faults = faults
 
-    def renew(self) -> None:
+    def replace_element(self) -> None:
         """Put a fresh blank element, unstrained and at rest, in the place of a simulated one.
 
         Raises:
             Refused: The element is real.
         """
-        self.chain.place(blank(self.made))
+        self.chain.place(make_blank(self.made))
         self.actuator.hold(0.0)
         self.transmission.state = TransmissionState()
         self.transducer.release()
-        self.transducer.assume_rest()
-        self.last_moved = -LONG_AGO
+        self.transducer.assume_equilibrium()
+        self.last_moved = -UNLIMITED_SAMPLES
 
     def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
         """Let ticks pass, with accelerations as for `Base.advance`; while it is `faultless`, in
@@ -221,21 +223,21 @@ class Instrument:
             self.substrate_speed = 0.0
             return
         try:
-            if ticks > 1 and self.faultless:
+            if ticks > 1 and self.is_faultless:
                 try:
-                    self._pass(ticks, shakes)
+                    self._advance_run(ticks, shakes)
                 except StateError:
                     pass  # tick by tick shows which one fails
                 else:
                     return
             for tick in range(ticks):
-                self._pass(1, {0: shakes[tick]} if tick in shakes else NO_SHAKES)
+                self._advance_run(1, {0: shakes[tick]} if tick in shakes else NO_SHAKES)
         except (StateError, DriverError) as error:
             self.actuator.hold(self.actuator.strain)
-            self.stand_still(str(error))
+            self.stop_after_failure(str(error))
             raise
 
-    def _pass(self, ticks: int, shakes: Shakes) -> None:
+    def _advance_run(self, ticks: int, shakes: Shakes) -> None:
         """Let ticks pass in one run; on `StateError` nothing is changed."""
         actuator, transmission, transducer = self.actuator, self.transmission, self.transducer
         before = actuator.state, transmission.state, transducer.held, self.base.state
@@ -253,28 +255,28 @@ class Instrument:
             actuator.state, transmission.state, transducer.held, self.base.state = before
             raise
         if not self.simulated:
-            _check(ends, ticks * self.steps_per_tick)
+            _check_samples(ends, ticks * self.steps_per_tick)
         before_last = start if ticks == 1 else V_N[-len(self._times) - 1]
         self.substrate_speed = (float(V_N[-1]) - float(before_last)) / self.tick
         shaken = 0 if shake is None else len(np.trim_zeros(shake, 'b'))
         strained = before[1].strain * self.design.end_displacement(1.0)
-        if moved := max(_last_moved(V_N, strained, self._excites), shaken):
+        if moved := max(_find_last_motion(V_N, strained, self._excites), shaken):
             self.last_moved = self.ticks + math.ceil(moved / len(self._times))
         last = transducer.recent[:, -1]
-        heard = self.sensors.sense(ends, last, self.faults, self.ticks)
+        heard = self.sensors.apply_sensor_faults(ends, last, self.faults, self.ticks)
         transducer.record(heard, ticks, self.driver.interrupted)
         self.ticks += ticks
         self.computed = self.ticks
 
-    def stand_still(self, why: str) -> None:
+    def stop_after_failure(self, why: str) -> None:
         """End everything under way after a failed tick."""
         self.base.state = BaseState()
         self.substrate_speed = 0.0
         self.transducer.release()
 
 
-@kernel
-def _last_moved(V_N: Array, start: float, excites: Array) -> int:
+@compile_kernel
+def _find_last_motion(V_N: Array, start: float, excites: Array) -> int:
     """Return how many values there are up to the last towards which the substrate moves.
 
     A lagging actuator approaches its set-point for ever; what excites no waves does not count.
@@ -286,7 +288,7 @@ def _last_moved(V_N: Array, start: float, excites: Array) -> int:
     return 0
 
 
-def _samples(tick: float, dt: float) -> int:
+def _count_samples(tick: float, dt: float) -> int:
     """Return how many samples a tick has."""
     samples = max(1, round(tick / dt))
     if not math.isclose(samples * dt, tick, rel_tol=1e-9):
@@ -296,15 +298,16 @@ def _samples(tick: float, dt: float) -> int:
     return samples
 
 
-def _check(ends: Array, samples: int) -> None:
+def _check_samples(ends: Array, samples: int) -> None:
     """Raise `DriverError` for impossible samples of a real element."""
     if np.shape(ends) != (2, samples):
         raise DriverError(
             f'the driver must return {samples} samples of both ends; got shape {np.shape(ends)}'
         )
-    if not (np.abs(ends) <= FARTHEST).all():  # false for NaN, too
+    if not (np.abs(ends) <= MAX_DISPLACEMENT_CELLS).all():  # false for NaN, too
         raise DriverError(
-            f'the driver must return displacements of at most {FARTHEST:g} cells; got more, or NaN'
+            f'the driver must return displacements of at most {MAX_DISPLACEMENT_CELLS:g} cells; '
+            f'got more, or NaN'
         )
 
 

@@ -4,8 +4,8 @@
 
 The actuator plays a `Ramp`, which is smooth, or a `Profile`, which goes through timed points. A
 `Cycle` is a sequence of ramps and waits: procedures play it tick by tick; analysis and figures
-compute its strain in advance. A pulse of any shape is a cycle: `Cycle.through([(peak, 400.0),
-(peak, 60.0), (-0.1 * peak, 20.0), (0.0, 20.0)])`.
+compute its strain in advance. A pulse of any shape is a cycle: `Cycle.build_from_targets([(peak,
+400.0), (peak, 60.0), (-0.1 * peak, 20.0), (0.0, 20.0)])`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from ..move_settings import CycleSettings
-from ..physics.jit import kernel
+from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 
 SMOOTH_PEAK_RATE = 1.5
@@ -38,7 +38,9 @@ class Ramp:
     duration: float
 
     @classmethod
-    def limited(cls, start: float, target: float, duration: float, max_rate: float) -> Ramp:
+    def build_rate_limited(
+        cls, start: float, target: float, duration: float, max_rate: float
+    ) -> Ramp:
         """Return a move of a given duration, or longer if the rate limit requires it."""
         least = SMOOTH_PEAK_RATE * abs(target - start) / max_rate
         return cls(start, target, max(duration, least))
@@ -51,12 +53,12 @@ class Ramp:
     def strain(self, t: Array) -> Array:
         """Return the strain at the times since the motion began; the target afterwards."""
         strain = np.array(t, dtype=np.float64)
-        _smooth(strain.reshape(-1), self.start, self.target, self.duration)
+        _evaluate_ramp(strain.reshape(-1), self.start, self.target, self.duration)
         return strain
 
 
-@kernel
-def _smooth(t: Array, start: float, target: float, duration: float) -> None:
+@compile_kernel
+def _evaluate_ramp(t: Array, start: float, target: float, duration: float) -> None:
     """Replace times by the strains of a ramp."""
     for k in range(len(t)):
         x = t[k] / duration if t[k] < duration else 1.0
@@ -64,7 +66,7 @@ def _smooth(t: Array, start: float, target: float, duration: float) -> None:
         t[k] = start + (target - start) * progress if x < 1.0 else target
 
 
-def shaped(ramp: Ramp, delay: float) -> Profile:
+def shape_ramp(ramp: Ramp, delay: float) -> Profile:
     """Return a smooth move in two half steps, the second of which cancels ringing of the first; it
     takes the delay between them longer.
 
@@ -93,7 +95,7 @@ class Cycle:
     motions: tuple[Ramp, ...]
 
     @classmethod
-    def through(
+    def build_from_targets(
         cls, legs: Iterable[tuple[float, float]], start: float = 0.0, max_rate: float = math.inf
     ) -> Cycle:
         """Return the cycle through targets.
@@ -105,23 +107,25 @@ class Cycle:
         """
         motions = []
         for target, duration in legs:
-            motions.append(Ramp.limited(start, target, duration, max_rate))
+            motions.append(Ramp.build_rate_limited(start, target, duration, max_rate))
             start = target
         return cls(tuple(motions))
 
     @classmethod
-    def planned(cls, times: CycleSettings, peak: float, max_rate: float = math.inf) -> Cycle:
+    def plan_cycle(cls, times: CycleSettings, peak: float, max_rate: float = math.inf) -> Cycle:
         """Return a strain cycle: up to a peak (negative for compression), hold, back (with an
         optional pause), settle; ramps that exceed the rate limit take longer.
         """
-        rise = cls.through([(peak, times.ramp), (peak, times.hold)], 0.0, max_rate)
+        rise = cls.build_from_targets([(peak, times.ramp), (peak, times.hold)], 0.0, max_rate)
         return rise + cls.release(times, peak, max_rate)
 
     @classmethod
     def release(cls, times: CycleSettings, strain: float, max_rate: float = math.inf) -> Cycle:
         """Return the way back of a strain cycle, from a strain to zero, and the rest after it."""
         ease = [(times.ease_to * strain, times.ease)] if times.ease else []
-        return cls.through([*ease, (0.0, times.release), (0.0, times.settle)], strain, max_rate)
+        return cls.build_from_targets(
+            [*ease, (0.0, times.release), (0.0, times.settle)], strain, max_rate
+        )
 
     def __add__(self, other: Cycle) -> Cycle:
         return Cycle(self.motions + other.motions)
@@ -185,7 +189,7 @@ class Profile:
     def strain(self, t: Array) -> Array:
         """Return the strain at the times since the move began; the target afterwards."""
         strain = np.array(t, dtype=np.float64)
-        _cubic(strain.reshape(-1), *self._segments, self.duration, self.target)
+        _evaluate_cubic(strain.reshape(-1), *self._segments, self.duration, self.target)
         return strain
 
     @cached_property
@@ -198,22 +202,22 @@ class Profile:
         c2 = (rise - early) - c3
         return np.array(self.times[:-1]), widths, np.stack((self.strains[:-1], early, c2, c3))
 
-    def extremes(self) -> tuple[Array, Array]:
+    def find_extremes(self) -> tuple[Array, Array]:
         """Return the greatest magnitudes of strain and rate in every segment, shape (k,) each."""
         with np.errstate(all='ignore'):  # lines have no turning points, steps no finite rate
             _, widths, (c0, c1, c2, c3) = self._segments
-            fastest = _within(-c2 / (3.0 * c3))
+            fastest = _clip_turning_points(-c2 / (3.0 * c3))
             root = np.sqrt(c2 * c2 - 3.0 * c1 * c3)
             both = -(c2 + np.copysign(root, c2))  # without cancellation
-            turns = (_within(both / (3.0 * c3)), _within(c1 / both))
+            turns = (_clip_turning_points(both / (3.0 * c3)), _clip_turning_points(c1 / both))
             ends = (np.zeros_like(c0), np.ones_like(c0))
             strains = [c0 + x * (c1 + x * (c2 + x * c3)) for x in (*ends, *turns)]
             rates = [(c1 + x * (2.0 * c2 + x * 3.0 * c3)) / widths for x in (*ends, fastest)]
         return np.abs(strains).max(axis=0), np.abs(rates).max(axis=0)
 
 
-@kernel
-def _cubic(
+@compile_kernel
+def _evaluate_cubic(
     t: Array, starts: Array, widths: Array, cubics: Array, duration: float, target: float
 ) -> None:
     """Replace times, mostly in order, by the strains of a profile."""
@@ -230,7 +234,7 @@ def _cubic(
             t[k] = target
 
 
-def _within(x: Array) -> Array:
+def _clip_turning_points(x: Array) -> Array:
     """Return turning points, those outside of their segment or missing moved to its start."""
     return np.where((x > 0.0) & (x < 1.0), x, 0.0)
 

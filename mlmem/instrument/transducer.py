@@ -17,15 +17,15 @@ from ..move_settings import ClearingPulseSettings
 from ..physics import Design, HeldCell, substep_times
 from ..physics.formulas import exponential
 from ..physics.potential import Array
-from ..physics.waves import band
-from ..readers.echo import FAINTEST, EchoDetector, loudness, weights
-from ..schema import described
+from ..physics.waves import pass_band
+from ..readers.echo import MIN_THRESHOLD_CELLS, EchoDetector, carrier_amplitudes, compute_weights
+from ..schema import describe_field
 from ..settings import ProbeSettings, Settings
 from .drivers import Driver
 from .end import BoundaryMotion, End, Kick, Move, Pulse, WaveformRecorder
-from .faults import HEALTHY, Faults, moved
+from .faults import NO_FAULTS, Faults, apply_transducer_faults
 
-LONG_AGO = 2**53
+UNLIMITED_SAMPLES = 2**53
 """More samples than are ever taken."""
 
 
@@ -33,16 +33,16 @@ LONG_AGO = 2**53
 class Returns:
     """What is known of the waves that an end may still see."""
 
-    bound: float = described(
+    bound: float = describe_field(
         MISSING,
         'greatest mean |v| of the carrier in a tick that may still arrive, in cells',
         low=0.0,
     )
-    since: int = described(MISSING, 'samples since the end was last driven', low=0)
-    seen: int = described(MISSING, 'samples in which that motion itself is seen', low=0)
+    since: int = describe_field(MISSING, 'samples since the end was last driven', low=0)
+    seen: int = describe_field(MISSING, 'samples in which that motion itself is seen', low=0)
 
 
-NOTHING = Returns(0.0, LONG_AGO, 0)
+NO_RETURNS = Returns(0.0, UNLIMITED_SAMPLES, 0)
 """Of an end that was never driven."""
 
 
@@ -62,8 +62,8 @@ class Reverberation:
 
     def __init__(self, design: Design, probe: ProbeSettings, dt: float) -> None:
         """Follow an end that is at rest, for the echoes of a probe, sampled at intervals dt."""
-        self.returns = NOTHING
-        self._weights = weights(probe, dt)
+        self.returns = NO_RETURNS
+        self._weights = compute_weights(probe, dt)
         self._loss = 0.5 * design.eta * dt
         self._kept: dict[int, float] = {}
         self.gain = math.sqrt(float(np.square(self._weights).sum()))
@@ -73,11 +73,11 @@ class Reverberation:
         """Ignore the end while it is driven, for some samples: its waves are yet to return."""
         self.returns = Returns(self.returns.bound, 0, samples + self.memory)
 
-    def returned(self) -> None:
+    def mark_returned(self) -> None:
         """Take note that the waves of its last motion have come back, so that they are bounded."""
-        self.returns = replace(self.returns, since=LONG_AGO)
+        self.returns = replace(self.returns, since=UNLIMITED_SAMPLES)
 
-    def fades(self, limit: float) -> int:
+    def count_fading_samples(self, limit: float) -> int:
         """Return after how many samples the bound is at a limit at the earliest; it may be never.
 
         Without damping, waves are bounded by what they were.
@@ -85,55 +85,57 @@ class Reverberation:
         if self.returns.bound <= limit:
             return 0
         if self._loss == 0.0:
-            return LONG_AGO
+            return UNLIMITED_SAMPLES
         return max(1, math.floor(math.log(self.returns.bound / limit) / self._loss))
 
-    def loudness(self, v: float, n: int) -> float:
+    def measure_amplitude(self, v: float, n: int) -> float:
         """Return the mean |v| of the carrier in a tick of n samples which, as all before, are v.
 
         The filter removes a constant up to rounding.
         """
-        return loudness(np.full(self.memory + n, v), self._weights, 1)[0]
+        return carrier_amplitudes(np.full(self.memory + n, v), self._weights, 1)[0]
 
     def pass_by(self, loudness: float, n: int, ticks: int) -> None:
-        """Take ticks of n samples that are all the same; see `loudness`. Nothing is driven."""
+        """Take ticks of n samples that are all the same; see `carrier_amplitudes`. Nothing is
+        driven.
+        """
         bound, since, seen = self.returns.bound, self.returns.since, self.returns.seen
         if bound > loudness:
-            fading = np.full(ticks + 1, self._share(n))
+            fading = np.full(ticks + 1, self._compute_remaining(n))
             fading[0] = bound
             bound = float(np.multiply.accumulate(fading)[-1])  # one by one, as in `follow`
-        since = min(since + n * ticks, LONG_AGO)
+        since = min(since + n * ticks, UNLIMITED_SAMPLES)
         self.returns = Returns(max(bound, loudness), since, seen)
 
     def follow(self, v: Array, ticks: int) -> None:
         """Take the samples of ticks, shape (memory + n,), after those that the filter needs."""
         n = (len(v) - self.memory) // ticks
-        kept = self._share(n)
+        kept = self._compute_remaining(n)
         bound, since, seen = self.returns.bound, self.returns.since, self.returns.seen
-        for loud in loudness(v, self._weights, ticks):
+        for loud in carrier_amplitudes(v, self._weights, ticks):
             bound *= kept
             if loud > bound and since >= seen:
                 bound = loud
             since += n
-        self.returns = Returns(bound, min(since, LONG_AGO), seen)
+        self.returns = Returns(bound, min(since, UNLIMITED_SAMPLES), seen)
 
-    def _share(self, n: int) -> float:
+    def _compute_remaining(self, n: int) -> float:
         """Return what is left of a wave after n samples."""
         if n not in self._kept:
             self._kept[n] = float(exponential(np.array(-self._loss * n)))
         return self._kept[n]
 
 
-REST_PERIODS = 8.0
+AVERAGING_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest displacement is averaged."""
 
 MOTION_REMAINING = 1e-3
 """Fraction of the fastest motion left in the difference of samples that measures noise."""
 
-MOST_SAMPLES = 1_000_000
+MAX_REST_SAMPLES = 1_000_000
 """Most samples kept of an end."""
 
-HIGHEST_DIFFERENCE = 24
+MAX_DIFFERENCE_ORDER = 24
 """Highest order: beyond, samples are too far apart to distinguish motion from noise."""
 
 
@@ -169,13 +171,14 @@ class Transducer:
         self.set_probes(settings)
         slowest = min(probe.omega_c for probe in self.probes.values())
         dt = driver.dt
-        width = 2.0 * math.pi * REST_PERIODS / slowest
-        self._difference = _difference(upper_edge(design), dt)
+        width = 2.0 * math.pi * AVERAGING_PERIODS / slowest
+        self._difference = _find_difference_order(find_upper_edge(design), dt)
         samples = max(math.ceil(width / dt), self._difference + 1)
-        if samples > MOST_SAMPLES:
+        if samples > MAX_REST_SAMPLES:
             raise SettingsError(
-                f'omega_c must be at least {slowest * samples / MOST_SAMPLES:.4g} with steps of '
-                f'{dt:.4g}, or the rest displacement needs more than {MOST_SAMPLES} samples; '
+                f'omega_c must be at least {slowest * samples / MAX_REST_SAMPLES:.4g} with steps '
+                f'of '
+                f'{dt:.4g}, or the rest displacement needs more than {MAX_REST_SAMPLES} samples; '
                 f'got {slowest:g}'
             )
         self.reverberation = {
@@ -185,7 +188,7 @@ class Transducer:
         self.recent: Array = np.empty((2, samples))
         self._recorded: Array | None = None  # `recent`, if it was heard
         self._flat: Array | None = None  # `recent`, if all its samples are the same
-        self.assume_rest()
+        self.assume_equilibrium()
         self.detectors: dict[End, EchoDetector] = {}
         self.recorders: list[WaveformRecorder] = []
         self.interrupted = self.shaken = False
@@ -201,12 +204,12 @@ class Transducer:
         self.probes = {end: end.probe(settings) for end in End}
 
     @property
-    def driving(self) -> bool:
+    def is_driving(self) -> bool:
         """Whether a boundary cell is held."""
         return self.held is not None
 
     @property
-    def remaining(self) -> float:
+    def remaining_time(self) -> float:
         """Time until the held cell is released; 0 if none is held."""
         if self.held is None:
             return 0.0
@@ -215,16 +218,16 @@ class Transducer:
     @property
     def busy(self) -> bool:
         """Whether a cell is held or a detector is listening."""
-        return self.driving or bool(self.detectors)
+        return self.is_driving or bool(self.detectors)
 
     # --- sensing -------------------------------------------------------------------------
 
-    def assume_rest(self) -> None:
+    def assume_equilibrium(self) -> None:
         """Assume that both ends have rested where they are."""
         self._recorded = self._flat = None
         for end, reverberation in self.reverberation.items():
             self.recent[end.row] = self._driver.end(end.site(self._design))
-            reverberation.returns = NOTHING
+            reverberation.returns = NO_RETURNS
 
     @property
     def at_rest(self) -> bool:
@@ -243,7 +246,7 @@ class Transducer:
         return True
 
     @property
-    def at_its_samples(self) -> bool:
+    def has_last_displacements(self) -> bool:
         """Whether both ends are where they were last heard."""
         return all(
             self._driver.end(end.site(self._design)) == self.recent[end.row, -1] for end in End
@@ -266,7 +269,7 @@ class Transducer:
         units apart, and order 13 with 0.5.
         """
         differences = np.diff(self.recent[end.row], self._difference)
-        return float(np.abs(differences).mean()) / _noise_gain(self._difference)
+        return float(np.abs(differences).mean()) / _compute_noise_gain(self._difference)
 
     @property
     def speed(self) -> float:
@@ -283,8 +286,8 @@ class Transducer:
         `floor` is the contribution of noise alone to v_c, in cells.
         """
         detector = self.listen(end, floor)
-        self._record(end, self.probes[end])
-        self._hold(end, Pulse(self._rest[end], self.probes[end]))
+        self._begin_recording(end, self.probes[end])
+        self._hold_cell(end, Pulse(self._rest[end], self.probes[end]))
         return detector
 
     def listen(self, end: End, floor: float = 0.0) -> EchoDetector:
@@ -293,20 +296,20 @@ class Transducer:
             self.interrupted = self.shaken = False
         rest = self._rest[end] = self.rest(end)
         self._late[end] = self._driver.lag
-        least = FAINTEST * max(1.0, abs(rest))  # relative rounding
+        least = MIN_THRESHOLD_CELLS * max(1.0, abs(rest))  # relative rounding
         past = self.recent[end.row] - rest
         detector = EchoDetector(self.probes[end], self._driver.dt, floor, least, past)
         self.detectors[end] = detector
         return detector
 
-    def shoot(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
+    def record_pulse(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
         """Fire a pulse of any shape about the rest of an end, and record both ends."""
         self.shaken = False
-        recorder = self._record(end, probe)
-        self._hold(end, Pulse(self.rest(end), probe))
+        recorder = self._begin_recording(end, probe)
+        self._hold_cell(end, Pulse(self.rest(end), probe))
         return recorder
 
-    def _record(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
+    def _begin_recording(self, end: End, probe: ProbeSettings) -> WaveformRecorder:
         recorder = WaveformRecorder(end, probe, self.recent, self._driver.lag)
         self.recorders.append(recorder)
         return recorder
@@ -314,18 +317,18 @@ class Transducer:
     def move(self, end: End, target: float, speed: float) -> None:
         """Move a boundary cell at constant speed to a displacement, then release it."""
         start = self._driver.end(end.site(self._design))
-        self._hold(end, Move(start, target, speed))
+        self._hold_cell(end, Move(start, target, speed))
 
     def kick(self, target: float, speed: float) -> None:
         """Move the left end smoothly to a ground state, hold it there, then release it."""
         start = self._driver.end(End.LEFT.site(self._design))
-        self._hold(End.LEFT, Kick(start, target, speed, self._kick))
+        self._hold_cell(End.LEFT, Kick(start, target, speed, self._kick))
 
     def clear(self, end: End, pulse: ClearingPulseSettings) -> None:
         """Fire a clearing pulse about the rest of an end."""
-        self._hold(end, Pulse(self.rest(end), pulse))
+        self._hold_cell(end, Pulse(self.rest(end), pulse))
 
-    def _hold(self, end: End, motion: BoundaryMotion) -> None:
+    def _hold_cell(self, end: End, motion: BoundaryMotion) -> None:
         self.held = Held(motion, end.site(self._design), 0)
         samples = math.ceil(motion.duration / self._driver.dt)
         self.reverberation[end].ignore(samples + self._lag)
@@ -338,7 +341,7 @@ class Transducer:
 
     # --- the tick ------------------------------------------------------------------------
 
-    def held_cell(self, steps: int, faults: Faults = HEALTHY) -> HeldCell | None:
+    def held_cell(self, steps: int, faults: Faults = NO_FAULTS) -> HeldCell | None:
         """Return how a cell is moved during the next steps, or None."""
         if self.held is None:
             return None
@@ -349,14 +352,16 @@ class Transducer:
         self.held = Held(motion, site, begun + steps) if goes_on else None
         if not len(driven):
             return None
-        return moved(HeldCell(site, motion.at(driven)), motion.at(np.zeros(1)), faults)
+        return apply_transducer_faults(
+            HeldCell(site, motion.at(driven)), motion.at(np.zeros(1)), faults
+        )
 
     def pass_by(self, n: int, ticks: int) -> None:
         """Take ticks of n samples that are all the same, and stay so."""
         for end, reverberation in self.reverberation.items():
             if end not in self._hums:
                 v = float(self.recent[end.row, -1])
-                self._hums[end] = reverberation.loudness(v, n)
+                self._hums[end] = reverberation.measure_amplitude(v, n)
             reverberation.pass_by(self._hums[end], n, ticks)
 
     def record(self, ends: Array, ticks: int = 1, interrupted: bool = False) -> None:
@@ -380,24 +385,27 @@ class Transducer:
                 detector.feed(heard - self._rest[end])
 
 
-def _noise_gain(order: int) -> float:
+def _compute_noise_gain(order: int) -> float:
     """Return the factor of a difference on white noise: the root sum square of its weights."""
     return math.sqrt(math.comb(2 * order, order))
 
 
-def upper_edge(design: Design) -> float:
+def find_upper_edge(design: Design) -> float:
     """Return the upper edge of the pass bands, rounded up to a tenth."""
     stiffest = max(design.k_s1, design.k_s2) * float(design.alpha.max())
-    return math.ceil(10.0 * band(stiffest)[1]) / 10.0
+    return math.ceil(10.0 * pass_band(stiffest)[1]) / 10.0
 
 
-def _difference(omega: float, dt: float) -> int:
+def _find_difference_order(omega: float, dt: float) -> int:
     """Return the least order of a difference of samples that removes motion but not noise.
 
     `omega` is the angular frequency of the fastest motion.
     """
     motion = 2.0 * math.sin(min(0.5 * omega * dt, 0.5 * math.pi))
     order = 1
-    while motion**order > MOTION_REMAINING * _noise_gain(order) and order < HIGHEST_DIFFERENCE:
+    while (
+        motion**order > MOTION_REMAINING * _compute_noise_gain(order)
+        and order < MAX_DIFFERENCE_ORDER
+    ):
         order += 1
     return order

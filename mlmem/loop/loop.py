@@ -19,14 +19,14 @@ from ..errors import Refused
 from ..procedure_table import Abort
 from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, Steps
 from .open_requests import OpenRequests, Resolve, Stamped
-from .timetable import LONGEST_SLEEP, LoopStatistics, Pacer, SteadyPacer, Timetable, checked_speed
+from .timetable import MAX_SLEEP_S, LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
 T = TypeVar('T')
 
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
-SHUT_DOWN = 'the device is shut down'
+SHUTDOWN_MESSAGE = 'the device is shut down'
 
 
 class _Turn(NamedTuple):
@@ -80,7 +80,7 @@ class Loop:
         self._listener = listener
         self._pacer = pacer or SteadyPacer()
         self._failed = failed
-        self._box = Mailbox(checked_speed(speed))
+        self._box = Mailbox(check_speed(speed))
         self._asked = OpenRequests(element, self.statistics, resolve, self._box.put_back, queue)
         self._check_shake = element.base.check
         self._paused = False  # as last seen by the loop's thread
@@ -98,17 +98,17 @@ class Loop:
 
     def stop(self) -> None:
         """End the loop after the present tick, and refuse pending requests."""
-        self._end(Ending.STOP)
+        self._end_loop(Ending.STOP)
 
     def finish(self) -> None:
         """Abort any procedure, bring the strain to zero regardless of the clock, and stop."""
-        self._end(Ending.FINISH)
+        self._end_loop(Ending.FINISH)
 
-    def _end(self, ending: Ending) -> None:
+    def _end_loop(self, ending: Ending) -> None:
         self._box.end(ending)
         if self._thread.is_alive():
             self._thread.join()
-        self._box.close(Refused(SHUT_DOWN))  # if it was never started
+        self._box.close(Refused(SHUTDOWN_MESSAGE))  # if it was never started
 
     @property
     def pacer(self) -> Pacer:
@@ -124,9 +124,9 @@ class Loop:
         """Run at a multiple of the scale's real time from now on; 0: as fast as possible.
 
         Raises:
-            SettingsError: It is none; see `checked_speed`.
+            SettingsError: It is none; see `check_speed`.
         """
-        self._box.set_speed(checked_speed(speed))
+        self._box.set_speed(check_speed(speed))
 
     def cancel(self, request: Asked) -> Asked:
         """Abort the procedure of exactly this request in the next tick.
@@ -141,10 +141,10 @@ class Loop:
         """Call a function between two ticks, in the loop's thread, paused or not."""
         return self._box.call(function)
 
-    def review(self) -> None:
+    def refuse_expired(self) -> None:
         """Refuse requests that have waited for too long, or whose clients have gone."""
         if self._asked.waiting:
-            self._box.call(self._asked.review)
+            self._box.call(self._asked.refuse_expired)
 
     def submit(
         self, command: Command, client: Client | None = None, wait: float = math.inf
@@ -163,7 +163,7 @@ class Loop:
                 return Request(command).refuse(refusal)
             return self._box.shake(self._pacer.now(), command)
         if isinstance(command, Inject) and self._box.paused:
-            return Request(command, self._box.call(lambda: self._await_script(command)))
+            return Request(command, self._box.call(lambda: self._schedule_script(command)))
         deadline = threads.monotonic() + wait
         return self._box.submit(Request(command, client=client, deadline=deadline))
 
@@ -173,7 +173,7 @@ class Loop:
         return self._box.paused
 
     @property
-    def stepping(self) -> bool:
+    def is_stepping(self) -> bool:
         """Whether ticks are run that were asked for while time is paused."""
         return bool(self._box.steps)
 
@@ -196,11 +196,11 @@ class Loop:
     # --- in the loop's thread ------------------------------------------------------------
 
     def _run(self) -> None:
-        refusal = Refused(SHUT_DOWN)
+        refusal = Refused(SHUTDOWN_MESSAGE)
         try:
             self._run_ticks()
             if self._box.ending is Ending.FINISH:
-                self._release()
+                self._release_strain()
         except BaseException as failure:  # whatever it is, the device reports it and stops
             self.failure = failure
             refusal = Refused(f'the device has stopped: {failure}')
@@ -211,36 +211,36 @@ class Loop:
 
     def _run_ticks(self) -> None:
         due, made_up = self._pacer.now(), False
-        while (turn := self._wait(due, made_up)) is not None:
+        while (turn := self._wait_until_due(due, made_up)) is not None:
             made_up = turn.batch > 0
             if turn.batch:
-                due = self._make_up(turn.due, turn.batch)
+                due = self._run_deferred(turn.due, turn.batch)
             else:
                 commands: list[Stamped] = []
                 while (request := self._box.take(self._box.commands)) is not None:
                     commands += self._asked.apply(request)
-                ended = self._tick(turn.due, commands, turn.asked_for)
+                ended = self._run_tick(turn.due, commands, turn.asked_for)
                 due = math.inf if turn.asked_for else self._times.after(turn.due, ended)
 
-    def _await_script(self, command: Inject) -> None:
+    def _schedule_script(self, command: Inject) -> None:
         """Leave a script for the next tick, if it can begin there: over the faults of then."""
-        coming = (each.asked.faults for each in self._box.pending(SetFaults))
+        coming = (each.asked.faults for each in self._box.list_pending(SetFaults))
         self.element.course(command.script, next(coming, self.element.faults))
         self._box.submit(Request(command))
 
-    def _release(self) -> None:
+    def _release_strain(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""
-        self._box.close(Refused(SHUT_DOWN))
-        if self.element.released:
+        self._box.close(Refused(SHUTDOWN_MESSAGE))
+        if self.element.is_released:
             return
-        abort = Abort(SHUT_DOWN)
+        abort = Abort(SHUTDOWN_MESSAGE)
         commands: list[Stamped] = [(self.element.ticks, abort)]
         self.element.apply(abort)
-        while not self.element.released:
-            self._tick(self._pacer.now(), commands)
+        while not self.element.is_released:
+            self._run_tick(self._pacer.now(), commands)
             commands = []
 
-    def _make_up(self, due: float, ticks: int) -> float:
+    def _run_deferred(self, due: float, ticks: int) -> float:
         """Run deferred ticks, the first due at a given time; return when the next is due.
 
         Each run ends at a tick that the listener waits for. Accelerations take effect within it;
@@ -250,25 +250,25 @@ class Loop:
         latest = due + ticks * period
         while ticks:
             begun, first = self._pacer.now(), self.element.ticks
-            most = self._times.together(ticks)
+            most = self._times.limit_run(ticks)
             within = 1 if self.element.procedure else most
             shakes = self._box.take_shakes(due, period, within)
             if within < most:
-                until_shaken = (self._box.next_shake() - due) / period
+                until_shaken = (self._box.find_next_shake() - due) / period
                 most = int(min(most, max(1.0, until_shaken)))
-            self._advance(most, [], shakes)
+            self._advance_element(most, [], shakes)
             run = self.element.ticks - first
             busy = (self._pacer.now() - begun) / run
             if self.element.computed <= first:  # it rested
                 self.statistics.count(max(0.0, begun - latest), busy, run)
             else:
-                self._times.took(busy)
+                self._times.record_duration(busy)
                 for number in range(run):
                     self.statistics.count(max(0.0, begun + number * busy - latest), busy)
             due, ticks = due + run * period, ticks - run
         return self._times.after(latest - period, self._pacer.now())
 
-    def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
+    def _run_tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
 
         Without a pace it may be a run of ticks, unless a single tick was requested.
@@ -276,14 +276,16 @@ class Loop:
         begun, first = self._pacer.now(), self.element.ticks
         paced = self._times.period > 0.0 or asked_for
         shakes = self._box.take_shakes()
-        self._advance(1 if paced else self._times.longest_run, commands, shakes)
+        self._advance_element(1 if paced else self._times.longest_run, commands, shakes)
         if asked_for:
-            self._box.stepped(self.element.ticks)
+            self._box.count_step(self.element.ticks)
         now, ticks = self._pacer.now(), self.element.ticks - first
         self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
 
-    def _advance(self, most: int, commands: list[Stamped], shakes: Mapping[int, Disturb]) -> None:
+    def _advance_element(
+        self, most: int, commands: list[Stamped], shakes: Mapping[int, Disturb]
+    ) -> None:
         """Run a tick, or several without decisions; publish the events, then answer."""
         first = self.element.ticks
         commands += [(first + tick, command) for tick, command in shakes.items()]
@@ -293,7 +295,7 @@ class Loop:
         self._listener(commands, events)
         self._asked.resolve()
 
-    def _wait(self, due: float, made_up: bool) -> _Turn | None:
+    def _wait_until_due(self, due: float, made_up: bool) -> _Turn | None:
         """Make pending calls and wait until ticks are due; None if the loop is to end.
 
         While time is paused no tick is due, so there is none to make up for. At a speed beyond the
@@ -302,12 +304,12 @@ class Loop:
         box, times = self._box, self._times
         while True:
             if (left := self._asked.deadline - threads.monotonic()) <= 0.0:
-                self._asked.review()
+                self._asked.refuse_expired()
                 continue
-            if not made_up and (overdue := self._overdue(due)):
+            if not made_up and (overdue := self._count_overdue(due)):
                 return _Turn(due, overdue)
             while (call := box.take(box.calls)) is not None:
-                _make(call)
+                _call_function(call)
             with box.changed:
                 if box.ending is not Ending.NOT:
                     return None
@@ -331,13 +333,13 @@ class Loop:
                 if now >= wake:
                     return _Turn(due, batch)
                 if not box.calls:
-                    box.asleep = times.sleeps(batch)
+                    box.asleep = times.can_sleep(batch)
                     times.slept |= box.asleep
-                    self._pacer.wait(box.changed, min(wake - now, LONGEST_SLEEP))
+                    self._pacer.wait(box.changed, min(wake - now, MAX_SLEEP_S))
                     box.asleep = False
                 made_up = False
 
-    def _overdue(self, due: float) -> int:
+    def _count_overdue(self, due: float) -> int:
         """Return how many deferred ticks come before a pending call, which needs them done."""
         box = self._box
         with box.changed:
@@ -347,7 +349,7 @@ class Loop:
             return self._times.deferred(self._pacer.now() - due, box)
 
 
-def _make(call: Request[Any]) -> None:
+def _call_function(call: Request[Any]) -> None:
     """Call a function, and answer with its result or its exception."""
     try:
         result = call.asked()

@@ -62,7 +62,7 @@ class Request(Generic[T]):
         """How its procedure has ended; None without one, and while it runs."""
         return self.run.outcome if self.run is not None else None
 
-    def taken_up(self) -> bool:
+    def take_up(self) -> bool:
         """Return whether somebody still waits, who can no longer withdraw it then."""
         return self.answer.running() or self.answer.set_running_or_notify_cancel()
 
@@ -86,7 +86,7 @@ class Cancel:
 Asked = Request[Outcome | None]
 """A request with a command, or a `Cancel`."""
 
-MOST = 1000
+MAX_PENDING_REQUESTS = 1000
 """Most pending commands, accelerations or single ticks: a pause keeps them waiting."""
 
 
@@ -145,7 +145,7 @@ class Mailbox:
     def submit(self, request: Asked) -> Asked:
         """Leave a command for the next tick."""
         with self.changed:
-            return self._posted(self.commands, request, _full(self.commands))
+            return self._post_request(self.commands, request, _refuse_if_full(self.commands))
 
     def shake(self, when: float, command: Disturb) -> Asked:
         """Leave an acceleration of the base for the tick that a time falls into: it is accepted.
@@ -157,7 +157,7 @@ class Mailbox:
         with self.changed:
             if self._closed is not None:
                 return request.refuse(self._closed)
-            if self.shakes and (self.held or len(self.shakes) == MOST):
+            if self.shakes and (self.held or len(self.shakes) == MAX_PENDING_REQUESTS):
                 self.shakes.pop()
             self.shakes.append((when, command))
             if self.asleep:
@@ -174,21 +174,23 @@ class Mailbox:
         with self.changed:
             if self._closed is None and paused is not None:
                 self.paused = paused
-                self._shorten(*self.steps)
-            return self._posted(self.calls, Request[T](function)).answer
+                self._shorten_steps(*self.steps)
+            return self._post_request(self.calls, Request[T](function)).answer
 
     def step(self, steps: Steps) -> Request[int]:
         """Ask for ticks while time is paused."""
         with self.changed:
             refusal = None if self.paused else Refused('step works only while paused; pause first')
-            return self._posted(self.steps, Request[int](steps), _full(self.steps) or refusal)
+            return self._post_request(
+                self.steps, Request[int](steps), _refuse_if_full(self.steps) or refusal
+            )
 
     def shorten(self, request: Request[int]) -> None:
         """Let a request for ticks end with the next one."""
         with self.changed:
-            self._shorten(request)
+            self._shorten_steps(request)
 
-    def _shorten(self, *requests: Request[int]) -> None:
+    def _shorten_steps(self, *requests: Request[int]) -> None:
         for request in requests:
             steps: Steps = request.asked
             steps.cut = steps.cut or steps.left > 1
@@ -217,10 +219,10 @@ class Mailbox:
                 waiting += queue
                 queue.clear()
         for request in waiting:
-            if request.taken_up():
+            if request.take_up():
                 request.refuse(refusal)
 
-    def _posted(
+    def _post_request(
         self, queue: deque[Request[T]], request: Request[T], refusal: Refused | None = None
     ) -> Request[T]:
         """Leave a request, or refuse it; call with the lock held."""
@@ -245,7 +247,7 @@ class Mailbox:
         """Whether ticks are held back; call with the lock held."""
         return self.paused and not self.steps and self.ending is Ending.NOT
 
-    def pending(self, kind: type[Any]) -> list[Asked]:
+    def list_pending(self, kind: type[Any]) -> list[Asked]:
         """Return the commands of a kind that wait for the next tick, newest first."""
         with self.changed:
             return [each for each in reversed(self.commands) if isinstance(each.asked, kind)]
@@ -257,10 +259,10 @@ class Mailbox:
                 if not queue:
                     return None
                 request = queue.popleft()
-            if request.taken_up():
+            if request.take_up():
                 return request
 
-    def stepped(self, ticks: int) -> None:
+    def count_step(self, ticks: int) -> None:
         """Count a tick that was asked for; answer its request, with all ticks so far, if it was
         the last.
         """
@@ -298,11 +300,15 @@ class Mailbox:
                 taken[int(min(max((when - due) / period, 0.0), ticks - 1.0))] = command
         return taken
 
-    def next_shake(self) -> float:
+    def find_next_shake(self) -> float:
         """Return the time of the oldest pending acceleration; infinity if there is none."""
         with self.changed:
             return self.shakes[0][0] if self.shakes else math.inf
 
 
-def _full(queue: Sized) -> Refused | None:
-    return Refused(f'{MOST} requests are already waiting') if len(queue) >= MOST else None
+def _refuse_if_full(queue: Sized) -> Refused | None:
+    return (
+        Refused(f'{MAX_PENDING_REQUESTS} requests are already waiting')
+        if len(queue) >= MAX_PENDING_REQUESTS
+        else None
+    )

@@ -26,9 +26,9 @@ Stamped = tuple[int, Command]
 Resolve = Callable[[Asked], None]
 """Called in the loop's thread, between two ticks, when a request's procedure has ended."""
 
-CANCELED = 'canceled by its client'
+CANCEL_REASON = 'canceled by its client'
 
-QUEUED = tuple(row.command for row in PROCEDURES.values() if row.command is not Abort)
+QUEUED_COMMANDS = tuple(row.command for row in PROCEDURES.values() if row.command is not Abort)
 """Commands that wait for their turn."""
 
 
@@ -62,19 +62,19 @@ class OpenRequests:
             self._next = None
         if isinstance(command, Cancel):
             if command.of in self.waiting:
-                self._drop(command.of, CANCELED)
+                self._drop_request(command.of, CANCEL_REASON)
             if not self._element.runs(command.of.run):
                 request.resolve(None)
                 return []
-            command = Abort(CANCELED)
+            command = Abort(CANCEL_REASON)
         try:
-            if self._waits(request):
+            if self._must_wait(request):
                 self.waiting.append(request)
-                self._number()
+                self._number_waiting()
                 return []
             request.run = self._element.apply(command)
         except Refused as refusal:
-            self._refuse(request, refusal)
+            self._refuse_request(request, refusal)
             return []
         except Exception as failure:
             request.refuse(failure)
@@ -91,11 +91,11 @@ class OpenRequests:
             self._open.remove(request)
             self._resolve(request)
         if self.waiting and self._next is None and not self._element.procedure:
-            self.review()
+            self.refuse_expired()
             if self.waiting:
                 self._next = self.waiting.popleft()
                 self._next.place = 0
-                self._number()
+                self._number_waiting()
                 self._put_back(self._next)
 
     @property
@@ -103,14 +103,16 @@ class OpenRequests:
         """When the first of those that wait has waited for too long, on the monotonic clock."""
         return min((request.deadline for request in self.waiting), default=math.inf)
 
-    def review(self) -> None:
+    def refuse_expired(self) -> None:
         """Refuse those that have waited for too long, or whose clients have gone."""
         now = threads.monotonic()
         for request in list(self.waiting):
             if now >= request.deadline:
-                self._drop(request, f'busy: {self._element.procedure or "another"} came first')
+                self._drop_request(
+                    request, f'busy: {self._element.procedure or "another"} came first'
+                )
             elif request.client is not None and request.client.gone:
-                self._drop(request, 'its client has gone')
+                self._drop_request(request, 'its client has gone')
 
     def refuse(self, refusal: Refused) -> None:
         """Refuse all."""
@@ -118,30 +120,30 @@ class OpenRequests:
             request.refuse(refusal)
         self.waiting.clear()
 
-    def _waits(self, request: Asked) -> bool:
+    def _must_wait(self, request: Asked) -> bool:
         running, client = self._element.procedure, request.client
-        if not running or client is None or not isinstance(request.asked, QUEUED):
+        if not running or client is None or not isinstance(request.asked, QUEUED_COMMANDS):
             return False
         self._element.check(request.asked)
         others = [each.client for each in (*self._open, *self.waiting)]
         if any(other is not None and other.key == client.key for other in others):
             return False  # and is refused as busy
         if len(self.waiting) >= self._most:
-            self.review()
+            self.refuse_expired()
         if len(self.waiting) >= self._most > 0:
             raise Refused(f'busy: {running} is running, and {self._most} requests wait')
         return self._most > 0
 
-    def _drop(self, request: Asked, why: str) -> None:
+    def _drop_request(self, request: Asked, why: str) -> None:
         self.waiting.remove(request)
-        self._number()
+        self._number_waiting()
         waited = 'while it waited for its turn: nothing has changed'
-        self._refuse(request, Refused(f'{why} {waited}'))
+        self._refuse_request(request, Refused(f'{why} {waited}'))
 
-    def _refuse(self, request: Asked, refusal: Refused) -> None:
+    def _refuse_request(self, request: Asked, refusal: Refused) -> None:
         self._statistics.refused += 1
         request.refuse(refusal)
 
-    def _number(self) -> None:
+    def _number_waiting(self) -> None:
         for place, request in enumerate(self.waiting, start=1):
             request.place = place

@@ -67,7 +67,7 @@ class SteadyPacer:
         changed.wait(seconds)
 
 
-LATENESS_MEMORY = 0.002
+LATENESS_WEIGHT = 0.002
 """Weight of the newest tick in the running mean and variance of the lateness."""
 
 
@@ -95,7 +95,7 @@ class LoopStatistics:
         """Count ticks of equal times, in seconds; a time is at least 0 if the clock jumps back."""
         busy = max(0.0, busy)
         self.ticks += ticks
-        weight = max(1.0 - (1.0 - LATENESS_MEMORY) ** ticks, ticks / self.ticks)
+        weight = max(1.0 - (1.0 - LATENESS_WEIGHT) ** ticks, ticks / self.ticks)
         deviation = lateness - self.lateness_mean
         self.lateness_mean += weight * deviation
         spread = self.lateness_variance + weight * deviation * deviation
@@ -108,36 +108,36 @@ class LoopStatistics:
         return math.sqrt(self.lateness_variance)
 
 
-SLOWEST, FASTEST = 1e-3, 1e6
+MIN_SPEED, MAX_SPEED = 1e-3, 1e6
 """Multiples of real time, beside 0: a request waits for the end of a tick, which must come."""
 
-LONGEST_SLEEP = 2.0
+MAX_SLEEP_S = 2.0
 """Longest sleep in seconds, of an element at rest."""
 
-LONGEST_REST = 0.04
+MAX_DEFERRAL_S = 0.04
 """Longest time to defer ticks that compute something, in seconds: a command waits while they are
 made up for."""
 
-WAKING = 2e-4
+WAKE_UP_TIME_S = 2e-4
 """Seconds that the processor takes to come back to deferred ticks, beside these."""
 
-RECENT = 0.2
+BUSY_TIME_WEIGHT = 0.2
 """Weight of the newest deferred ticks in the running mean of what one takes."""
 
-MOST_DEFERRED = 1000
+MAX_DEFERRED_TICKS = 1000
 """Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
 
 
-def checked_speed(speed: float) -> float:
+def check_speed(speed: float) -> float:
     """Return a multiple of real time at which time may run; 0: as fast as possible.
 
     Raises:
         SettingsError: It is none.
     """
-    if speed == 0.0 or SLOWEST <= speed <= FASTEST:
+    if speed == 0.0 or MIN_SPEED <= speed <= MAX_SPEED:
         return speed
     raise SettingsError(
-        f'time.speed must be 0 (as fast as possible) or from {SLOWEST:g} to {FASTEST:g}; '
+        f'time.speed must be 0 (as fast as possible) or from {MIN_SPEED:g} to {MAX_SPEED:g}; '
         f'got {speed!r}'
     )
 
@@ -179,10 +179,10 @@ class Timetable:
         tick_seconds = self._element.settings.tick_seconds
         self.period = period = tick_seconds / speed if speed > 0.0 else 0.0
         self._most_deferred, self._most_asleep = (
-            int(min(MOST_DEFERRED, longest / period)) if period else 0
-            for longest in (LONGEST_REST, LONGEST_SLEEP)
+            int(min(MAX_DEFERRED_TICKS, longest / period)) if period else 0
+            for longest in (MAX_DEFERRAL_S, MAX_SLEEP_S)
         )
-        longest = LONGEST_REST + 1e-9  # tolerates rounding
+        longest = MAX_DEFERRAL_S + 1e-9  # tolerates rounding
         self._at_once = max(
             ticks
             for ticks in range(1, self._batch + 1)
@@ -208,12 +208,12 @@ class Timetable:
                 beyond = (element.ticks + ticks) % every
                 ticks -= beyond if beyond < ticks else 0
         if self.slept:
-            ticks = max(ticks, min(self._most_asleep, self._passed(late)))
+            ticks = max(ticks, min(self._most_asleep, self._count_passed(late)))
         ticks = min(ticks, element.idle_ticks)
         pending = box.commands or box.calls
-        return min(ticks, self._passed(late)) if ticks and pending else ticks
+        return min(ticks, self._count_passed(late)) if ticks and pending else ticks
 
-    def _passed(self, late: float) -> int:
+    def _count_passed(self, late: float) -> int:
         return int(max(0.0, late) / self.period)
 
     def wake(self, due: float, deferred: int) -> float:
@@ -226,15 +226,15 @@ class Timetable:
         if not deferred:
             return due
         known = self._computing > 0.0 and not self.resting
-        busy = deferred * self._computing + WAKING if known else self.period
+        busy = deferred * self._computing + WAKE_UP_TIME_S if known else self.period
         return due + deferred * self.period - min(busy, self.period)
 
-    def took(self, busy: float) -> None:
+    def record_duration(self, busy: float) -> None:
         """Learn what a deferred tick has taken that computed something, in seconds."""
-        weight = RECENT if self._computing else 1.0
+        weight = BUSY_TIME_WEIGHT if self._computing else 1.0
         self._computing += weight * (busy - self._computing)
 
-    def sleeps(self, deferred: int) -> bool:
+    def can_sleep(self, deferred: int) -> bool:
         """Return whether so many ticks are deferred only at rest."""
         return deferred > self._most_deferred
 
@@ -246,12 +246,12 @@ class Timetable:
         borne = max(self.period, self._pacer.slack)
         if lag > borne and self._element.idle_ticks:  # deferred ticks may be late
             deferred = self._at_once > 1 if self._has_subscribers() else self._most_deferred > 0
-            borne = max(borne, LONGEST_REST if deferred else 0.0)
+            borne = max(borne, MAX_DEFERRAL_S if deferred else 0.0)
         skipped = int(lag / self.period) if lag > borne else 0
         self._statistics.overruns += skipped
         return due + (1 + skipped) * self.period
 
-    def together(self, ticks: int) -> int:
+    def limit_run(self, ticks: int) -> int:
         """Return how many of these ticks to run until the listener is told."""
         every = self._stream_period()
         return min(ticks, every - self._element.ticks % every) if every else ticks
@@ -260,6 +260,6 @@ class Timetable:
     def longest_run(self) -> int:
         """Ticks of a run without a pace: it delays a command no longer than a rest would."""
         if self._element.at_rest and not self._stream_period():
-            return MOST_DEFERRED
+            return MAX_DEFERRED_TICKS
         busy = self._statistics.busy
-        return max(1, self.together(int(LONGEST_REST / busy) if busy > 0.0 else 1))
+        return max(1, self.limit_run(int(MAX_DEFERRAL_S / busy) if busy > 0.0 else 1))

@@ -18,7 +18,7 @@ from typing import Any
 
 from ..errors import Checked
 from ..move_settings import WriteSettings
-from ..schema import described
+from ..schema import describe_field
 from ..settings import Settings
 
 
@@ -26,31 +26,31 @@ from ..settings import Settings
 class PulseCorrection(Checked):
     """Factors on the pulse of a step up, or of the launch of the wall."""
 
-    peak: float = described(1.0, 'on its strains', low=0.1, high=10.0)
-    times: float = described(1.0, 'on its ramps and rests', low=0.1, high=10.0)
-    speed: float = described(1.0, 'on the speed of a launch or kick; 0: no kick', high=10.0)
+    peak: float = describe_field(1.0, 'on its strains', low=0.1, high=10.0)
+    times: float = describe_field(1.0, 'on its ramps and rests', low=0.1, high=10.0)
+    speed: float = describe_field(1.0, 'on the speed of a launch or kick; 0: no kick', high=10.0)
 
 
-TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
+TIME_FIELDS = ('ramp', 'hold', 'ease', 'release', 'settle')
 """The fields of `WriteSettings` whose time a correction scales."""
 
-STRAINS = ('compression', 'tension', 'start_strain')
+STRAIN_FIELDS = ('compression', 'tension', 'start_strain')
 """The fields whose strain it scales, within the limit of the actuator."""
 
 
-def corrected(settings: Settings, correction: PulseCorrection) -> Settings:
+def apply_correction(settings: Settings, correction: PulseCorrection) -> Settings:
     """Return settings that make every step with the corrected pulse."""
-    write = corrected_write(settings.write, correction, settings.actuator.max_strain)
+    write = correct_write(settings.write, correction, settings.actuator.max_strain)
     return dataclasses.replace(settings, write=write)
 
 
-def corrected_write(
+def correct_write(
     write: WriteSettings, correction: PulseCorrection, limit: float = math.inf
 ) -> WriteSettings:
     """Return the cycle of a write times a correction; its strains stay within a limit."""
-    changed = {name: correction.times * getattr(write, name) for name in TIMES}
+    changed = {name: correction.times * getattr(write, name) for name in TIME_FIELDS}
     changed['launch_speed'] = min((correction.speed or 1.0) * write.launch_speed, 10.0)
-    for name in STRAINS:
+    for name in STRAIN_FIELDS:
         changed[name] = max(-limit, min(correction.peak * getattr(write, name), limit))
     return dataclasses.replace(write, **changed)
 
@@ -61,13 +61,13 @@ class PulseCorrections:
 
     Attributes:
         steps: By the level to which a pulse takes the wall; the first is of the launch.
-        schedule: `schedule_of` the settings; with others the corrections are meaningless.
+        schedule: `hash_schedule` the settings; with others the corrections are meaningless.
         kinks: Factors on the speeds of a register's kinks, by level; of walls they are in `steps`.
     """
 
     steps: tuple[PulseCorrection, ...]
     schedule: str
-    kinks: tuple[float, ...] = described((), 'of kinks', low=0.1, high=10.0)
+    kinks: tuple[float, ...] = describe_field((), 'of kinks', low=0.1, high=10.0)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file."""
@@ -76,25 +76,27 @@ class PulseCorrections:
         return {'steps': steps, 'schedule': self.schedule, **kinks}
 
 
-def kicked(settings: Settings, level: int) -> bool:
+def is_kicked(settings: Settings, level: int) -> bool:
     """Return whether a calibration takes the wall to a level by a kick."""
-    speeds = settings.kick.by_level
+    speeds = settings.kick.wall_speeds
     return settings.write.method == 'kick' and level < len(speeds) and speeds[level] > 0.0
 
 
-def without_kicks(settings: Settings, levels: Collection[int]) -> Settings:
+def remove_kicks(settings: Settings, levels: Collection[int]) -> Settings:
     """Return settings without kicks to some levels."""
     speeds = [
-        0.0 if level in levels else speed for level, speed in enumerate(settings.kick.by_level)
+        0.0 if level in levels else speed for level, speed in enumerate(settings.kick.wall_speeds)
     ]
     kick = dataclasses.replace(settings.kick, speeds=' '.join(map(str, speeds)))
     return dataclasses.replace(settings, kick=kick)
 
 
-def schedule_of(settings: Settings) -> str:
+def hash_schedule(settings: Settings) -> str:
     """Return a hash of all settings that shape the pulses of a write."""
     write, actuator = settings.write, settings.actuator
-    values = [getattr(write, name) for name in (*TIMES, *STRAINS, 'ease_to', 'launch_speed')]
+    values = [
+        getattr(write, name) for name in (*TIME_FIELDS, *STRAIN_FIELDS, 'ease_to', 'launch_speed')
+    ]
     values += [write.last_release, actuator.max_strain, actuator.max_rate]
     if write.method == 'kick':
         values += [settings.kick.speeds, settings.kick.hold]
@@ -110,7 +112,7 @@ def make_corrections(
     steps = tuple(steps)
     if set(steps) == {PulseCorrection()}:
         return None
-    return PulseCorrections(steps, schedule_of(settings))
+    return PulseCorrections(steps, hash_schedule(settings))
 
 
 def corrections_by_level(
@@ -120,6 +122,6 @@ def corrections_by_level(
 
     Without any, and with those of another schedule, all pulses are as set.
     """
-    if known is None or known.schedule != schedule_of(settings):
+    if known is None or known.schedule != hash_schedule(settings):
         return [PulseCorrection()] * levels
     return list(known.steps)

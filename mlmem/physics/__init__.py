@@ -2,18 +2,38 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
-from .chain import Chain, kernel_in_cache
+from .chain import Chain, is_kernel_cached
 from .design import CASE_I, CASE_II, Design
-from .jit import ARITHMETIC
+from .jit import ARITHMETIC_VERSION
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .potential import DesignError, Potential, StateError
 from .specimen import Scatter, Specimen, scattered
 from .stepping import HeldCell, default_step, stable_step, substep_times
-from .wall import Wall, find_walls, level_of, wall_energy
+from .wall import Wall, find_level, find_walls, wall_energy
 
 __all__ = [
-    'ARITHMETIC', 'CASE_I', 'CASE_II', 'INTEGRATORS', 'NOH_BATHE', 'PEFRL', 'Chain', 'Design',
-    'DesignError', 'HeldCell', 'Integrator', 'Potential', 'Scatter', 'Specimen', 'StateError',
-    'Wall', 'default_step', 'find_walls', 'kernel_in_cache', 'level_of', 'scattered',
-    'stable_step', 'substep_times', 'wall_energy',
+    'ARITHMETIC_VERSION',
+    'CASE_I',
+    'CASE_II',
+    'INTEGRATORS',
+    'NOH_BATHE',
+    'PEFRL',
+    'Chain',
+    'Design',
+    'DesignError',
+    'HeldCell',
+    'Integrator',
+    'Potential',
+    'Scatter',
+    'Specimen',
+    'StateError',
+    'Wall',
+    'default_step',
+    'find_level',
+    'find_walls',
+    'is_kernel_cached',
+    'scattered',
+    'stable_step',
+    'substep_times',
+    'wall_energy',
 ]  # fmt: skip

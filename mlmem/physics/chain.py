@@ -12,13 +12,13 @@ import numpy as np
 
 from .design import Design
 from .equilibrium import metamaterial_force, substrate_force
-from .jit import in_cache
+from .jit import is_cached
 from .methods import NOH_BATHE, Integrator
-from .methods.integrator import REST, Cells, Chained, Forcing, aligned, balanced
+from .methods.integrator import MAX_REST_SPEED, Cells, Chained, Forcing, align_array, is_balanced
 from .potential import Array, DesignError, StateError
-from .specimen import LARGEST_OFFSET, Specimen
+from .specimen import MAX_OFFSET, Specimen
 from .stepping import (
-    FREE,
+    NO_HELD_CELL,
     STABILITY_MARGIN,
     HeldCell,
     Inputs,
@@ -61,10 +61,10 @@ class Chain:
         self.integrator = integrator
         self.steps_done = 0
         self.V_N = 0.0
-        self._metamaterial = integrator.arrays(design.N)
+        self._metamaterial = integrator.make_arrays(design.N)
         elastic = design.substrate == 'elastic'
-        self._substrate = integrator.arrays(design.N) if elastic else None
-        self._fill()
+        self._substrate = integrator.make_arrays(design.N) if elastic else None
+        self._build_cells()
         self.v[:] = design.D_s1
 
     # --- the state -----------------------------------------------------------------------
@@ -130,7 +130,7 @@ class Chain:
             state[3] = V
             state[5, 1:-1] = substrate_force(self.specimen, state[0], V)[1:-1]
         self.restore(state, V_N=V_N, steps_done=self.steps_done)
-        self._stick()
+        self._join_stuck_cells()
 
     def state(self) -> Array:
         """Return a copy of everything the future depends on, except V_N and the clock.
@@ -139,7 +139,7 @@ class Chain:
             Rows displacement, velocity, acceleration of the metamaterial, then the same of an
             elastic substrate: shape (3, N) or (6, N). PEFRL has no accelerations: zeros.
         """
-        return np.array(self._rows())
+        return np.array(self._list_rows())
 
     def restore(self, state: Array, *, V_N: float, steps_done: int) -> None:
         """Set a state that `state` returned with either integrator, to the bit.
@@ -152,24 +152,24 @@ class Chain:
             raise StateError(f'the state must have shape {wanted}; got {np.shape(state)}')
         if not (np.isfinite(state).all() and math.isfinite(V_N)):
             raise StateError('the state must be finite; got NaN or infinity')
-        self._set(state)
+        self._set_rows(state)
         if not self.integrator.keeps_accelerations:
-            for _, _, acceleration, *_ in self._chains():
+            for _, _, acceleration, *_ in self._list_chains():
                 acceleration[:] = 0.0
         self.V_N = float(V_N)
         self.steps_done = int(steps_done)
 
-    def _chains(self) -> list[Chained]:
+    def _list_chains(self) -> list[Chained]:
         """Return the arrays of the metamaterial, and of an elastic substrate."""
         return [each for each in (self._metamaterial, self._substrate) if each is not None]
 
-    def _rows(self) -> list[Array]:
+    def _list_rows(self) -> list[Array]:
         """Return the rows of a state; views."""
-        return [row for u, v, A, *_ in self._chains() for row in (u[1:-1], v, A)]
+        return [row for u, v, A, *_ in self._list_chains() for row in (u[1:-1], v, A)]
 
-    def _set(self, state: Iterable[Array]) -> None:
+    def _set_rows(self, state: Iterable[Array]) -> None:
         """Set the rows of a state; the loop renews the ghost cells."""
-        for row, values in zip(self._rows(), state, strict=True):
+        for row, values in zip(self._list_rows(), state, strict=True):
             row[:] = values
 
     def set_specimen(self, specimen: Design | Specimen) -> None:
@@ -184,10 +184,10 @@ class Chain:
         specimen = Specimen.of(specimen)
         self.check(specimen)
         self.specimen = specimen
-        self._fill()
-        self._stick()
+        self._build_cells()
+        self._join_stuck_cells()
 
-    def _stick(self) -> None:
+    def _join_stuck_cells(self) -> None:
         """Give the stuck cells one motion with the substrate under them."""
         stuck = self._cells.stuck
         for row, velocity_or_acceleration in enumerate(self._metamaterial[1:3], 1):
@@ -208,25 +208,25 @@ class Chain:
                 f'{self.dt:g}'
             )
 
-    def _fill(self) -> None:
+    def _build_cells(self) -> None:
         """Build the loop's arguments from the specimen."""
         made, design = self.specimen, self.design
-        mobility, stuck = aligned(1.0 / made.masses), np.array(made.stuck, dtype=np.int64) - 1
+        mobility, stuck = align_array(1.0 / made.masses), np.array(made.stuck, dtype=np.int64) - 1
         elastic = design.substrate == 'elastic'
         if not elastic:
             mobility[stuck] = 0.0
         under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
         p = made.potential
         self._cells = Cells(
-            p.constants(aligned(made.alpha * p.d)), tuple(map(aligned, made.springs)),
-            aligned(made.offsets + p.origin), mobility, aligned(under),
+            p.constants(align_array(made.alpha * p.d)), tuple(map(align_array, made.springs)),
+            align_array(made.offsets + p.origin), mobility, align_array(under),
             stuck, made.eta,
         )  # fmt: skip
         self._constants = self.integrator.constants(self.dt, mobility, made.eta)
-        reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET
+        reach = farthest_reach(made, self.integrator, self.dt) + MAX_OFFSET
         self._range = -reach + p.origin, reach + p.origin
 
-    def damp(self, factors: Array) -> None:
+    def set_damping(self, factors: Array) -> None:
         """Damp every cell by its own factor times eta, shape (N,), until `set_specimen`.
 
         Raises:
@@ -269,14 +269,17 @@ class Chain:
             StateError: The inputs have the wrong shape, are not finite, or drive a cell so far
                 that the step becomes unstable. The chain is as it was before.
         """
-        substeps, inputs = self.integrator.substeps, Inputs(_plain(V_N), held_cell, shake)
+        substeps, inputs = (
+            self.integrator.substeps,
+            Inputs(_copy_contiguous(V_N), held_cell, shake),
+        )
         inputs.check(self.design.N, substeps)
-        before = [row.copy() for row in self._rows()], self.V_N, self.steps_done
+        before = [row.copy() for row in self._list_rows()], self.V_N, self.steps_done
         steps = len(V_N) // substeps
         every = max(1, steps // looks) if looks else 0
-        ends, strayed = self._stretch(inputs, every)
+        ends, strayed = self._advance_stretch(inputs, every)
         while not strayed and ends.shape[1] < steps:
-            part, strayed = self._stretch(inputs.after(substeps * ends.shape[1]), every)
+            part, strayed = self._advance_stretch(inputs.after(substeps * ends.shape[1]), every)
             ends = np.concatenate((ends, part), axis=1)
         # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
         finite = np.isfinite(self.velocity).all()
@@ -287,14 +290,14 @@ class Chain:
                 else 'the chain stopped being finite'
             )
             lost, (rows, self.V_N, self.steps_done) = self.steps_done, before
-            self._set(rows)
+            self._set_rows(rows)
             raise StateError(
                 f'{loss} before step {lost}: it is strained or shaken too hard; the chain is as '
                 f'it was at step {self.steps_done}'
             )
         return ends
 
-    def _stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:
+    def _advance_stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:
         """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0."""
         substeps = self.integrator.substeps
         if every and self.at_rest and (ticks := inputs.still(self.V_N) // (substeps * every)):
@@ -302,7 +305,7 @@ class Chain:
             self.pass_by(steps)
             return np.repeat([[self.end(1)], [self.end(self.design.N)]], steps, axis=1), False
         ends = np.empty((2, len(inputs.V_N) // substeps))
-        steps, strayed = self.integrator.advance(*self._arguments(inputs, ends, every))
+        steps, strayed = self.integrator.advance(*self._build_arguments(inputs, ends, every))
         if steps:
             self.V_N = float(inputs.V_N[substeps * steps - 1])
         self.steps_done += steps
@@ -310,31 +313,36 @@ class Chain:
 
     @property
     def at_rest(self) -> bool:
-        """Whether every velocity and acceleration is below `REST`.
+        """Whether every velocity and acceleration is below `MAX_REST_SPEED`.
 
         It follows from the state alone, so it does not matter how time was divided into runs.
         """
-        if not abs(self.velocity[0]) < REST:  # mostly it shows here
+        if not abs(self.velocity[0]) < MAX_REST_SPEED:  # mostly it shows here
             return False
-        if not all(np.abs(v).max() < REST for _, v, *_ in self._chains()):  # also for NaN
+        if not all(
+            np.abs(v).max() < MAX_REST_SPEED for _, v, *_ in self._list_chains()
+        ):  # also for NaN
             return False
         substrate = None if self._substrate is None else self._substrate[0]
-        return balanced(self._metamaterial[0], substrate, self._cells, self.V_N)
+        return is_balanced(self._metamaterial[0], substrate, self._cells, self.V_N)
 
-    def _arguments(self, inputs: Inputs, ends: Array, every: int = 0) -> tuple[Any, ...]:
+    def _build_arguments(self, inputs: Inputs, ends: Array, every: int = 0) -> tuple[Any, ...]:
         """Return the arguments of the loop; `every` is the number of steps of a tick, or 0."""
         V_N, held_cell, shake = inputs
-        base = np.zeros(len(V_N)) if shake is None else _plain(shake)
-        motion, site = _plain((held_cell or FREE).motion), (held_cell or FREE).site
-        look, slow = (every, REST) if every else (max(1, ends.shape[1]), 0.0)
+        base = np.zeros(len(V_N)) if shake is None else _copy_contiguous(shake)
+        motion, site = (
+            _copy_contiguous((held_cell or NO_HELD_CELL).motion),
+            (held_cell or NO_HELD_CELL).site,
+        )
+        look, slow = (every, MAX_REST_SPEED) if every else (max(1, ends.shape[1]), 0.0)
         forcing = Forcing(
             V_N, base, site, motion.shape[1], motion, look, *self._range, slow, self.V_N
         )
         chains = self._metamaterial, self._substrate
-        losses = None, self._drag(V_N)  # no friction
+        losses = None, self._compute_drag(V_N)  # no friction
         return ends.shape[1], *chains, self._cells, forcing, self._constants, ends, *losses
 
-    def _drag(self, V_N: Array) -> Array | None:
+    def _compute_drag(self, V_N: Array) -> Array | None:
         """Return eta times the velocity of the substrate's end, if damping acts on v - V."""
         if not self.specimen.damped_by_substrate:
             return None
@@ -344,7 +352,7 @@ class Chain:
 
     def pass_by(self, steps: int) -> None:
         """Let the clock go on by whole steps of ticks in which the chain is at rest."""
-        for _, velocity, acceleration, *_ in self._chains():
+        for _, velocity, acceleration, *_ in self._list_chains():
             velocity[:] = acceleration[:] = 0.0
         self.steps_done += steps
 
@@ -353,12 +361,14 @@ class Chain:
         return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 
 
-def kernel_in_cache(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
+def is_kernel_cached(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
     """Return whether the loop for an element of a design is already compiled, here or on disk."""
     nothing = Inputs(np.empty(0)), np.empty((2, 0))
-    return in_cache(integrator.advance, *Chain(design, integrator=integrator)._arguments(*nothing))
+    return is_cached(
+        integrator.advance, *Chain(design, integrator=integrator)._build_arguments(*nothing)
+    )
 
 
-def _plain(array: Array) -> Array:
+def _copy_contiguous(array: Array) -> Array:
     """Return a contiguous, writeable copy: the one kind the kernels are compiled for."""
     return np.array(array, dtype=np.float64, order='C')

@@ -17,14 +17,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..schema import described, problems
-from .jit import fma, formula
+from ..schema import describe_field, find_problems
+from .jit import fma, register_formula
 from .values import Array, DesignError
 
-FEWEST, MOST = 8, 4096
+MIN_FORCES, MAX_FORCES = 8, 4096
 """Numbers of forces of a curve."""
 
-FINER = 8
+ZERO_SEARCH_PARTS = 8
 """Parts of an interval in which a zero of the force is looked for."""
 
 
@@ -43,8 +43,8 @@ class Constants(NamedTuple):
     per: float
 
 
-@formula(Constants)
-def spline(constants: Constants, j: int, y: float) -> tuple[float, float]:
+@register_formula(Constants)
+def evaluate_spline(constants: Constants, j: int, y: float) -> tuple[float, float]:
     """Return alpha_j d and the force at y, counted from an interval before the first force."""
     height, pieces, per = constants
     place, last = y * per, float(pieces.shape[1] - 1)
@@ -70,17 +70,19 @@ class Curve:
         DesignError: A value is out of range.
     """
 
-    low: float = described(MISSING, 'configuration of the first force', low=-1e6, high=1e6)
-    high: float = described(MISSING, 'configuration of the last force', low=-1e6, high=1e6)
+    low: float = describe_field(MISSING, 'configuration of the first force', low=-1e6, high=1e6)
+    high: float = describe_field(MISSING, 'configuration of the last force', low=-1e6, high=1e6)
     force: tuple[float, ...] = ()
-    d: float = described(1.0, 'factor of energy and force', low=1e-12, high=1e9)
+    d: float = describe_field(1.0, 'factor of energy and force', low=1e-12, high=1e9)
 
     def __post_init__(self) -> None:
-        found = problems(self)
+        found = find_problems(self)
         if not found and self.high <= self.low:
             found.append(f'high must be above low = {self.low:g}; got {self.high:g}')
-        if not FEWEST <= len(self.force) <= MOST:
-            found.append(f'force must be {FEWEST} to {MOST} numbers; got {len(self.force)}')
+        if not MIN_FORCES <= len(self.force) <= MAX_FORCES:
+            found.append(
+                f'force must be {MIN_FORCES} to {MAX_FORCES} numbers; got {len(self.force)}'
+            )
         elif not np.isfinite(np.array(self.force, dtype=np.float64)).all():
             found.append('force must be finite numbers')
         if found:
@@ -110,7 +112,7 @@ class Curve:
     def pieces(self) -> Array:
         """Coefficients of the force over d (see `Constants`)."""
         f = [float(each) for each in self.force]
-        s = _slopes(f)
+        s = _compute_slopes(f)
         rows = [(f[0] - s[0], s[0], 0.0, 0.0)]
         for (f0, s0), (f1, s1) in itertools.pairwise(zip(f, s, strict=True)):
             rows.append((f0, s0, 3.0 * (f1 - f0) - (2.0 * s0 + s1), s0 + s1 - 2.0 * (f1 - f0)))
@@ -118,10 +120,10 @@ class Curve:
         return np.ascontiguousarray(np.array(rows).T)
 
     def constants(self, height: Array) -> Constants:
-        """Return what `formulas.on_site` takes, given alpha_j d, shape (N,)."""
+        """Return what `formulas.on_site_factors` takes, given alpha_j d, shape (N,)."""
         return Constants(height, self.pieces, 1.0 / self.step)
 
-    def _at(self, D: ArrayLike) -> tuple[Any, Array]:
+    def _find_piece(self, D: ArrayLike) -> tuple[Any, Array]:
         """Return the number of the piece of every configuration, and the place in it."""
         t = (np.asarray(D, dtype=np.float64) - self.origin) * (1.0 / self.step)
         k = np.fmin(np.fmax(t, 0.0), self.pieces.shape[1] - 1.0).astype(np.int64)  # 0 for NaN
@@ -129,30 +131,30 @@ class Curve:
 
     def slope(self, D: ArrayLike) -> Array:
         """Return psi' at the configurations D (any shape)."""
-        k, t = self._at(D)
+        k, t = self._find_piece(D)
         p0, p1, p2, p3 = self.pieces[:, k]
         return np.asarray(self.d * (p0 + t * (p1 + t * (p2 + t * p3))))
 
     def stiffness(self, D: ArrayLike) -> Array:
         """Return psi'' at the configurations D."""
-        k, t = self._at(D)
+        k, t = self._find_piece(D)
         _, p1, p2, p3 = self.pieces[:, k]
         return np.asarray(self.d / self.step * (p1 + t * (2.0 * p2 + t * (3.0 * p3))))
 
     def energy(self, D: ArrayLike) -> Array:
         """Return psi at the configurations D; it is 0 in the first ground state."""
-        at_zero = self._integral(self.ground_states[0] if self.ground_states else self.low)
-        return np.asarray(self._integral(D) - at_zero)
+        at_zero = self._integrate_force(self.ground_states[0] if self.ground_states else self.low)
+        return np.asarray(self._integrate_force(D) - at_zero)
 
-    def _integral(self, D: ArrayLike) -> Array:
+    def _integrate_force(self, D: ArrayLike) -> Array:
         whole = (self.pieces / np.array([[1.0], [2.0], [3.0], [4.0]])).sum(axis=0)
         before = np.concatenate(([0.0], np.cumsum(whole)[:-1]))
-        k, t = self._at(D)
+        k, t = self._find_piece(D)
         p0, p1, p2, p3 = self.pieces[:, k]
         part = t * (p0 + t * (p1 / 2.0 + t * (p2 / 3.0 + t * (p3 / 4.0))))
         return np.asarray(self.d * self.step * (before[k] + part))
 
-    def stiffest(self, reach: float) -> float:
+    def max_stiffness(self, reach: float) -> float:
         """Return a bound on |psi''|, which holds everywhere: beyond the curve it is constant."""
         _, p1, p2, p3 = self.pieces
         with np.errstate(divide='ignore', invalid='ignore'):
@@ -163,9 +165,9 @@ class Curve:
     # --- its ground states -----------------------------------------------------------------
 
     @cached_property
-    def _zeros(self) -> list[tuple[float, bool]]:
+    def _force_zeros(self) -> list[tuple[float, bool]]:
         """Where the force is zero between the first and the last, and whether it rises there."""
-        D = np.linspace(self.low, self.high, FINER * (len(self.force) - 1) + 1)
+        D = np.linspace(self.low, self.high, ZERO_SEARCH_PARTS * (len(self.force) - 1) + 1)
         high = self.slope(D) > 0.0
         found = []
         for k in np.flatnonzero(high[:-1] != high[1:]):
@@ -181,7 +183,7 @@ class Curve:
     @cached_property
     def ground_states(self) -> tuple[float, ...]:
         """The configurations of the minima, rising."""
-        return tuple(D for D, stable in self._zeros if stable)
+        return tuple(D for D, stable in self._force_zeros if stable)
 
     def ground_state(self, n: int) -> float:
         """Return the n-th ground state, from 0.
@@ -203,19 +205,23 @@ class Curve:
             DesignError: The law has no such barrier.
         """
         low, high = self.ground_state(n), self.ground_state(n + 1)
-        return next(D for D, stable in self._zeros if not stable and low < D < high)
+        return next(D for D, stable in self._force_zeros if not stable and low < D < high)
 
     def wells(self, first: int, last: int) -> tuple[float, float]:
         """Return the configurations that bound the wells of a range of ground states.
 
         That is the barriers below the first and above the last one, or the ends of the curve.
         """
-        below = [D for D, stable in self._zeros if not stable and self.ground_state(first) > D]
-        above = [D for D, stable in self._zeros if not stable and self.ground_state(last) < D]
+        below = [
+            D for D, stable in self._force_zeros if not stable and self.ground_state(first) > D
+        ]
+        above = [
+            D for D, stable in self._force_zeros if not stable and self.ground_state(last) < D
+        ]
         return max(below, default=self.low), min(above, default=self.high)
 
 
-def _slopes(f: list[float]) -> list[float]:
+def _compute_slopes(f: list[float]) -> list[float]:
     """Return the slopes per interval at the knots of the spline through values of any cubic.
 
     At the ends it has the slope of the cubic through the four outermost values.

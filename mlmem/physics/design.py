@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from ..schema import described, fields_in, problems
+from ..schema import describe_field, find_problems, make_field_factory
 from .curve import Curve
 from .potential import Array, DesignError, Potential
 
-RIGIDITY = 10.0
+MIN_RIGIDITY_RATIO = 10.0
 """Least ratio of substrate stiffness to the metamaterial's that we accept as >>."""
 
 
-_cells = fields_in('cells', 2, 100_000)
-_stiffness = fields_in('k_r', 1e-9, 1e9)
+_cells = make_field_factory('cells', 2, 100_000)
+_stiffness = make_field_factory('k_r', 1e-9, 1e9)
 
 
 @dataclass(frozen=True)
@@ -41,22 +41,30 @@ class Design:
         DesignError: A value is out of range, or values contradict each other.
     """
 
-    N: int = described(MISSING, 'number of unit cells', low=3, high=100_000)
-    gamma: float = described(
+    N: int = describe_field(MISSING, 'number of unit cells', low=3, high=100_000)
+    gamma: float = describe_field(
         MISSING, 'gradient of the on-site potential, per cell', low=-1.0, high=1.0
     )
-    beta: float = described(MISSING, 'anomaly of the defect cells', low=-1.0, high=10.0)
+    beta: float = describe_field(MISSING, 'anomaly of the defect cells', low=-1.0, high=10.0)
     J: int = _cells(MISSING, 'cells per level: period of the defects')
     J_s: int = _cells(MISSING, 'period of the substrate stiffness')
     j_0: float = _cells(MISSING, 'site of least substrate stiffness', low=-1e6, high=1e6)
-    d: float = described(MISSING, 'half the barrier height of the potential', low=1e-9, high=1e3)
-    a: float = described(0.2582, 'linear phase coefficient of the potential', low=1e-9, high=1e3)
-    b: float = described(0.0172, 'cubic phase coefficient of the potential', low=-1e3, high=1e3)
-    c: float = described(7.4489, 'offset of the potential', low=-1e6, high=1e6)
+    d: float = describe_field(
+        MISSING, 'half the barrier height of the potential', low=1e-9, high=1e3
+    )
+    a: float = describe_field(
+        0.2582, 'linear phase coefficient of the potential', low=1e-9, high=1e3
+    )
+    b: float = describe_field(
+        0.0172, 'cubic phase coefficient of the potential', low=-1e3, high=1e3
+    )
+    c: float = describe_field(7.4489, 'offset of the potential', low=-1e6, high=1e6)
     s_min: float = _stiffness(1000.0, 'least substrate stiffness')
     s_max: float = _stiffness(3000.0, 'greatest substrate stiffness')
-    eta: float = described(1 / 250, 'on-site viscous damping', unit='1/time', low=0.0, high=10.0)
-    phase: int = described(
+    eta: float = describe_field(
+        1 / 250, 'on-site viscous damping', unit='1/time', low=0.0, high=10.0
+    )
+    phase: int = describe_field(
         None, 'ground state that is the inactive phase s1; s2 is the next one', low=-100, high=100
     )
     tail: int = _cells(
@@ -64,7 +72,7 @@ class Design:
         'cells at the right end without defects, so that the last echo is clear of its pulse',
         low=0,
     )
-    substrate: str = described(
+    substrate: str = describe_field(
         'rigid', 'substrate model: Eq. (1a) alone, or with Eq. (1b)', choices=('rigid', 'elastic')
     )
     law: Curve | None = None
@@ -72,7 +80,7 @@ class Design:
     def __post_init__(self) -> None:
         if self.phase is None:
             object.__setattr__(self, 'phase', self.usual_phase)
-        found = problems(self) or self._inconsistencies()
+        found = find_problems(self) or self._find_inconsistencies()
         if found:
             raise DesignError('; '.join(found))
 
@@ -93,15 +101,16 @@ class Design:
                 f'J must be at most N - tail - 1 = {last}, or no level fits; got {self.J}'
             )
         stiffest = max(1.0, self.k_s1, self.k_s2)
-        if self.s_min < RIGIDITY * stiffest:
+        if self.s_min < MIN_RIGIDITY_RATIO * stiffest:
             found.append(
                 f's_min must be far above max(k_r, k_s) = {stiffest:.4g} (at least '
-                f'{RIGIDITY:g} times), or the wall strains the substrate; got {self.s_min:g}'
+                f'{MIN_RIGIDITY_RATIO:g} times), or the wall strains the substrate; got '
+                f'{self.s_min:g}'
             )
         if found:
             raise DesignError('; '.join(found))
 
-    def _inconsistencies(self) -> list[str]:
+    def _find_inconsistencies(self) -> list[str]:
         found = []
         if self.beta <= -1.0:
             found.append(f'beta must be greater than -1; got {self.beta:g}')
@@ -190,23 +199,23 @@ class Design:
     @cached_property
     def sites(self) -> Array:
         """Site numbers 1 ... N, shape (N,)."""
-        return _frozen(np.arange(1, self.N + 1, dtype=np.float64))
+        return _freeze_array(np.arange(1, self.N + 1, dtype=np.float64))
 
     @cached_property
     def alpha(self) -> Array:
         """Amplification of the on-site potential, shape (N,)."""
         defect = (self.sites % self.J == 0) & (self.sites <= self.N - self.tail)
-        return _frozen((1.0 + self.gamma * self.sites) * (1.0 + self.beta * defect))
+        return _freeze_array((1.0 + self.gamma * self.sites) * (1.0 + self.beta * defect))
 
     @cached_property
     def s(self) -> Array:
         """Substrate stiffness s_{j+1/2} of Eq. (2), shape (N - 1,)."""
-        return _frozen(stiffness_profile(self, self.sites[:-1]))
+        return _freeze_array(stiffness_profile(self, self.sites[:-1]))
 
     @cached_property
     def strain_shape(self) -> Array:
         """Quasi-static substrate displacement V_j for a unit V_N (V_1 = 0), shape (N,)."""
-        return _frozen(strain_shape(self.s))
+        return _freeze_array(strain_shape(self.s))
 
     @property
     def levels(self) -> int:
@@ -223,17 +232,17 @@ class Design:
         """Bits per element, floor(log2 p)."""
         return self.levels.bit_length() - 1
 
-    def defect(self, level: int) -> int:
+    def defect_site(self, level: int) -> int:
         """Return the site of the defect that pins the wall of a level (0 ... p - 1)."""
         return (level + 1) * self.J
 
-    def freed_by_compression(self, level: int) -> bool:
+    def is_freed_by_compression(self, level: int) -> bool:
         """Return whether compression, rather than tension, frees the wall at a level.
 
         Compression draws a wall to the next maximum of the substrate stiffness, tension to the
         next minimum; so it depends on which of them comes first (Fig. 2a).
         """
-        ahead = (self.defect(level) - self.j_0) % self.J_s
+        ahead = (self.defect_site(level) - self.j_0) % self.J_s
         return ahead < self.J_s / 2.0
 
     def code(self, level: int) -> str:
@@ -258,7 +267,7 @@ def strain_shape(s: Array) -> Array:
     return np.asarray(compliance / compliance[-1])
 
 
-def _frozen(array: Array) -> Array:
+def _freeze_array(array: Array) -> Array:
     array.flags.writeable = False
     return array
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chain import Chain
-from .equilibrium import energies, metamaterial_force, substrate_force
+from .equilibrium import compute_energies, metamaterial_force, substrate_force
 from .potential import Array
 from .specimen import Specimen
 
@@ -41,11 +41,11 @@ class Energy:
 
 def energy(chain: Chain) -> Energy:
     """Return the energy of a chain's current state."""
-    motion = kinetic(chain.specimen, chain.velocity, chain.substrate_velocity)
-    return Energy(float(motion), *map(float, energies(chain.specimen, chain.v, chain.V)))
+    motion = kinetic_energy(chain.specimen, chain.velocity, chain.substrate_velocity)
+    return Energy(float(motion), *map(float, compute_energies(chain.specimen, chain.v, chain.V)))
 
 
-def kinetic(made: Specimen, velocity: Array, substrate_velocity: Array) -> Array:
+def kinetic_energy(made: Specimen, velocity: Array, substrate_velocity: Array) -> Array:
     """Return the kinetic energy of both chains; velocities of shape (..., N)."""
     motion = np.sum(made.masses * velocity**2, axis=-1) + np.sum(substrate_velocity**2, axis=-1)
     return np.asarray(0.5 * motion)

@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .design import Design
-from .jit import kernel
+from .jit import compile_kernel
 from .potential import Array, StateError
 from .specimen import Specimen
 from .wall import find_walls
 
 
-def energies(specimen: Design | Specimen, v: Array, V: Array) -> tuple[Array, Array, Array]:
+def compute_energies(
+    specimen: Design | Specimen, v: Array, V: Array
+) -> tuple[Array, Array, Array]:
     """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
     specimen = Specimen.of(specimen)
     on_site = specimen.alpha * specimen.potential.energy(v - (V + specimen.offsets))
@@ -35,37 +37,37 @@ def energies(specimen: Design | Specimen, v: Array, V: Array) -> tuple[Array, Ar
 
 def metamaterial_force(specimen: Specimen, v: Array, V: Array) -> Array:
     """Return the force on every cell, -dU/dv_j of Eq. (1a), shape (..., N)."""
-    return _with_springs(-_on_site(specimen, v, V), specimen.k_r * np.diff(v))
+    return _add_spring_pull(-_compute_on_site_pull(specimen, v, V), specimen.k_r * np.diff(v))
 
 
 def substrate_force(specimen: Specimen, v: Array, V: Array) -> Array:
     """Return the force on every substrate site, -dU/dV_j of Eq. (1b), shape (..., N)."""
-    return _with_springs(_on_site(specimen, v, V), specimen.s * np.diff(V))
+    return _add_spring_pull(_compute_on_site_pull(specimen, v, V), specimen.s * np.diff(V))
 
 
-def stiffness(specimen: Specimen, v: Array, V: Array) -> Array:
+def stiffness_diagonal(specimen: Specimen, v: Array, V: Array) -> Array:
     """Return d2U/dv_j2, shape (..., N): the diagonal of a matrix with -k_r beside it."""
     on_site = specimen.alpha * specimen.potential.stiffness(v - (V + specimen.offsets))
-    diagonal = on_site + specimen.tied
+    diagonal = on_site + specimen.coupling_stiffness
     diagonal[..., [0, -1]] -= specimen.k_r[[0, -1]]
     return np.asarray(diagonal)
 
 
-def _on_site(specimen: Specimen, v: Array, V: Array) -> Array:
+def _compute_on_site_pull(specimen: Specimen, v: Array, V: Array) -> Array:
     """Return the pull of the on-site springs on the substrate, shape (..., N)."""
     slope = specimen.potential.slope(v - (V + specimen.offsets))
     return np.asarray(specimen.alpha * slope)
 
 
-def _with_springs(force: Array, tension: Array) -> Array:
+def _add_spring_pull(force: Array, tension: Array) -> Array:
     """Add the pull of springs in series, tensions of shape (..., N - 1)."""
     force[..., :-1] += tension
     force[..., 1:] -= tension
     return force
 
 
-@kernel
-def solve(diagonal: Array, beside: Array, right: Array) -> bool:
+@compile_kernel
+def solve_tridiagonal(diagonal: Array, beside: Array, right: Array) -> bool:
     """Solve a system for several right sides if its matrix is positive definite.
 
     Args:
@@ -92,29 +94,29 @@ def solve(diagonal: Array, beside: Array, right: Array) -> bool:
     return True
 
 
-TOLERANCE = 1e-12
+FORCE_TOLERANCE = 1e-12
 """Largest residual force per cell, over the stiffness of the stiffest cell."""
 
 
-def blank(specimen: Design | Specimen) -> Array:
+def make_blank(specimen: Design | Specimen) -> Array:
     """Return the displacements of a blank, unstrained element at rest, shape (N,).
 
     Raises:
-        StateError: As `relax`.
+        StateError: As `relax_to_equilibrium`.
     """
     specimen = Specimen.of(specimen)
     design = specimen.design
     v = np.full(design.N, design.D_s1)
     if not specimen.offsets.any():
         return v
-    return relax(specimen, v + specimen.offsets, np.zeros(design.N))
+    return relax_to_equilibrium(specimen, v + specimen.offsets, np.zeros(design.N))
 
 
 def wall_profile(design: Design, position: float, *, kink: bool = False) -> Array:
     """Return the configuration of an anti-kink: s2 on the left of `position`, s1 on the right.
 
     The profile is that of a wall in a symmetric double well of the same barrier, a tanh: a
-    first guess for `relax`.
+    first guess for `relax_to_equilibrium`.
 
     Args:
         position: Where the wall is, in sites.
@@ -124,11 +126,13 @@ def wall_profile(design: Design, position: float, *, kink: bool = False) -> Arra
         Delta_j, shape (N,).
     """
     mean, half = 0.5 * (design.D_s1 + design.D_s2), 0.5 * (design.D_s2 - design.D_s1)
-    profile = mean - half * np.tanh((design.sites - position) / _width(design))
+    profile = mean - half * np.tanh((design.sites - position) / _wall_width(design))
     return design.D_s1 + design.D_s2 - profile if kink else profile
 
 
-def relax(specimen: Design | Specimen, v: Array, V: Array, *, iterations: int = 200) -> Array:
+def relax_to_equilibrium(
+    specimen: Design | Specimen, v: Array, V: Array, *, iterations: int = 200
+) -> Array:
     """Return the stable equilibrium displacements v nearest to a guess, with the substrate at V.
 
     Stuck cells stay as in the guess.
@@ -146,28 +150,28 @@ def relax(specimen: Design | Specimen, v: Array, V: Array, *, iterations: int = 
     """
     specimen = Specimen.of(specimen)
     v = np.array(v, dtype=np.float64)
-    held = _held(specimen)
+    held = _list_stuck_indices(specimen)
     for _ in range(iterations):
         force = metamaterial_force(specimen, v, V)
-        diagonal = stiffness(specimen, v, V)
+        diagonal = stiffness_diagonal(specimen, v, V)
         force[held] = 0.0
-        if np.abs(force).max() < TOLERANCE * diagonal.max():
-            if _solve(specimen, diagonal, force) is None:
+        if np.abs(force).max() < FORCE_TOLERANCE * diagonal.max():
+            if _solve_definite(specimen, diagonal, force) is None:
                 raise StateError('the guess leads to an unstable equilibrium; move it a little')
             return v
         step = _downhill_step(specimen, diagonal, force)
         v += step * min(1.0, 0.2 / float(np.abs(step).max()))
     raise StateError(
         f'no equilibrium within {iterations} Newton steps; the residual force is '
-        f'{np.abs(force).max():.3g}, above {TOLERANCE:g}'
+        f'{np.abs(force).max():.3g}, above {FORCE_TOLERANCE:g}'
     )
 
 
-BESIDE = 0.3
+DEFECT_OFFSET_CELLS = 0.3
 """Distance from a defect, in cells, at which a guess is not balanced on it."""
 
 
-def resting_wall(specimen: Design | Specimen, level: int) -> Array:
+def find_pinned_wall(specimen: Design | Specimen, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
     Returns:
@@ -180,17 +184,17 @@ def resting_wall(specimen: Design | Specimen, level: int) -> Array:
     design = specimen.design
     if not 0 <= level < design.levels:
         raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
-    defect = design.defect(level)
-    guess = wall_profile(design, defect + BESIDE) + specimen.offsets
-    v = relax(specimen, guess, np.zeros(design.N))
+    defect = design.defect_site(level)
+    guess = wall_profile(design, defect + DEFECT_OFFSET_CELLS) + specimen.offsets
+    v = relax_to_equilibrium(specimen, guess, np.zeros(design.N))
     found = find_walls(design, v)
-    if len(found) != 1 or abs(found[0].position - defect) > _width(design):
+    if len(found) != 1 or abs(found[0].position - defect) > _wall_width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
         raise StateError(f'the defect at j = {defect} pins no wall; {left} remains')
     return v
 
 
-def resting_walls(
+def find_pinned_walls(
     specimen: Design | Specimen, positions: Sequence[float], *, iterations: int = 200
 ) -> Array:
     """Return the displacements of an unstrained element with walls and kinks in turn, where they
@@ -198,10 +202,10 @@ def resting_walls(
 
     Args:
         positions: In sites.
-        iterations: As `relax`: a wall that is pinned where it is takes few.
+        iterations: As `relax_to_equilibrium`: a wall that is pinned where it is takes few.
 
     Raises:
-        StateError: As `relax`.
+        StateError: As `relax_to_equilibrium`.
     """
     specimen = Specimen.of(specimen)
     design = specimen.design
@@ -210,13 +214,13 @@ def resting_walls(
     for phase, position in enumerate(sorted(positions, reverse=True), 1):
         left = (wall_profile(design, position) - design.D_s1) / step
         share = share * (1.0 - left) + phase % 2 * left
-    held = _held(specimen)
+    held = _list_stuck_indices(specimen)
     share[held] = np.round(share[held])
     guess = design.D_s1 + step * share + specimen.offsets
-    return relax(specimen, guess, np.zeros(design.N), iterations=iterations)
+    return relax_to_equilibrium(specimen, guess, np.zeros(design.N), iterations=iterations)
 
 
-def _width(design: Design) -> float:
+def _wall_width(design: Design) -> float:
     """Return the length of a wall's tanh in cells, from the mean on-site stiffness."""
     return 2.0 / math.sqrt(0.5 * (design.k_s1 + design.k_s2))
 
@@ -228,21 +232,21 @@ def _downhill_step(specimen: Specimen, diagonal: Array, force: Array) -> Array:
     """
     shift = 0.0
     while True:
-        step = _solve(specimen, diagonal + shift, force)
+        step = _solve_definite(specimen, diagonal + shift, force)
         if step is not None:
             return step
         shift = 4.0 * shift if shift else 0.01
 
 
-def _held(specimen: Specimen) -> NDArray[np.int64]:
+def _list_stuck_indices(specimen: Specimen) -> NDArray[np.int64]:
     """Return the indices of the stuck cells."""
     return np.array(specimen.stuck, dtype=np.int64) - 1
 
 
-def _solve(specimen: Specimen, diagonal: Array, right: Array) -> Array | None:
+def _solve_definite(specimen: Specimen, diagonal: Array, right: Array) -> Array | None:
     """Solve the tridiagonal system; None if it is not positive definite."""
     solution, diagonal, beside = right[None].copy(), diagonal.copy(), -specimen.k_r
     if specimen.stuck:
-        held = _held(specimen)
+        held = _list_stuck_indices(specimen)
         diagonal[held], beside[held], beside[held - 1] = 1.0, 0.0, 0.0
-    return solution[0] if solve(diagonal, beside, solution) else None
+    return solution[0] if solve_tridiagonal(diagonal, beside, solution) else None

@@ -9,8 +9,8 @@ Everything that enters the material's state is computed with them, so that a ses
 exactly.
 
 Without a law of its own an element has the paper's: no branch, no table. The type of a law's
-constants chooses its formula when a loop is compiled (`jit.formula`), so every loop knows every
-law, and none pays for the others.
+constants chooses its formula when a loop is compiled (`jit.register_formula`), so every loop
+knows every law, and none pays for the others.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from typing import Any
 import numba
 import numpy as np
 
-from .jit import fma, formula_for, inlined, kernel
+from .jit import compile_kernel, find_formula, fma, inline_function
 from .potential import Array
 
 # sin(r) / r as a polynomial in r^2 on [-pi/2, pi/2] (Chebyshev fit in 40 digits): error 1.2e-16;
 # highest power first.
-_SINE = (
+_SINE_COEFFICIENTS = (
     -7.374387503862757e-13,
     1.6048168318165643e-10,
     -2.505188194671259e-08,
@@ -37,13 +37,13 @@ _SINE = (
     -0.16666666666666072,
     0.9999999999999999,
 )
-_EXPONENTIAL = tuple(1.0 / math.factorial(n) for n in range(13, -1, -1))
+_EXP_COEFFICIENTS = tuple(1.0 / math.factorial(n) for n in range(13, -1, -1))
 _LN2 = math.log(2.0)
 
 
 def sine(x: Array) -> Array:
     """Return sin(x) within 1e-15 plus 2e-16 |x|, any shape."""
-    return _of_each(_sine, x)
+    return _map_elements(_sine_in_place, x)
 
 
 def cosine(x: Array) -> Array:
@@ -56,36 +56,36 @@ def exponential(x: Array) -> Array:
 
     Results below the least number are 0, down to exp(-inf).
     """
-    return _of_each(_exponential, x)
+    return _map_elements(_exponential_in_place, x)
 
 
-def _of_each(function: Callable[[Array], None], x: Array) -> Array:
+def _map_elements(function: Callable[[Array], None], x: Array) -> Array:
     values = np.array(x, dtype=np.float64, order='C')
     function(values.reshape(-1))
     return values
 
 
-@kernel
-def _sine(x: Array) -> None:
+@compile_kernel
+def _sine_in_place(x: Array) -> None:
     """Replace numbers by their sines."""
     for i in range(len(x)):
         n = np.rint(x[i] * (1.0 / math.pi))
         r = x[i] - n * math.pi
         z, value = r * r, 0.0
-        for coefficient in _SINE:
+        for coefficient in _SINE_COEFFICIENTS:
             value = value * z + coefficient
         half = 0.5 * n
         x[i] = r * value * (1.0 - 4.0 * (half - np.floor(half)))
 
 
-@kernel
-def _exponential(x: Array) -> None:
+@compile_kernel
+def _exponential_in_place(x: Array) -> None:
     """Replace numbers by their exponentials."""
     for i in range(len(x)):
         at = -800.0 if x[i] < -800.0 else x[i]
         n = np.rint(at * (1.0 / _LN2))
         r, value = at - n * _LN2, 0.0
-        for coefficient in _EXPONENTIAL:
+        for coefficient in _EXP_COEFFICIENTS:
             value = value * r + coefficient
         x[i] = math.ldexp(value, int(n))
 
@@ -104,8 +104,8 @@ S6 = -3.8172886541807443
 S7 = 0.6921569856570443
 
 
-@inlined
-def wave(turns: float) -> float:
+@inline_function
+def sine_of_turns(turns: float) -> float:
     """Return sin(2 pi turns) by a vectorisable polynomial; no branch, no table.
 
     Whole turns are subtracted from the distance to the sine's crest, which is exact; the rest is
@@ -120,76 +120,76 @@ def wave(turns: float) -> float:
     return h * odd
 
 
-@inlined
-def on_site(constants: Any, j: int, y: float) -> tuple[float, float]:
+@inline_function
+def on_site_factors(constants: Any, j: int, y: float) -> tuple[float, float]:
     """Return two factors of alpha_j psi'(y + origin), the on-site force.
 
     Adding the product to something else rounds only once. The constants are those of
     `Potential.constants`, or of another law.
     """
-    slope, factor = _slope(constants, j, y)
+    slope, factor = _select_on_site(constants, j, y)
     return slope, factor
 
 
-def _slope(constants: Any, j: Any, y: Any) -> Any:
+def _select_on_site(constants: Any, j: Any, y: Any) -> Any:
     """Where the compiler is off (NUMBA_DISABLE_JIT); compiled loops use the choice below."""
-    return _slope_by_type(constants, j, y)(constants, j, y)
+    return _overload_on_site(constants, j, y)(constants, j, y)
 
 
-@numba.extending.overload(_slope, inline='always')
-def _slope_by_type(constants: Any, j: Any, y: Any) -> Any:
-    def paper(constants: Any, j: Any, y: Any) -> Any:  # the force of page 3
+@numba.extending.overload(_select_on_site, inline='always')
+def _overload_on_site(constants: Any, j: Any, y: Any) -> Any:
+    def paper_force(constants: Any, j: Any, y: Any) -> Any:  # the force of page 3
         height, a, b = constants
         y2 = y * y
         turns = y * fma(INVERSE_TURN * b, y2, INVERSE_TURN * a)
-        return height[j] * fma(3.0 * b, y2, a), wave(turns)
+        return height[j] * fma(3.0 * b, y2, a), sine_of_turns(turns)
 
-    law = formula_for(constants)
-    return paper if law is None else law
+    law = find_formula(constants)
+    return paper_force if law is None else law
 
 
-@inlined
-def coupling(constants: Any, j: int, left: float, x: float, right: float) -> float:
+@inline_function
+def coupling_pull(constants: Any, j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both neighbours' springs on a cell at x.
 
     Without constants they have stiffness 1, and nothing else is compiled. The one constant is the
     stiffness left of every cell and right of the last, 0 beyond the ends, shape (n + 1,). A
     coupling with a formula of its own has other constants.
     """
-    pull: float = _pull(constants, j, left, x, right)
+    pull: float = _select_coupling(constants, j, left, x, right)
     return pull
 
 
-def _pull(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+def _select_coupling(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
     """Where the compiler is off (NUMBA_DISABLE_JIT); compiled loops use the choice below."""
-    return _pull_by_type(constants, j, left, x, right)(constants, j, left, x, right)
+    return _overload_coupling(constants, j, left, x, right)(constants, j, left, x, right)
 
 
-@numba.extending.overload(_pull, inline='always')
-def _pull_by_type(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
-    def alike(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+@numba.extending.overload(_select_coupling, inline='always')
+def _overload_coupling(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+    def uniform_pull(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
         return fma(-2.0, x, left) + right
 
-    def scattered(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+    def scattered_pull(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
         k_r = constants[0]
         return fma(k_r[j + 1], right - x, -k_r[j] * (x - left))
 
-    law = formula_for(constants)
+    law = find_formula(constants)
     if law is not None:
         return law
-    return scattered if len(constants) else alike
+    return scattered_pull if len(constants) else uniform_pull
 
 
-@inlined
-def joined(mobility: float, cell: float, below: float) -> float:
+@inline_function
+def join_motion(mobility: float, cell: float, below: float) -> float:
     """Return the motion of a cell that sticks to its substrate cell, of mass 1: the mean of what
     both would do alone, weighted by their masses. What one does to the other cancels.
     """
     return (cell + mobility * below) / (1.0 + mobility)
 
 
-@inlined
-def rub(constants: tuple[float, float], v: float) -> float:
+@inline_function
+def dry_friction(constants: tuple[float, float], v: float) -> float:
     """Return the dry friction at a velocity: its limit, and the velocity where it is viscous."""
     force, creep = constants
     return force * v / math.sqrt(v * v + creep * creep)

@@ -19,15 +19,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from .design import Design
-from .equilibrium import energies, metamaterial_force, solve, stiffness, wall_profile
+from .equilibrium import (
+    compute_energies,
+    metamaterial_force,
+    solve_tridiagonal,
+    stiffness_diagonal,
+    wall_profile,
+)
 from .potential import Array, DesignError, StateError
 from .specimen import Specimen
 
-DECAY = 12.0
+DECAY_EXPONENT = 12.0
 """A static displacement has decayed to exp(-DECAY) at the edges."""
 
 
-def uniform(design: Design) -> Design:
+def make_uniform(design: Design) -> Design:
     """Return the uniform element of the same size: gamma = beta = 0."""
     return dataclasses.replace(design, gamma=0.0, beta=0.0)
 
@@ -53,7 +59,7 @@ class Excerpt:
         return self.made.design
 
 
-def excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
+def cut_excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
     """Return the cells from `low` to `high`, which a wall will visit, and those around them that
     affect it there.
 
@@ -61,7 +67,7 @@ def excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
         StateError: They are not a valid element on their own.
     """
     made = Specimen.of(made)
-    design, margin = made.design, reach(made.design)
+    design, margin = made.design, decay_reach(made.design)
     # Whole levels are left out, so that the defects stay at the multiples of J.
     before = max(0, math.floor((low - margin) / design.J) * design.J)
     before = min(before, (design.N - design.tail - 2) // design.J * design.J - design.J)
@@ -91,21 +97,21 @@ def excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
     return Excerpt(own, before, shape - shape[len(shape) // 2])
 
 
-def reach(design: Design) -> int:
+def decay_reach(design: Design) -> int:
     """Return within how many cells, N at most, a static displacement decays by exp(-DECAY)."""
     softest = min(design.k_s1, design.k_s2) * float(design.alpha.min())
     decay = 2.0 * math.asinh(0.5 * math.sqrt(softest))  # acosh(1 + k / 2), however small k is
-    return min(design.N, math.ceil(DECAY / decay))
+    return min(design.N, math.ceil(DECAY_EXPONENT / decay))
 
 
-STIFFENING = 1.0
+ADDED_STIFFNESS = 1.0
 """Stiffness added along the constraint: it changes no solution, and makes the matrix positive
 definite at maxima of the landscape."""
 
-TOLERANCE = 1e-11
+FORCE_TOLERANCE = 1e-11
 """Largest residual force per cell."""
 
-LARGEST_STEP = 0.2
+MAX_NEWTON_STEP = 0.2
 """Cap of a Newton step, in lattice constants, so that it stays in its basin."""
 
 
@@ -151,24 +157,24 @@ def hold_walls(
     normal[rows, left], normal[rows, left + 1] = 1.0 - ahead, ahead
     value = design.D_barrier + normal @ V
     beside = np.tile(-specimen.k_r, (len(rows), 1))
-    beside[rows, left] += STIFFENING * (1.0 - ahead) * ahead
+    beside[rows, left] += ADDED_STIFFNESS * (1.0 - ahead) * ahead
     for _ in range(iterations):
         residual = metamaterial_force(specimen, v, V)
         missed = np.sum(normal * v, axis=1) - value
         x = np.stack((residual, normal), axis=1)
-        diagonal = stiffness(specimen, v, V) + STIFFENING * normal**2
+        diagonal = stiffness_diagonal(specimen, v, V) + ADDED_STIFFNESS * normal**2
         for row in rows:
-            if not solve(diagonal[row], beside[row], x[row]):
+            if not solve_tridiagonal(diagonal[row], beside[row], x[row]):
                 raise StateError(f'no wall can be held about {positions[row]:.4g}')
         unheld, per_force = x[:, 0], x[:, 1]
         force = (np.sum(normal * unheld, axis=1) + missed) / np.sum(normal * per_force, axis=1)
         left_over = np.abs(residual - force[:, None] * normal).max()
-        if left_over < TOLERANCE > np.abs(missed).max():
-            coupling, on_site, _ = energies(specimen, v, V)
+        if left_over < FORCE_TOLERANCE > np.abs(missed).max():
+            coupling, on_site, _ = compute_energies(specimen, v, V)
             return HeldWalls(positions, v, coupling + on_site, force)
         step = unheld - force[:, None] * per_force
         largest = np.abs(step).max(axis=1, keepdims=True)
-        v += step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300))
+        v += step * np.minimum(1.0, MAX_NEWTON_STEP / np.maximum(largest, 1e-300))
     raise StateError(
         f'held walls must converge within {iterations} Newton steps; the residual force is '
         f'{left_over:.3g}'

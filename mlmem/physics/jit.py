@@ -46,20 +46,20 @@ for _option in ('--runtime-memory-check-threshold=128', '--force-vector-interlea
 DISABLED: bool = bool(cast(Any, numba.config).DISABLE_JIT)
 """Whether the compiler is off (NUMBA_DISABLE_JIT=1): loops run in Python, 10 000 times slower."""
 
-ARITHMETIC = 'fused 2'
+ARITHMETIC_VERSION = 'fused 2'
 """Version of the loops' exact results: it changes whenever a bit does."""
 
-SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
+NUMBA_SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 """How a loop is compiled."""
 
-CACHE_BYTES = 4 * 2**20
+MAX_CACHE_BYTES = 4 * 2**20
 """Size that the cache of all loops may have."""
 
-WIDEST = '"prefer-vector-width"="512"'
+VECTOR_WIDTH_ATTRIBUTE = '"prefer-vector-width"="512"'
 """Attribute of a function: on many AVX-512 processors LLVM uses half the width by default."""
 
 
-def kernel(function: Function) -> Function:
+def compile_kernel(function: Function) -> Function:
     """Compile a loop over scalars, arrays, and tuples of them; it releases the GIL and is cached
     on disk if a place is writable.
 
@@ -68,15 +68,15 @@ def kernel(function: Function) -> Function:
     """
     if DISABLED:
         return function
-    compiled: Any = numba.njit(**SETTINGS)(function)
+    compiled: Any = numba.njit(**NUMBA_SETTINGS)(function)
     # Where neither the package nor a home folder is writable, it is compiled each time.
     with contextlib.suppress(RuntimeError):
         compiled._cache = cache = _Cache(cast(FunctionType, function))
-        CACHES.append(cache)
+        LOADED_CACHES.append(cache)
     return cast(Function, compiled)
 
 
-def inlined(function: Function) -> Function:
+def inline_function(function: Function) -> Function:
     """Write a function, a scalar formula or a loop that takes its caller's arrays, into each of
     its callers before they are compiled.
 
@@ -86,34 +86,34 @@ def inlined(function: Function) -> Function:
     return cast(Function, numba.njit(inline='always', error_model='numpy')(function))
 
 
-FORMULAS: dict[type, Any] = {}
-"""Formulas of laws by the type of their constants, a named tuple (see `formula`)."""
+FORMULAS_BY_TYPE: dict[type, Any] = {}
+"""Formulas of laws by the type of their constants, a named tuple (see `register_formula`)."""
 
 
-def formula(constants: type) -> Callable[[Function], Function]:
+def register_formula(constants: type) -> Callable[[Function], Function]:
     """Make a scalar formula the one that the loops use wherever they are given constants of a
-    type, a named tuple of its own. It is `inlined`.
+    type, a named tuple of its own. It is `inline_function`.
     """
 
-    def registered(function: Function) -> Function:
+    def register_function(function: Function) -> Function:
         # numba wants the annotations of what it chooses from to be the same text
         function.__annotations__ = dict.fromkeys(function.__annotations__, 'Any')
-        FORMULAS[constants] = compiled = inlined(function)
+        FORMULAS_BY_TYPE[constants] = compiled = inline_function(function)
         return compiled
 
-    return registered
+    return register_function
 
 
-def formula_for(constants: Any) -> Any:
+def find_formula(constants: Any) -> Any:
     """Return the Python formula registered for constants, or for their type of the compiler; None
     if none is.
     """
-    law = FORMULAS.get(getattr(constants, 'instance_class', type(constants)))
+    law = FORMULAS_BY_TYPE.get(getattr(constants, 'instance_class', type(constants)))
     return getattr(law, 'py_func', law)
 
 
-def _typed(typing: Any, a: Any, b: Any, c: Any) -> Any:
-    return numba.float64(numba.float64, numba.float64, numba.float64), _write
+def _type_fma(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    return numba.float64(numba.float64, numba.float64, numba.float64), _emit_fma
 
 
 def _round_twice(a: float, b: float, c: float) -> float:
@@ -122,7 +122,7 @@ def _round_twice(a: float, b: float, c: float) -> float:
 
 fma = cast(
     Callable[[float, float, float], float],
-    _round_twice if DISABLED else numba.extending.intrinsic(_typed),
+    _round_twice if DISABLED else numba.extending.intrinsic(_type_fma),
 )
 """Return a b + c, rounded once.
 
@@ -131,16 +131,18 @@ the compiler is off, the product is rounded too: the results agree to rounding e
 """
 
 
-def _write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _emit_fma(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     """Emit the instruction, and give the loop around it the widest vectors.
 
     That is an attribute of this one function; other compiled code of the process is unaffected.
     """
-    set.add(builder.function.attributes, WIDEST)  # llvmlite's own `add` rejects this attribute
+    set.add(
+        builder.function.attributes, VECTOR_WIDTH_ATTRIBUTE
+    )  # llvmlite's own `add` rejects this attribute
     return builder.fma(*arguments)
 
 
-def fused() -> bool:
+def has_fma() -> bool:
     """Return whether the processor has the instruction behind `fma`.
 
     NUMBA_CPU_FEATURES, if set, decides, as it does for the compiler.
@@ -151,38 +153,38 @@ def fused() -> bool:
     return platform.machine() not in ('x86_64', 'AMD64') or '+fma' in features.split(',')
 
 
-def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:
-    """Return whether a `kernel` is already compiled for arguments, of which only the types count,
-    here or in the disk cache.
+def is_cached(compiled: Callable[..., Any], *arguments: object) -> bool:
+    """Return whether a `compile_kernel` is already compiled for arguments, of which only the
+    types count, here or in the disk cache.
     """
     if DISABLED:
         return True
     loop: Any = compiled
     types = tuple(loop.typeof_pyval(each) for each in arguments)
     return types in loop.overloads or (
-        isinstance(loop._cache, _Cache) and loop._cache.holds(types, loop.targetctx.codegen())
+        isinstance(loop._cache, _Cache) and loop._cache.has_entry(types, loop.targetctx.codegen())
     )
 
 
-def cache_folder(compiled: Callable[..., Any]) -> Path | None:
+def find_cache_folder(compiled: Callable[..., Any]) -> Path | None:
     """Return where a loop's machine code is cached; None if it cannot be."""
     path = None if DISABLED else cast(Any, compiled).stats.cache_path
     return None if path is None else Path(path)
 
 
-def torn_caches() -> list[str]:
+def list_torn_caches() -> list[str]:
     """Return the names of the loops whose cache cannot be loaded."""
-    return [cache.files.index_name for cache in CACHES if cache.files.has_torn_file()]
+    return [cache.files.index_name for cache in LOADED_CACHES if cache.files.has_torn_file()]
 
 
-def check_cache_space(folder: Path, size: int = CACHE_BYTES) -> None:
+def check_cache_space(folder: Path, size: int = MAX_CACHE_BYTES) -> None:
     """Write and remove a file as large as a full cache; raise `OSError` if that fails."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder) as file:
         file.write(bytes(size))
 
 
-CACHES: list[_Cache] = []
+LOADED_CACHES: list[_Cache] = []
 """Those of all loops loaded so far."""
 
 
@@ -239,7 +241,7 @@ class _Cache(FunctionCache):
 
     def __init__(self, function: FunctionType) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        texts = (path.read_bytes() for path in sorted({Path(__file__), *_sources(function)}))
+        texts = (path.read_bytes() for path in sorted({Path(__file__), *_find_sources(function)}))
         self._digest = hashlib.sha256(b''.join(texts)).hexdigest()
         stamp = self._impl.locator.get_source_stamp()
         self.files = _CacheFile(self._cache_path, self._impl.filename_base, stamp)  # type: ignore[no-untyped-call]
@@ -272,10 +274,12 @@ class _Cache(FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
-        laws = sorted({hashlib.sha256(text).hexdigest() for text in map(_text, _laws(sig))})
+        laws = sorted(
+            {hashlib.sha256(text).hexdigest() for text in map(_read_source_text, _find_laws(sig))}
+        )
         return (*key, self._digest, *laws, int(cast(Any, numba.config).OPT))
 
-    def holds(self, types: tuple[Any, ...], codegen: Any) -> bool:
+    def has_entry(self, types: tuple[Any, ...], codegen: Any) -> bool:
         """Return whether machine code for these types is cached."""
         key = self._index_key(types, codegen)
         try:
@@ -284,25 +288,25 @@ class _Cache(FunctionCache):
             return False
 
 
-def _laws(types: Any) -> Iterator[FunctionType]:
+def _find_laws(types: Any) -> Iterator[FunctionType]:
     """Yield the formulas registered for types of the compiler, tuples of them included."""
     for each in types:
-        if (law := formula_for(each)) is not None:
+        if (law := find_formula(each)) is not None:
             yield law
         else:
-            yield from _laws(getattr(each, 'types', ()))
+            yield from _find_laws(getattr(each, 'types', ()))
 
 
-def _text(function: FunctionType) -> bytes:
+def _read_source_text(function: FunctionType) -> bytes:
     """Return the text of a function and of all compiled ones that it calls, with its name."""
-    files = b''.join(path.read_bytes() for path in sorted(_sources(function)))
+    files = b''.join(path.read_bytes() for path in sorted(_find_sources(function)))
     return function.__qualname__.encode() + files
 
 
-def _sources(function: FunctionType) -> set[Path]:
+def _find_sources(function: FunctionType) -> set[Path]:
     """Return the files of a function and of all compiled ones that it calls."""
     found = {Path(inspect.getfile(function))}
     for name in function.__code__.co_names:
         if isinstance(called := function.__globals__.get(name), Dispatcher):
-            found |= _sources(called.py_func)
+            found |= _find_sources(called.py_func)
     return found

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The multi-stable on-site potential (Pechac & Frazier 2023, page 3), for arrays of any shape.
 
-`formulas.on_site` is the same force as the loops compute it.
+`formulas.on_site_factors` is the same force as the loops compute it.
 """
 
 from __future__ import annotations
@@ -73,20 +73,20 @@ class Potential:
 
     def energy(self, D: ArrayLike) -> Array:
         """Return psi at the configurations D (any shape)."""
-        theta, _, _ = self._phase(D)
+        theta, _, _ = self._compute_phase(D)
         return self.d * (1.0 - np.cos(theta))
 
     def slope(self, D: ArrayLike) -> Array:
         """Return psi' at the configurations D: the on-site force is -alpha psi'."""
-        theta, slope, _ = self._phase(D)
+        theta, slope, _ = self._compute_phase(D)
         return self.d * np.sin(theta) * slope
 
     def stiffness(self, D: ArrayLike) -> Array:
         """Return psi'' at the configurations D."""
-        theta, slope, curvature = self._phase(D)
+        theta, slope, curvature = self._compute_phase(D)
         return self.d * (np.cos(theta) * slope**2 + np.sin(theta) * curvature)
 
-    def _phase(self, D: ArrayLike) -> tuple[Array, Array, Array]:
+    def _compute_phase(self, D: ArrayLike) -> tuple[Array, Array, Array]:
         y = np.asarray(D, dtype=np.float64) + self.c
         return y * (self.a + self.b * y * y), self.a + 3.0 * self.b * y * y, 6.0 * self.b * y
 
@@ -96,10 +96,10 @@ class Potential:
         return -self.c
 
     def constants(self, height: Array) -> tuple[Array, float, float]:
-        """Return what `formulas.on_site` takes, given alpha_j d, shape (N,)."""
+        """Return what `formulas.on_site_factors` takes, given alpha_j d, shape (N,)."""
         return height, self.a, self.b
 
-    def stiffest(self, reach: float) -> float:
+    def max_stiffness(self, reach: float) -> float:
         """Return a bound on the size of psi'' where D is at most `reach` from the origin."""
         slope = abs(self.a + 3.0 * self.b * reach * reach)
         steepest = max(self.a, slope)  # a + 3 b y^2 has its extremes at the ends
@@ -111,7 +111,7 @@ class Potential:
         Raises:
             DesignError: The potential has no n-th ground state.
         """
-        return self._configuration(2.0 * math.pi * n, f'ground state {n}')
+        return self._solve_configuration(2.0 * math.pi * n, f'ground state {n}')
 
     def barrier(self, n: int) -> float:
         """Return the barrier top between ground states n and n + 1.
@@ -119,7 +119,7 @@ class Potential:
         Raises:
             DesignError: The potential has no such barrier.
         """
-        return self._configuration(math.pi * (2 * n + 1), f'barrier above ground state {n}')
+        return self._solve_configuration(math.pi * (2 * n + 1), f'barrier above ground state {n}')
 
     def wells(self, first: int, last: int) -> tuple[float, float]:
         """Return the configurations that bound the wells of a range of ground states.
@@ -130,8 +130,8 @@ class Potential:
         edges = (math.pi * (2 * first - 1), math.pi * (2 * last + 1))
         low, high = (
             math.copysign(self._turn, theta) - self.c
-            if abs(theta) >= self._farthest_phase
-            else self._configuration(theta, 'edge')
+            if abs(theta) >= self._max_phase
+            else self._solve_configuration(theta, 'edge')
             for theta in edges
         )
         return low, high
@@ -142,26 +142,26 @@ class Potential:
         return math.sqrt(-self.a / (3.0 * self.b)) if self.b < 0.0 else math.inf
 
     @property
-    def _farthest_phase(self) -> float:
+    def _max_phase(self) -> float:
         """Theta at that turning point."""
         return 2.0 / 3.0 * self.a * self._turn
 
-    def _configuration(self, theta: float, what: str) -> float:
+    def _solve_configuration(self, theta: float, what: str) -> float:
         """Solve the cubic a y + b y^3 = theta on its rising branch through the origin."""
-        if abs(theta) >= (most := self._farthest_phase):
+        if abs(theta) >= (most := self._max_phase):
             raise DesignError(
                 f'the potential has no {what}: with b = {self.b:g} < 0 its theta '
                 f'only reaches {most:.4g}; {abs(theta):.4g} is needed'
             )
         y = theta / self.a
         if abs(self.b) * y * y > 1e-9 * self.a:  # else the cubic term is left to Newton
-            y = _depressed_cubic(self.a / self.b, -theta / self.b, smallest=self.b < 0.0)
+            y = _solve_cubic(self.a / self.b, -theta / self.b, smallest=self.b < 0.0)
         for _ in range(3):  # Newton polishes the closed form to the last bit
             y -= (y * (self.a + self.b * y * y) - theta) / (self.a + 3.0 * self.b * y * y)
         return y - self.c
 
 
-def _depressed_cubic(p: float, q: float, *, smallest: bool) -> float:
+def _solve_cubic(p: float, q: float, *, smallest: bool) -> float:
     """Return a real root of y^3 + p y + q: the only one, or the smallest in size (Cardano)."""
     if not smallest:  # p > 0: one real root, in Viete's hyperbolic form, which never cancels
         scale = math.sqrt(p / 3.0)

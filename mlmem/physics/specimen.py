@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from ..rng import Stream, generator
+from ..rng import Stream, make_generator
 from .curve import Curve
 from .design import Design, strain_shape
 from .potential import Array, DesignError, Potential
 
-ARRAYS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset')
+ARRAY_FIELDS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset')
 """The fields of a specimen that have a value for every cell or spring."""
 
-LARGEST_OFFSET = 0.5
+MAX_OFFSET = 0.5
 """Largest accepted shift of a cell's ground states, in lattice constants."""
 
 
@@ -59,7 +59,7 @@ class Specimen:
 
     def __post_init__(self) -> None:
         n = self.design.N
-        for name, size in zip(ARRAYS, (n, n - 1, n - 1, n, n), strict=True):
+        for name, size in zip(ARRAY_FIELDS, (n, n - 1, n - 1, n, n), strict=True):
             given = np.array(getattr(self, name), dtype=np.float64)  # a private copy
             if given.shape not in ((), (size,)):
                 raise DesignError(f'{name} must have shape ({size},); got {given.shape}')
@@ -67,16 +67,20 @@ class Specimen:
         for name in ('alpha_factor', 'k_r_factor', 's_factor'):
             values = getattr(self, name)
             if not ((values > 0.0) & np.isfinite(values)).all():
-                raise DesignError(f'{name} must be above 0 and finite; got {_worst(values)}')
+                raise DesignError(
+                    f'{name} must be above 0 and finite; got {_describe_worst(values)}'
+                )
         if not ((self.masses > 0.0) & np.isfinite(self.masses)).all():
-            raise DesignError(f'mass must be above 0 and finite; got {_worst(self.masses)}')
+            raise DesignError(
+                f'mass must be above 0 and finite; got {_describe_worst(self.masses)}'
+            )
         object.__setattr__(self, 'stuck', tuple(sorted(set(self.stuck))))
         if not all(1 < site < n for site in self.stuck):
             raise DesignError(f'stuck cells must be from 2 to {n - 1}; got {self.stuck}')
-        if not (np.abs(self.offsets) <= LARGEST_OFFSET).all():
+        if not (np.abs(self.offsets) <= MAX_OFFSET).all():
             raise DesignError(
-                f'offset must be from {-LARGEST_OFFSET} to {LARGEST_OFFSET}; '
-                f'got {_worst(-np.abs(self.offsets))}'
+                f'offset must be from {-MAX_OFFSET} to {MAX_OFFSET}; '
+                f'got {_describe_worst(-np.abs(self.offsets))}'
             )
         if not 0.0 <= self.eta_factor < np.inf:
             raise DesignError(f'eta_factor must be at least 0; got {self.eta_factor}')
@@ -86,7 +90,7 @@ class Specimen:
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values; an array of equal numbers as one."""
         found: dict[str, Any] = {'design': self.design.as_dict(), 'eta_factor': self.eta_factor}
-        for name in ARRAYS:
+        for name in ARRAY_FIELDS:
             values = np.asarray(getattr(self, name))
             same = (values == values[0]).all()
             found[name] = float(values[0]) if same else values.tolist()
@@ -99,9 +103,9 @@ class Specimen:
         return cls(made) if isinstance(made, Design) else made
 
     @property
-    def ideal(self) -> bool:
+    def is_ideal(self) -> bool:
         """Whether it is exactly as designed."""
-        arrays = (getattr(self, name) for name in ARRAYS if name != 'offset')
+        arrays = (getattr(self, name) for name in ARRAY_FIELDS if name != 'offset')
         same = all((values == 1.0).all() for values in arrays)
         plain = self.eta_factor == 1.0 and not self.damped_by_substrate
         return same and plain and not self.offsets.any() and not self.stuck
@@ -140,7 +144,7 @@ class Specimen:
         return () if alike else (np.concatenate(([0.0], self.k_r, [0.0])),)
 
     @cached_property
-    def tied(self) -> Array:
+    def coupling_stiffness(self) -> Array:
         """Stiffness of both such springs of a cell, shape (N,); at an end that of its one, twice:
         a ghost cell that repeats its neighbour is tied there.
         """
@@ -181,7 +185,7 @@ class Scatter:
     offset: float = 0.0
 
 
-LEAST_FACTOR = 0.05
+MIN_FACTOR = 0.05
 """Least scattered factor: no stiffness can be below zero."""
 
 
@@ -192,25 +196,23 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     values for the same seed.
     """
     streams = Stream.ALPHA, Stream.K_R, Stream.S, Stream.MASS, Stream.OFFSET
-    alpha, k_r, s, mass, offset = (generator(seed, stream) for stream in streams)
+    alpha, k_r, s, mass, offset = (make_generator(seed, stream) for stream in streams)
 
-    def factor(generator: np.random.Generator, deviation: float, size: int) -> Array:
-        return np.maximum(1.0 + deviation * generator.standard_normal(size), LEAST_FACTOR)
+    def draw_factors(generator: np.random.Generator, deviation: float, size: int) -> Array:
+        return np.maximum(1.0 + deviation * generator.standard_normal(size), MIN_FACTOR)
 
     n = design.N
     return Specimen(
         design,
-        alpha_factor=factor(alpha, scatter.alpha, n),
-        k_r_factor=factor(k_r, scatter.k_r, n - 1),
-        s_factor=factor(s, scatter.s, n - 1),
-        mass=factor(mass, scatter.mass, n),
-        offset=np.clip(
-            scatter.offset * offset.standard_normal(n), -LARGEST_OFFSET, LARGEST_OFFSET
-        ),
+        alpha_factor=draw_factors(alpha, scatter.alpha, n),
+        k_r_factor=draw_factors(k_r, scatter.k_r, n - 1),
+        s_factor=draw_factors(s, scatter.s, n - 1),
+        mass=draw_factors(mass, scatter.mass, n),
+        offset=np.clip(scatter.offset * offset.standard_normal(n), -MAX_OFFSET, MAX_OFFSET),
     )
 
 
-def _worst(values: Array) -> str:
+def _describe_worst(values: Array) -> str:
     """Return the least value and its site, for a message."""
     place = int(np.argmin(np.where(np.isnan(values), -np.inf, values)))
     return f'{values[place]:.4g} at {place + 1}'

@@ -21,7 +21,7 @@ from .specimen import Specimen
 STABILITY_MARGIN = 0.95
 """Largest fraction of the stability limit to use."""
 
-FARTHEST = 1e6
+MAX_REACH = 1e6
 """Bound on a cell's |D - origin| if any step is stable."""
 
 
@@ -33,7 +33,7 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     Args:
         reach: Largest |D - origin| of a cell; by default that of the wells of both phases.
     """
-    cells, on_site = _cells(specimen, reach)
+    cells, on_site = _bound_cell_frequency(specimen, reach)
     if specimen.design.substrate == 'rigid':
         return math.sqrt(cells)
     substrate = 4.0 * float(specimen.s.max()) + on_site
@@ -42,13 +42,13 @@ def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
 
 def stable_step(specimen: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator."""
-    return STABILITY_MARGIN * _limit(Specimen.of(specimen), integrator)
+    return STABILITY_MARGIN * _stability_limit(Specimen.of(specimen), integrator)
 
 
 def default_step(specimen: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that is both accurate and stable."""
     specimen = Specimen.of(specimen)
-    followed = integrator.accurate_turn / math.sqrt(_cells(specimen)[0])
+    followed = integrator.accurate_turn / math.sqrt(_bound_cell_frequency(specimen)[0])
     return min(integrator.accurate_step, followed, stable_step(specimen, integrator))
 
 
@@ -57,29 +57,33 @@ def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> flo
 
     The farther out, the stiffer the wells. Found by bisection, from below.
     """
-    low, high = _wells(specimen), FARTHEST
+    low, high = _well_reach(specimen), MAX_REACH
     while high > low * (1.0 + 1e-3):
         middle = math.sqrt(low * high)
-        if dt <= _limit(specimen, integrator, middle):
+        if dt <= _stability_limit(specimen, integrator, middle):
             low = middle
         else:
             high = middle
     return low
 
 
-def _wells(specimen: Specimen) -> float:
+def _well_reach(specimen: Specimen) -> float:
     """Return the largest |D - origin| in the wells of both phases."""
     return max(abs(edge - specimen.potential.origin) for edge in specimen.design.wells)
 
 
-def _cells(specimen: Specimen, reach: float | None = None) -> tuple[float, float]:
+def _bound_cell_frequency(specimen: Specimen, reach: float | None = None) -> tuple[float, float]:
     """Return the greatest square of a cell's frequency, and the on-site stiffness in it."""
-    stiffest = specimen.potential.stiffest(_wells(specimen) if reach is None else reach)
+    stiffest = specimen.potential.max_stiffness(_well_reach(specimen) if reach is None else reach)
     on_site = stiffest * float(specimen.alpha.max())
-    return (2.0 * float(specimen.tied.max()) + on_site) / float(specimen.masses.min()), on_site
+    return (2.0 * float(specimen.coupling_stiffness.max()) + on_site) / float(
+        specimen.masses.min()
+    ), on_site
 
 
-def _limit(specimen: Specimen, integrator: Integrator, reach: float | None = None) -> float:
+def _stability_limit(
+    specimen: Specimen, integrator: Integrator, reach: float | None = None
+) -> float:
     eta = specimen.eta / float(specimen.masses.min())
     return integrator.limit(highest_frequency(specimen, reach), eta)
 
@@ -122,7 +126,7 @@ class HeldCell:
     motion: Array
 
 
-FREE = HeldCell(1, np.empty((2, 0)))
+NO_HELD_CELL = HeldCell(1, np.empty((2, 0)))
 """No cell is held."""
 
 

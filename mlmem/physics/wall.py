@@ -38,7 +38,7 @@ def find_walls(design: Design, configuration: Array) -> list[Wall]:
     ]
 
 
-def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
+def find_level(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
     """Return the level whose defect holds the only wall; -1 if blank; -2 for anything else.
 
     A cell in a ground state other than the two phases gives -2.
@@ -56,7 +56,7 @@ def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> in
     if len(found) == 1 and found[0].anti_kink:
         level = round(found[0].position / design.J) - 1
         if 0 <= level < design.levels:
-            return level if abs(found[0].position - design.defect(level)) < tolerance else -2
+            return level if abs(found[0].position - design.defect_site(level)) < tolerance else -2
     return -2
 
 

@@ -27,18 +27,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .jit import kernel
+from .jit import compile_kernel
 from .methods import Integrator
 from .potential import Array
 from .specimen import Specimen
 
 Complex = NDArray[np.complex128]
 
-HELD = 1e9
+STUCK_STIFFNESS = 1e9
 """Stiffness that stands for a stuck cell."""
 
 
-def frequency(kappa: ArrayLike, k_s: float) -> NDArray[np.float64]:
+def wave_frequency(kappa: ArrayLike, k_s: float) -> NDArray[np.float64]:
     """Return the angular frequency of a propagating wave.
 
     Args:
@@ -62,7 +62,7 @@ def wavenumber(omega: ArrayLike, k_s: float) -> NDArray[np.complex128]:
     return np.asarray(np.abs(kappa.real) + 1j * np.abs(kappa.imag))
 
 
-def band(k_s: float) -> tuple[float, float]:
+def pass_band(k_s: float) -> tuple[float, float]:
     """Return the lowest and the highest propagating angular frequency of a phase."""
     return math.sqrt(k_s), math.sqrt(k_s + 4.0)
 
@@ -110,27 +110,29 @@ class Tones(NamedTuple):
         exact = omega * omega - 1j * made.eta * omega
         z, K, h = np.exp(1j * omega * dt), exact, 1e-5
 
-        def characteristic(K: Complex) -> Complex:
+        def characteristic_polynomial(K: Complex) -> Complex:
             S = method.step_matrix(K, made.eta, dt)
             trace = S[:, 0, 0] + S[:, 1, 1]
             return z * z - trace * z + S[:, 0, 0] * S[:, 1, 1] - S[:, 0, 1] * S[:, 1, 0]
 
         for _ in range(6):
-            slope = (characteristic(K + h) - characteristic(K - h)) / (2.0 * h)
-            K = K - characteristic(K) / slope
+            slope = (characteristic_polynomial(K + h) - characteristic_polynomial(K - h)) / (
+                2.0 * h
+            )
+            K = K - characteristic_polynomial(K) / slope
         return cls(omega, -omega * omega - (K - exact), 1j * made.eta * omega)
 
 
-def cells(made: Specimen, v: Array) -> tuple[Array, Array, Array]:
+def linearize_cells(made: Specimen, v: Array) -> tuple[Array, Array, Array]:
     """Return stiffness, mass and the stiffness of the spring on the right, of every cell of an
-    element at rest in displacements v: shape (N,) each, as `product` takes them.
+    element at rest in displacements v: shape (N,) each, as `multiply_matrices` takes them.
     """
     stiffness = np.asarray(made.alpha * made.potential.stiffness(v - made.offsets))
-    stiffness[np.array(made.stuck, dtype=np.int64) - 1] = HELD
+    stiffness[np.array(made.stuck, dtype=np.int64) - 1] = STUCK_STIFFNESS
     return stiffness, made.masses, np.append(made.k_r, 1.0)
 
 
-def carried(
+def carry_rows(
     lower: Complex, stiffness: Array, mass: Array, spring: Array, square: Complex, loss: Complex
 ) -> Complex:
     """Return what lower rows right of cells in a row are left of them, shape (m, 2, F).
@@ -146,11 +148,11 @@ def carried(
     parts = square.real, square.imag, loss.real, loss.imag
     sr, si, lr, li = (np.ascontiguousarray(each) for each in parts)
     lower, stiffness = np.ascontiguousarray(lower), np.ascontiguousarray(stiffness)
-    return _carried(lower, stiffness, mass, spring, sr, si, lr, li)
+    return _carry_rows(lower, stiffness, mass, spring, sr, si, lr, li)
 
 
-@kernel
-def _carried(
+@compile_kernel
+def _carry_rows(
     lower: Complex, stiffness: Array, mass: Array, spring: Array,
     sr: Array, si: Array, lr: Array, li: Array,
 ) -> Complex:  # fmt: skip
@@ -170,7 +172,7 @@ def _carried(
     return found
 
 
-def passing(own: Complex) -> tuple[Complex, Complex]:
+def passing_tensions(own: Complex) -> tuple[Complex, Complex]:
     """Return the tension on the left of a cell over its displacement, of waves that go to the
     right in a chain of equal cells, and of those that come back; both must decay on their way.
 
@@ -183,26 +185,26 @@ def passing(own: Complex) -> tuple[Complex, Complex]:
     return 1.0 - 1.0 / shift, 1.0 - shift
 
 
-def reflected(Y: Complex, away: tuple[Complex, Complex]) -> Complex:
+def reflection_ratio(Y: Complex, away: tuple[Complex, Complex]) -> Complex:
     """Return the amplitude that comes back over that which goes on, where the tension over the
-    displacement is Y, of waves that are `passing`.
+    displacement is Y, of waves that are `passing_tensions`.
     """
     on, back = away
     return np.asarray((on - Y) / (Y - back))
 
 
-def product(
+def multiply_matrices(
     stiffness: Array, mass: Array, spring: Array, square: Complex, loss: Complex
 ) -> Complex:
     """Return the matrix of cells in a row, from the left, shape (F, 2, 2)."""
     one = np.zeros((2, 2, len(square)), dtype=np.complex128)
     one[0, 0] = one[1, 1] = 1.0
-    both = carried(one, np.stack((stiffness, stiffness)), mass, spring, square, loss)
+    both = carry_rows(one, np.stack((stiffness, stiffness)), mass, spring, square, loss)
     return np.ascontiguousarray(np.moveaxis(both, 2, 0))
 
 
-@kernel
-def rows(parts: Complex, chosen: NDArray[np.int64]) -> Complex:
+@compile_kernel
+def combine_rows(parts: Complex, chosen: NDArray[np.int64]) -> Complex:
     """Return the lower rows (p, q) of elements put together of parts, shape (m, 2, F).
 
     Args:

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 from ..procedure_table import PROCEDURES
 from . import estimates
-from .blocks import Procedure, Result, run
+from .blocks import Procedure, Result, run_procedure
 
-__all__ = ['Procedure', 'Result', 'Steps', 'run', 'steps']
+__all__ = ['Procedure', 'Result', 'Steps', 'find_steps', 'run_procedure']
 
 
 class Steps(NamedTuple):
@@ -33,7 +33,7 @@ class Steps(NamedTuple):
 
 
 @cache
-def steps(name: str) -> Steps:
+def find_steps(name: str) -> Steps:
     """Return how a procedure of the table is done."""
     row = PROCEDURES[name]
     module, _, begin = row.steps.partition('.')
@@ -43,4 +43,4 @@ def steps(name: str) -> Steps:
 
 
 for _name in ('write', 'read', 'erase', 'abort'):  # or the first of them would wait for an import
-    steps(_name)
+    find_steps(_name)

@@ -11,10 +11,10 @@ from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from ..commands import LAUNCHING, SETTLING, STRAINING, Check
+from ..commands import PHASE_LAUNCHING, PHASE_SETTLING, PHASE_STRAINING, Check
 from ..errors import NotFollowed
 from ..instrument.end import End
-from ..instrument.instrument import LONGEST_RUN, Instrument
+from ..instrument.instrument import MAX_RUN_TICKS, Instrument
 from ..instrument.motion import Cycle
 from ..memory import Memory
 from ..move_settings import EraseSettings, WriteSettings
@@ -43,7 +43,7 @@ class Result:
     found: dict[str, float | str] = field(default_factory=dict)
 
 
-def run(
+def run_procedure(
     instrument: Instrument, procedure: Procedure[T], before: Callable[[], object] | None = None
 ) -> T:
     """Advance an instrument until a procedure has ended, and return its result.
@@ -63,24 +63,24 @@ def run(
         if before is not None:
             before()
             ticks = 1
-        instrument.pass_ticks(min(ticks, LONGEST_RUN))
+        instrument.pass_ticks(min(ticks, MAX_RUN_TICKS))
 
 
-def wait(element: Instrument, duration: float) -> Procedure[None]:
+def wait_time(element: Instrument, duration: float) -> Procedure[None]:
     """Let whole ticks pass, at least `duration` time units."""
     if duration > 0.0:
-        element.progress.phase = SETTLING
+        element.progress.phase = PHASE_SETTLING
     end = element.ticks + math.ceil(duration / element.tick)
     while element.ticks < end:
         yield end - element.ticks
 
 
-def catch_up(element: Instrument) -> Procedure[None]:
+def wait_for_samples(element: Instrument) -> Procedure[None]:
     """Wait until the samples of this tick have arrived, because a driver may lag."""
-    yield from wait(element, element.driver.lag * element.tick)
+    yield from wait_time(element, element.driver.lag * element.tick)
 
 
-def ramp(
+def ramp_strain(
     element: Instrument, strain: float, duration: float, delay: float = 0.0
 ) -> Procedure[None]:
     """Move the strain smoothly and wait until it arrives.
@@ -88,10 +88,10 @@ def ramp(
     Raises:
         NotFollowed: The actuator does not follow, even in twice the time.
     """
-    element.progress.phase = STRAINING
+    element.progress.phase = PHASE_STRAINING
     element.actuator.ramp_to(strain, duration, delay)
-    while element.actuator.moving:
-        yield element.next_look(element.actuator.remaining)
+    while element.actuator.is_moving:
+        yield element.count_ticks_to_check(element.actuator.remaining_time)
     allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
     patience = math.ceil(duration / element.tick)
     while abs((encoder := element.transmission.encoder) - strain) > allowed:
@@ -104,40 +104,40 @@ def ramp(
         yield 1
 
 
-def play(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Procedure[None]:
-    """Strain the element through ramps and waits; see `ramp` and `wait`."""
+def play_cycle(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Procedure[None]:
+    """Strain the element through ramps and waits; see `ramp_strain` and `wait_time`."""
     for motion in cycle.motions:
-        if motion.still and not element.actuator.moving:
-            yield from wait(element, motion.duration)
+        if motion.still and not element.actuator.is_moving:
+            yield from wait_time(element, motion.duration)
         else:
-            yield from ramp(element, motion.target, motion.duration, delay)
+            yield from ramp_strain(element, motion.target, motion.duration, delay)
 
 
-def launch(
+def launch_wall(
     element: Instrument, times: WriteSettings | EraseSettings, target: float
 ) -> Procedure[None]:
     """Under a strain, move v_1 to another ground state at constant speed, and release it."""
-    rise, *rest = Cycle.planned(times, times.start_strain).motions
-    yield from play(element, Cycle((rise,)))
-    yield from catch_up(element)  # where is the end?
-    element.progress.phase = LAUNCHING
+    rise, *rest = Cycle.plan_cycle(times, times.start_strain).motions
+    yield from play_cycle(element, Cycle((rise,)))
+    yield from wait_for_samples(element)  # where is the end?
+    element.progress.phase = PHASE_LAUNCHING
     element.transducer.move(End.LEFT, target, times.launch_speed)
-    while element.transducer.driving:
-        yield element.next_look(element.transducer.remaining)
-    yield from play(element, Cycle(tuple(rest)))
+    while element.transducer.is_driving:
+        yield element.count_ticks_to_check(element.transducer.remaining_time)
+    yield from play_cycle(element, Cycle(tuple(rest)))
 
 
-def kick(element: Memory, level: int, force: float = 1.0) -> Procedure[None]:
+def kick_wall(element: Memory, level: int, force: float = 1.0) -> Procedure[None]:
     """Send a wall from the left end of a blank element to a level.
 
     `force` is a factor on the speed of the kick, within the transducer's limit.
     """
     speed = force * kick_speed(element.design, element.settings, level)
-    yield from catch_up(element)  # where is the end?
-    yield from kick_to(element, element.design.D_s2, speed)
+    yield from wait_for_samples(element)  # where is the end?
+    yield from kick_end(element, element.design.D_s2, speed)
 
 
-def kick_to(
+def kick_end(
     element: Memory, target: float, speed: float, settle: float | None = None
 ) -> Procedure[None]:
     """Move the left end smoothly to a ground state and hold it; what it sends comes to rest.
@@ -146,20 +146,20 @@ def kick_to(
     """
     settings = element.settings.kick
     element.begin_cycle('kicked')
-    element.progress.phase = LAUNCHING
-    speed = min(speed, element.settings.transducer.max_speed / settings.fastest)
+    element.progress.phase = PHASE_LAUNCHING
+    speed = min(speed, element.settings.transducer.max_speed / settings.peak_speed_ratio)
     element.transducer.kick(target, speed)
-    yield from _driven(element)
-    yield from wait(element, settings.settle if settle is None else settle)
+    yield from _wait_while_driven(element)
+    yield from wait_time(element, settings.settle if settle is None else settle)
 
 
-def send(element: Memory, of_wall: float, of_kink: float) -> Procedure[None]:
+def send_wall(element: Memory, of_wall: float, of_kink: float) -> Procedure[None]:
     """Send a wall, or a kink if the left end is active, to the level of its speed."""
     yield from bring_ends_back(element, (End.LEFT,))
     if element.phase(End.LEFT) == 1:
-        yield from kick_to(element, element.design.D_s1, of_kink)
+        yield from kick_end(element, element.design.D_s1, of_kink)
     else:
-        yield from kick_to(element, element.design.D_s2, of_wall)
+        yield from kick_end(element, element.design.D_s2, of_wall)
 
 
 def fire_clearing_pulse(element: Memory) -> Procedure[None]:
@@ -167,39 +167,39 @@ def fire_clearing_pulse(element: Memory) -> Procedure[None]:
     settings = element.settings.clearing_pulse
     element.require_phase(End(settings.end))
     element.begin_cycle('cleared')
-    element.progress.phase = LAUNCHING
+    element.progress.phase = PHASE_LAUNCHING
     element.transducer.clear(End(settings.end), settings)
-    yield from _driven(element)
+    yield from _wait_while_driven(element)
 
 
-def _driven(element: Memory) -> Procedure[None]:
+def _wait_while_driven(element: Memory) -> Procedure[None]:
     """Wait while an end is driven, which moves a wall as a strain does."""
-    while element.transducer.driving:
-        yield element.next_look(element.transducer.remaining)
+    while element.transducer.is_driving:
+        yield element.count_ticks_to_check(element.transducer.remaining_time)
     element.last_moved = element.ticks
 
 
-def bring_back(element: Memory, end: End) -> Procedure[None]:
+def bring_end_back(element: Memory, end: End) -> Procedure[None]:
     """Move an end that strayed into a third ground state back to the active phase.
 
     A wall driven over a free end returns as a wall between the active phase and the next. No
     strain moves it, but the wall launched here removes it within some 90 cells.
     """
     element.forget('an end was brought back')
-    element.progress.phase = LAUNCHING
+    element.progress.phase = PHASE_LAUNCHING
     element.transducer.move(end, element.design.D_s2, BRING_BACK_SPEED)
-    while element.transducer.driving:
-        yield element.next_look(element.transducer.remaining)
-    yield from wait(element, element.settings.erase.settle)
-    yield from catch_up(element)
+    while element.transducer.is_driving:
+        yield element.count_ticks_to_check(element.transducer.remaining_time)
+    yield from wait_time(element, element.settings.erase.settle)
+    yield from wait_for_samples(element)
 
 
 def bring_ends_back(element: Memory, ends: Iterable[End] = End) -> Procedure[None]:
     """Bring back those of some ends that strayed."""
-    yield from catch_up(element)
+    yield from wait_for_samples(element)
     for end in ends:
         if element.phase(end) is None:
-            yield from bring_back(element, end)
+            yield from bring_end_back(element, end)
 
 
 def return_to_zero(element: Memory) -> Procedure[None]:
@@ -207,19 +207,21 @@ def return_to_zero(element: Memory) -> Procedure[None]:
 
     With the slow times of an erase: a write may return within a tick.
     """
-    if element.actuator.strain != 0.0 or element.actuator.moving:
+    if element.actuator.strain != 0.0 or element.actuator.is_moving:
         element.forget('strained by a procedure')
-        yield from play(element, Cycle.release(element.settings.erase, element.actuator.strain))
+        yield from play_cycle(
+            element, Cycle.release(element.settings.erase, element.actuator.strain)
+        )
 
 
 def abort(element: Memory) -> Procedure[Result]:
     """Release a held cell and bring the strain to zero, smoothly.
 
     As slowly as an erase: at the highest rate, one element in twenty was left with cells in a
-    third ground state, which no strain clears (see `bring_back`).
+    third ground state, which no strain clears (see `bring_end_back`).
     """
     times = element.settings.erase
     element.transducer.release()
-    if element.actuator.strain != 0.0 or element.actuator.moving:
-        yield from ramp(element, 0.0, times.release)
+    if element.actuator.strain != 0.0 or element.actuator.is_moving:
+        yield from ramp_strain(element, 0.0, times.release)
     return Result(None)

@@ -10,14 +10,14 @@ from dataclasses import replace
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.end import End
 from ..memory import Memory
-from ..moves.corrections import PulseCorrection, kicked, make_corrections
+from ..moves.corrections import PulseCorrection, is_kicked, make_corrections
 from ..readers.calibration import Calibration, DelayTable
-from ..readers.decoding import agreement, primary
+from ..readers.decoding import measure_agreement, primary_end
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from .blocks import Procedure, Result, return_to_zero
 from .driving import erase, go_to_level
-from .listening import listen, look, stand_still
-from .writing import restore, write
+from .listening import take_reading, take_settled_reading, wait_until_pinned
+from .writing import restore_content, write
 
 NO_MARGIN = -math.inf
 """Level margin where an end does not detect the level."""
@@ -50,28 +50,28 @@ def calibrate(element: Memory) -> Procedure[Result]:
     """
     yield from return_to_zero(element)
     if element.waveforms is not None:
-        return (yield from _verify(element))
-    content, known = (yield from listen(element)), element.calibration
+        return (yield from _verify_levels(element))
+    content, known = (yield from take_settled_reading(element)), element.calibration
     try:
         element.calibration = yield from _measure_delays(element)
     except ProcedureFailed as failure:
         element.calibration = known
         try:
-            yield from restore(element, content)
+            yield from restore_content(element, content)
         except ProcedureFailed as lost:
             raise ProcedureFailed(f'{failure}; nor was the content restored: {lost}') from failure
         raise
-    restored = yield from restore(element, content)
+    restored = yield from restore_content(element, content)
     measured = element.calibration
     return replace(restored, delays={end: measured.table(end).delays for end in measured.ends})
 
 
-def _verify(element: Memory) -> Procedure[Result]:
+def _verify_levels(element: Memory) -> Procedure[Result]:
     """Write one wall to every level that can be used: what is heard is as forecast."""
-    content = yield from listen(element)
+    content = yield from take_settled_reading(element)
     for word in element.register.code.each if element.register else element.levels:
         yield from write(element, word)
-    return (yield from restore(element, content))
+    return (yield from restore_content(element, content))
 
 
 def _measure_delays(element: Memory) -> Procedure[Calibration]:
@@ -97,7 +97,7 @@ def _measure_delays(element: Memory) -> Procedure[Calibration]:
                 shapes=tuple(each.shapes[End.LEFT] for each in levels),
             )
             measured = replace(measured, left=left)
-        measured.check(element.design.levels, primary(element.settings.read))
+        measured.check(element.design.levels, primary_end(element.settings.read))
     except (ProcedureFailed, SettingsError) as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error
     return measured
@@ -125,16 +125,16 @@ def _reach_level(element: Memory, level: int) -> Procedure[Reading]:
     """
     below = level - 1 if level else BLANK
     kick = element.calibration.corrections_by_level(element.settings)[level].speed
-    if kick and kicked(element.settings, level):
+    if kick and is_kicked(element.settings, level):
         reading = yield from _bisect_kick(element, level)
         if reading is not None:
             return reading
         _correct_kick(element, level, 0.0)
         yield from erase(element)
         yield from go_to_level(element, BLANK, below)
-        yield from stand_still(element)
+        yield from wait_until_pinned(element)
     yield from go_to_level(element, below, level, plainly=True)
-    reading = yield from look(element)
+    reading = yield from take_reading(element)
     margin, reason = _level_margin(element, level, reading)
     least = element.settings.write.min_margin
     if margin < least:
@@ -159,12 +159,12 @@ def _bisect_kick(element: Memory, level: int) -> Procedure[Reading | None]:
             yield from erase(element)
             place = BLANK
         yield from go_to_level(element, place, level)
-        yield from stand_still(element)
-        reading = yield from look(element)
+        yield from wait_until_pinned(element)
+        reading = yield from take_reading(element)
         margin, reason = _level_margin(element, level, reading)
         if search.has_arrived(margin):
             return reading
-        if not search.change_speed(margin, _side_of(element, level, reading)):
+        if not search.change_speed(margin, _find_side(element, level, reading)):
             break
         _correct_kick(element, level, search.speed)
         near = reading.level if reading.level_margin >= MIN_KICK_MARGIN else UNDECODABLE
@@ -233,7 +233,7 @@ class KickSearch:
         return not hopeless
 
 
-def _side_of(element: Memory, level: int, reading: Reading) -> int:
+def _find_side(element: Memory, level: int, reading: Reading) -> int:
     """Return whether a wall is heard beyond a level, 1, short of it, -1, or neither, 0."""
     if element.phase(End.LEFT) == 0:
         return -1  # it fell back
@@ -258,13 +258,15 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
         if delay is None:
             return NO_MARGIN, f'level {level} gives no echo at the {end} end'
         nearest, clear = calibration.table(end).nearest(delay)
-        if end is primary(element.settings.read) or len(calibration.ends) == 1:
+        if end is primary_end(element.settings.read) or len(calibration.ends) == 1:
             margin, right = clear, nearest == level
         else:
             probe = element.transducer.probes[end]
             shape = reading.shapes[end]
             # The wall still swings: the other end says which of two that sound alike here.
-            agreed, _ = agreement(element.design, calibration, probe, end, level, delay, shape)
+            agreed, _ = measure_agreement(
+                element.design, calibration, probe, end, level, delay, shape
+            )
             right = agreed >= MIN_AGREEMENT
         if not right:
             said = f'{describe_level(nearest)}, at {delay:.2f}'

@@ -10,25 +10,25 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..memory import Memory
-from ..moves.planner import ringing, route
-from ..readers.echo import TAIL
+from ..moves.planner import find_route, ringing_time
+from ..readers.echo import ECHO_TAIL_TIME
 from ..readers.reading import BLANK, UNDECODABLE
 from .listening import expected_wait
 
-RECORD = 900.0
+RECORD_TIME = 900.0
 """Time for which both ends are recorded after a pulse."""
 
-SILENCE = 10.0
+QUIET_DAMPING_TIMES = 10.0
 """Damping times 1 / eta for which the element rests before a pulse: what is left of waves is then
 fainter than the noise of a good transducer."""
 
-SHOTS = 13
+SURVEY_SHOTS = 13
 """Shots of a survey."""
 
 
-def expect(element: Memory, duration: float) -> None:
+def expect_duration(element: Memory, duration: float) -> None:
     """Expect the running procedure to end after at least this time."""
-    element.progress.expect(element.ticks + duration / element.tick)
+    element.progress.expect_end(element.ticks + duration / element.tick)
 
 
 def reading(element: Memory) -> float:
@@ -37,29 +37,29 @@ def reading(element: Memory) -> float:
         pulses = 2 if element.bad_cells is not None and element.bad_cells.beyond else 1
         return pulses * element.waveforms.listener.ticks * element.tick
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
-    return element.settings.read.rest + longest + TAIL
+    return element.settings.read.rest + longest + ECHO_TAIL_TIME
 
 
-def driving(element: Memory, present: int, target: int) -> float:
+def driving_time(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
     if element.register is not None:
-        from .many_walls import kicking_time, way  # few elements hold many walls
+        from .many_walls import kicking_time, plan_word  # few elements hold many walls
 
         present, code = 0 if present == BLANK else present, element.register.code
-        planned = way(element.settings, code, present, max(0, target))
+        planned = plan_word(element.settings, code, present, max(0, target))
         return kicking_time(element.design, element.settings, *planned)
     start = element.design.levels - 1 if present == UNDECODABLE else present
-    settings = element.calibration.adapt(element.settings)
-    moves = route(element.design, settings, start, target)
+    settings = element.calibration.remove_missed_kicks(element.settings)
+    moves = find_route(element.design, settings, start, target)
     if present == UNDECODABLE and target != BLANK:
-        return driving(element, start, BLANK) + driving(element, BLANK, target)
-    rings = ringing(element.design) if moves and not moves[-1].how.strains else 0.0
+        return driving_time(element, start, BLANK) + driving_time(element, BLANK, target)
+    rings = ringing_time(element.design) if moves and not moves[-1].how.strains else 0.0
     return sum(move.time for move in moves) + element.settings.write.final_settle + rings
 
 
-def writing(element: Memory, present: int, target: int) -> float:
+def writing_time(element: Memory, present: int, target: int) -> float:
     """Return the time to drive the wall to a level, and to verify it."""
-    return max(driving(element, present, target), expected_wait(element)) + reading(element)
+    return max(driving_time(element, present, target), expected_wait(element)) + reading(element)
 
 
 def everything(element: Memory) -> float:
@@ -69,21 +69,26 @@ def everything(element: Memory) -> float:
     """
     levels = (BLANK, *element.levels)
     top = levels[-1]
-    steps = sum(driving(element, *pair) for pair in pairwise(levels))
-    content = max(BLANK, known(element))
-    restoring = writing(element, top, content)
-    return writing(element, top, BLANK) + steps + (len(levels) - 1) * reading(element) + restoring
+    steps = sum(driving_time(element, *pair) for pair in pairwise(levels))
+    content = max(BLANK, find_content(element))
+    restoring = writing_time(element, top, content)
+    return (
+        writing_time(element, top, BLANK)
+        + steps
+        + (len(levels) - 1) * reading(element)
+        + restoring
+    )
 
 
 def surveying(element: Memory) -> float:
     """Return the time of a survey."""
-    content, top = max(BLANK, known(element)), max(element.levels, default=BLANK)
-    each = RECORD + (SILENCE / element.design.eta if element.design.eta else 0.0)
-    way = driving(element, content, BLANK) + driving(element, BLANK, top)
-    return way + writing(element, top, content) + SHOTS * each
+    content, top = max(BLANK, find_content(element)), max(element.levels, default=BLANK)
+    each = RECORD_TIME + (QUIET_DAMPING_TIMES / element.design.eta if element.design.eta else 0.0)
+    way = driving_time(element, content, BLANK) + driving_time(element, BLANK, top)
+    return way + writing_time(element, top, content) + SURVEY_SHOTS * each
 
 
-def known(element: Memory) -> int:
+def find_content(element: Memory) -> int:
     """Return the content, as far as known: a level, `BLANK` or `UNDECODABLE`."""
     return UNDECODABLE if element.reading is None else element.reading.level
 
@@ -93,9 +98,9 @@ def known(element: Memory) -> int:
 
 def writing_now(element: Memory, level: int) -> float:
     """Return the time of a write; what is not known is read first."""
-    if (present := known(element)) == UNDECODABLE:
-        return 2.0 * reading(element) + driving(element, BLANK, level)
-    return writing(element, present, level)
+    if (present := find_content(element)) == UNDECODABLE:
+        return 2.0 * reading(element) + driving_time(element, BLANK, level)
+    return writing_time(element, present, level)
 
 
 def looking(element: Memory, end: str) -> float:
@@ -105,7 +110,7 @@ def looking(element: Memory, end: str) -> float:
 
 def erasing(element: Memory) -> float:
     """Return the time of an erase."""
-    return writing(element, known(element), BLANK)
+    return writing_time(element, find_content(element), BLANK)
 
 
 def releasing(element: Memory) -> float:

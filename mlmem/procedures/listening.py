@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading: wait until nothing is on its way, fire a pulse from either end, listen, decode.
 
-Both ends listen at the same time, for a wall must be heard from both (see `decoding.decode`). No
-pulse is fired while anything may still arrive that a detector would take for its echo. Many walls,
-or one beside a bad cell, are told by what both ends do after one pulse (`hear`).
+Both ends listen at the same time, for a wall must be heard from both (see
+`decoding.decode_echoes`). No pulse is fired while anything may still arrive that a detector would
+take for its echo. Many walls, or one beside a bad cell, are told by what both ends do after one
+pulse (`read_waveforms`).
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..commands import LISTENING, QUIETING
+from ..commands import PHASE_LISTENING, PHASE_QUIETING
 from ..errors import Astray, ProcedureFailed
 from ..instrument.end import End, Shot
 from ..instrument.instrument import Instrument
 from ..memory import Memory
-from ..readers.echo import TAIL, Echo, EchoDetector, pulse_duration, threshold
+from ..readers.echo import ECHO_TAIL_TIME, Echo, EchoDetector, detection_threshold, pulse_duration
 from ..readers.reading import UNDECODABLE, Reading
-from .blocks import Procedure, Result, catch_up, wait
+from .blocks import Procedure, Result, wait_for_samples, wait_time
 
 if TYPE_CHECKING:
     from ..readers.register import Forecasts
@@ -32,43 +33,46 @@ NOISE_SHARE = 2.0
 """Ratio of the bound on waves to sensor noise up to which it may be noise alone: the greatest mean
 of a tick is that much above the mean of all."""
 
-NEGLIGIBLE = 0.01
+NEGLIGIBLE_NOISE = 0.01
 """Negligible noise, as a fraction of the threshold."""
 
-LIFE = 500.0
+MIN_VIBRATION_TIME = 500.0
 """Least time for measuring hum: a third of waves with lifetime 2 / eta remains then."""
 
-FAINT = 0.3
+NEGLIGIBLE_VIBRATION = 0.3
 """Negligible hum, as a fraction of the threshold at the last echo, which it raises by 4 %."""
 
-SWING = 10.0
+SWING_DAMPING_TIMES = 10.0
 """Time for which a wall swings once substrate and ends stand still, times eta: a swing of half a
 cell, which makes an echo 1.5 times as loud, is then below 4e-3 cells."""
 
-FALLING = 0.7
+MAX_DECAY_RATIO = 0.7
 """Largest ratio of hum to the previous one that decaying waves explain."""
 
 
-def quiet(element: Instrument) -> Procedure[None]:
+def wait_for_decay(element: Instrument) -> Procedure[None]:
     """Wait until the strain stands still and nothing audible to an echo detector is on its way.
 
     All that was excited must have had the time to reach an end; from then on what the ends have
     seen bounds what they may see (see `reverberation`). Sensor noise never ends, so it raises the
-    threshold instead of prolonging the wait, and so does the hum of a shaken element (see `hum`).
+    threshold instead of prolonging the wait, and so does the hum of a shaken element (see
+    `measure_vibration`).
 
     Raises:
         ProcedureFailed: It does not become quiet within `read.patience`.
     """
-    while element.actuator.moving:  # set by hand: the wall may be moving
-        yield element.next_look(element.actuator.remaining)
-    yield from catch_up(element)
-    element.progress.phase = QUIETING
+    while element.actuator.is_moving:  # set by hand: the wall may be moving
+        yield element.count_ticks_to_check(element.actuator.remaining_time)
+    yield from wait_for_samples(element)
+    element.progress.phase = PHASE_QUIETING
     patience = math.ceil(element.settings.read.patience / element.tick)
-    while element.base.still and (ticks := _coming(element) or _fading(element)[0]):
-        if patience <= 0 and _coming(element):
+    while element.base.still and (
+        ticks := _count_arrival_ticks(element) or _estimate_fading(element)[0]
+    ):
+        if patience <= 0 and _count_arrival_ticks(element):
             raise ProcedureFailed('the element does not come to rest: it is strained all the time')
         if patience <= 0:
-            _, end, limit = _fading(element)
+            _, end, limit = _estimate_fading(element)
             bound = element.transducer.reverberation[end].returns.bound
             raise ProcedureFailed(
                 f'the element does not come to rest: waves of {bound:.2g} may still reach the '
@@ -80,34 +84,40 @@ def quiet(element: Instrument) -> Procedure[None]:
             yield until - element.ticks
 
 
-def wait_for_quiet(element: Instrument, longest: float) -> Procedure[None]:
+def try_wait_for_decay(element: Instrument, longest: float) -> Procedure[None]:
     """Wait until the element is quiet, at most for a given time."""
     end = element.ticks + math.ceil(longest / element.tick)
-    while element.ticks < end and not is_quiet(element):
+    while element.ticks < end and not has_decayed(element):
         yield 1
 
 
-def is_quiet(element: Instrument) -> bool:
+def has_decayed(element: Instrument) -> bool:
     """Whether nothing is on its way that an echo detector would hear."""
-    return element.base.still and not _coming(element) and not _fading(element)[0]
+    return (
+        element.base.still
+        and not _count_arrival_ticks(element)
+        and not _estimate_fading(element)[0]
+    )
 
 
 def expected_wait(element: Instrument) -> float:
-    """Return how long `quiet` waits now, at the earliest, for waves that fade as expected."""
+    """Return how long `wait_for_decay` waits now, at the earliest, for waves that fade as
+    expected.
+    """
     if not element.base.still:
         return 0.0
-    ticks = _coming(element) or _fading(element)[0]
+    ticks = _count_arrival_ticks(element) or _estimate_fading(element)[0]
     return min(ticks * element.tick, element.settings.read.patience)
 
 
-def _coming(element: Instrument) -> int:
+def _count_arrival_ticks(element: Instrument) -> int:
     """Return in how many ticks all that was excited has reached an end; 0 if it has.
 
     A pulse goes to the wall and back. What a strain excites, anywhere, only goes to an end.
     """
     remaining = 0.0
     for end, each in element.transducer.reverberation.items():
-        passage = element.passage(end)
+        passage = element.passage_time(end)
         remaining = max(remaining, passage - each.returns.since * element.driver.dt)
         remaining = max(
             remaining, 0.5 * passage - (element.ticks - element.last_moved) * element.tick
@@ -115,7 +125,7 @@ def _coming(element: Instrument) -> int:
     return math.ceil(remaining / element.tick)
 
 
-def _fading(element: Instrument) -> tuple[int, End, float]:
+def _estimate_fading(element: Instrument) -> tuple[int, End, float]:
     """Return in how many ticks nothing is loud any more, at the earliest; at which end, and up to
     what it is quiet there.
     """
@@ -124,11 +134,11 @@ def _fading(element: Instrument) -> tuple[int, End, float]:
     for end, each in transducer.reverberation.items():
         probe = transducer.probes[end]
         faster = max(0.0, probe.gain_decay - 0.5 * design.eta)  # the threshold falls faster
-        limit = probe.v_th * math.exp(-faster * element.passage(end))
+        limit = probe.v_th * math.exp(-faster * element.passage_time(end))
         limit *= element.settings.read.quiet
         if each.returns.bound > limit:
             limit = max(limit, NOISE_SHARE * each.gain * transducer.noise(end))
-        ticks = math.ceil(each.fades(limit) / element.steps_per_tick)
+        ticks = math.ceil(each.count_fading_samples(limit) / element.steps_per_tick)
         longest = max(longest, (ticks, end, limit), key=lambda each: each[0])
     return longest
 
@@ -140,37 +150,39 @@ def noise_floor(element: Instrument, end: End) -> float:
     """
     transducer = element.transducer
     noise = transducer.reverberation[end].gain * transducer.noise(end)
-    if noise < NEGLIGIBLE * transducer.probes[end].v_th:
+    if noise < NEGLIGIBLE_NOISE * transducer.probes[end].v_th:
         return 0.0
     return element.settings.read.noise_factor * noise
 
 
-def hum(element: Instrument, wanted: Iterable[End]) -> Procedure[dict[End, float]]:
+def measure_vibration(element: Instrument, wanted: Iterable[End]) -> Procedure[dict[End, float]]:
     """Listen to a shaken element without a pulse, and return its contribution to v_c by end.
 
     It listens for as long as the longest echo takes, so that present waves pass by, and longer
     while they decay.
     """
-    element.progress.phase = LISTENING
+    element.progress.phase = PHASE_LISTENING
     factor = element.settings.read.noise_factor
     detectors = {end: element.transducer.listen(end) for end in wanted}
     while True:
         yield 1
         loudest, done = {}, True
         for end, detector in detectors.items():
-            longest = element.passage(end)
-            span = max(LIFE, longest)
+            longest = element.passage_time(end)
+            span = max(MIN_VIBRATION_TIME, longest)
             loud, before = (factor * detector.loudest(span, ago) for ago in (0.0, span))
-            faint = FAINT * float(threshold(detector.probe, np.array(longest)))
+            faint = NEGLIGIBLE_VIBRATION * float(
+                detection_threshold(detector.probe, np.array(longest))
+            )
             passed = detector.time >= span and loud <= faint
-            done &= passed or (detector.time >= 2.0 * span and loud > FALLING * before)
+            done &= passed or (detector.time >= 2.0 * span and loud > MAX_DECAY_RATIO * before)
             loudest[end] = loud
         if done:
             element.transducer.release()
             return loudest
 
 
-def pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
+def probe_ends(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
     """Fire a pulse at each of some ends and return the echoes; repeat it if interrupted.
 
     A real element does not wait: a delay cannot be measured across a break.
@@ -181,7 +193,7 @@ def pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[E
     """
     attempts = element.settings.read.attempts
     for _ in range(attempts):
-        echoes = yield from _pulse_echo(element, wanted)
+        echoes = yield from _probe_ends_once(element, wanted)
         if not element.transducer.interrupted:
             return echoes
     raise ProcedureFailed(
@@ -190,37 +202,39 @@ def pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[E
     )
 
 
-def _pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
+def _probe_ends_once(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
     """Fire the pulses one after the other, the shorter first, and listen to all echoes.
 
     While the base shakes, hum is measured first. A base that begins to shake after the pulses
     spoils the echoes; noise that begins raises the threshold.
     """
-    yield from quiet(element)
-    yield from wait(element, element.settings.read.rest)
+    yield from wait_for_decay(element)
+    yield from wait_time(element, element.settings.read.rest)
     transducer, shaken, spoiled = element.transducer, not element.base.still, False
     if shaken:
-        floors = yield from hum(element, wanted)
+        floors = yield from measure_vibration(element, wanted)
     else:
         floors = {end: noise_floor(element, end) for end in wanted}
-    element.progress.phase = LISTENING
+    element.progress.phase = PHASE_LISTENING
     for end in wanted:
         element.require_phase(end)
     for end in sorted(wanted, key=lambda end: pulse_duration(transducer.probes[end])):
         transducer.fire(end, floors[end])
-        while transducer.driving:
-            yield element.next_look(transducer.remaining)
+        while transducer.is_driving:
+            yield element.count_ticks_to_check(transducer.remaining_time)
             spoiled |= not (shaken or element.base.still)
     detectors = transducer.detectors
-    last = {end: element.passage(end) + TAIL for end in detectors}
+    last = {end: element.passage_time(end) + ECHO_TAIL_TIME for end in detectors}
     while (remaining := max(last[end] - each.time for end, each in detectors.items())) > 0.0:
-        yield element.next_look(min(remaining, TAIL))  # any delay is yet to come; TAIL follows it
+        yield element.count_ticks_to_check(
+            min(remaining, ECHO_TAIL_TIME)
+        )  # any delay is yet to come; TAIL follows it
         spoiled |= not (shaken or element.base.still)
         for end, detector in detectors.items():
             if detector.delay is not None and not spoiled:  # or it comes after the next pulse
-                last[end] = min(last[end], detector.delay + TAIL)
+                last[end] = min(last[end], detector.delay + ECHO_TAIL_TIME)
     for end, detector in detectors.items():
-        detector.louder(0.0 if shaken else noise_floor(element, end))
+        detector.raise_noise_floor(0.0 if shaken else noise_floor(element, end))
     strain, dt = element.transmission.encoder, element.driver.dt
     shots = {recorder.end: recorder.shot(0.0, strain, dt) for recorder in transducer.recorders}
     transducer.release()
@@ -232,24 +246,24 @@ def _pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[
     }
 
 
-def look(element: Memory, end: str = '') -> Procedure[Reading]:
+def take_reading(element: Memory, end: str = '') -> Procedure[Reading]:
     """Probe both ends and return the reading; while the base shakes, again until it is decoded.
 
     The left end's carrier lies above the band of the inactive phase and so cannot leave the left
     end of a blank element, and vice versa: then only the other end is probed.
     """
     if element.waveforms is not None:
-        reading = yield from hear(element)
-        if reading.level == UNDECODABLE and _swinging(element) > 0.0:
-            yield from stand_still(element)
-            reading = yield from hear(element)
+        reading = yield from read_waveforms(element)
+        if reading.level == UNDECODABLE and _swinging_time(element) > 0.0:
+            yield from wait_until_pinned(element)
+            reading = yield from read_waveforms(element)
         return reading
     for _ in range(element.settings.read.attempts):
-        yield from quiet(element)
+        yield from wait_for_decay(element)
         try:
-            echoes = yield from pulse_echo(element, element.audible)
+            echoes = yield from probe_ends(element, element.detecting_ends)
         except Astray as error:
-            return element.hear_nothing(str(error))
+            return element.store_unreadable(str(error))
         reading = element.hear(echoes, end)
         shaken = any(echo.shaken for echo in echoes.values())
         if not shaken or reading.level != UNDECODABLE or reading.walls is not None:
@@ -257,12 +271,12 @@ def look(element: Memory, end: str = '') -> Procedure[Reading]:
     return reading
 
 
-def stand_still(element: Instrument) -> Procedure[None]:
+def wait_until_pinned(element: Instrument) -> Procedure[None]:
     """Wait until the wall swings no more."""
-    yield from wait(element, _swinging(element))
+    yield from wait_time(element, _swinging_time(element))
 
 
-def _swinging(element: Instrument) -> float:
+def _swinging_time(element: Instrument) -> float:
     """Return how long a wall may still swing; 0 if nothing damps it.
 
     It swings below the pass band of either phase, so that no end sees it.
@@ -271,45 +285,49 @@ def _swinging(element: Instrument) -> float:
         return 0.0
     if not element.base.still:  # it was heard as often as may be
         return 0.0
-    return SWING / element.design.eta - (element.ticks - element.last_moved) * element.tick
+    return (
+        SWING_DAMPING_TIMES / element.design.eta
+        - (element.ticks - element.last_moved) * element.tick
+    )
 
 
-def listen(element: Memory, end: str = '') -> Procedure[Reading]:
+def take_settled_reading(element: Memory, end: str = '') -> Procedure[Reading]:
     """Probe both ends and return the reading, of a wall that stands still if it must.
 
     One that still swings after a strain or a kick is heard too loud, too early or too late: before
     anything is said against the element, or done to it, it is heard once more when it has come to
     rest.
     """
-    reading = yield from look(element, end)
+    reading = yield from take_reading(element, end)
     answers = reading.left_delay is not None or reading.right_delay is not None
-    if answers and reading.level == UNDECODABLE and _swinging(element) > 0.0:
-        yield from stand_still(element)
-        reading = yield from look(element, end)
+    if answers and reading.level == UNDECODABLE and _swinging_time(element) > 0.0:
+        yield from wait_until_pinned(element)
+        reading = yield from take_reading(element, end)
     return reading
 
 
 def read(element: Memory, end: str = '') -> Procedure[Result]:
-    """Probe both ends, decode the echoes (see `listen`), and answer with the delay at one of them.
+    """Probe both ends, decode the echoes (see `take_settled_reading`), and answer with the delay
+    at one of them.
 
     The end is 'left', 'right' or 'both'; empty means the one in the settings.
 
     Raises:
         ProcedureFailed: The echoes cannot be decoded, or the element does not come to rest.
     """
-    reading = yield from listen(element, end)
+    reading = yield from take_settled_reading(element, end)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     return Result(reading)
 
 
-STILL = 20.0
+UNDISTURBED_DAMPING_TIMES = 20.0
 """Time since the last drive, strain or shock after which nothing runs or swings, times eta: waves
 have 5e-5 of their amplitude then."""
 
 
-def hear(element: Memory) -> Procedure[Reading]:
-    """Fire the pulse of a read at the left end, and decode; raises as `record`.
+def read_waveforms(element: Memory) -> Procedure[Reading]:
+    """Fire the pulse of a read at the left end, and decode; raises as `record_waveforms`.
 
     What a stuck cell hides from it, a pulse of the right end must confirm.
     """
@@ -319,19 +337,19 @@ def hear(element: Memory) -> Procedure[Reading]:
     detector = EchoDetector(settings.probe, element.driver.dt)
     beyond = element.bad_cells.beyond if element.bad_cells is not None else None
     try:
-        shot, noise = yield from record(element, forecasts)
+        shot, noise = yield from record_waveforms(element, forecasts)
         detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
         phases = element.phase(End.LEFT), element.phase(End.RIGHT)
         reading = forecasts.decode(shot, noise, phases, settings.min_margin)
         if beyond is not None and reading.level != UNDECODABLE:
-            shot, noise = yield from record(element, beyond, End.RIGHT)
-            reading = beyond.confirm(reading, shot, noise, settings.min_margin)
+            shot, noise = yield from record_waveforms(element, beyond, End.RIGHT)
+            reading = beyond.confirm_reading(reading, shot, noise, settings.min_margin)
     except Astray as error:
-        return element.hear_nothing(str(error))
-    return element.hear_word(reading, detector.echo(End.LEFT))
+        return element.store_unreadable(str(error))
+    return element.store_word(reading, detector.echo(End.LEFT))
 
 
-def record(
+def record_waveforms(
     element: Memory, forecasts: Forecasts, end: End = End.LEFT
 ) -> Procedure[tuple[Shot, float]]:
     """Wait until the ends are quiet in the band of the pulse, fire it at one, and record both.
@@ -347,14 +365,14 @@ def record(
     """
     transducer = element.transducer
     listener, probe = forecasts.listener, element.settings.register.probe
-    while element.actuator.moving:
-        yield element.next_look(element.actuator.remaining)
-    yield from catch_up(element)
-    element.progress.phase = QUIETING
+    while element.actuator.is_moving:
+        yield element.count_ticks_to_check(element.actuator.remaining_time)
+    yield from wait_for_samples(element)
+    element.progress.phase = PHASE_QUIETING
     patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
-    passage = math.ceil(element.passage(End.LEFT) / element.tick)
+    passage = math.ceil(element.passage_time(End.LEFT) / element.tick)
     loud = noise = listener.noise(transducer.recent, element.driver.dt)
-    since = passage if noise < forecasts.quiet and undisturbed(element) else 0
+    since = passage if noise < forecasts.quiet and is_undisturbed(element) else 0
     while since < passage:  # what is inside comes to an end within that time
         before, begin, n = transducer.recent, element.ticks, element.steps_per_tick
         width = before.shape[1]
@@ -374,8 +392,8 @@ def record(
                 f'ticks ago; they must be quiet for {passage}'
             )
     element.require_phase(end)
-    element.progress.phase = LISTENING
-    recorder = transducer.shoot(end, probe)
+    element.progress.phase = PHASE_LISTENING
+    recorder = transducer.record_pulse(end, probe)
     until = element.ticks + listener.ticks + element.driver.lag
     while element.ticks < until:
         yield until - element.ticks
@@ -383,9 +401,9 @@ def record(
     return recorder.shot(0.0, element.transmission.encoder, element.driver.dt), noise
 
 
-def undisturbed(element: Memory) -> bool:
+def is_undisturbed(element: Memory) -> bool:
     """Return whether nothing has excited the element for so long that it is still inside."""
     since = min(each.returns.since for each in element.transducer.reverberation.values())
     moved = (element.ticks - element.last_moved) * element.tick
     quiet = min(since * element.driver.dt, moved) * element.design.eta
-    return element.base.still and quiet > STILL
+    return element.base.still and quiet > UNDISTURBED_DAMPING_TIMES

@@ -15,21 +15,21 @@ from ..memory import Memory
 from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from ..readers.calibration import DelayTable
-from ..readers.decoding import MOST_RAISED, WALL_GONE
+from ..readers.decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON
 from ..readers.echo import Echo
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..readers.words import Code
 from .blocks import Procedure, Result
-from .listening import hear, pulse_echo, quiet, record
+from .listening import probe_ends, read_waveforms, record_waveforms, wait_for_decay
 
-WELL = 0.25
+WELL_ERROR_CELLS = 0.25
 """Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels
 by up to 0.4 cells from that of a level."""
 
-BESIDE = 20
+STUCK_SEARCH_CELLS = 20
 """Cells by which a stuck cell may be from the wall that would answer when it does."""
 
-AGREE = 3.0
+AGREEMENT_DEVIATIONS = 3.0
 """Standard deviations within which both ends hear the same wall, and within which it is."""
 
 
@@ -51,87 +51,93 @@ def locate(element: Memory) -> Procedure[Result]:
             phase.
     """
     if element.register is not None:
-        return (yield from _walls(element, element.register.code))
+        return (yield from _locate_walls(element, element.register.code))
     if element.waveforms is not None:
-        return (yield from _level(element))
-    yield from quiet(element)
+        return (yield from _locate_level(element))
+    yield from wait_for_decay(element)
     phases = {end: element.phase(end) for end in End}
-    echoes = yield from pulse_echo(element, _hearing(element, phases))
+    echoes = yield from probe_ends(element, _find_detecting_ends(element, phases))
     reading = element.hear(echoes)
     if any(echo.shaken for echo in echoes.values()):
         raise ProcedureFailed('the base shakes: hold it still to locate a wall')
     for end, echo in echoes.items():
-        if echo.delay is None or echo.raised > MOST_RAISED:
+        if echo.delay is None or echo.threshold_factor > MAX_THRESHOLD_FACTOR:
             raise ProcedureFailed(reading.reason or f'the echo at the {end} end is unclear')
     if reading.level == BLANK:
         return Result(reading, found={'walls': 0})
-    if phases[End.LEFT] == 0 and (cell := (yield from _stuck(element, echoes[End.RIGHT]))):
+    if phases[End.LEFT] == 0 and (
+        cell := (yield from _find_stuck_cell(element, echoes[End.RIGHT]))
+    ):
         return Result(reading, found={'walls': 0, 'stuck_cell': cell})
     if phases[End.LEFT] == phases[End.RIGHT]:
         raise ProcedureFailed(reading.reason)
-    position, deviation = _place_of_wall(element, reading, echoes)
+    position, deviation = _combine_places(element, reading, echoes)
     found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
     return Result(reading, found={'walls': 1, **found})
 
 
-def _stuck(element: Memory, echo: Echo) -> Procedure[int]:
+def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:
     """Return the site of the stuck cell that answers in a blank element, or 0 if it is none.
 
     It answers to the right end as a wall some cells beside it does; so the waveforms of a pulse
     are compared with the forecast for every cell about there.
     """
-    from ..readers.bad_cells import stuck_cells  # few elements have one
+    from ..readers.bad_cells import forecast_stuck_cells  # few elements have one
 
     design = element.design
-    if echo.early:  # behind the last level, or the element is short
-        sites = range(max(2, design.defect(design.levels - 1) - BESIDE), design.N)
+    if echo.is_early:  # behind the last level, or the element is short
+        sites = range(max(2, design.defect_site(design.levels - 1) - STUCK_SEARCH_CELLS), design.N)
     else:
-        where = round(_place(element, echo)[0])
-        sites = range(max(2, where - BESIDE), min(where + BESIDE, design.N))
+        where = round(_locate_reflector(element, echo)[0])
+        sites = range(
+            max(2, where - STUCK_SEARCH_CELLS), min(where + STUCK_SEARCH_CELLS, design.N)
+        )
     try:
-        forecasts = stuck_cells(design, element.settings, sites)
+        forecasts = forecast_stuck_cells(design, element.settings, sites)
     except SettingsError:
         return 0
-    shot, noise = yield from record(element, forecasts)
+    shot, noise = yield from record_waveforms(element, forecasts)
     least = element.settings.register.min_margin
     return max(0, forecasts.decode(shot, noise, (0, 0), least).level)
 
 
-def _level(element: Memory) -> Procedure[Result]:
+def _locate_level(element: Memory) -> Procedure[Result]:
     """Return where the wall is in an element with known bad cells: at a level, or nowhere."""
-    reading = yield from hear(element)
+    reading = yield from read_waveforms(element)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     if reading.level == BLANK:
         return Result(reading, found={'walls': 0})
-    position = float(element.design.defect(reading.level))
-    return Result(reading, found={'walls': 1, 'position': position, 'position_std': WELL})
+    position = float(element.design.defect_site(reading.level))
+    return Result(
+        reading, found={'walls': 1, 'position': position, 'position_std': WELL_ERROR_CELLS}
+    )
 
 
-def _walls(element: Memory, code: Code) -> Procedure[Result]:
+def _locate_walls(element: Memory, code: Code) -> Procedure[Result]:
     """Return kind and cell of every wall, from the left, in an element with many."""
-    reading = yield from hear(element)
+    reading = yield from read_waveforms(element)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     levels = code.walls(reading.level)
-    cells = ' '.join(str(element.design.defect(level)) for level in levels)
+    cells = ' '.join(str(element.design.defect_site(level)) for level in levels)
     kinds = ' '.join(('wall', 'kink')[(len(levels) - 1 - k) % 2] for k in range(len(levels)))
     found: dict[str, float | str] = {'walls': len(levels), 'cells': cells, 'kinds': kinds}
     return Result(reading, found=found)
 
 
-def _hearing(element: Memory, phases: dict[End, int | None]) -> tuple[End, ...]:
+def _find_detecting_ends(element: Memory, phases: dict[End, int | None]) -> tuple[End, ...]:
     """Return the ends that hear a wall: each in the phase that its pulse passes."""
     for end, phase in phases.items():
         if phase is None:
             raise ProcedureFailed(f'the {end} end rests in neither phase')
     able = [end for end in element.calibration.ends if phases[end] == (end is End.LEFT)]
     if not able:
-        raise ProcedureFailed(WALL_GONE)
+        raise ProcedureFailed(WALL_GONE_REASON)
     return tuple(able)
 
 
-def _place(element: Memory, echo: Echo) -> tuple[float, float]:
+def _locate_reflector(element: Memory, echo: Echo) -> tuple[float, float]:
     """Return the position of what an echo comes from, in cells, and its standard deviation.
 
     Straight lines lead from level to level and beyond the outermost. Their error is a quarter of
@@ -142,7 +148,9 @@ def _place(element: Memory, echo: Echo) -> tuple[float, float]:
     table: DelayTable = element.calibration.table(end)
     order = np.argsort(table.delays)
     delays = np.asarray(table.delays)[order]
-    sites = np.array([design.defect(level) for level in range(design.levels)], dtype=float)[order]
+    sites = np.array([design.defect_site(level) for level in range(design.levels)], dtype=float)[
+        order
+    ]
     assert echo.delay is not None
     away = 1.0 if end is End.LEFT else -1.0
     if len(delays) == 1:
@@ -159,18 +167,18 @@ def _place(element: Memory, echo: Echo) -> tuple[float, float]:
     if len(delays) < 3:  # nothing is known between them
         bend = min(float(np.abs(sites - position).min()), design.J / math.sqrt(12.0))
     else:
-        bend = _bend(delays, sites)
-    return position, math.hypot(WELL, slope * timing, bend)
+        bend = _interpolation_error(delays, sites)
+    return position, math.hypot(WELL_ERROR_CELLS, slope * timing, bend)
 
 
-def _bend(delays: Array, sites: Array) -> float:
+def _interpolation_error(delays: Array, sites: Array) -> float:
     """Return the error of straight lines between three levels or more, in cells."""
     share = (delays[1:-1] - delays[:-2]) / (delays[2:] - delays[:-2])
     drawn = sites[:-2] + share * (sites[2:] - sites[:-2])
     return float(np.sqrt(np.mean((drawn - sites[1:-1]) ** 2)) / 4.0)
 
 
-def _place_of_wall(
+def _combine_places(
     element: Memory, reading: Reading, echoes: Mapping[End, Echo]
 ) -> tuple[float, float]:
     """Return position and deviation of the wall that the ends hear.
@@ -180,17 +188,19 @@ def _place_of_wall(
     Raises:
         ProcedureFailed: The ends hear different places, or one alone is not confirmed by a read.
     """
-    heard = {end: _place(element, echo) for end, echo in echoes.items() if not echo.early}
+    heard = {
+        end: _locate_reflector(element, echo) for end, echo in echoes.items() if not echo.is_early
+    }
     if len(heard) == 2:
         (left, left_std), (right, right_std) = heard[End.LEFT], heard[End.RIGHT]
-        if abs(left - right) > AGREE * math.hypot(left_std, right_std):
+        if abs(left - right) > AGREEMENT_DEVIATIONS * math.hypot(left_std, right_std):
             raise ProcedureFailed(
                 f'the left end hears something near cell {left:.1f}, and the right end near cell '
                 f'{right:.1f}: an end errs, something else answers, or there are three walls'
             )
         weights = np.array([left_std, right_std]) ** -2.0
         position = float(np.average([left, right], weights=weights))
-        either = (left - right) / AGREE  # whichever end errs is off by no more
+        either = (left - right) / AGREEMENT_DEVIATIONS  # whichever end errs is off by no more
         return position, math.hypot(float(weights.sum() ** -0.5), either)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
@@ -198,4 +208,4 @@ def _place_of_wall(
         raise ProcedureFailed('something is heard at both ends when listening begins')
     ((position, deviation),) = heard.values()
     allowed = 0.5 * element.design.J * (1.0 - element.settings.read.min_margin)
-    return position, math.hypot(deviation, allowed / AGREE)
+    return position, math.hypot(deviation, allowed / AGREEMENT_DEVIATIONS)

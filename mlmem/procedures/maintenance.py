@@ -14,15 +14,15 @@ from ..commands import Check
 from ..errors import ProcedureFailed
 from ..instrument.end import End
 from ..memory import Memory
-from ..moves.corrections import kicked
+from ..moves.corrections import is_kicked
 from ..moves.planner import erase_speed
-from ..readers.decoding import MOST_RAISED
-from ..readers.echo import threshold
+from ..readers.decoding import MAX_THRESHOLD_FACTOR
+from ..readers.echo import detection_threshold
 from ..readers.reading import BLANK, UNDECODABLE, Reading
-from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
+from .blocks import Procedure, Result, ramp_strain, return_to_zero, wait_for_samples, wait_time
 from .driving import erase
-from .listening import listen, look, noise_floor, quiet
-from .writing import restore, write
+from .listening import noise_floor, take_reading, take_settled_reading, wait_for_decay
+from .writing import restore_content, write
 
 TEST_STRAIN = 0.01
 """Test strain for the actuator: a third of that which moves a wall."""
@@ -46,7 +46,7 @@ def self_test(element: Memory) -> Procedure[Result]:
             written.
     """
     yield from return_to_zero(element)
-    content = yield from listen(element)
+    content = yield from take_settled_reading(element)
     if content.level == UNDECODABLE:
         raise ProcedureFailed(
             f'not tested: the content cannot be read now ({content.reason}) and so could not be '
@@ -54,22 +54,22 @@ def self_test(element: Memory) -> Procedure[Result]:
         )
     checks = []
     for end in element.calibration.ends:
-        checks.append((yield from _tried(f'transducer {end}', _hear(element, end))))
-    able = _passed(checks)
+        checks.append((yield from _run_test(f'transducer {end}', _test_transducer(element, end))))
+    able = _has_passed(checks)
     if able and element.settings.actuator.present:
-        checks.append((yield from _tried('actuator', _strain(element))))
-        able = checks[-1].passed or _strainless(element)
+        checks.append((yield from _run_test('actuator', _test_actuator(element))))
+        able = checks[-1].passed or _is_strainless(element)
     if able:
-        checks.append((yield from _tried('erase', _erase(element))))
+        checks.append((yield from _run_test('erase', _test_erase(element))))
         register = element.register
         words = register.code.each if register else element.levels
         for level, word in zip(element.levels, words, strict=True):
-            checks.append((yield from _tried(f'level {level}', _level(element, word))))
-        checks.append((yield from _tried('restore', _restore(element, content))))
+            checks.append((yield from _run_test(f'level {level}', _test_level(element, word))))
+        checks.append((yield from _run_test('restore', _test_restore(element, content))))
     return Result(element.reading, checks=tuple(checks))
 
 
-def _tried(name: str, test: Procedure[Tested]) -> Procedure[Check]:
+def _run_test(name: str, test: Procedure[Tested]) -> Procedure[Check]:
     """Return the check of a test, which fails if a procedure does."""
     try:
         passed, message, values = yield from test
@@ -78,52 +78,54 @@ def _tried(name: str, test: Procedure[Tested]) -> Procedure[Check]:
     return Check(name, passed, message, values)
 
 
-def _passed(checks: list[Check]) -> bool:
+def _has_passed(checks: list[Check]) -> bool:
     return all(check.passed for check in checks)
 
 
-def _strainless(element: Memory) -> bool:
+def _is_strainless(element: Memory) -> bool:
     """Return whether every level is written without strain, and the strain is zero."""
     settings = element.settings
-    kicks = all(kicked(settings, level) for level in range(element.design.levels))
+    kicks = all(is_kicked(settings, level) for level in range(element.design.levels))
     erased = bool(erase_speed(element.design, settings))
     return kicks and erased and element.transmission.encoder == 0.0
 
 
-def _hear(element: Memory, end: End) -> Procedure[Tested]:
+def _test_transducer(element: Memory, end: End) -> Procedure[Tested]:
     """Measure the noise of an end's sensor: it must not raise the threshold at the last echo.
 
     The last echo is that of the level farthest from the end, or of the blank element.
     """
-    yield from quiet(element)
+    yield from wait_for_decay(element)
     floor = noise_floor(element, end)
     table, probe = element.calibration.table(end), element.transducer.probes[end]
     last = np.array(table.longest)
-    needed = float(threshold(probe, last))
-    raised = float(threshold(probe, last, floor)) / needed
-    heard = f'noise raises the threshold by a factor of {raised:.3g}; limit {MOST_RAISED:g}'
+    needed = float(detection_threshold(probe, last))
+    raised = float(detection_threshold(probe, last, floor)) / needed
+    heard = (
+        f'noise raises the threshold by a factor of {raised:.3g}; limit {MAX_THRESHOLD_FACTOR:g}'
+    )
     values = {'floor': floor, 'threshold': needed, 'raised': raised}
-    return raised <= MOST_RAISED, heard, values
+    return raised <= MAX_THRESHOLD_FACTOR, heard, values
 
 
-def _erase(element: Memory) -> Procedure[Tested]:
+def _test_erase(element: Memory) -> Procedure[Tested]:
     yield from erase(element)
     return True, 'blank', {}
 
 
-def _strain(element: Memory) -> Procedure[Tested]:
+def _test_actuator(element: Memory) -> Procedure[Tested]:
     """Strain the element a little, from zero, and check that its right end follows.
 
     As slowly as an erase, so that the end is at rest when it is measured.
     """
     times = element.settings.erase
     asked = min(TEST_STRAIN, element.settings.actuator.max_strain)
-    offset = yield from _felt(element)
-    yield from ramp(element, asked, times.ramp)
-    yield from wait(element, times.settle)
-    felt = yield from _felt(element)
-    yield from ramp(element, 0.0, times.release)
-    yield from wait(element, times.settle)
+    offset = yield from _measure_strain(element)
+    yield from ramp_strain(element, asked, times.ramp)
+    yield from wait_time(element, times.settle)
+    felt = yield from _measure_strain(element)
+    yield from ramp_strain(element, 0.0, times.release)
+    yield from wait_time(element, times.settle)
     error = max(abs(offset), abs(felt - asked))
     return (
         error <= STRAIN_TOLERANCE * asked,
@@ -132,16 +134,16 @@ def _strain(element: Memory) -> Procedure[Tested]:
     )
 
 
-def _felt(element: Memory) -> Procedure[float]:
+def _measure_strain(element: Memory) -> Procedure[float]:
     """Return the strain measured at the right end, which is inactive."""
-    yield from catch_up(element)
+    yield from wait_for_samples(element)
     stretched = element.transducer.rest(End.RIGHT) - element.design.D_s1
     return stretched / element.design.end_displacement(1.0)
 
 
-def _level(element: Memory, level: int) -> Procedure[Tested]:
+def _test_level(element: Memory, level: int) -> Procedure[Tested]:
     written = yield from write(element, level)
-    reading = yield from look(element)
+    reading = yield from take_reading(element)
     delays = {'left_delay': reading.left_delay, 'right_delay': reading.right_delay}
     values = {
         'attempts': float(written.attempts),
@@ -157,8 +159,8 @@ def _level(element: Memory, level: int) -> Procedure[Tested]:
     return True, f'read{tries}', values
 
 
-def _restore(element: Memory, content: Reading) -> Procedure[Tested]:
-    yield from restore(element, content)
+def _test_restore(element: Memory, content: Reading) -> Procedure[Tested]:
+    yield from restore_content(element, content)
     return True, element.describe_content(content.level), {}
 
 
@@ -174,8 +176,8 @@ def reset(element: Memory) -> Procedure[Result]:
     """
     if not element.simulated:
         raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
-    element.renew()
-    reading = yield from look(element)
+    element.replace_element()
+    reading = yield from take_reading(element)
     if reading.level != (BLANK if element.register is None else 0):
         why = reading.reason or element.describe_content(reading.level)
         raise ProcedureFailed(f'the new element does not sound blank: {why}')

@@ -18,8 +18,8 @@ from ..readers.echo import pulse_duration
 from ..readers.reading import UNDECODABLE
 from ..readers.words import Code
 from ..settings import Settings
-from .blocks import Procedure, Result, bring_ends_back, fire_clearing_pulse, send, wait
-from .listening import hear
+from .blocks import Procedure, Result, bring_ends_back, fire_clearing_pulse, send_wall, wait_time
+from .listening import read_waveforms
 
 if TYPE_CHECKING:
     from ..readers.register import Register
@@ -29,41 +29,41 @@ def clear_walls(element: Memory) -> Procedure[None]:
     """Bring back ends that strayed, fire the clearing pulse, and let its waves decay."""
     yield from bring_ends_back(element)
     yield from fire_clearing_pulse(element)
-    yield from wait(element, element.settings.clearing_pulse.settle)
+    yield from wait_time(element, element.settings.clearing_pulse.settle)
 
 
-def put(element: Memory, register: Register, present: int, word: int) -> Procedure[None]:
+def put_word(element: Memory, register: Register, present: int, word: int) -> Procedure[None]:
     """Bring a word into an element that holds another, open loop.
 
     Walls stay if none is to their right that must go, and none is missing there. Otherwise all
     are cleared.
     """
-    cleared, speeds = way(element.settings, register.code, present, word)
+    cleared, speeds = plan_word(element.settings, register.code, present, word)
     if cleared:
         yield from clear_walls(element)
     for speed in speeds:
-        yield from send(element, speed, speed)
+        yield from send_wall(element, speed, speed)
 
 
-def way(settings: Settings, code: Code, present: int, word: int) -> tuple[bool, list[float]]:
+def plan_word(settings: Settings, code: Code, present: int, word: int) -> tuple[bool, list[float]]:
     """Return whether to clear all walls first, and the speeds of the kicks from there on."""
     wanted = code.walls(word)
     kept = () if present == UNDECODABLE else code.walls(present)
     cleared = present == UNDECODABLE or wanted[len(wanted) - len(kept) :] != kept
     first = 0 if cleared else len(kept)
-    speeds = settings.kick.by_level, settings.kick.of_kinks
+    speeds = settings.kick.wall_speeds, settings.kick.kink_speeds
     return cleared, [speeds[k % 2][wanted[-1 - k]] for k in range(first, len(wanted))]
 
 
 def kicking_time(design: Design, settings: Settings, cleared: bool, speeds: list[float]) -> float:
-    """Return how long `way` takes, in time units."""
+    """Return how long `plan_word` takes, in time units."""
     moved = abs(design.D_s2 - design.D_s1)
     kick, pulse = settings.kick, settings.clearing_pulse
     kicks = sum(moved / speed + kick.hold + kick.settle for speed in speeds)
     return kicks + cleared * (pulse_duration(pulse) + pulse.settle)
 
 
-def clear(element: Memory) -> Procedure[Result]:
+def clear_and_read(element: Memory) -> Procedure[Result]:
     """Clear all walls, and listen.
 
     Raises:
@@ -73,7 +73,7 @@ def clear(element: Memory) -> Procedure[Result]:
     for attempt in range(1, attempts + 1):
         element.progress.tried('erase', attempt)
         yield from clear_walls(element)
-        reading = yield from hear(element)
+        reading = yield from read_waveforms(element)
         if reading.level == 0:
             return Result(reading, attempt)
     raise ProcedureFailed(

@@ -11,32 +11,32 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..commands import LISTENING
+from ..commands import PHASE_LISTENING
 from ..errors import ProcedureFailed
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection
 from ..physics import Design
-from ..physics.waves import band
+from ..physics.waves import pass_band
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings
-from .blocks import Procedure, Result, ramp, return_to_zero, wait
+from .blocks import Procedure, Result, ramp_strain, return_to_zero, wait_time
 from .driving import erase, go_to_level
-from .estimates import RECORD, SILENCE
-from .listening import listen, quiet
-from .writing import restore
+from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
+from .listening import take_settled_reading, wait_for_decay
+from .writing import restore_content
 
-AMPLITUDE = 0.01
+PULSE_AMPLITUDE_CELLS = 0.01
 """Amplitude of the pulses in cells: what a cell adds to an echo is still linear in it."""
 
-STRAIN = 0.009
+SURVEY_STRAIN = 0.009
 """Strain that tells of the substrate; no wall is there that it could free."""
 
 
-INAUDIBLE = 3e-7
+MAX_WAVE_SIZE_CELLS = 3e-7
 """Mean size of waves in cells that no fit hears: a third of what it takes for noise at least."""
 
-WHITE = 1.2
+MAX_NOISE_RATIO = 1.2
 """Mean departure from rest, over that of white noise, up to which there are no waves in it."""
 
 HARD_LAUNCH = PulseCorrection(peak=1.25, times=0.3, speed=2.0)
@@ -61,8 +61,8 @@ class Aim(NamedTuple):
 BLANK_SHOTS = (
     Aim(End.RIGHT, 0.30, 4.0),
     Aim(End.LEFT, 0.46, 3.0),
-    Aim(End.LEFT, 0.115, 4.0, -STRAIN),
-    Aim(End.RIGHT, 0.40, 3.0, STRAIN),
+    Aim(End.LEFT, 0.115, 4.0, -SURVEY_STRAIN),
+    Aim(End.RIGHT, 0.40, 3.0, SURVEY_STRAIN),
 )
 """With no wall: one phase only, and the only one that is strained."""
 
@@ -98,11 +98,11 @@ def survey(element: Memory) -> Procedure[Result]:
     if element.bad_cells is not None:
         raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
     yield from return_to_zero(element)
-    content = yield from listen(element)
+    content = yield from take_settled_reading(element)
     yield from erase(element)
-    yield from _shoot_all(element, 0, BLANK_SHOTS)
-    shots, place = len(BLANK_SHOTS), (yield from _launched(element))
-    yield from _shoot_all(element, design.defect(place), FIRST_SHOTS)
+    yield from _record_shots(element, 0, BLANK_SHOTS)
+    shots, place = len(BLANK_SHOTS), (yield from _launch_wall(element))
+    yield from _record_shots(element, design.defect_site(place), FIRST_SHOTS)
     shots += len(FIRST_SHOTS)
     goals = [(design.levels // 2, MIDDLE_SHOTS), (design.levels - 1, LAST_SHOTS)]
     while goals:
@@ -110,78 +110,80 @@ def survey(element: Memory) -> Procedure[Result]:
         if level <= place:
             continue
         yield from go_to_level(element, place, level)
-        yield from quiet(element)
-        if _inside(element):
-            yield from _shoot_all(element, design.defect(level), aims)
+        yield from wait_for_decay(element)
+        if _is_wall_inside(element):
+            yield from _record_shots(element, design.defect_site(level), aims)
             shots, place = shots + len(aims), level
         elif level > 1:  # try half of the way
             yield from erase(element)
-            place, goals = (yield from _launched(element)), [(level // 2, aims)]
-    restored = yield from restore(element, content)
+            place, goals = (yield from _launch_wall(element)), [(level // 2, aims)]
+    restored = yield from restore_content(element, content)
     return replace(restored, found={'shots': shots})
 
 
-def _launched(element: Memory) -> Procedure[int]:
+def _launch_wall(element: Memory) -> Procedure[int]:
     """Launch a wall, harder if that fails; return the level meant."""
     known = element.calibration.corrections_by_level(element.settings)
     for correction in (known[0], HARD_LAUNCH):
         yield from go_to_level(element, BLANK, 0, corrections=[correction])
-        yield from quiet(element)
-        if _inside(element):
+        yield from wait_for_decay(element)
+        if _is_wall_inside(element):
             return 0
         if element.phase(End.LEFT) != 0:
             yield from erase(element)
     raise ProcedureFailed('no pulse launches a wall into the element')
 
 
-def _inside(element: Memory) -> bool:
+def _is_wall_inside(element: Memory) -> bool:
     """Return whether there is a wall between the ends, by their phases."""
     return (element.phase(End.LEFT), element.phase(End.RIGHT)) == (1, 0)
 
 
-def _shoot_all(element: Memory, wall: float, aims: tuple[Aim, ...]) -> Procedure[None]:
+def _record_shots(element: Memory, wall: float, aims: tuple[Aim, ...]) -> Procedure[None]:
     for aim in aims:
-        yield from _shoot(element, wall, aim)
+        yield from _record_shot(element, wall, aim)
 
 
-def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
+def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     actuator, times = element.settings.actuator, element.settings.erase
     strain = max(-actuator.max_strain, min(aim.strain, actuator.max_strain))
     strained = actuator.present and strain != 0.0
     if strained:
-        yield from ramp(element, strain, times.ramp)
-    yield from quiet(element)
-    yield from wait(element, SILENCE / element.design.eta)
-    yield from _faded(element)
+        yield from ramp_strain(element, strain, times.ramp)
+    yield from wait_for_decay(element)
+    yield from wait_time(element, QUIET_DAMPING_TIMES / element.design.eta)
+    yield from _wait_for_fading(element)
     element.require_phase(aim.end)
-    probe = pulse(element.design, wall, aim)
+    probe = make_pulse(element.design, wall, aim)
     transducer = element.transducer
-    recorder = transducer.shoot(aim.end, probe)
-    element.progress.phase = LISTENING
-    ticks = math.ceil((12.0 * probe.sigma + RECORD) / element.tick) + element.driver.lag
+    recorder = transducer.record_pulse(aim.end, probe)
+    element.progress.phase = PHASE_LISTENING
+    ticks = math.ceil((12.0 * probe.sigma + RECORD_TIME) / element.tick) + element.driver.lag
     end = element.ticks + ticks
     while element.ticks < end:
         yield end - element.ticks
     transducer.release()
     element.report(recorder.shot(wall, element.transmission.encoder, element.driver.dt))
     if strained:
-        yield from ramp(element, 0.0, times.release)
+        yield from ramp_strain(element, 0.0, times.release)
 
 
-def _faded(element: Memory) -> Procedure[None]:
+def _wait_for_fading(element: Memory) -> Procedure[None]:
     """Wait until no earlier wave is left that a fit would hear, at most as long again."""
     transducer, step = element.transducer, 1.0 / element.design.eta
-    for _ in range(round(SILENCE)):
+    for _ in range(round(QUIET_DAMPING_TIMES)):
         if all(
-            transducer.unrest(end) <= max(WHITE * transducer.noise(end), INAUDIBLE) for end in End
+            transducer.unrest(end)
+            <= max(MAX_NOISE_RATIO * transducer.noise(end), MAX_WAVE_SIZE_CELLS)
+            for end in End
         ):
             return
-        yield from wait(element, step)
+        yield from wait_time(element, step)
 
 
-def pulse(design: Design, wall: float, aim: Aim) -> ProbeSettings:
+def make_pulse(design: Design, wall: float, aim: Aim) -> ProbeSettings:
     """Return a pulse, with its carrier in the band of the phase of its end."""
     active = wall and aim.end is End.LEFT
-    low, high = band(design.k_s2 if active else design.k_s1)
+    low, high = pass_band(design.k_s2 if active else design.k_s1)
     carrier = low + aim.carrier * (high - low)
-    return ProbeSettings(omega_c=carrier, A=AMPLITUDE, sigma=aim.sigma)
+    return ProbeSettings(omega_c=carrier, A=PULSE_AMPLITUDE_CELLS, sigma=aim.sigma)

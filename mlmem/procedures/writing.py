@@ -10,9 +10,9 @@ from ..readers.reading import UNDECODABLE, Reading
 from . import estimates
 from .blocks import Procedure, Result, return_to_zero
 from .driving import erase, go_to_level
-from .listening import listen, look
+from .listening import take_reading, take_settled_reading
 
-NUDGE = 1.06
+KICK_CORRECTION = 1.06
 """Factor on the speed of a kick after one that fell short: about a quarter of the way to the next
 level."""
 
@@ -35,21 +35,21 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     yield from return_to_zero(element)
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
-        reading = yield from listen(element)
+        reading = yield from take_settled_reading(element)
     present, seen, nudge = reading.level, [], 1.0
     method = element.settings.write.method
     strained = element.settings.actuator.present
     for attempt in range(1, attempts + 1):
         element.progress.tried('write', attempt)
-        estimates.expect(element, estimates.writing(element, present, level))
+        estimates.expect_duration(element, estimates.writing_time(element, present, level))
         try:
             if element.register is not None:
-                from .many_walls import put  # few elements hold many walls
+                from .many_walls import put_word  # few elements hold many walls
 
-                yield from put(element, element.register, present, level)
+                yield from put_word(element, element.register, present, level)
             else:
                 plainly = strained and method != 'kick' and 1 < attempt == attempts
-                force = _force(element, attempt)
+                force = _peak_factor(element, attempt)
                 try:
                     yield from go_to_level(
                         element, present, level, force,
@@ -60,16 +60,18 @@ def write(element: Memory, level: int) -> Procedure[Result]:
                         raise
                     strained = False  # from here on by kicks
                     yield from return_to_zero(element)
-            reading = yield from look(element)
-            if _swings(element, reading):  # a wall that has just arrived, and its echoes with it
-                reading = yield from look(element)
+            reading = yield from take_reading(element)
+            if _needs_second_read(
+                element, reading
+            ):  # a wall that has just arrived, and its echoes with it
+                reading = yield from take_reading(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
         present, said = reading.level, element.describe_content(reading.level)
         if present >= 0 and reading.level_margin < least:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
         if reading.level >= 0 and reading.level != level:  # a kick went too far, or fell short
-            nudge *= NUDGE if reading.level < level else 1.0 / NUDGE
+            nudge *= KICK_CORRECTION if reading.level < level else 1.0 / KICK_CORRECTION
         if present == level:
             return Result(reading, attempt)
         seen.append(said)
@@ -80,7 +82,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     )
 
 
-def restore(element: Memory, content: Reading) -> Procedure[Result]:
+def restore_content(element: Memory, content: Reading) -> Procedure[Result]:
     """Restore a reading: write its level, or erase if it was blank.
 
     Raises:
@@ -91,7 +93,7 @@ def restore(element: Memory, content: Reading) -> Procedure[Result]:
     return (yield from erase(element))
 
 
-def _swings(element: Memory, reading: Reading) -> bool:
+def _needs_second_read(element: Memory, reading: Reading) -> bool:
     """Whether another look may tell more: both ends hear an echo, but not of the same wall; or
     waveforms tell no content, while waves of the last move are dying away.
     """
@@ -99,7 +101,7 @@ def _swings(element: Memory, reading: Reading) -> bool:
     return reading.level == UNDECODABLE and (element.waveforms is not None or None not in delays)
 
 
-def _force(element: Memory, attempt: int) -> float:
+def _peak_factor(element: Memory, attempt: int) -> float:
     """Return the factor on the peak strains of an attempt, counted from 1."""
     settings = element.settings.write
     return float(min(settings.escalation ** (attempt - 1), settings.escalation_limit))

@@ -24,26 +24,26 @@ from ..errors import SettingsError
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError
 from ..physics.potential import Array
-from ..physics.waves import band, group_velocity
+from ..physics.waves import group_velocity, pass_band
 from ..settings import Settings
 from .echo import pulse_duration
 from .reading import BLANK, UNDECODABLE, Reading
-from .register import Content, Forecasts, resting
+from .register import Content, Forecasts, pin_walls
 from .waveforms import Ends, Listener
 
-LEAST = 0.02
+MIN_FORECAST_DISTANCE = 0.02
 """Least distance of the forecast of a level to any other, over the pulse, to be told."""
 
-MOST = 0.5
+MAX_FORECAST_DISTANCE = 0.5
 """Most that this distance counts: with few levels forecasts are far apart."""
 
-BEHIND = 8
+MAX_LEVELS_BEHIND = 8
 """Levels behind a wall up to which two others are forecast: beyond, their echo is fainter."""
 
-MOST_CELLS = 1000
+MAX_CELLS = 1000
 """Cells up to which an element with bad cells is read: a longer one damps the pulse."""
 
-UNTOLD = 'cannot be told: it sounds like another level'
+INDISTINCT_REASON = 'cannot be told: it sounds like another level'
 
 
 class Beyond(Forecasts):
@@ -58,10 +58,12 @@ class Beyond(Forecasts):
         self, contents: Sequence[Content], parts: Array, listener: Listener, cell: int
     ) -> None:
         super().__init__(contents, parts, listener)
-        self.nearest = np.minimum(self.nearest, MOST * float(np.linalg.norm(parts[0])))
+        self.nearest = np.minimum(
+            self.nearest, MAX_FORECAST_DISTANCE * float(np.linalg.norm(parts[0]))
+        )
         self.cell = cell
 
-    def confirm(self, reading: Reading, shot: Shot, noise: float, least: float) -> Reading:
+    def confirm_reading(self, reading: Reading, shot: Shot, noise: float, least: float) -> Reading:
         """Return a reading if no wall is beyond the cell, or else an undecodable one."""
         mirrored = replace(shot, samples=shot.samples[::-1], rest=shot.rest[::-1])
         found = self.decode(mirrored, noise, (0, 0), least)
@@ -93,23 +95,25 @@ class BadCells(Forecasts):
         from_blank = np.linalg.norm(parts - parts[0], axis=1)
         from_blank[0] = from_blank[1:].min(initial=np.inf)
         pulse = float(np.linalg.norm(parts[0]))  # of the blank element: mostly the pulse itself
-        self.nearest = np.minimum(self.nearest, np.minimum(from_blank, MOST * pulse))
+        self.nearest = np.minimum(
+            self.nearest, np.minimum(from_blank, MAX_FORECAST_DISTANCE * pulse)
+        )
         alike = {
-            each.number: UNTOLD
+            each.number: INDISTINCT_REASON
             for each, near in zip(contents, self.nearest, strict=True)
-            if near < LEAST * pulse
+            if near < MIN_FORECAST_DISTANCE * pulse
         }
         alike.pop(UNDECODABLE, None)
         self.lost = dict(sorted({**alike, **lost}.items()))
         for row, each in enumerate(contents):
             if each.number in self.lost:  # what sounds like it is refused anyway
-                self.nearest[row] = MOST * pulse
+                self.nearest[row] = MAX_FORECAST_DISTANCE * pulse
         levels = {each.number for each in contents if len(each.walls) == 1}
         self.usable = tuple(sorted(levels - set(self.lost)))
         if BLANK in self.lost or not self.usable:
             raise SettingsError(f'the element is lost with its bad cells: {self}')
 
-    def without(self, lost: dict[int, str]) -> BadCells:
+    def exclude_levels(self, lost: dict[int, str]) -> BadCells:
         """Return the forecasts with more levels that cannot be used, and why."""
         lost = {**self.lost, **lost}
         return BadCells(self.contents, self.parts, self.listener, lost, self.beyond)
@@ -134,9 +138,9 @@ class BadCells(Forecasts):
 
     def __str__(self) -> str:
         """Which levels cannot be used, and why."""
-        return '; '.join(self._told()) or 'every level can be used'
+        return '; '.join(self._describe_lost()) or 'every level can be used'
 
-    def _told(self) -> Iterator[str]:
+    def _describe_lost(self) -> Iterator[str]:
         for level, why in self.lost.items():
             if self.lost.get(level - 1) == why:
                 continue
@@ -144,7 +148,7 @@ class BadCells(Forecasts):
             yield f'level{f" {level}" if last == level else f"s {level} to {last}"} {why}'
 
 
-def with_bad_cells(design: Design, settings: Settings) -> Specimen:
+def add_bad_cells(design: Design, settings: Settings) -> Specimen:
     """Return the element of a design with the known bad cells.
 
     Raises:
@@ -152,16 +156,16 @@ def with_bad_cells(design: Design, settings: Settings) -> Specimen:
     """
     alpha, given = np.ones(design.N), settings.element
     most = design.N - 1 if given.stuck else design.N
-    if (last := max((*given.stuck, *given.weak), default=0)) > most:
+    if (last := max((*given.stuck, *given.weak_factors), default=0)) > most:
         raise SettingsError(
             f'bad_cells must be from 2 to {most} in a design of {design.N} cells; got {last}'
         )
-    for site, factor in given.weak.items():
+    for site, factor in given.weak_factors.items():
         alpha[site - 1] = factor
     return Specimen(design, alpha_factor=alpha, stuck=given.stuck)
 
 
-def _walls(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
+def _list_wall_sets(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
     """Yield one wall at every level; then, up to those that are reached, what must not be taken
     for it: two walls near each other, or a wall with two behind it.
     """
@@ -169,27 +173,27 @@ def _walls(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
     for first, apart in itertools.product(range(reached), (1, 2)):
         if first + apart < reached:
             yield first, first + apart
-        for n in range(first + 1, min(first + BEHIND, reached - apart)):
+        for n in range(first + 1, min(first + MAX_LEVELS_BEHIND, reached - apart)):
             yield first, n, n + apart
 
 
 @lru_cache(maxsize=8)
-def bad_cells(design: Design, settings: Settings) -> BadCells:
+def forecast_bad_cells(design: Design, settings: Settings) -> BadCells:
     """Return the forecasts with the known bad cells, in the phase of a blank element. Which levels
-    a write reaches, `factory.rehearsed` tells.
+    a write reaches, `factory.rehearse_levels` tells.
 
     Raises:
         SettingsError: The design has no such cell, its substrate is elastic, it is too long, the
             pulse is not inside both pass bands, or no level is left.
     """
-    made, settings = with_bad_cells(design, settings), _listening(design, settings)
-    contents, at, lost = [Content(BLANK, (), '')], [resting(made, ())], {}
+    made, settings = add_bad_cells(design, settings), _extend_listening(design, settings)
+    contents, at, lost = [Content(BLANK, (), '')], [pin_walls(made, ())], {}
     for level in range(design.levels):
-        if why := settings.element.blocked(design.defect(level)):
+        if why := settings.element.explain_blocked(design.defect_site(level)):
             lost[level] = f'cannot be reached: {why}'
-    for levels in _walls(design.levels, design.levels - len(lost)):
+    for levels in _list_wall_sets(design.levels, design.levels - len(lost)):
         try:
-            at.append(resting(made, levels))
+            at.append(pin_walls(made, levels))
         except StateError:
             if len(levels) == 1:
                 lost.setdefault(levels[0], 'cannot be held: no wall rests there beside a bad cell')
@@ -200,48 +204,52 @@ def bad_cells(design: Design, settings: Settings) -> BadCells:
     listener = Listener(settings)
     ends = Ends(made, settings, listener)
     parts = ends.heard(made, at)
-    return BadCells(contents, parts, listener, lost, _beyond(made, settings, ends, listener))
+    return BadCells(
+        contents, parts, listener, lost, _forecast_hidden_part(made, settings, ends, listener)
+    )
 
 
-def _beyond(made: Specimen, settings: Settings, ends: Ends, listener: Listener) -> Beyond | None:
+def _forecast_hidden_part(
+    made: Specimen, settings: Settings, ends: Ends, listener: Listener
+) -> Beyond | None:
     """Return the forecasts for the part that stuck cells hide from the left end, if there is one:
     without walls, and with two near each other.
     """
     if not settings.element.stuck:
         return None
     design, cell = made.design, max(settings.element.stuck)
-    contents, at = [Content(BLANK, (), '')], [resting(made, ())]
-    first = next((n for n in range(design.levels) if design.defect(n) > cell), design.levels)
+    contents, at = [Content(BLANK, (), '')], [pin_walls(made, ())]
+    first = next((n for n in range(design.levels) if design.defect_site(n) > cell), design.levels)
     for low, apart in itertools.product(range(first, design.levels), (1, 2)):
         if low + apart < design.levels:
             with contextlib.suppress(StateError):
-                at.append(resting(made, (low, low + apart)))
+                at.append(pin_walls(made, (low, low + apart)))
                 contents.append(Content(UNDECODABLE, (low, low + apart), ''))
     return Beyond(contents, ends.heard(made, at, End.RIGHT), listener, cell)
 
 
-def stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:
+def forecast_stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:
     """Return what both ends of a blank element do with a stuck cell, by its site; 0 if none is.
 
     Raises:
-        SettingsError: Such an element is not read; see `bad_cells`.
+        SettingsError: Such an element is not read; see `forecast_bad_cells`.
     """
-    settings = _listening(design, settings)
-    listener, rest = Listener(settings), [resting(Specimen(design), ())]
+    settings = _extend_listening(design, settings)
+    listener, rest = Listener(settings), [pin_walls(Specimen(design), ())]
     made = [Specimen(design), *(Specimen(design, stuck=(site,)) for site in sites)]
     ends = Ends(made[0], settings, listener)
     parts = np.concatenate([ends.heard(each, rest) for each in made])
     return Forecasts([Content(sum(each.stuck), (), '') for each in made], parts, listener)
 
 
-def _listening(design: Design, settings: Settings) -> Settings:
+def _extend_listening(design: Design, settings: Settings) -> Settings:
     """Return settings whose read listens until the pulse comes back from the farthest cell."""
     probe = settings.register.probe
-    if design.substrate == 'elastic' or design.N > MOST_CELLS:
+    if design.substrate == 'elastic' or design.N > MAX_CELLS:
         raise SettingsError(
-            f'bad_cells must be empty for more than {MOST_CELLS} cells, or an elastic substrate'
+            f'bad_cells must be empty for more than {MAX_CELLS} cells, or an elastic substrate'
         )
-    one, other = (band(k_s) for k_s in (design.k_s1, design.k_s2))
+    one, other = (pass_band(k_s) for k_s in (design.k_s1, design.k_s2))
     low, high = max(one[0], other[0]), min(one[1], other[1])
     if not low < probe.omega_c < high:
         raise SettingsError(

@@ -21,17 +21,17 @@ from ..moves.corrections import (
     PulseCorrection,
     PulseCorrections,
     corrections_by_level,
-    without_kicks,
+    remove_kicks,
 )
 from ..physics import Design
 from ..physics.potential import Array
 from ..settings import ProbeSettings, Settings
-from .echo import Crossings, Shape, first_heard
+from .echo import Crossings, Shape, earliest_delay
 
-DETECTOR = 'carrier 1'
+DETECTOR_VERSION = 'carrier 1'
 """Name of the detector that delays depend on: those of another do not apply."""
 
-ABOUT = 3
+SPACING_LEVELS = 3
 """Levels to either side whose spacing counts."""
 
 
@@ -111,17 +111,19 @@ class DelayTable:
         The spacing is the median one about the level, or `least`, which is that of the fastest
         waves: two levels that are near the end may have about the same delay.
         """
-        about = self.delays[max(0, level - ABOUT) : level + ABOUT + 1]
+        about = self.delays[max(0, level - SPACING_LEVELS) : level + SPACING_LEVELS + 1]
         steps = [abs(late - early) for early, late in pairwise(about)]
         spacing = max(least, median(steps) if steps else 0.0)
         return 1.0 - 2.0 * abs(offset) / spacing
 
-    def crossings(self, level: int) -> Crossings:
+    def find_crossings(self, level: int) -> Crossings:
         """Return when the echo of a level crosses the thresholds."""
         low, high, _ = self.shapes[level] if self.shapes else (None, None, 0.0)
         return low, self.delays[level], high
 
-    def apart(self, level: int, heard: Crossings, probe: ProbeSettings) -> tuple[float, int]:
+    def compare_levels(
+        self, level: int, heard: Crossings, probe: ProbeSettings
+    ) -> tuple[float, int]:
         """Return how much nearer an echo is to a level than to any other, and the worst other.
 
         It is 1 at the level's own times, 0 half-way to the other's and -1 at these; -1, too, of
@@ -132,7 +134,7 @@ class DelayTable:
         """
         if len(self.delays) == 1:
             return 1.0, level
-        known, times = self._heard_alike(heard, probe)
+        known, times = self._find_common_crossings(heard, probe)
         far = np.abs(known - times).sum(axis=1)
         between = np.abs(known - known[level]).sum(axis=1)
         nearer = np.full(len(known), -1.0)
@@ -141,21 +143,23 @@ class DelayTable:
         worst = int(nearer.argmin())
         return float(nearer[worst]), worst
 
-    def closest(self, probe: ProbeSettings) -> tuple[float, int]:
+    def find_closest_levels(self, probe: ProbeSettings) -> tuple[float, int]:
         """Return the least time between the crossings of a level and of the next one, on average
         over the crossings, and which level; infinity if there is only one.
         """
-        known, _ = self._heard_alike((0.0, 0.0, 0.0), probe)
+        known, _ = self._find_common_crossings((0.0, 0.0, 0.0), probe)
         between = np.abs(np.diff(known, axis=0)).mean(axis=1)
         level = int(between.argmin()) if len(between) else 0
         return float(between.min(initial=np.inf)), level
 
-    def _heard_alike(self, heard: Crossings, probe: ProbeSettings) -> tuple[Array, Array]:
+    def _find_common_crossings(
+        self, heard: Crossings, probe: ProbeSettings
+    ) -> tuple[Array, Array]:
         """Return the crossings that all levels and an echo have: of the levels, and its own."""
-        known = np.array([self.crossings(n) for n in range(len(self.delays))], dtype=float)
+        known = np.array([self.find_crossings(n) for n in range(len(self.delays))], dtype=float)
         times = np.array(heard, dtype=float)
         used = np.isfinite(known).all(axis=0) & np.isfinite(times)
-        earliest = first_heard(probe)
+        earliest = earliest_delay(probe)
         return np.maximum(known[:, used], earliest), np.maximum(times[used], earliest)
 
     def distance(self, delay: float, distances: Sequence[float]) -> float:
@@ -215,11 +219,11 @@ class Calibration:
         """Return the corrections by the level to which a pulse takes the wall."""
         return corrections_by_level(self.pulse_corrections, settings, len(self.right.delays))
 
-    def adapt(self, settings: Settings) -> Settings:
+    def remove_missed_kicks(self, settings: Settings) -> Settings:
         """Return settings without the kicks that do not arrive."""
         steps = self.corrections_by_level(settings)
         if unkicked := [level for level, each in enumerate(steps) if not each.speed]:
-            settings = without_kicks(settings, unkicked)
+            settings = remove_kicks(settings, unkicked)
         return settings
 
     def longest(self, end: End) -> float:
@@ -258,7 +262,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,
         settings.time.integrator,
-        DETECTOR,
+        DETECTOR_VERSION,
     ]
     text = json.dumps(values, sort_keys=True)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -4,7 +4,8 @@
 
 No error of one end alone turns one level into another, whatever it hears and which of them names
 the level: either end by itself must tell the level from all others. So where one is wrong, the
-other hears its own level and no other, and they disagree. `exchanged` proves it for a calibration.
+other hears its own level and no other, and they disagree. `find_exchanged_levels` proves it for a
+calibration.
 """
 
 from __future__ import annotations
@@ -21,26 +22,26 @@ from ..physics.waves import fastest_speed
 from ..procedure_table import BLANK, UNDECODABLE, describe_level
 from ..settings import ProbeSettings, ReadSettings, Settings
 from .calibration import Calibration
-from .echo import TAIL, Echo, Shape, hidden
+from .echo import ECHO_TAIL_TIME, Echo, Shape, is_hidden
 from .reading import Reading
 
 REST_TOLERANCE = 0.25
 """Largest offset of a rest displacement from a ground state, as a fraction of their distance."""
 
-LOUDEST = 1.25
+MAX_AMPLITUDE_RATIO = 1.25
 """Most that an echo may be louder than calibrated. In healthy elements, with disorder too, it is
 within 3 %; a light cell behind a wall answers with it, and both ends hear the level before."""
 
-TOLD = 0.1
+MIN_LEVEL_DISTINCTION = 0.1
 """Least by which an echo must be nearer to its level than to any other, 0 being half-way: it is
 then off by less than 0.45 of their distance, and one taken for the other by at least 0.55."""
 
-MOST_RAISED = 1.4
+MAX_THRESHOLD_FACTOR = 1.4
 """Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
 that the delay may be that of the next level."""
 
 
-def phase_of(design: Design, rest: float, tolerance: float = REST_TOLERANCE) -> int | None:
+def find_phase(design: Design, rest: float, tolerance: float = REST_TOLERANCE) -> int | None:
     """Return the phase of an end: 0 inactive, 1 active, None in between.
 
     `rest` is the rest displacement of the end minus that of the substrate under it, in cells.
@@ -50,7 +51,7 @@ def phase_of(design: Design, rest: float, tolerance: float = REST_TOLERANCE) -> 
     return phase if phase in (0, 1) and abs(active - phase) <= tolerance else None
 
 
-def decode(
+def decode_echoes(
     design: Design,
     settings: ReadSettings,
     calibration: Calibration,
@@ -58,7 +59,7 @@ def decode(
     phases: tuple[int | None, int | None],
     end: str = '',
 ) -> Reading:
-    """Decode the echoes at one end or both, given the phases of the ends (see `phase_of`).
+    """Decode the echoes at one end or both, given the phases of the ends (see `find_phase`).
 
     A stored level has the active phase at the left end and the inactive one at the right; one end
     names it, and the other must confirm it. A blank element is inactive at both, and its far end
@@ -75,37 +76,37 @@ def decode(
     """
     if len(echoes) == 1:
         (echo,) = echoes.values()
-        return _decode(design, settings, calibration, echo, phases)
-    first = primary(settings)
-    said = _decode(design, settings, calibration, echoes[first], phases)
+        return _decode_echo(design, settings, calibration, echo, phases)
+    first = primary_end(settings)
+    said = _decode_echo(design, settings, calibration, echoes[first], phases)
     other = echoes[first.opposite]
-    said = _confirmed(design, settings, calibration, said, other, phases)
-    said = _as_loud(calibration, said, echoes)
-    return _reported(design, calibration, said, end or settings.end)
+    said = _confirm_reading(design, settings, calibration, said, other, phases)
+    said = _check_amplitude(calibration, said, echoes)
+    return _report_end(design, calibration, said, end or settings.end)
 
 
-def primary(settings: ReadSettings) -> End:
+def primary_end(settings: ReadSettings) -> End:
     """Return the end whose echo names the level; the other end must confirm it."""
     return End.RIGHT if settings.end == End.RIGHT else End.LEFT
 
 
-def _reported(design: Design, calibration: Calibration, reading: Reading, end: str) -> Reading:
+def _report_end(design: Design, calibration: Calibration, reading: Reading, end: str) -> Reading:
     """Return a reading with the delay and the distance at an end; for both, at the left."""
     which = End.RIGHT if end == End.RIGHT else End.LEFT
     delay = reading.right_delay if which is End.RIGHT else reading.left_delay
     distance = reading.distance
     if reading.level >= 0 and delay is not None:
-        distance = _distance(design, calibration, which, delay)
+        distance = _reflector_distance(design, calibration, which, delay)
     return replace(reading, end=end, delay=delay, distance=distance)
 
 
-def _distance(design: Design, calibration: Calibration, end: End, delay: float) -> float:
+def _reflector_distance(design: Design, calibration: Calibration, end: End, delay: float) -> float:
     """Return the distance from an end to what answers with a delay, between the levels."""
     distances = [end.distance(design, level) for level in range(design.levels)]
     return calibration.table(end).distance(delay, distances)
 
 
-def _decode(
+def _decode_echo(
     design: Design,
     settings: ReadSettings,
     calibration: Calibration,
@@ -114,9 +115,9 @@ def _decode(
 ) -> Reading:
     nothing = Reading(
         UNDECODABLE, '', echo.end.value, echo.delay, 0.0, echo.threshold_margin, math.inf,
-        shapes={echo.end: echo.shape}, **_delay(echo),
+        shapes={echo.end: echo.shape}, **_delay_field(echo),
     )  # fmt: skip
-    if reason := _unclear(calibration, echo, phases):
+    if reason := _explain_unclear(calibration, echo, phases):
         return replace(nothing, reason=reason)
     assert echo.delay is not None
     # The two farthest echoes may be alike; the phase of the left end distinguishes them: with a
@@ -124,23 +125,23 @@ def _decode(
     impossible = BLANK if phases[0] == 1 else 0
     table = calibration.table(echo.end)
     level, margin = table.nearest(echo.delay, impossible)
-    if echo.early and margin < 1.0:  # unless the calibrated delay of a level is that short
+    if echo.is_early and margin < 1.0:  # unless the calibrated delay of a level is that short
         return replace(
             nothing,
             reason=f'something is heard at the {echo.end} end when listening begins, at '
             f'{echo.delay:.2f}, and no level is so near',
         )
-    least = _least(settings, echo)
+    least = _min_level_margin(settings, echo)
     if phases[1] == 1:
         if margin < least:
-            return replace(nothing, reason=WALL_GONE, walls=0)
+            return replace(nothing, reason=WALL_GONE_REASON, walls=0)
         return replace(
             nothing,
             reason='the right end is active, but the left one hears a wall at level '
             f'{level}: there are two walls, or more',
             walls=2,
         )
-    distance = _distance(design, calibration, echo.end, echo.delay)
+    distance = _reflector_distance(design, calibration, echo.end, echo.delay)
     if margin < least:
         cell = echo.end.cell(design, distance)
         return replace(
@@ -155,7 +156,7 @@ def _decode(
             nothing,
             reason=f'the left end is inactive, but the delay {echo.delay:.2f} from the right is '
             f'that of a wall at level {level}: there are two walls, or more, or something else '
-            f'answers near cell {design.defect(level)}',
+            f'answers near cell {design.defect_site(level)}',
             walls=2,
         )
     return replace(
@@ -163,21 +164,23 @@ def _decode(
     )
 
 
-def _delay(echo: Echo) -> dict[str, Any]:
+def _delay_field(echo: Echo) -> dict[str, Any]:
     return {f'{echo.end.value}_delay': echo.delay}
 
 
-def _least(settings: ReadSettings, echo: Echo) -> float:
+def _min_level_margin(settings: ReadSettings, echo: Echo) -> float:
     """Return the least level margin at either end. A strong cell before a wall has both ends hear
     it near the next level, but not as near as a wall there.
     """
     return max(settings.min_margin, settings.shaken_margin if echo.shaken else 0.0)
 
 
-WALL_GONE = 'the right end is active: the wall has left the element'
+WALL_GONE_REASON = 'the right end is active: the wall has left the element'
 
 
-def _unclear(calibration: Calibration, echo: Echo, phases: tuple[int | None, int | None]) -> str:
+def _explain_unclear(
+    calibration: Calibration, echo: Echo, phases: tuple[int | None, int | None]
+) -> str:
     """Return why an echo has no delay that can be decoded; empty if it has one."""
     end, what = echo.end, 'shaking' if echo.shaken else 'noise'
     if None in phases:
@@ -187,25 +190,26 @@ def _unclear(calibration: Calibration, echo: Echo, phases: tuple[int | None, int
     if end not in calibration.ends:
         return f'the {end} end is not read from (read.end is right)'
     if end is End.RIGHT and phases[1] == 1:
-        return WALL_GONE
+        return WALL_GONE_REASON
     if echo.spoiled:
         return f'the base began to shake while the {end} end listened'
-    if echo.delay is None and echo.raised > 1.0:
+    if echo.delay is None and echo.threshold_factor > 1.0:
         return (
             f'no echo rises above the {what} at the {end} end: that gives a v_c of up to '
-            f'{echo.floor:.2g} and raises the threshold up to {echo.raised:.2g} times'
+            f'{echo.floor:.2g} and raises the threshold up to {echo.threshold_factor:.2g} times'
         )
     if echo.delay is None:
         return 'no echo came back'
-    if echo.raised > MOST_RAISED:
+    if echo.threshold_factor > MAX_THRESHOLD_FACTOR:
         return (
             f'the {what} at the {end} end hides when the echo began: it raises the threshold '
-            f'{echo.raised:.2g} times, and a delay is reliable up to {MOST_RAISED:g} times'
+            f'{echo.threshold_factor:.2g} times, and a delay is reliable up to '
+            f'{MAX_THRESHOLD_FACTOR:g} times'
         )
     return ''
 
 
-def _confirmed(
+def _confirm_reading(
     design: Design,
     settings: ReadSettings,
     calibration: Calibration,
@@ -225,27 +229,27 @@ def _confirmed(
         said,
         threshold_margin=min(said.threshold_margin, other.threshold_margin),
         shapes={**said.shapes, other.end: other.shape},
-        **_delay(other),
+        **_delay_field(other),
     )
     if said.level == UNDECODABLE:
         return said
-    if reason := _unclear(calibration, other, phases):
-        return undecodable(said, f'{describe_level(said.level)} is not confirmed: {reason}')
+    if reason := _explain_unclear(calibration, other, phases):
+        return make_undecodable(said, f'{describe_level(said.level)} is not confirmed: {reason}')
     assert other.delay is not None
-    margin, like = agreement(
+    margin, like = measure_agreement(
         design, calibration, other.probe, other.end, said.level, other.delay, other.shape
     )
-    if margin >= _least(settings, other):
+    if margin >= _min_level_margin(settings, other):
         if like is None:
             return replace(said, level_margin=min(said.level_margin, margin), walls=1)
-        return undecodable(
+        return make_undecodable(
             said,
             f'{describe_level(said.level)} is not confirmed: the {other.end} end does not tell it '
             f'from {describe_level(like)}',
         )
     level, _ = calibration.table(other.end).nearest(other.delay, BLANK)
     here, there = (
-        (end, design.defect(n)) for end, n in ((said.end, said.level), (other.end, level))
+        (end, design.defect_site(n)) for end, n in ((said.end, said.level), (other.end, level))
     )
     text = (
         f'the {here[0]} end hears a wall at level {said.level}, near cell {here[1]}, and the '
@@ -253,35 +257,37 @@ def _confirmed(
     )
     if (here[1] < there[1]) == (other.end is End.RIGHT) and level != said.level:
         text += ': something else answers at one of them, or there are three walls, or more'
-        return undecodable(said, text, walls=3)
-    return undecodable(said, text)
+        return make_undecodable(said, text, walls=3)
+    return make_undecodable(said, text)
 
 
-def _as_loud(calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
+def _check_amplitude(
+    calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]
+) -> Reading:
     """Return a reading if no echo is much louder than that of its level; noise adds to both.
 
-    Both are heard up to the same time, `TAIL` after the later echo of that level: a faint one may
-    cross late, and grows as one listens on.
+    Both are heard up to the same time, `ECHO_TAIL_TIME` after the later echo of that level: a
+    faint one may cross late, and grows as one listens on.
     """
     if said.level < 0:
         return said
     longest = max(echo.t[-1] for echo in echoes.values())
     later = {end: longest - echo.t[-1] for end, echo in echoes.items()}  # its pulse was fired
     delays = {end: calibration.table(end).delays[said.level] for end in echoes}
-    until = max(delays[end] + later[end] for end in echoes) + TAIL
+    until = max(delays[end] + later[end] for end in echoes) + ECHO_TAIL_TIME
     for end, echo in echoes.items():
         shapes = calibration.table(end).shapes
         if shapes and not echo.floor:
             *_, loud = shapes[said.level]
-            if (ratio := echo.loudness(until - later[end]) / loud) > LOUDEST:
+            if (ratio := echo.measure_amplitude(until - later[end]) / loud) > MAX_AMPLITUDE_RATIO:
                 text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
-                return undecodable(
+                return make_undecodable(
                     said, f'{text}{said.level}: something else answers with the wall'
                 )
     return said
 
 
-def agreement(
+def measure_agreement(
     design: Design,
     calibration: Calibration,
     probe: ProbeSettings,
@@ -293,27 +299,27 @@ def agreement(
     """Return the level margin with which an end hears a wall at a level that the other one names,
     and another level that its echo may as well be of, or None.
 
-    Each crossing, of the threshold and of `echo.SHARES` of it, is compared with its own of that
-    level; most must agree, so the margin is their median. An echo that begins before listening
-    does comes from near this end: it agrees with a level whose own echo does so, and with no
-    other. Two levels near this end may both agree; then all crossings say which is nearer.
+    Each crossing, of the threshold and of `echo.THRESHOLD_SHARES` of it, is compared with its own
+    of that level; most must agree, so the margin is their median. An echo that begins before
+    listening does comes from near this end: it agrees with a level whose own echo does so, and
+    with no other. Two levels near this end may both agree; then all crossings say which is nearer.
     """
     table = calibration.table(end)
     low, high, _ = shape
     heard = low, delay, high
-    nearer, other = table.apart(level, heard, probe)
-    like = other if nearer < TOLD else None
-    if hidden(probe, delay):
-        return (1.0 if hidden(probe, table.delays[level]) else 0.0), like
+    nearer, other = table.compare_levels(level, heard, probe)
+    like = other if nearer < MIN_LEVEL_DISTINCTION else None
+    if is_hidden(probe, delay):
+        return (1.0 if is_hidden(probe, table.delays[level]) else 0.0), like
     fastest = 2.0 * design.J / fastest_speed(end.k_s(design))
     pairs = [(delay, table.delays[level])]
-    for time, known in zip(heard[::2], table.crossings(level)[::2], strict=True):
-        if time and known and not (hidden(probe, time) or hidden(probe, known)):
+    for time, known in zip(heard[::2], table.find_crossings(level)[::2], strict=True):
+        if time and known and not (is_hidden(probe, time) or is_hidden(probe, known)):
             pairs.append((time, known))
     return median_low([table.margin(level, time - known, fastest) for time, known in pairs]), like
 
 
-def exchanged(
+def find_exchanged_levels(
     design: Design, settings: Settings, calibration: Calibration
 ) -> list[tuple[End, int, int]]:
     """Return what an error of one end alone does to levels: the erring end, what may be said, and
@@ -332,10 +338,10 @@ def exchanged(
     for honest in calibration.ends:
         table, probe = calibration.table(honest), honest.probe(settings)
         for true in levels:
-            low, delay, high = table.crossings(true)
+            low, delay, high = table.find_crossings(true)
             said = set()
             for level in levels:
-                margin, like = agreement(
+                margin, like = measure_agreement(
                     design, calibration, probe, honest, level, delay, (low, high, math.inf)
                 )
                 if margin >= least and like is None:
@@ -346,7 +352,7 @@ def exchanged(
     return found
 
 
-def undecodable(reading: Reading, reason: str, walls: int | None = None) -> Reading:
+def make_undecodable(reading: Reading, reason: str, walls: int | None = None) -> Reading:
     """Return a reading that names no level, for a reason."""
     return replace(
         reading, level=UNDECODABLE, code='', level_margin=0.0, distance=math.inf, reason=reason,

@@ -22,25 +22,25 @@ from ..instrument.end import End, Shot
 from ..move_settings import ClearingPulseSettings
 from ..physics import Design
 from ..physics.formulas import cosine, exponential
-from ..physics.jit import kernel
+from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from ..settings import ProbeSettings
 
-PERIODS = 1.0
+FILTER_PERIODS = 1.0
 """Standard deviation of the Gaussian in carrier periods: of 0.43 of the carrier 0.2 % pass."""
 
-REACH = 4.0
+FILTER_REACH = 4.0
 """Standard deviations at which it is cut off, where it has fallen to 0.03 %."""
 
 
-def weights(probe: ProbeSettings, dt: float) -> Array:
+def compute_weights(probe: ProbeSettings, dt: float) -> Array:
     """Return the weights of the filter for samples dt apart, shape (2n + 1,), symmetric.
 
     They pass the carrier unchanged and remove a constant.
     """
-    sigma = PERIODS * 2.0 * math.pi / probe.omega_c
-    n = math.ceil(REACH * sigma / dt)
+    sigma = FILTER_PERIODS * 2.0 * math.pi / probe.omega_c
+    n = math.ceil(FILTER_REACH * sigma / dt)
     t: Array = dt * np.arange(-n, n + 1, dtype=np.float64)
     envelope = exponential(-0.5 * (t / sigma) ** 2)
     wave = cosine(probe.omega_c * t)
@@ -48,28 +48,28 @@ def weights(probe: ProbeSettings, dt: float) -> Array:
     return np.asarray(wave / (wave * cosine(probe.omega_c * t)).sum())
 
 
-def carried(v: Array, weights: Array) -> Array:
+def filter_carrier(v: Array, weights: Array) -> Array:
     """Return the carrier's part of displacements, shape (m,), for v of shape (m + 2n,).
 
     It is in phase with v[n:-n].
     """
     passed = np.zeros(max(0, len(v) - len(weights) + 1))
-    _filter(v, weights, passed)
+    _apply_filter(v, weights, passed)
     return passed
 
 
-def loudness(v: Array, weights: Array, ticks: int) -> list[float]:
+def carrier_amplitudes(v: Array, weights: Array, ticks: int) -> list[float]:
     """Return the mean magnitude of the carrier's part in each of some ticks.
 
     `v` has shape (m ticks + 2n,), with m samples in a tick.
     """
-    magnitudes = np.abs(carried(v, weights)).reshape(ticks, -1)
+    magnitudes = np.abs(filter_carrier(v, weights)).reshape(ticks, -1)
     means: list[float] = (np.add.reduce(magnitudes, axis=1) / magnitudes.shape[1]).tolist()
     return means
 
 
-@kernel
-def _filter(v: Array, weights: Array, passed: Array) -> None:
+@compile_kernel
+def _apply_filter(v: Array, weights: Array, passed: Array) -> None:
     """Add weight by weight, so that the bits do not depend on how many samples come at once."""
     for k in range(len(weights)):
         weight = weights[k]
@@ -77,7 +77,7 @@ def _filter(v: Array, weights: Array, passed: Array) -> None:
             passed[i] += weight * v[i + k]
 
 
-def window(probe: ProbeSettings) -> float:
+def window_width(probe: ProbeSettings) -> float:
     """Return the width of the averaging window; T = 16 pi / omega_c on page 5: 8 periods."""
     return 2.0 * math.pi * probe.window / probe.omega_c
 
@@ -87,37 +87,37 @@ def pulse_duration(probe: ProbeSettings | ClearingPulseSettings) -> float:
     return 12.0 * probe.sigma
 
 
-def blanking(probe: ProbeSettings) -> float:
+def blanking_time(probe: ProbeSettings) -> float:
     """Return the time from which to look for echoes: the window is clear of the pulse."""
-    return pulse_duration(probe) + 0.5 * window(probe)
+    return pulse_duration(probe) + 0.5 * window_width(probe)
 
 
-def first_heard(probe: ProbeSettings) -> float:
+def earliest_delay(probe: ProbeSettings) -> float:
     """Return the time up to which a crossing says no more than that it came before."""
-    return blanking(probe) + SOON
+    return blanking_time(probe) + FIRST_SAMPLE_TIME
 
 
-def hidden(probe: ProbeSettings, delay: float) -> bool:
+def is_hidden(probe: ProbeSettings, delay: float) -> bool:
     """Whether an echo begins before listening does: then its delay says no more than that."""
-    return delay <= first_heard(probe)
+    return delay <= earliest_delay(probe)
 
 
 def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
     """Return the longest time of an echo: there and back over the whole element, plus its tail."""
-    speed = max(SLOWEST, float(group_velocity(probe.omega_c, end.k_s(design))))
-    return pulse_duration(probe) + 2.0 * design.N / speed + TAIL
+    speed = max(MIN_GROUP_VELOCITY, float(group_velocity(probe.omega_c, end.k_s(design))))
+    return pulse_duration(probe) + 2.0 * design.N / speed + ECHO_TAIL_TIME
 
 
-SOON = 0.6
+FIRST_SAMPLE_TIME = 0.6
 """Time units after listening begins in which the first sample is taken."""
 
-TAIL = 150.0
+ECHO_TAIL_TIME = 150.0
 """Time units that a read listens after the first crossing, for the echo's peak."""
 
-SLOWEST = 0.15
+MIN_GROUP_VELOCITY = 0.15
 """Least group velocity, in cells per time unit, that the listening time allows for."""
 
-SHARES = (0.8, 1.25)
+THRESHOLD_SHARES = (0.8, 1.25)
 """Shares of the threshold at which an echo is timed as well. One from afar rises in bumps, and may
 just reach the threshold at one time and just miss it at another; not three thresholds at once."""
 
@@ -125,20 +125,20 @@ Crossings = tuple[float | None, float, float | None]
 """Times at which an echo crosses a share of the threshold, the threshold, and the other share."""
 
 Shape = tuple[float | None, float | None, float]
-"""Times at which an echo crosses `SHARES` of the threshold, None where it does not; and how loud
-it is: its greatest v_c over the threshold."""
+"""Times at which an echo crosses `THRESHOLD_SHARES` of the threshold, None where it does not; and
+how loud it is: its greatest v_c over the threshold."""
 
-FAINTEST = 1e-13
+MIN_THRESHOLD_CELLS = 1e-13
 """Least threshold in cells: the rounding noise of an end that rests near 0."""
 
 
-def falling(probe: ProbeSettings, t: Array) -> Array:
+def decaying_threshold(probe: ProbeSettings, t: Array) -> Array:
     """Return v_th exp(-gain_decay t) at times t since the pulse began, without a lower bound."""
     return probe.v_th * exponential(-probe.gain_decay * t)
 
 
-def threshold(
-    probe: ProbeSettings, t: Array, floor: float = 0.0, least: float = FAINTEST
+def detection_threshold(
+    probe: ProbeSettings, t: Array, floor: float = 0.0, least: float = MIN_THRESHOLD_CELLS
 ) -> Array:
     """Return the threshold of v_c at times t since the pulse began.
 
@@ -153,7 +153,7 @@ def threshold(
         floor: Contribution of noise alone to v_c, in cells.
         least: Lower bound, in cells.
     """
-    plain = np.maximum(falling(probe, t), least)
+    plain = np.maximum(decaying_threshold(probe, t), least)
     return np.sqrt(plain * plain + floor * floor) if floor else plain
 
 
@@ -187,38 +187,40 @@ class Echo:
     shot: Shot | None = None
 
     @property
-    def early(self) -> bool:
+    def is_early(self) -> bool:
         """Whether the threshold was already crossed when listening began."""
-        return self.delay is not None and hidden(self.probe, self.delay)
+        return self.delay is not None and is_hidden(self.probe, self.delay)
 
     @cached_property
     def _heard(self) -> tuple[Array, Array, Array]:
         """Times from when listening begins on, v_c then, and the threshold."""
-        begin = int(np.searchsorted(self.t, blanking(self.probe), side='right'))
+        begin = int(np.searchsorted(self.t, blanking_time(self.probe), side='right'))
         t = self.t[begin:]
-        return t, self.v_c[begin:], threshold(self.probe, t, self.floor)
+        return t, self.v_c[begin:], detection_threshold(self.probe, t, self.floor)
 
     @cached_property
     def shape(self) -> Shape:
-        """When it crosses `SHARES` of the threshold, and how loud it is."""
+        """When it crosses `THRESHOLD_SHARES` of the threshold, and how loud it is."""
         t, v_c, whole = self._heard
-        over = [v_c > share * whole for share in SHARES]
+        over = [v_c > share * whole for share in THRESHOLD_SHARES]
         low, high = (float(t[np.argmax(each)]) if each.any() else None for each in over)
         return low, high, self.threshold_margin
 
-    def loudness(self, until: float) -> float:
+    def measure_amplitude(self, until: float) -> float:
         """Return the greatest v_c over the threshold up to a time; 0 if nothing was received."""
         t, v_c, whole = self._heard
         n = int(np.searchsorted(t, until, side='right'))
         return float((v_c[:n] / whole[:n]).max(initial=0.0))
 
     @property
-    def raised(self) -> float:
+    def threshold_factor(self) -> float:
         """Factor by which noise raised the threshold at the delay, or at the last sample; >= 1."""
         if self.floor == 0.0:
             return 1.0
         t = np.array(self.delay if self.delay is not None else self.t[-1])
-        return float(threshold(self.probe, t, self.floor) / threshold(self.probe, t))
+        return float(
+            detection_threshold(self.probe, t, self.floor) / detection_threshold(self.probe, t)
+        )
 
 
 class EchoDetector:
@@ -235,7 +237,7 @@ class EchoDetector:
         probe: ProbeSettings,
         dt: float,
         floor: float = 0.0,
-        least: float = FAINTEST,
+        least: float = MIN_THRESHOLD_CELLS,
         past: Array | None = None,
         *,
         filtered: bool = True,
@@ -255,8 +257,8 @@ class EchoDetector:
         self.delay: float | None = None
         self.threshold_margin = 0.0
         self._dt = dt
-        self._half = max(1, round(0.5 * window(probe) / dt))
-        self._weights = weights(probe, dt) if filtered else np.ones(1)
+        self._half = max(1, round(0.5 * window_width(probe) / dt))
+        self._weights = compute_weights(probe, dt) if filtered else np.ones(1)
         n = len(self._weights) // 2
         known = np.zeros(n) if past is None else past[max(0, len(past) - n) :]
         self._past = np.concatenate((np.zeros(n - len(known)), known))
@@ -283,7 +285,7 @@ class EchoDetector:
         """
         known = np.concatenate((self._past, v))
         self._past = known[len(known) - min(len(known), len(self._weights) - 1) :]
-        self.take(np.abs(carried(known, self._weights)))
+        self.take(np.abs(filter_carrier(known, self._weights)))
 
     def take(self, v_m: Array) -> None:
         """Take the magnitudes of the carrier's part instead."""
@@ -291,26 +293,26 @@ class EchoDetector:
         self._sums = np.concatenate((self._sums, v_m))
         first, last = len(self._v_c), max(len(self._v_c), len(self._v_m) - self._half)
         self._v_c = np.concatenate((self._v_c, np.empty(last - first)))
-        _average(self._sums, len(v_m), self._half, self._v_c, first)
-        self._compare(first)
+        _average_window(self._sums, len(v_m), self._half, self._v_c, first)
+        self._find_crossing(first)
 
-    def _compare(self, first: int) -> None:
+    def _find_crossing(self, first: int) -> None:
         """Look for a crossing in v_c from a sample on."""
         t = np.arange(first + 1.0, len(self._v_c) + 1.0) * self._dt
-        deaf = int(np.searchsorted(t, blanking(self.probe), side='right'))
+        deaf = int(np.searchsorted(t, blanking_time(self.probe), side='right'))
         t, v_c = t[deaf:], self._v_c[first + deaf :]
         if not len(t):
             return
-        ratio = v_c / threshold(self.probe, t, self._floor, self._least)
+        ratio = v_c / detection_threshold(self.probe, t, self._floor, self._least)
         self.threshold_margin = max(self.threshold_margin, float(ratio.max()))
         if self.delay is None and (over := ratio > 1.0).any():
             self.delay = float(t[over.argmax()])
 
-    def louder(self, floor: float) -> None:
+    def raise_noise_floor(self, floor: float) -> None:
         """Judge everything again with the noise that is measured now, if it has become louder."""
         if floor > self._floor:
             self._floor, self.delay, self.threshold_margin = floor, None, 0.0
-            self._compare(0)
+            self._find_crossing(0)
 
     def echo(self, end: End, *, shaken: bool = False, spoiled: bool = False) -> Echo:
         """Return everything received at an end, up to the time where v_c is known."""
@@ -322,8 +324,8 @@ class EchoDetector:
         )  # fmt: skip
 
 
-@kernel
-def _average(sums: Array, new: int, half: int, v_c: Array, first: int) -> None:
+@compile_kernel
+def _average_window(sums: Array, new: int, half: int, v_c: Array, first: int) -> None:
     """Average v_m over a centred window.
 
     Args:

@@ -12,7 +12,7 @@ from ..instrument.end import End
 from ..procedure_table import BLANK as BLANK
 from ..procedure_table import UNDECODABLE as UNDECODABLE
 from ..procedure_table import describe_level as describe_level
-from ..schema import described
+from ..schema import describe_field
 from .echo import Shape
 
 
@@ -45,7 +45,7 @@ class Reading:
     delay: float | None
     level_margin: float
     threshold_margin: float
-    distance: float = described(
+    distance: float = describe_field(
         MISSING, 'from the end to the wall in cells; infinite without an echo', null=math.inf
     )
     reason: str = ''
@@ -61,24 +61,24 @@ class Reading:
 
     @property
     def confidence(self) -> float:
-        """See the function `confidence`; 0 if nothing was decoded."""
+        """See the function `compute_confidence`; 0 if nothing was decoded."""
         if self.level == UNDECODABLE:
             return 0.0
-        return confidence(self.level_margin, self.threshold_margin)
+        return compute_confidence(self.level_margin, self.threshold_margin)
 
 
 @dataclass(frozen=True)
 class Unknown:
     """The content is no longer known; also the event that says so."""
 
-    reason: str = described(MISSING, 'what may have moved the wall')
-    since: int = described(MISSING, 'the tick in which it took effect', low=0, high=2**62)
+    reason: str = describe_field(MISSING, 'what may have moved the wall')
+    since: int = describe_field(MISSING, 'the tick in which it took effect', low=0, high=2**62)
 
     def __str__(self) -> str:
         return f'unknown since tick {self.since}: {self.reason}'
 
 
-def confidence(level_margin: float, threshold_margin: float) -> float:
+def compute_confidence(level_margin: float, threshold_margin: float) -> float:
     """Return how much may be lost before the answer changes, from 0 to 1.
 
     The lesser of two fractions: how far the delay may still shift on the way to the next level

@@ -23,51 +23,53 @@ from numpy.typing import NDArray
 from ..errors import SettingsError
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError, find_walls
-from ..physics.equilibrium import BESIDE, resting_walls
+from ..physics.equilibrium import DEFECT_OFFSET_CELLS, find_pinned_walls
 from ..physics.potential import Array
-from ..physics.waves import Complex, cells, product, rows
+from ..physics.waves import Complex, combine_rows, linearize_cells, multiply_matrices
 from ..settings import Settings
 from .reading import UNDECODABLE, Reading
 from .waveforms import Ends, Listener
-from .words import Code, code_of
+from .words import Code, make_code
 
-REACH = 30.0
+WALL_REACH_CELLS = 30.0
 """Distance in cells beyond which a wall changes nothing: it ends as exp(-0.5 distance)."""
 
-NEAR = 2.0
+MAX_LEVEL_OFFSET_CELLS = 2.0
 """Distance in cells up to which a wall rests at the defect of its level."""
 
-LEFT_OVER = 0.3
+MAX_RESIDUAL_RATIO = 0.3
 """What may be left of a waveform when its forecast is taken off, relative to the distance of that
 forecast from any other: what explains half of the distance could be another word."""
 
-NOISE = 2.0
+MAX_NOISE_GROWTH = 2.0
 """Ratio up to which the noise during a read may exceed that before it."""
 
-ELSEWHERE, ROOM = 96, 0.6
+MAX_OFF_LEVEL_STATES, OFF_LEVEL_SHARE = 96, 0.6
 """Walls that rest elsewhere of which a waveform is forecast; and what may be left at a word,
 relative to the least that the nearest word leaves of any of these: others leave a quarter less."""
 
-HELD = 40
+MAX_NEWTON_STEPS = 40
 """Newton steps in which a wall that is held comes to rest: others slide to a level."""
 
-ROWS = 256
+BATCH_ROWS = 256
 """Forecasts that are compared with all others at a time."""
 
-NEIGHBOURS = 4
+REFINED_NEIGHBOURS = 4
 """Nearest forecasts whose distance is found again in double precision: in single precision it
 depends on the order of sums, and so on the BLAS and its threads, by 3e-5."""
 
 
-def resting(made: Specimen, levels: Sequence[int]) -> Array:
+def pin_walls(made: Specimen, levels: Sequence[int]) -> Array:
     """Return the displacements of an unstrained element with walls and kinks at some levels.
 
     Raises:
         StateError: They do not rest there.
     """
     design = made.design
-    v = resting_walls(made, [design.defect(level) + BESIDE for level in levels])
-    if levels_of(design, v) != tuple(sorted(levels)):
+    v = find_pinned_walls(
+        made, [design.defect_site(level) + DEFECT_OFFSET_CELLS for level in levels]
+    )
+    if find_wall_levels(design, v) != tuple(sorted(levels)):
         found = sorted(wall.position for wall in find_walls(design, v))
         raise StateError(
             f'walls at the levels {list(levels)} do not rest there; they are at {found}'
@@ -75,35 +77,41 @@ def resting(made: Specimen, levels: Sequence[int]) -> Array:
     return v
 
 
-def levels_of(design: Design, v: Array) -> tuple[int, ...] | None:
+def find_wall_levels(design: Design, v: Array) -> tuple[int, ...] | None:
     """Return the levels at which walls and kinks are, the lowest first; None if one is elsewhere,
     or two are at one level.
     """
     found = list[int]()
     for wall in find_walls(design, v):
-        level = min(range(design.levels), key=lambda n: abs(design.defect(n) - wall.position))
-        if abs(design.defect(level) - wall.position) > NEAR or level in found:
+        level = min(range(design.levels), key=lambda n: abs(design.defect_site(n) - wall.position))
+        if (
+            abs(design.defect_site(level) - wall.position) > MAX_LEVEL_OFFSET_CELLS
+            or level in found
+        ):
             return None
         found.append(level)
     return tuple(sorted(found))
 
 
-def elsewhere(made: Specimen, code: Code) -> Iterator[Array]:
-    """Yield displacements of an element that rests in no word, at most `ELSEWHERE`: a wall of a
-    random word, or one more, is pinned by the lattice between levels, or rests nearer to another
-    than words allow.
+def find_off_level_states(made: Specimen, code: Code) -> Iterator[Array]:
+    """Yield displacements of an element that rests in no word, at most `MAX_OFF_LEVEL_STATES`: a
+    wall of a random word, or one more, is pinned by the lattice between levels, or rests nearer
+    to another than words allow.
     """
     design, random = made.design, np.random.default_rng(0)
-    for turn in np.linspace(-1.0, design.levels, ELSEWHERE, endpoint=False):
+    for turn in np.linspace(-1.0, design.levels, MAX_OFF_LEVEL_STATES, endpoint=False):
         between = 0.25 + 0.5 * (turn % 1.0)  # nearer to a level it goes there
-        place = round(design.defect(0) + design.J * (math.floor(turn) + between))
-        at = [design.defect(n) + BESIDE for n in code.walls(int(random.integers(code.words)))]
+        place = round(design.defect_site(0) + design.J * (math.floor(turn) + between))
+        at = [
+            design.defect_site(n) + DEFECT_OFFSET_CELLS
+            for n in code.walls(int(random.integers(code.words)))
+        ]
         if at and random.integers(2):
             at.remove(min(at, key=lambda each: abs(each - place)))
         with contextlib.suppress(StateError):  # nothing holds it there
-            v = resting_walls(made, [*at, place], iterations=HELD)
-            levels = levels_of(design, v)
-            if levels is None or not code.allows(levels):
+            v = find_pinned_walls(made, [*at, place], iterations=MAX_NEWTON_STEPS)
+            levels = find_wall_levels(design, v)
+            if levels is None or not code.is_valid_word(levels):
                 yield v
 
 
@@ -155,12 +163,14 @@ class Forecasts:
             same = np.flatnonzero(self.odd == odd)
             parts = (self.parts[same] - self.parts[0]).astype(np.float32)
             square = np.square(parts).sum(axis=1)
-            for at in range(0, len(same), ROWS):
-                these = slice(at, at + ROWS)
+            for at in range(0, len(same), BATCH_ROWS):
+                these = slice(at, at + BATCH_ROWS)
                 apart = square[these, None] + square - 2.0 * parts[these] @ parts.T
                 itself = np.arange(at, at + len(apart))[:, None]
                 np.put_along_axis(apart, itself, np.inf, axis=1)
-                near = np.argpartition(apart, min(NEIGHBOURS, len(same)) - 1)[:, :NEIGHBOURS]
+                near = np.argpartition(apart, min(REFINED_NEIGHBOURS, len(same)) - 1)[
+                    :, :REFINED_NEIGHBOURS
+                ]
                 ways = np.linalg.norm(self.parts[same[near]] - self.parts[same[itself]], axis=2)
                 ways = np.where(near == itself, pulse, ways)
                 found[same[these]] = ways.min(axis=1, initial=pulse)
@@ -174,7 +184,7 @@ class Forecasts:
     @cached_property
     def quiet(self) -> float:
         """Noise (`Listener.noise`) up to which every content can be told from all others."""
-        return LEFT_OVER * LEFT_OVER * self.least * self.least / NOISE
+        return MAX_RESIDUAL_RATIO * MAX_RESIDUAL_RATIO * self.least * self.least / MAX_NOISE_GROWTH
 
     def match(self, part: Array, phase: int) -> Match:
         """Return the nearest content to a part with a phase at the left end."""
@@ -197,17 +207,18 @@ class Forecasts:
         """Return the content of what both ends did after a pulse, given the noise before and the
         phases of the ends.
 
-        The nearest forecast must leave no more than `LEFT_OVER` of its distance to any other, and
-        `least` is the least margin in the direction of any: 1 at the forecast, 0 half-way. So an
-        error at one end or at both, of any shape, that is smaller than half the difference of two
-        words changes none; a greater one is the difference of two words, or is refused.
+        The nearest forecast must leave no more than `MAX_RESIDUAL_RATIO` of its distance to any
+        other, and `least` is the least margin in the direction of any: 1 at the forecast, 0
+        half-way. So an error at one end or at both, of any shape, that is smaller than half the
+        difference of two words changes none; a greater one is the difference of two words, or is
+        refused.
         """
         nothing = Reading(UNDECODABLE, '', End.LEFT.value, None, 0.0, 0.0, math.inf)
-        if reason := unheard(shot, noise > self.quiet, phases):
+        if reason := explain_unreadable(shot, noise > self.quiet, phases):
             return replace(nothing, reason=reason)
-        part = self.listener.part(shot.samples - shot.rest[:, None], shot.dt)
+        part = self.listener.project_band(shot.samples - shot.rest[:, None], shot.dt)
         found = self.match(part, phases[End.LEFT.row] or 0)
-        content, allowed = found.content, LEFT_OVER * found.nearest
+        content, allowed = found.content, MAX_RESIDUAL_RATIO * found.nearest
         if found.left > allowed:
             return replace(
                 nothing,
@@ -225,7 +236,7 @@ class Forecasts:
         )  # fmt: skip
 
 
-def unheard(shot: Shot, loud: bool, phases: Sequence[int | None]) -> str:
+def explain_unreadable(shot: Shot, loud: bool, phases: Sequence[int | None]) -> str:
     """Return why what the ends did tells nothing, whatever it was; '' if it may.
 
     Args:
@@ -254,61 +265,61 @@ class Register(Forecasts):
         super().__init__(contents, parts, listener)
         self.code = code
 
-    def keep_from(self, parts: Array, odd: Array) -> None:
+    def tighten_limits(self, parts: Array, odd: Array) -> None:
         """Let every word leave less, if need be, so that nothing is read as one that is none.
 
         Args:
             parts: What is heard of walls that are elsewhere, shape (m, 4 lines).
             odd: Whether there is an odd number of them, shape (m,).
         """
-        least = LEFT_OVER / ROOM
+        least = MAX_RESIDUAL_RATIO / OFF_LEVEL_SHARE
         for phase in (0, 1):
             words, these = np.flatnonzero(self.odd == phase), parts[odd == phase]
             left = self._square[words] - 2.0 * these @ self.parts[words].T
             nearest = words[left.argmin(axis=1)]
             off = np.linalg.norm(these - self.parts[nearest], axis=1)
             least = (off / self.nearest[nearest]).min(initial=least)
-        self.nearest = self.nearest * (least * ROOM / LEFT_OVER)
+        self.nearest = self.nearest * (least * OFF_LEVEL_SHARE / MAX_RESIDUAL_RATIO)
 
 
-def forecasts_of(made: Specimen, settings: Settings) -> Register:
+def forecast_words(made: Specimen, settings: Settings) -> Register:
     """Return the forecasts of an element in every word.
 
     Raises:
         SettingsError: The element holds one wall, or walls of a word do not rest at their levels.
     """
-    code = code_of(made.design, settings)
+    code = make_code(made.design, settings)
     if code is None:
         raise SettingsError('an element with one wall is read by its delays')
     listener = Listener(settings)
     ends = Ends(made, settings, listener)
     parts = np.concatenate(
         [
-            ends.parts(rows(*each))
-            for each in _in_parts(made, code, ends.tones.square, ends.tones.loss)
+            ends.parts(combine_rows(*each))
+            for each in _build_word_parts(made, code, ends.tones.square, ends.tones.loss)
         ]
     )
-    found, others = Register(code, parts, listener), list(elsewhere(made, code))
+    found, others = Register(code, parts, listener), list(find_off_level_states(made, code))
     if others:
         active = np.stack(others)[:, [0, -1]] > made.design.D_barrier
-        found.keep_from(ends.heard(made, others), active[:, 0] != active[:, 1])
+        found.tighten_limits(ends.heard(made, others), active[:, 0] != active[:, 1])
     return found
 
 
 @lru_cache(maxsize=8)
-def ideal_forecasts(design: Design, settings: Settings) -> Register:
-    """Return the forecasts of an ideal element in every word; raises as `forecasts_of`."""
-    return forecasts_of(Specimen(design), settings)
+def forecast_ideal_words(design: Design, settings: Settings) -> Register:
+    """Return the forecasts of an ideal element in every word; raises as `forecast_words`."""
+    return forecast_words(Specimen(design), settings)
 
 
-def _surroundings(made: Design, code: Code) -> NDArray[np.int64]:
+def _number_surroundings(made: Design, code: Code) -> NDArray[np.int64]:
     """Return a number for every word and level that says which walls are near, and in which
     phase, shape (words, levels): the same number, the same cells of this level.
 
-    Walls are near within `REACH` of the middle between this level and the next.
+    Walls are near within `WALL_REACH_CELLS` of the middle between this level and the next.
     """
-    near = math.ceil(REACH / made.J - 0.5)
-    walls = code.sets()
+    near = math.ceil(WALL_REACH_CELLS / made.J - 0.5)
+    walls = code.build_level_sets()
     behind = np.cumsum(walls[:, ::-1], axis=1)[:, ::-1] % 2
     padded = np.pad(walls, ((0, 0), (near, near))).astype(np.int64)
     found = np.pad(behind, ((0, 0), (0, near + 1)))[:, near + 1 :].astype(np.int64)
@@ -317,10 +328,11 @@ def _surroundings(made: Design, code: Code) -> NDArray[np.int64]:
     return np.asarray(found * code.levels + np.arange(code.levels))
 
 
-def _in_parts(
+def _build_word_parts(
     made: Specimen, code: Code, square: Complex, loss: Complex
 ) -> Iterator[tuple[Complex, NDArray[np.int64]]]:
-    """Yield the matrices of the levels' cells, and of which the words consist, `ROWS` at a time.
+    """Yield the matrices of the levels' cells, and of which the words consist, `BATCH_ROWS` at a
+    time.
 
     A word whose every level has been seen with the same surroundings needs no equilibrium of its
     own.
@@ -329,23 +341,25 @@ def _in_parts(
         SettingsError: Walls of a word do not rest at their levels.
     """
     design = made.design
-    around, chosen = np.unique(_surroundings(design, code), return_inverse=True)
+    around, chosen = np.unique(_number_surroundings(design, code), return_inverse=True)
     chosen = chosen.reshape(code.words, code.levels)
-    edges = [0, *(design.defect(n) + design.J // 2 for n in range(code.levels - 1)), design.N]
+    edges = [0, *(design.defect_site(n) + design.J // 2 for n in range(code.levels - 1)), design.N]
     matrices = np.empty((len(around), len(square), 2, 2), dtype=np.complex128)
     known = np.zeros(len(around), dtype=np.bool_)
     for word in np.random.default_rng(0).permutation(code.words):
         if known[chosen[word]].all():
             continue
         try:
-            v = resting(made, code.walls(int(word)))
+            v = pin_walls(made, code.walls(int(word)))
         except StateError as error:
             raise SettingsError(f'{code.binary(word)} cannot be held: {error}') from error
-        stiffness, mass, spring = cells(made, v)
+        stiffness, mass, spring = linearize_cells(made, v)
         for level, number in enumerate(chosen[word]):
             if not known[number]:
                 part = slice(edges[level], edges[level + 1])
-                matrices[number] = product(stiffness[part], mass[part], spring[part], square, loss)
+                matrices[number] = multiply_matrices(
+                    stiffness[part], mass[part], spring[part], square, loss
+                )
         known[chosen[word]] = True
-    for at in range(0, code.words, ROWS):
-        yield matrices, chosen[at : at + ROWS]
+    for at in range(0, code.words, BATCH_ROWS):
+        yield matrices, chosen[at : at + BATCH_ROWS]

@@ -21,21 +21,21 @@ from ..instrument.drivers import steps_per_tick
 from ..instrument.end import End, Pulse
 from ..physics import PEFRL, Specimen
 from ..physics.potential import Array
-from ..physics.waves import Complex, Tones, cells, product, rows
+from ..physics.waves import Complex, Tones, combine_rows, linearize_cells, multiply_matrices
 from ..settings import Settings
 from .echo import pulse_duration
 
-BAND = 4.0
+BAND_HALF_WIDTH = 4.0
 """Half of the band that is compared, over 1 / sigma of the pulse: all of its spectrum. Slow waves
 that are left of a kick lie outside."""
 
-EDGE = 4.0
+FADE_LENGTH = 4.0
 """Length over which the recording is faded in and out, over sigma."""
 
-WIDER = 5.0
+FORECAST_HALF_WIDTH = 5.0
 """Half of the band that is forecast, over 1 / sigma: what is faded has a wider one."""
 
-PERIOD, DECAY = 1.4, 6.0
+PERIOD_RATIO, DECAY_EXPONENT = 1.4, 6.0
 """Period of the forecast, over the time of listening, and by which exponent it decays in that:
 what would come after it is added to what comes before, by less than a thousandth."""
 
@@ -55,34 +55,36 @@ class Listener:
         self.ticks = math.ceil(time / self._tick)
         self._bases: dict[tuple[int, float], Array] = {}
 
-    def band(self, n: int, dt: float) -> Array:
+    def build_band_basis(self, n: int, dt: float) -> Array:
         """Return the windowed cosines and sines of the band for n samples, shape (n, 2 m)."""
         if (known := self._bases.get((n, dt))) is not None:
             return known
         probe, span = self._probe, n * dt
         low, high = (
-            round((probe.omega_c + side * BAND / probe.sigma) * span / (2.0 * math.pi))
+            round((probe.omega_c + side * BAND_HALF_WIDTH / probe.sigma) * span / (2.0 * math.pi))
             for side in (-1.0, 1.0)
         )
         t = dt * np.arange(1.0, n + 1.0)
-        edge = np.minimum(t, span + dt - t) / min(EDGE * probe.sigma, 0.5 * span)
+        edge = np.minimum(t, span + dt - t) / min(FADE_LENGTH * probe.sigma, 0.5 * span)
         window = 0.5 * (1.0 - np.cos(math.pi * np.minimum(1.0, edge))) * math.sqrt(2.0 * dt / n)
         phase = 2.0 * math.pi / span * np.outer(t, np.arange(max(1, low), high + 1))
         basis = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
         self._bases[n, dt] = basis
         return basis
 
-    def part(self, motion: Array, dt: float) -> Array:
+    def project_band(self, motion: Array, dt: float) -> Array:
         """Return the part of both ends' motion, shape (2, n), in the band: (4 m,)."""
-        return (motion @ self.band(motion.shape[1], dt)).ravel()
+        return (motion @ self.build_band_basis(motion.shape[1], dt)).ravel()
 
     def noise(self, before: Array, dt: float) -> float:
         """Return what noise contributes to the square of `part`, from displacements of both ends
         before the pulse, shape (2, w).
         """
         motion = before - before.mean(axis=1, keepdims=True)
-        basis = self.band(before.shape[1], dt)
-        lines = round(2.0 * BAND / self._probe.sigma * self.ticks * self._tick / (2.0 * math.pi))
+        basis = self.build_band_basis(before.shape[1], dt)
+        lines = round(
+            2.0 * BAND_HALF_WIDTH / self._probe.sigma * self.ticks * self._tick / (2.0 * math.pi)
+        )
         share: float = (2.0 * lines + 2.0) / basis.shape[1]
         power: float = np.square(motion @ basis).sum()
         return power * share
@@ -101,14 +103,14 @@ class Ends:
         time = replace(settings.time, integrator=PEFRL.name)
         steps = steps_per_tick(made, time)
         dt, n = time.tick / steps, listener.ticks * steps
-        period = PERIOD * n * dt
+        period = PERIOD_RATIO * n * dt
         low, high = (
-            (probe.omega_c + side * WIDER / probe.sigma) * period / (2.0 * math.pi)
+            (probe.omega_c + side * FORECAST_HALF_WIDTH / probe.sigma) * period / (2.0 * math.pi)
             for side in (-1.0, 1.0)
         )
         lines = np.arange(max(1, math.floor(low)), math.ceil(high) + 1)
         omega = np.asarray(
-            2.0 * math.pi / period * lines - 1j * DECAY / period, dtype=np.complex128
+            2.0 * math.pi / period * lines - 1j * DECAY_EXPONENT / period, dtype=np.complex128
         )
         self.tones = Tones.of(made, omega, PEFRL, dt)
         pulse = Pulse(0.0, probe)
@@ -116,14 +118,14 @@ class Ends:
         self._pulse: Complex = np.exp(-1j * np.outer(omega, t)) @ pulse.at(t)[0] * (t[1] - t[0])
         # The spectrum of what ends with the pulse, from those of it and its complex conjugate.
         same, other = (
-            _integral(each[:, None] - omega, pulse.duration) / period
+            _integrate_exponential(each[:, None] - omega, pulse.duration) / period
             for each in (omega, -omega.conj())
         )
         of_real, of_imag = same + other, 1j * (same - other)
         self._ended = np.block([[of_real.real, of_real.imag], [of_imag.real, of_imag.imag]])
         t = dt * np.arange(1.0, n + 1.0)
         wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
-        self._heard = np.concatenate((wave.real, -wave.imag)) @ listener.band(n, dt)
+        self._heard = np.concatenate((wave.real, -wave.imag)) @ listener.build_band_basis(n, dt)
 
     def force(self, ratio: Complex) -> Complex:
         """Return the force on the driven end: that of the pulse until it ends, and none later.
@@ -151,17 +153,17 @@ class Ends:
         and step are those of these forecasts.
         """
         square, loss = self.tones.square, self.tones.loss
-        found = [cells(made, v) for v in walls_at]
+        found = [linearize_cells(made, v) for v in walls_at]
         if end is End.RIGHT:
             found = [
                 (stiffness[::-1].copy(), mass[::-1].copy(), np.append(spring[-2::-1], 1.0))
                 for stiffness, mass, spring in found
             ]
-        matrices = np.array([product(*each, square, loss) for each in found])
-        return self.parts(rows(matrices, np.arange(len(matrices))[:, None]))
+        matrices = np.array([multiply_matrices(*each, square, loss) for each in found])
+        return self.parts(combine_rows(matrices, np.arange(len(matrices))[:, None]))
 
 
-def _integral(omega: Complex, end: float) -> Complex:
+def _integrate_exponential(omega: Complex, end: float) -> Complex:
     """Return the integral of exp(i omega t) from 0 to an end."""
     at_0 = omega == 0.0
     some = np.where(at_0, 1.0, omega)

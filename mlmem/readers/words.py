@@ -17,7 +17,7 @@ from ..physics import Design
 from ..schema import short_repr
 from ..settings import Settings
 
-MOST_WORDS = 2**14
+MAX_WORDS = 2**14
 """Words up to which all forecasts are made: each takes a twentieth of a millisecond, and 3 kB."""
 
 
@@ -34,15 +34,15 @@ class Code(NamedTuple):
     @property
     def words(self) -> int:
         """Number of words; the first, 0, is that of the blank element."""
-        return 1 + sum(_tops(self))
+        return 1 + sum(_count_top_levels(self))
 
-    def below(self, level: int) -> range:
+    def levels_below(self, level: int) -> range:
         """Return the levels of which the next wall below one may have any, the lowest first."""
         return range(max(0, level - self.spacing + 1))
 
     def walls(self, word: int) -> tuple[int, ...]:
         """Return the levels of a word, the lowest first."""
-        tops, found, places = _tops(self), list[int](), range(self.levels)
+        tops, found, places = _count_top_levels(self), list[int](), range(self.levels)
         while word > 0:
             word -= 1
             for level in places:
@@ -50,27 +50,27 @@ class Code(NamedTuple):
                     break
                 word -= tops[level]
             found.append(level)
-            places = self.below(level)
+            places = self.levels_below(level)
         return tuple(reversed(found))
 
     def word(self, walls: Sequence[int]) -> int:
         """Return the word of levels."""
-        tops, word, places = _tops(self), 0, range(self.levels)
+        tops, word, places = _count_top_levels(self), 0, range(self.levels)
         for level in sorted(walls, reverse=True):
             word += 1 + sum(tops[other] for other in places if other < level)
-            places = self.below(level)
+            places = self.levels_below(level)
         return word
 
-    def allows(self, walls: Sequence[int]) -> bool:
+    def is_valid_word(self, walls: Sequence[int]) -> bool:
         """Return whether levels, the lowest first, are those of a word."""
         inside = not walls or (walls[0] >= 0 and walls[-1] < self.levels)
-        return inside and all(one in self.below(other) for one, other in pairwise(walls))
+        return inside and all(one in self.levels_below(other) for one, other in pairwise(walls))
 
-    def sets(self) -> NDArray[np.bool_]:
+    def build_level_sets(self) -> NDArray[np.bool_]:
         """Return at which levels walls are, for every word, shape (words, levels)."""
         left = np.arange(self.words)
         found = np.zeros((self.words, self.levels), dtype=np.bool_)
-        below = 1 + np.cumsum((0, *_tops(self)))
+        below = 1 + np.cumsum((0, *_count_top_levels(self)))
         for level in reversed(range(self.levels)):
             found[:, level] = left >= below[level]
             left -= below[level] * found[:, level]
@@ -87,15 +87,15 @@ class Code(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _tops(code: Code) -> tuple[int, ...]:
+def _count_top_levels(code: Code) -> tuple[int, ...]:
     """Return how many words have each level as their highest."""
     tops: list[int] = []
     for level in range(code.levels):
-        tops.append(1 + sum(tops[other] for other in code.below(level)))
+        tops.append(1 + sum(tops[other] for other in code.levels_below(level)))
     return tuple(tops)
 
 
-def code_of(design: Design, settings: Settings) -> Code | None:
+def make_code(design: Design, settings: Settings) -> Code | None:
     """Return the code of an element with many walls, or None for one wall.
 
     Raises:
@@ -104,21 +104,24 @@ def code_of(design: Design, settings: Settings) -> Code | None:
     if not (spacing := settings.register.spacing):
         return None
     code = Code(design.levels, spacing)
-    for name, speeds in (('speeds', settings.kick.by_level), ('kinks', settings.kick.of_kinks)):
+    for name, speeds in (
+        ('speeds', settings.kick.wall_speeds),
+        ('kinks', settings.kick.kink_speeds),
+    ):
         if len(speeds) < design.levels or not all(speeds[: design.levels]):
             raise SettingsError(
                 f'a register needs a kick to each of its {design.levels} levels, of walls and of '
                 f'kinks; got kick.{name} {short_repr(getattr(settings.kick, name))}'
             )
-    if code.words > MOST_WORDS:
+    if code.words > MAX_WORDS:
         raise SettingsError(
-            f'a register may have {MOST_WORDS} words at most, all of which are forecast; this one '
+            f'a register may have {MAX_WORDS} words at most, all of which are forecast; this one '
             f'has {code.words}: increase register.spacing'
         )
     return code
 
 
-def words_of(design: Design, settings: Settings) -> int:
-    """Return how many contents an element tells apart; raises as `code_of`."""
-    code = code_of(design, settings)
+def count_words(design: Design, settings: Settings) -> int:
+    """Return how many contents an element tells apart; raises as `make_code`."""
+    code = make_code(design, settings)
     return design.levels if code is None else code.words

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import yaml  # type: ignore[import-untyped]
 
 from mlmem import atomic_files
-from mlmem.parsing import from_yaml, require_regular
+from mlmem.parsing import parse_yaml, require_regular
 from mlmem.schema import short_repr
 
 from .errors import BagError, storage_errors
@@ -101,7 +101,7 @@ class Loss:
         return f'{self.file}, byte {self.offset}: {size}{self.reason}'
 
 
-LIBRARY = 'mlmem_ros'
+LIBRARY_NAME = 'mlmem_ros'
 """Begins the name of the program in our files."""
 
 METADATA_NAME = 'rosbag2'
@@ -110,7 +110,7 @@ METADATA_NAME = 'rosbag2'
 OFFERED_QOS, TYPE_HASH = 'offered_qos_profiles', 'topic_type_hash'
 """Keys in the metadata of every MCAP channel."""
 
-NOT_CLOSED = 'the file was not closed'
+NOT_CLOSED_REASON = 'the file was not closed'
 """Begins the reason of a loss: nothing is damaged, but the end of the recording is missing."""
 
 
@@ -119,18 +119,18 @@ try:  # ten times as fast
 except ImportError:  # PyYAML was built without libyaml
     from yaml import SafeDumper
 
-FILE_NAME = 'metadata.yaml'
+METADATA_FILE = 'metadata.yaml'
 
-DROPPED = 'dropped_messages'
-LOST = 'mlmem_ros.lost'
+DROPPED_KEY = 'dropped_messages'
+LOST_KEY = 'mlmem_ros.lost'
 """Our keys in the custom data of a bag."""
 
-_ROOT = 'rosbag2_bagfile_information'
-_NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message
-_NO_WIDTH = 2**31 - 1
-_LONGEST_TEXT = 2**18  # characters: metadata of 400 topics
+_ROOT_KEY = 'rosbag2_bagfile_information'
+_NEVER_NS = 2**63 - 1  # the starting time of a bag or file that holds no message
+_MAX_LINE_WIDTH = 2**31 - 1
+_MAX_METADATA_CHARS = 2**18  # characters: metadata of 400 topics
 
-_PROFILE = """\
+_QOS_TEMPLATE = """\
 - history: unknown
   depth: 0
   reliability: {}
@@ -148,33 +148,33 @@ _PROFILE = """\
   avoid_ros_namespace_conventions: false"""
 
 
-def offered(reliability: str = 'reliable', durability: str = 'volatile') -> str:
+def format_qos(reliability: str = 'reliable', durability: str = 'volatile') -> str:
     """Return the QoS of one publisher with unlimited durations.
 
     History and depth are ``unknown`` and 0, as ``ros2 bag record`` writes them: discovery does
     not carry them.
     """
-    return _PROFILE.format(reliability, durability)
+    return _QOS_TEMPLATE.format(reliability, durability)
 
 
-RELIABLE = offered()
+RELIABLE_QOS = format_qos()
 """Reliable and volatile, the default of ROS publishers."""
 
-LATCHED = offered(durability='transient_local')
+LATCHED_QOS = format_qos(durability='transient_local')
 """Reliable and transient local: late subscribers still get the last message."""
 
 
-def renewed(text: str) -> str:
+def renew_qos(text: str) -> str:
     """Return the QoS that any version of rosbag2 wrote as Jazzy writes it; empty if damaged."""
     from rosbags.rosbag2.metadata import parse_qos
 
     try:
-        return qos_text(parse_qos(text))
+        return format_profiles(parse_qos(text))
     except Exception:  # rosbags raises whatever a wrong type raises; messages do not need it
         return ''
 
 
-def qos_text(profiles: Sequence[Any]) -> str:
+def format_profiles(profiles: Sequence[Any]) -> str:
     """Return profiles of `rosbags` as Jazzy writes them."""
     from rosbags.rosbag2.metadata import dump_qos_v9
 
@@ -187,7 +187,7 @@ class FileInfo:
     """One storage file of a bag. Times are in nanoseconds since the epoch, or of the ROS clock."""
 
     path: str
-    starting_time: int = _NEVER
+    starting_time: int = _NEVER_NS
     duration: int = 0
     message_count: int = 0
 
@@ -225,7 +225,7 @@ class _Dumper(SafeDumper):  # type: ignore[misc]
         return True
 
 
-def metadata_text(
+def format_metadata(
     topics: Iterable[TopicInfo],
     files: Sequence[FileInfo],
     custom_data: Mapping[str, str],
@@ -238,13 +238,13 @@ def metadata_text(
         root: Whether to put all below the root key, as in ``metadata.yaml``; the MCAP record
             ``rosbag2`` has none.
     """
-    node = _node(topics, files, custom_data)
+    node = _build_node(topics, files, custom_data)
     text: str = yaml.dump(
-        {_ROOT: node} if root else node,
+        {_ROOT_KEY: node} if root else node,
         Dumper=_Dumper,
         sort_keys=False,
         allow_unicode=True,
-        width=_NO_WIDTH,
+        width=_MAX_LINE_WIDTH,
     )
     return text.rstrip('\n')
 
@@ -256,23 +256,27 @@ def parse_metadata(text: str) -> BagMetadata:
         BagError: The text is not rosbag2 metadata.
     """
     try:
-        if len(text) > _LONGEST_TEXT:
+        if len(text) > _MAX_METADATA_CHARS:
             raise ValueError(f'{len(text)} characters')
         # Every scalar stays a string: rosbag2 leaves the custom data ``seed: 42`` unquoted.
-        document: Any = from_yaml(text, texts=True)
-        node = document.get(_ROOT, document)
+        document: Any = parse_yaml(text, texts=True)
+        node = document.get(_ROOT_KEY, document)
         custom_data = node.get('custom_data')
         return BagMetadata(
             # rosbag2 before version 4 wrote the directory's name too.
-            files=tuple(PurePath(_text(path)).name for path in node['relative_file_paths'] or ()),
+            files=tuple(
+                PurePath(_require_text(path)).name for path in node['relative_file_paths'] or ()
+            ),
             message_counts={
-                _text(topic['topic_metadata']['name']): int(topic['message_count'])
+                _require_text(topic['topic_metadata']['name']): int(topic['message_count'])
                 for topic in node['topics_with_message_count'] or ()
             },
-            custom_data={_text(key): _text(value) for key, value in custom_data.items()}
+            custom_data={
+                _require_text(key): _require_text(value) for key, value in custom_data.items()
+            }
             if isinstance(custom_data, dict)
             else {},
-            compressed=_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
+            compressed=_require_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
         )
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise BagError(f'The text must be rosbag2 metadata; got {short_repr(text)}.') from error
@@ -284,31 +288,31 @@ def read_metadata(directory: Path) -> BagMetadata | None:
     Raises:
         BagError: The file cannot be read or is not rosbag2 metadata.
     """
-    text = read_text(directory)
+    text = read_metadata_text(directory)
     return None if text is None else parse_metadata(text)
 
 
-def read_text(directory: Path) -> str | None:
+def read_metadata_text(directory: Path) -> str | None:
     """Return the text of ``metadata.yaml``; see `read_metadata`."""
-    path = directory / FILE_NAME
+    path = directory / METADATA_FILE
     with storage_errors(f'read {path}'):
-        if not atomic_files.exists(path):
+        if not atomic_files.path_exists(path):
             return None
         require_regular(path)
         with path.open('rb') as file:
-            return file.read(4 * _LONGEST_TEXT + 1).decode('utf-8', errors='replace')
+            return file.read(4 * _MAX_METADATA_CHARS + 1).decode('utf-8', errors='replace')
 
 
-def rooted(text: str) -> str:
+def add_root_key(text: str) -> str:
     """Return the text of a metadata record as it stands in ``metadata.yaml``."""
-    return f'{_ROOT}:\n{textwrap.indent(text, "  ")}'
+    return f'{_ROOT_KEY}:\n{textwrap.indent(text, "  ")}'
 
 
-def _node(
+def _build_node(
     topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
 ) -> dict[str, Any]:
     filled = [file for file in files if file.message_count]
-    start = min((file.starting_time for file in filled), default=_NEVER)
+    start = min((file.starting_time for file in filled), default=_NEVER_NS)
     end = max((file.starting_time + file.duration for file in filled), default=start)
     return {
         'version': 9,
@@ -322,7 +326,7 @@ def _node(
                     'name': topic.name,
                     'type': topic.type,
                     'serialization_format': topic.serialization_format,
-                    'offered_qos_profiles': _profiles(topic.offered_qos),
+                    'offered_qos_profiles': _load_profiles(topic.offered_qos),
                     'type_description_hash': topic.type_hash,
                 },
                 'message_count': topic.message_count,
@@ -348,11 +352,11 @@ def _node(
 
 
 @lru_cache  # most topics offer the same
-def _profiles(text: str) -> Any:
+def _load_profiles(text: str) -> Any:
     return yaml.safe_load(text) or []
 
 
-def _text(value: object) -> str:
+def _require_text(value: object) -> str:
     # Nested lists of aliases expand without bound when written out.
     if not isinstance(value, str):
         raise ValueError(f'got {short_repr(value)} for a text')

@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from mlmem.parsing import LONGEST
-from mlmem.schema import printable
+from mlmem.parsing import MAX_MESSAGE_CHARS
+from mlmem.schema import make_printable
 
 
 class BagError(Exception):
@@ -20,7 +20,7 @@ class BagError(Exception):
     """
 
     def __init__(self, message: str, code: str = 'invalid') -> None:
-        super().__init__(printable(message, LONGEST))
+        super().__init__(make_printable(message, MAX_MESSAGE_CHARS))
         self.code = code
 
 

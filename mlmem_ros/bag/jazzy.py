@@ -14,22 +14,22 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from mlmem.schema import printable, short_repr
+from mlmem.schema import make_printable, short_repr
 
 from .contents import Definition
 from .errors import BagError
 
 _HEADER_SIZE = 4  # bytes of CDR encapsulation
-_WIDE = {'float64', 'int64', 'uint64'}
+_WIDE_TYPES = {'float64', 'int64', 'uint64'}
 
 
 @lru_cache(maxsize=1)
-def _store() -> Typestore:
+def _load_typestore() -> Typestore:
     return get_typestore(Stores.ROS2_JAZZY)
 
 
 @lru_cache
-def definition(type_name: str) -> Definition:
+def find_definition(type_name: str) -> Definition:
     """Return the definition and hash of a type, such as ``std_msgs/msg/Float64``.
 
     The text lacks the comments of the ``.msg`` files, so it is the same with or without a ROS
@@ -38,39 +38,39 @@ def definition(type_name: str) -> Definition:
     Raises:
         BagError: Jazzy has no such type.
     """
-    _require(type_name)
-    text, _ = _store().generate_msgdef(type_name, ros_version=2)
-    return Definition(type_name, text, 'ros2msg', _store().hash_rihs01(type_name))
+    _require_type(type_name)
+    text, _ = _load_typestore().generate_msgdef(type_name, ros_version=2)
+    return Definition(type_name, text, 'ros2msg', _load_typestore().hash_rihs01(type_name))
 
 
-def message(type_name: str, **values: Any) -> Any:
+def make_message(type_name: str, **values: Any) -> Any:
     """Make a message of a type, an object with all its fields as attributes; arrays of numbers are
     numpy arrays.
 
     Raises:
         BagError: Jazzy has no such type, or the fields are not its fields.
     """
-    _require(type_name)
+    _require_type(type_name)
     try:
-        return _store().types[type_name](**values)
+        return _load_typestore().types[type_name](**values)
     except TypeError as error:
         raise BagError(f'The fields must be those of {type_name}: {error}.') from error
 
 
-def serialize(message: Any) -> bytes:
-    """Encode a message made by `message` as little-endian CDR with its encapsulation header.
+def serialize_message(message: Any) -> bytes:
+    """Encode a message made by `make_message` as little-endian CDR with its encapsulation header.
 
     Raises:
         BagError: A field has a wrong value.
     """
     name = message.__msgtype__
     try:
-        return bytes(_store().serialize_cdr(message, name, little_endian=True))
+        return bytes(_load_typestore().serialize_cdr(message, name, little_endian=True))
     except Exception as error:  # whatever the generated code raises
         raise BagError(f'The message must be a valid {name}: {error}.') from error
 
 
-def deserialize(cdr: bytes, type_name: str) -> Any:
+def deserialize_message(cdr: bytes, type_name: str) -> Any:
     """Decode CDR.
 
     Args:
@@ -83,10 +83,10 @@ def deserialize(cdr: bytes, type_name: str) -> Any:
     Raises:
         BagError: Jazzy has no such type, or the bytes are not a message of it.
     """
-    return _decode(cdr, type_name)[0]
+    return _decode_message(cdr, type_name)[0]
 
 
-def trim(cdr: bytes, type_name: str) -> bytes:
+def trim_message(cdr: bytes, type_name: str) -> bytes:
     """Cut off the unwritten memory that ``rclpy.serialization.serialize_message`` appends.
 
     Fast DDS reserves padding for every sequence of 8-byte numbers, which an empty one does not
@@ -100,42 +100,43 @@ def trim(cdr: bytes, type_name: str) -> bytes:
     Raises:
         BagError: Jazzy has no such type, or the bytes are not a message of it.
     """
-    _require(type_name)
-    return cdr[: _decode(cdr, type_name)[1]] if _has_wide_sequence(type_name) else cdr
+    _require_type(type_name)
+    return cdr[: _decode_message(cdr, type_name)[1]] if _has_wide_sequence(type_name) else cdr
 
 
-def _decode(cdr: bytes, type_name: str) -> tuple[Any, int]:
+def _decode_message(cdr: bytes, type_name: str) -> tuple[Any, int]:
     # Typestore.deserialize_cdr does the same but refuses what ROS tolerates at the end.
-    _require(type_name)
+    _require_type(type_name)
     if len(cdr) < _HEADER_SIZE or cdr[0] != 0 or cdr[1] not in (0, 1):
         raise BagError(f'A {type_name} must begin with a CDR header; got {cdr[:4]!r}.')
     body = memoryview(cdr)[_HEADER_SIZE:]
     try:
-        coder = _store().get_msgdef(type_name)
+        coder = _load_typestore().get_msgdef(type_name)
         decode = coder.deserialize_cdr_le if cdr[1] else coder.deserialize_cdr_be
-        message, size = decode(body, 0, coder.cls, _store())
+        message, size = decode(body, 0, coder.cls, _load_typestore())
     except Exception as error:  # whatever the generated code raises
         raise BagError(
-            f'The {len(cdr)} bytes must be CDR of a {type_name}: {printable(str(error), 200)}.'
+            f'The {len(cdr)} bytes must be CDR of a {type_name}: '
+            f'{make_printable(str(error), 200)}.'
         ) from error
     if size > len(body):
         raise BagError(f'A {type_name} of {size} bytes must be complete; got {len(body)}.')
     return message, _HEADER_SIZE + size
 
 
-def _require(type_name: str) -> None:
-    if type_name not in _store().fielddefs:
+def _require_type(type_name: str) -> None:
+    if type_name not in _load_typestore().fielddefs:
         raise BagError(f'The type must be one of ROS 2 Jazzy; got {short_repr(type_name)}.')
 
 
 @lru_cache
 def _has_wide_sequence(type_name: str) -> bool:
-    for _, (kind, detail) in _store().fielddefs[type_name][1]:
+    for _, (kind, detail) in _load_typestore().fielddefs[type_name][1]:
         # A nested type appears by name, alone or as the item of an array.
         item = detail[0][1] if isinstance(detail[0], tuple) else detail
         if isinstance(item, str):
             if _has_wide_sequence(item):
                 return True
-        elif kind == Nodetype.SEQUENCE and item[0] in _WIDE:
+        elif kind == Nodetype.SEQUENCE and item[0] in _WIDE_TYPES:
             return True
     return False

@@ -28,12 +28,12 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
-from mlmem.schema import printable
+from mlmem.schema import make_printable
 
 from .contents import (
-    LIBRARY,
+    LIBRARY_NAME,
     METADATA_NAME,
-    NOT_CLOSED,
+    NOT_CLOSED_REASON,
     OFFERED_QOS,
     TYPE_HASH,
     Definition,
@@ -44,8 +44,8 @@ from .contents import (
 )
 from .errors import BagError, storage_errors
 
-_HEAD = struct.Struct('<BQ')  # opcode and length of a record
-_READ = {
+_RECORD_HEAD = struct.Struct('<BQ')  # opcode and length of a record
+_READ_OPCODES = {
     *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
     *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
 }
@@ -56,8 +56,8 @@ RECORD_BYTES = 600
 """Bytes that a record takes in memory in addition to its content."""
 
 _MAX_DEFINITION_BYTES = 2**24
-_RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
-_FOOTER_COVERED = 16  # bytes of a footer that precede its CRC, and are covered by it
+_MAX_RUN_BYTES = 1 << 20  # bytes of messages outside chunks that make up one block
+_FOOTER_CRC_BYTES = 16  # bytes of a footer that precede its CRC, and are covered by it
 
 
 class DamageError(Exception):
@@ -123,7 +123,7 @@ class McapPart:
     @property
     def number(self) -> int | None:
         """Its place among the files of its bag, from 0; None if another program wrote it."""
-        if self.metadata_text is None or not self.library.startswith(LIBRARY):
+        if self.metadata_text is None or not self.library.startswith(LIBRARY_NAME):
             return None
         try:  # the copy of the metadata in a file lists the files up to it
             return len(parse_metadata(self.metadata_text).files) - 1
@@ -148,7 +148,7 @@ class McapPart:
         for channel in self.channels.values():
             info = topics.get(channel.topic) or TopicInfo(
                 name=channel.topic,
-                type=self._type(channel),
+                type=self._find_type(channel),
                 serialization_format=channel.message_encoding,
                 offered_qos=channel.metadata.get(OFFERED_QOS, ''),
                 type_hash=channel.metadata.get(TYPE_HASH, ''),
@@ -178,36 +178,36 @@ class McapPart:
             BagError: The file has changed since it was opened.
         """
         wanted = {
-            number: (channel.topic, self._type(channel))
+            number: (channel.topic, self._find_type(channel))
             for number, channel in self.channels.items()
             if channel.topic in topics
         }
         blocks = [block for block in self.blocks if wanted.keys() & block.counts]
         if as_written:
             for block in blocks:
-                yield from self._written(block, wanted)
+                yield from self._read_block(block, wanted)
             return
-        merged = (self._by_time(block, wanted) for block in blocks)
+        merged = (self._sort_by_time(block, wanted) for block in blocks)
         for message in heapq.merge(*merged, key=attrgetter('log_time')):
             if isinstance(message, Message):
                 yield message
 
-    def _by_time(
+    def _sort_by_time(
         self, block: Block, wanted: Mapping[int, tuple[str, str]]
     ) -> Iterator[Message | _Start]:
         # A block is read when a merge reaches its start.
         yield _Start(block.earliest)
-        yield from sorted(self._written(block, wanted), key=attrgetter('log_time'))
+        yield from sorted(self._read_block(block, wanted), key=attrgetter('log_time'))
 
-    def _written(self, block: Block, wanted: Mapping[int, tuple[str, str]]) -> list[Message]:
+    def _read_block(self, block: Block, wanted: Mapping[int, tuple[str, str]]) -> list[Message]:
         with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
             stream.seek(block.offset)
             content = BytesIO(stream.read(block.end - block.offset))
         try:
             found = [
                 record
-                for _, offset, end in _spans(content, 0)
-                for record in _parsed(content, offset, end)
+                for _, offset, end in _find_spans(content, 0)
+                for record in _parse_records(content, offset, end)
                 if isinstance(record, records.Message)
             ]
             if len(found) != block.counts.total():
@@ -220,39 +220,41 @@ class McapPart:
             if each.channel_id in wanted
         ]
 
-    def _type(self, channel: records.Channel) -> str:
+    def _find_type(self, channel: records.Channel) -> str:
         schema = self.schemas.get(channel.schema_id)
         return schema.name if schema else ''
 
     def _walk(self, stream: BinaryIO) -> None:
         start = end = len(MCAP0_MAGIC)
         opcode, note = 0, ''
-        for opcode, offset, end in _spans(stream, start):
+        for opcode, offset, end in _find_spans(stream, start):
             if opcode == Opcode.DATA_END:
                 note = '; all messages precede it'
-            if opcode in _READ:
+            if opcode in _READ_OPCODES:
                 self._read_record(stream, opcode, offset, end, note)
         size = stream.seek(0, 2)
         stream.seek(end)
         if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
             end = min(end, size)
             cut = 'it was truncated or damaged'
-            reason = cut if end < size else f'{NOT_CLOSED}: its end is missing'
+            reason = cut if end < size else f'{NOT_CLOSED_REASON}: its end is missing'
             self.losses.append(Loss(self.path, end, size - end, reason + note))
 
     def _read_record(
         self, stream: BinaryIO, opcode: int, offset: int, end: int, note: str
     ) -> None:
         try:
-            found = _parsed(stream, offset, end)
+            found = _parse_records(stream, offset, end)
             if not self.losses and found:
                 _check_crc(stream, found[0], offset)
-            self._take(found, offset, end, chunked=opcode == Opcode.CHUNK)
+            self._store_records(found, offset, end, chunked=opcode == Opcode.CHUNK)
         except DamageError as damage:
             reason = f'the record is damaged: {damage}{note}'
             self.losses.append(Loss(self.path, offset, end - offset, reason))
 
-    def _take(self, found: list[records.McapRecord], offset: int, end: int, chunked: bool) -> None:
+    def _store_records(
+        self, found: list[records.McapRecord], offset: int, end: int, chunked: bool
+    ) -> None:
         for record in found:
             # The first definition stands; the summary repeats it.
             if isinstance(record, records.Schema) and record.id not in self.schemas:
@@ -270,7 +272,7 @@ class McapPart:
         if not messages:
             return
         run = self.blocks[-1] if self.blocks and not chunked else None
-        if run is None or run.chunked or run.end != offset or end - run.offset > _RUN_SIZE:
+        if run is None or run.chunked or run.end != offset or end - run.offset > _MAX_RUN_BYTES:
             run = Block(offset, end, chunked)
             self.blocks.append(run)
         run.end = end
@@ -293,36 +295,36 @@ class McapPart:
                 self.losses.append(Loss(self.path, block.offset, 0, reason))
 
 
-def _spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
+def _find_spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
     """Yield opcode, begin and end of every record, up to a footer or an incomplete one."""
     size = stream.seek(0, 2)
     opcode = 0
     while opcode != Opcode.FOOTER:
         stream.seek(offset)
-        head = stream.read(_HEAD.size)
-        if len(head) < _HEAD.size:
+        head = stream.read(_RECORD_HEAD.size)
+        if len(head) < _RECORD_HEAD.size:
             return
-        opcode, length = _HEAD.unpack(head)
-        end = offset + _HEAD.size + length
+        opcode, length = _RECORD_HEAD.unpack(head)
+        end = offset + _RECORD_HEAD.size + length
         if not opcode or end > size:  # some file systems leave zeros after a power cut
             return
         yield opcode, offset, end
         offset = end
 
 
-def _parsed(stream: BinaryIO, offset: int, end: int) -> list[records.McapRecord]:
+def _parse_records(stream: BinaryIO, offset: int, end: int) -> list[records.McapRecord]:
     """Return the record there, or those of a chunk; raise `DamageError`."""
     stream.seek(offset)
     content = BytesIO(stream.read(end - offset))
     try:
         record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
         if isinstance(record, records.Chunk):
-            data = _decompressed(record)
-            _check_count(data)
+            data = _decompress_chunk(record)
+            _check_memory(data)
             return breakup_chunk(replace(record, compression='', data=data), validate_crc=True)
         return [record]
     except Exception as error:  # parsers and decompressors have no common error class
-        raise DamageError(printable(str(error) or repr(error), 200)) from error
+        raise DamageError(make_printable(str(error) or repr(error), 200)) from error
 
 
 def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> None:
@@ -331,18 +333,18 @@ def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> Non
         begin, end, crc = 0, offset, record.data_section_crc
     elif isinstance(record, records.Footer):
         begin = record.summary_start or offset
-        end, crc = offset + _HEAD.size + _FOOTER_COVERED, record.summary_crc
+        end, crc = offset + _RECORD_HEAD.size + _FOOTER_CRC_BYTES, record.summary_crc
     else:
         return
     found = 0
     stream.seek(begin)
-    while crc and (piece := stream.read(min(_RUN_SIZE, end - begin))):
+    while crc and (piece := stream.read(min(_MAX_RUN_BYTES, end - begin))):
         found, begin = zlib.crc32(piece, found), begin + len(piece)
     if crc and found != crc:
         raise DamageError('what precedes it has changed, by its CRC')
 
 
-def _decompressed(chunk: records.Chunk) -> bytes:
+def _decompress_chunk(chunk: records.Chunk) -> bytes:
     """Return the content of a chunk; raise `DamageError` if it takes more than may be held."""
     claimed = chunk.uncompressed_size  # the decompressor allocates it, or what the content claims
     if chunk.compression == 'zstd':
@@ -360,11 +362,11 @@ def _decompressed(chunk: records.Chunk) -> bytes:
     return chunk.data
 
 
-def _check_count(data: bytes) -> None:
+def _check_memory(data: bytes) -> None:
     """Raise `DamageError` if the records of a chunk take more memory than may be held."""
     offset, held = 0, len(data)
-    while offset + _HEAD.size <= len(data):
-        offset += _HEAD.size + _HEAD.unpack_from(data, offset)[1]
+    while offset + _RECORD_HEAD.size <= len(data):
+        offset += _RECORD_HEAD.size + _RECORD_HEAD.unpack_from(data, offset)[1]
         held += RECORD_BYTES
         if held > MAX_HELD_BYTES:
             raise DamageError(f'the chunk takes over {MAX_HELD_BYTES} bytes in memory')

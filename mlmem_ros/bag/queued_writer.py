@@ -13,13 +13,13 @@ from typing import NamedTuple
 from mlmem import threads
 
 from . import jazzy
-from .contents import DROPPED
+from .contents import DROPPED_KEY
 from .errors import BagError
 from .writer import BagWriter
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'
 _SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins; the rest is for the disk
-_POLL_INTERVAL = 0.05  # seconds; polled, because a signal would cost the loop time
+_POLL_PERIOD_S = 0.05  # seconds; polled, because a signal would cost the loop time
 
 
 class _Item(NamedTuple):
@@ -149,7 +149,7 @@ class QueuedWriter:
             queued=len(self._queue),
             dropped=self._dropped,
             error=self._error,
-            longest_wait=max(self._longest_wait, self._waited()),
+            longest_wait=max(self._longest_wait, self._measure_wait()),
         )
 
     def close(self, timeout: float | None = None) -> WriterStatus:
@@ -171,26 +171,26 @@ class QueuedWriter:
             stopping = False
             while not stopping:
                 with self._changed:
-                    stopping = self._changed.wait_for(self._refuses, _POLL_INTERVAL)
-                items, dropped, dropped_time = self._take()
+                    stopping = self._changed.wait_for(self._is_closing, _POLL_PERIOD_S)
+                items, dropped, dropped_time = self._take_queue()
                 for item in items:
-                    self._write(item)
+                    self._write_item(item)
                 # The dropped messages came after all that fitted into the queue.
                 self._record_dropped(dropped, dropped_time)
                 self._sync_if_due()
-                self._observe()
+                self._update_counts()
             self._writer.close()
-            self._safe()
-            self._observe()
+            self._mark_synced()
+            self._update_counts()
         except BagError as error:
-            self._fail(error)
+            self._fail_recording(error)
         except Exception as error:  # a bug here must end the recording, not the robot
-            self._fail(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
+            self._fail_recording(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
 
-    def _refuses(self) -> bool:
+    def _is_closing(self) -> bool:
         return not self._accepting
 
-    def _take(self) -> tuple[list[_Item], int, int]:
+    def _take_queue(self) -> tuple[list[_Item], int, int]:
         with self._changed:
             items, self._queue = self._queue, []
             self._queued_bytes = 0
@@ -198,7 +198,7 @@ class QueuedWriter:
                 self._oldest = items[0].put
             return items, self._dropped, self._last_dropped_time
 
-    def _write(self, item: _Item) -> None:
+    def _write_item(self, item: _Item) -> None:
         if self._oldest is None:
             self._oldest = item.put
         self._writer.write(*item[1:])
@@ -209,17 +209,17 @@ class QueuedWriter:
             # Write half an interval's worth between two syncs: otherwise a disk that was slow once
             # would be synced after every message of the backlog.
             since_sync = threads.monotonic() - self._last_sync
-            if min(self._waited(), since_sync) < self._sync_after:
+            if min(self._measure_wait(), since_sync) < self._sync_after:
                 return
             self._writer.sync()
             self._last_sync = threads.monotonic()
-        self._safe()
+        self._mark_synced()
 
-    def _safe(self) -> None:
-        self._longest_wait = max(self._longest_wait, self._waited())
+    def _mark_synced(self) -> None:
+        self._longest_wait = max(self._longest_wait, self._measure_wait())
         self._oldest = None
 
-    def _waited(self) -> float:
+    def _measure_wait(self) -> float:
         """Return how long the oldest unsynced message has waited, in seconds."""
         return 0.0 if (oldest := self._oldest) is None else threads.monotonic() - oldest
 
@@ -227,15 +227,15 @@ class QueuedWriter:
         if dropped == self._recorded_dropped:
             return
         self._recorded_dropped = dropped
-        self._writer.custom_data[DROPPED] = str(dropped)
-        count = jazzy.message(_COUNT_TYPE, data=dropped)
-        self._writer.write(self._dropped_topic, jazzy.serialize(count), log_time)
+        self._writer.custom_data[DROPPED_KEY] = str(dropped)
+        count = jazzy.make_message(_COUNT_TYPE, data=dropped)
+        self._writer.write(self._dropped_topic, jazzy.serialize_message(count), log_time)
 
-    def _observe(self) -> None:
+    def _update_counts(self) -> None:
         self._messages = self._writer.message_count
         self._size = self._writer.size
 
-    def _fail(self, error: BagError) -> None:
+    def _fail_recording(self, error: BagError) -> None:
         self._error = error
         self._oldest = None  # it is lost
         with self._changed:

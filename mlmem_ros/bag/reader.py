@@ -23,17 +23,17 @@ from mlmem.schema import short_repr
 
 from . import jazzy
 from .contents import (
-    FILE_NAME,
-    LIBRARY,
+    LIBRARY_NAME,
+    METADATA_FILE,
     BagMetadata,
     Definition,
     Loss,
     Message,
     TopicInfo,
+    add_root_key,
+    format_profiles,
     parse_metadata,
-    qos_text,
-    read_text,
-    rooted,
+    read_metadata_text,
 )
 from .errors import BagError, storage_errors
 from .mcap_part import MAX_HELD_BYTES, McapPart
@@ -41,7 +41,7 @@ from .mcap_part import MAX_HELD_BYTES, McapPart
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
 
-_ENCODINGS = {
+_ENCODING_NAMES = {
     MessageDefinitionFormat.NONE: '',
     MessageDefinitionFormat.MSG: 'ros2msg',
     MessageDefinitionFormat.IDL: 'ros2idl',
@@ -65,11 +65,11 @@ class RosbagsPart:
         self.metadata_text: str | None = None
         self._readable = 0  # messages before any damage
         try:
-            with _opened(path) as reader:
+            with _open_reader(path) as reader:
                 for connection in reader.connections:
-                    self._collect(connection)
+                    self._collect_topic(connection)
                 for connection, log_time, _ in reader.messages():
-                    self._count(connection.topic, log_time)
+                    self._count_message(connection.topic, log_time)
         except BagError as error:
             if not self._readable:
                 raise
@@ -81,12 +81,12 @@ class RosbagsPart:
         Raises:
             BagError: The file has changed since it was opened.
         """
-        with _opened(self.path) as reader:
+        with _open_reader(self.path) as reader:
             for connection, log_time, cdr in islice(reader.messages(), self._readable):
                 if connection.topic in topics:
                     yield Message(connection.topic, connection.msgtype, log_time, log_time, cdr)
 
-    def _collect(self, connection: Connection) -> None:
+    def _collect_topic(self, connection: Connection) -> None:
         extension = cast('ConnectionExtRosbag2', connection.ext)
         self.topics.setdefault(
             connection.topic,
@@ -94,15 +94,15 @@ class RosbagsPart:
                 name=connection.topic,
                 type=connection.msgtype,
                 serialization_format=extension.serialization_format,
-                offered_qos=qos_text(extension.offered_qos_profiles),
+                offered_qos=format_profiles(extension.offered_qos_profiles),
                 type_hash=connection.digest,
             ),
         )
         self.definitions[connection.msgtype] = Definition(
-            connection.msgtype, connection.msgdef.data, _ENCODINGS[connection.msgdef.format]
+            connection.msgtype, connection.msgdef.data, _ENCODING_NAMES[connection.msgdef.format]
         )
 
-    def _count(self, topic: str, log_time: int) -> None:
+    def _count_message(self, topic: str, log_time: int) -> None:
         self._readable += 1
         info = self.topics[topic]
         self.topics[topic] = replace(info, message_count=info.message_count + 1)
@@ -111,7 +111,7 @@ class RosbagsPart:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Reader]:
+def _open_reader(path: Path) -> Iterator[Reader]:
     from rosbags.rosbag2 import Reader  # takes a tenth of a second, and most bags are MCAP
 
     try:
@@ -240,26 +240,26 @@ class BagReader:
         return replace(definition, hash=info.type_hash)
 
     def deserialize(self, message: Message) -> Any:
-        """Decode a message of this bag; see `jazzy.deserialize`.
+        """Decode a message of this bag; see `jazzy.deserialize_message`.
 
         Raises:
             BagError: Its type does not ship with ROS 2 Jazzy, or is another one in this bag, or
                 the bytes are not a message of it.
         """
         digest = self.topics[message.topic].type_hash
-        if digest and digest != jazzy.definition(message.type).hash:
+        if digest and digest != jazzy.find_definition(message.type).hash:
             raise BagError(
                 f'{message.topic} must have the {message.type} of ROS 2 Jazzy; '
                 f'got another one, {short_repr(digest)}.'
             )
-        return jazzy.deserialize(message.cdr, message.type)
+        return jazzy.deserialize_message(message.cdr, message.type)
 
     def _read_metadata(self) -> BagMetadata | None:
         try:
-            self._metadata_text = read_text(self.path)
+            self._metadata_text = read_metadata_text(self.path)
             return None if self._metadata_text is None else parse_metadata(self._metadata_text)
         except BagError as error:
-            self._losses.append(Loss.of(self.path / FILE_NAME, error))
+            self._losses.append(Loss.of(self.path / METADATA_FILE, error))
             return None
 
     def _files(self, metadata: BagMetadata | None) -> list[Path]:
@@ -270,15 +270,17 @@ class BagReader:
             files = [file for file in self.path.iterdir() if file.suffix == suffix]
             if files:
                 return sorted(files, key=_natural_order)
-        raise BagError(f'{self.path} must be a bag; it has no {FILE_NAME}, .mcap or .db3 file.')
+        raise BagError(
+            f'{self.path} must be a bag; it has no {METADATA_FILE}, .mcap or .db3 file.'
+        )
 
     def _open(self, files: list[Path], metadata: BagMetadata | None) -> list[Part]:
         compressed = metadata is not None and metadata.compressed
         if not compressed and files[0].suffix != '.db3':
-            return self._read(McapPart, files)
-        return self._read(RosbagsPart, [self.path] if compressed else files)
+            return self._read_parts(McapPart, files)
+        return self._read_parts(RosbagsPart, [self.path] if compressed else files)
 
-    def _read(self, kind: Callable[[Path], Part], files: list[Path]) -> list[Part]:
+    def _read_parts(self, kind: Callable[[Path], Part], files: list[Path]) -> list[Part]:
         """Open the files; raise the first error if none can be read."""
         parts, errors = [], []
         for file in files:
@@ -313,10 +315,14 @@ class BagReader:
     def _check_metadata(self) -> None:
         """Compare ``metadata.yaml`` with the copy in the last file, if we wrote and closed it."""
         text, last = self._metadata_text, self._parts[-1]
-        ours = isinstance(last, McapPart) and last.library.startswith(LIBRARY) and not last.losses
-        if text and ours and last.metadata_text and text != rooted(last.metadata_text):
+        ours = (
+            isinstance(last, McapPart)
+            and last.library.startswith(LIBRARY_NAME)
+            and not last.losses
+        )
+        if text and ours and last.metadata_text and text != add_root_key(last.metadata_text):
             reason = 'it has changed: the bag holds another copy'
-            self._losses.append(Loss(self.path / FILE_NAME, 0, 0, reason))
+            self._losses.append(Loss(self.path / METADATA_FILE, 0, 0, reason))
 
     def _recorded_metadata(self) -> BagMetadata | None:
         texts = [part.metadata_text for part in self._parts if part.metadata_text is not None]

@@ -18,24 +18,24 @@ from mlmem import atomic_files
 
 from . import jazzy
 from .contents import (
-    FILE_NAME,
-    LIBRARY,
+    LIBRARY_NAME,
+    METADATA_FILE,
     METADATA_NAME,
     OFFERED_QOS,
-    RELIABLE,
+    RELIABLE_QOS,
     TYPE_HASH,
     Definition,
     FileInfo,
     TopicInfo,
-    metadata_text,
+    format_metadata,
 )
 from .errors import BagError, storage_errors
 
-CHUNK_SIZE = 256 * 1024
+CHUNK_BYTES = 256 * 1024
 """Bytes in a chunk, before compression; small, because damage loses a whole chunk."""
 
-_LATEST_TIME = 2**63 - 1
-_SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage requires
+_MAX_TIME_NS = 2**63 - 1
+_MIN_SPLIT_BYTES = 1024  # bytes, as rosbag2's MCAP storage requires
 
 
 def check_library() -> None:
@@ -56,16 +56,16 @@ class McapFile:
         self.path = path
         self._schemas: dict[Definition, int] = {}
         with storage_errors(f'create {path}'):
-            self._file = atomic_files.create(path)
+            self._file = atomic_files.create_file(path)
         self._writer = Writer(
             cast('IO[bytes]', self._file),
-            chunk_size=CHUNK_SIZE,
+            chunk_size=CHUNK_BYTES,
             index_types=IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA,
             enable_data_crcs=True,
         )
         try:
             with storage_errors(f'write {path}'):
-                self._writer.start('ros2', f'{LIBRARY} {LIBRARY_IDENTIFIER}')
+                self._writer.start('ros2', f'{LIBRARY_NAME} {LIBRARY_IDENTIFIER}')
         except BagError:
             self.abandon()
             raise
@@ -106,11 +106,11 @@ class McapFile:
 
     def sync(self) -> None:
         """Finish the open chunk and wait until everything written is on the disk."""
-        self._sync_after(self._writer.flush)
+        self._finish_and_sync(self._writer.flush)
 
     def close(self) -> None:
         """Finish the file with its summary and make it durable."""
-        self._sync_after(self._writer.finish)
+        self._finish_and_sync(self._writer.finish)
         with storage_errors(f'close {self.path}'):
             self._file.close()
 
@@ -118,11 +118,11 @@ class McapFile:
         """Close the file as it is, after an error."""
         atomic_files.close_quietly(self._file)
 
-    def _sync_after(self, finish: Callable[[], object]) -> None:
+    def _finish_and_sync(self, finish: Callable[[], object]) -> None:
         with storage_errors(f'write {self.path}'):
             finish()
             self._file.sync()
-            if self._file.deleted:
+            if self._file.is_deleted:
                 raise BagError(f'Cannot write {self.path}: it was deleted while being written.')
 
 
@@ -167,8 +167,8 @@ class BagWriter:
                 exists or cannot be created, or `mcap` is too old.
         """
         check_library()
-        if 0 < max_bytes < _SMALLEST_SPLIT:
-            raise BagError(f'max_bytes must be 0 or at least {_SMALLEST_SPLIT}; got {max_bytes}.')
+        if 0 < max_bytes < _MIN_SPLIT_BYTES:
+            raise BagError(f'max_bytes must be 0 or at least {_MIN_SPLIT_BYTES}; got {max_bytes}.')
         self.path = Path(path).absolute()
         self.custom_data = dict(custom_data or {})
         """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""
@@ -181,7 +181,7 @@ class BagWriter:
         self._closed = False
         self.unsynced = False
         """Whether some messages are not safe on the disk yet."""
-        self._metadata(root=True)  # refuses bad custom data before anything is created
+        self._build_metadata(root=True)  # refuses bad custom data before anything is created
         self._create_directory()
         self._open_file()
 
@@ -205,7 +205,7 @@ class BagWriter:
         self,
         name: str,
         type_name: str,
-        qos: str = RELIABLE,
+        qos: str = RELIABLE_QOS,
         *,
         latch: bool = False,
         definition: Definition | None = None,
@@ -230,11 +230,11 @@ class BagWriter:
         self._require_open()
         if name in self._channels:
             raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
-        definition = definition or jazzy.definition(type_name)
+        definition = definition or jazzy.find_definition(type_name)
         info = TopicInfo(name, type_name, serialization_format, qos, definition.hash)
         channel = _Channel(info, definition, latch)
-        with self._storage():
-            self._declare(channel)
+        with self._abandon_on_error():
+            self._declare_channel(channel)
         self._channels[name] = channel
 
     def write(
@@ -253,12 +253,12 @@ class BagWriter:
             raise BagError(f'Topic {topic!r} must be added to {self.path} before its messages.')
         if not isinstance(cdr, bytes):
             raise BagError(f'A message on {topic} must be bytes; got {type(cdr).__name__}.')
-        log_time = _nanoseconds(log_time)
-        publish_time = log_time if publish_time is None else _nanoseconds(publish_time)
-        with self._storage():
-            if self._split_is_due(log_time):
-                self._split(log_time)
-            self._put(channel, cdr, log_time, publish_time)
+        log_time = _check_nanoseconds(log_time)
+        publish_time = log_time if publish_time is None else _check_nanoseconds(publish_time)
+        with self._abandon_on_error():
+            if self._is_split_due(log_time):
+                self._split_file(log_time)
+            self._write_message(channel, cdr, log_time, publish_time)
 
     def sync(self) -> None:
         """Make all messages so far safe on the disk and update ``metadata.yaml``.
@@ -268,7 +268,7 @@ class BagWriter:
         """
         self._require_open()
         if self.unsynced:
-            with self._storage():
+            with self._abandon_on_error():
                 self._file.sync()
                 self._write_metadata()
         self.unsynced = False
@@ -283,7 +283,7 @@ class BagWriter:
             return
         try:
             if self._error is None:
-                with self._storage():
+                with self._abandon_on_error():
                     self._close_file()
                     self._write_metadata()
         finally:
@@ -296,7 +296,7 @@ class BagWriter:
             raise BagError(f'{self.path} must be open for writing; it is closed.')
 
     @contextmanager
-    def _storage(self) -> Iterator[None]:
+    def _abandon_on_error(self) -> Iterator[None]:
         try:
             yield
         except BagError as error:
@@ -316,17 +316,17 @@ class BagWriter:
     def _open_file(self) -> None:
         self._files.append(FileInfo(f'{self.path.name}_{len(self._files)}.mcap'))
         self._file = McapFile(self.path / self._files[-1].path)
-        with self._storage():
-            self._file.write_metadata(self._metadata(root=False))
+        with self._abandon_on_error():
+            self._file.write_metadata(self._build_metadata(root=False))
             for channel in self._channels.values():
-                self._declare(channel)
+                self._declare_channel(channel)
             self._write_metadata()
 
     def _close_file(self) -> None:
-        self._file.write_metadata(self._metadata(root=False))
+        self._file.write_metadata(self._build_metadata(root=False))
         self._file.close()
 
-    def _declare(self, channel: _Channel) -> None:
+    def _declare_channel(self, channel: _Channel) -> None:
         info = channel.info
         channel.id = self._file.add_channel(
             info.name,
@@ -335,7 +335,9 @@ class BagWriter:
             {OFFERED_QOS: info.offered_qos, TYPE_HASH: info.type_hash},
         )
 
-    def _put(self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int) -> None:
+    def _write_message(
+        self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int
+    ) -> None:
         self._file.write(channel.id, cdr, log_time, publish_time)
         self._files[-1].add(log_time)
         channel.message_count += 1
@@ -343,38 +345,38 @@ class BagWriter:
             channel.last = cdr, publish_time
         self.unsynced = True
 
-    def _split_is_due(self, log_time: int) -> bool:
+    def _is_split_due(self, log_time: int) -> bool:
         newest = self._files[-1]
         too_big = 0 < self._max_bytes <= self._file.size
         too_long = 0 < self._max_duration < log_time - newest.starting_time
         return newest.message_count > 0 and (too_big or too_long)
 
-    def _split(self, log_time: int) -> None:
+    def _split_file(self, log_time: int) -> None:
         self._close_file()
         self._closed_bytes += self._file.size
         self._open_file()
         for channel in self._channels.values():
             if channel.last is not None:
                 cdr, publish_time = channel.last
-                self._put(channel, cdr, log_time, publish_time)
+                self._write_message(channel, cdr, log_time, publish_time)
 
-    def _metadata(self, root: bool) -> str:
+    def _build_metadata(self, root: bool) -> str:
         topics = (
             replace(channel.info, message_count=channel.message_count)
             for channel in self._channels.values()
         )
         with storage_errors(f'describe {self.path}'):  # a lone surrogate has no UTF-8
-            return metadata_text(topics, self._files, self.custom_data, root=root)
+            return format_metadata(topics, self._files, self.custom_data, root=root)
 
     def _write_metadata(self) -> None:
-        path = self.path / FILE_NAME
+        path = self.path / METADATA_FILE
         with storage_errors(f'write {path}'):
-            atomic_files.write_atomically(path, self._metadata(root=True))
+            atomic_files.write_atomically(path, self._build_metadata(root=True))
 
 
-def _nanoseconds(time: int) -> int:
+def _check_nanoseconds(time: int) -> int:
     try:
-        if 0 <= index(time) <= _LATEST_TIME:
+        if 0 <= index(time) <= _MAX_TIME_NS:
             return index(time)
     except TypeError:
         pass

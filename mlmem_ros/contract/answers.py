@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a request ended: what an answer holds, declared once, and every shape that it takes.
 
-A field of an `Answer` made by `told` is all the declaration there is: its name, its type, its unit
-and what stands for it where there is none. From it follow the JSON object of a service and the
-texts of `~/outcome` (`ended`), the result of an action (`result_of`), what a client makes of
-either (`calls`), the line of a command, and the table of the reference.
+A field of an `Answer` made by `declare_field` is all the declaration there is: its name, its
+type, its unit and what stands for it where there is none. From it follow the JSON object of a
+service and the texts of `~/outcome` (`outcome_to_dict`), the result of an action
+(`build_result`), what a client makes of either (`calls`), the line of a command, and the table of
+the reference.
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ class Told(Description):
     short: str = ''
 
 
-def told(wire: str, text: str, unit: str = '', *, default: Any = MISSING, **more: Any) -> Any:
+def declare_field(
+    wire: str, text: str, unit: str = '', *, default: Any = MISSING, **more: Any
+) -> Any:
     """Return a field of an answer; one with a default is left out where it is not known.
 
     The device measures it under this name: as an attribute of an outcome or of its reading, or as
@@ -68,48 +71,48 @@ class Answer:
 class Done(Answer):
     """A procedure that succeeded."""
 
-    attempts: int = told('uint32', 'number of attempts')
-    ticks: int = told('uint64', 'duration', 'ticks of the device')
+    attempts: int = declare_field('uint32', 'number of attempts')
+    ticks: int = declare_field('uint64', 'duration', 'ticks of the device')
 
 
 @dataclass(frozen=True)
 class Decoded(Done):
     """The answer of write, read and erase: the content as decoded from its echo."""
 
-    level: int = told(
+    level: int = declare_field(
         'int64',
         'content as last read: a level from 0 to p - 1, or a word; -1 blank; -2 undecodable or '
         'unknown',
         absent=UNDECODABLE,
     )
-    word: int | None = told(
+    word: int | None = declare_field(
         'int64', 'the content of a register, if it is known', default=None, absent=-1
     )
-    code: str = told('string', 'binary code of the level; empty without a level')
-    end: str = told('string', 'the end that was probed: left, right or both')
-    delay: float | None = told(
+    code: str = declare_field('string', 'binary code of the level; empty without a level')
+    end: str = declare_field('string', 'the end that was probed: left, right or both')
+    delay: float | None = declare_field(
         'float64', 'of the echo (of both ends: at the left)', 'time units', absent=math.nan
     )
-    right_delay: float | None = told(
+    right_delay: float | None = declare_field(
         'float64',
         'at the right end, if both were probed',
         'time units',
         default=None,
         absent=math.nan,
     )
-    level_margin: float = told(
+    level_margin: float = declare_field(
         'float64', '1 at the calibrated delay, 0 half-way to the next level', '1', short='margin'
     )
-    threshold_margin: float = told(
+    threshold_margin: float = declare_field(
         'float64', 'greatest envelope v_c over the threshold; above 1: an echo', '1'
     )
-    confidence: float = told(
+    confidence: float = declare_field(
         'float64', 'how much may be lost before the answer changes, 0 ... 1', '1'
     )
-    walls: int | None = told(
+    walls: int | None = declare_field(
         'int8', 'number of walls as the ends show; 3: 3 or more', default=None, absent=-1
     )
-    reason: str = told(
+    reason: str = declare_field(
         'string', 'why the echo could not be decoded; empty if it could', default=''
     )
 
@@ -125,7 +128,7 @@ class Calibrated(Decoded):
     read by them.
     """
 
-    delays: Mapping[str, tuple[float, ...]] | None = told(
+    delays: Mapping[str, tuple[float, ...]] | None = declare_field(
         'float64[]',
         'measured delay of every level, by the end that receives it',
         'time units',
@@ -137,12 +140,16 @@ class Calibrated(Decoded):
 class Located(Decoded):
     """The answer of locate: the content, and where the walls are."""
 
-    walls: int | None = told('int8', 'number of walls', default=None, absent=-1)
-    position: float | None = told('float64', 'of the wall', 'cells', default=None)
-    position_std: float | None = told('float64', 'its standard deviation', 'cells', default=None)
-    cells: str = told('string', 'of all walls, from the left, if there may be many', default='')
-    kinds: str = told('string', 'of all walls: wall or kink', default='')
-    stuck_cell: int | None = told(
+    walls: int | None = declare_field('int8', 'number of walls', default=None, absent=-1)
+    position: float | None = declare_field('float64', 'of the wall', 'cells', default=None)
+    position_std: float | None = declare_field(
+        'float64', 'its standard deviation', 'cells', default=None
+    )
+    cells: str = declare_field(
+        'string', 'of all walls, from the left, if there may be many', default=''
+    )
+    kinds: str = declare_field('string', 'of all walls: wall or kink', default='')
+    stuck_cell: int | None = declare_field(
         'int64', 'of a blank element, if one is there and answers', 'cell', default=None
     )
 
@@ -151,7 +158,7 @@ class Located(Decoded):
 class Surveyed(Decoded):
     """The answer of survey: the restored content, and what was recorded."""
 
-    shots: int = told('uint32', 'number of pulses whose waveforms were published')
+    shots: int = declare_field('uint32', 'number of pulses whose waveforms were published')
 
 
 @dataclass(frozen=True)
@@ -206,7 +213,7 @@ class Stepped(Answer):
     tick: int
 
 
-ANSWERS: dict[str, type[Answer]] = {
+ANSWER_TYPES: dict[str, type[Answer]] = {
     'calibrate': Calibrated,
     'self_test': SelfTested,
     'locate': Located,
@@ -216,95 +223,95 @@ ANSWERS: dict[str, type[Answer]] = {
 """Types of successful answers by procedure; those of all others are `Decoded`."""
 
 
-def held(kind: type[Answer]) -> Iterator[tuple[str, Told]]:
+def describe_fields(kind: type[Answer]) -> Iterator[tuple[str, Told]]:
     """Yield name and description of what an answer holds, in the order of an action's result."""
-    rows = {each.name: each.metadata['description'] for each in _told(kind)}
+    rows = {each.name: each.metadata['description'] for each in _select_fields(kind)}
     always = [name for name in rows if name in Done.__annotations__]
     first = [name for name in rows if name in Decoded.__annotations__]
     yield from ((name, rows[name]) for name in dict.fromkeys((*first, *always, *rows)))
 
 
-def _told(kind: type[Answer]) -> Iterator[dataclasses.Field[Any]]:
+def _select_fields(kind: type[Answer]) -> Iterator[dataclasses.Field[Any]]:
     return (each for each in dataclasses.fields(kind) if 'description' in each.metadata)
 
 
 # --- the node's side --------------------------------------------------------------------------
 
 
-OF_OUTCOME = 'attempts', 'ticks', 'delays'
+OUTCOME_FIELDS = 'attempts', 'ticks', 'delays'
 """What an outcome holds itself; all else is of its reading, as its binary `code`."""
 
 
-def ended(outcome: Outcome) -> dict[str, Any]:
+def outcome_to_dict(outcome: Outcome) -> dict[str, Any]:
     """Return what a finished procedure tells, as plain values by name."""
     values: dict[str, Any] = {'procedure': outcome.procedure}
     if outcome.error:
         values['error'] = outcome.error
-    for name, each in everything().items():
-        owner = outcome if name in OF_OUTCOME else outcome.reading
+    for name, each in list_all_fields().items():
+        owner = outcome if name in OUTCOME_FIELDS else outcome.reading
         value = getattr(owner, name, each.default)
         if value is not each.default and value not in (each.default, {}):
-            values[name] = _plain(value)
+            values[name] = _to_plain(value)
     if outcome.checks:
         values['checks'] = {check.name: check.message for check in outcome.checks}
     values |= outcome.found
     return values | {
         row.short: values[name]
-        for name, row in _descriptions().items()
+        for name, row in _collect_descriptions().items()
         if row.short and name in values
     }
 
 
-def answer(outcome: Outcome, **asked: Any) -> str:
+def format_answer(outcome: Outcome, **asked: Any) -> str:
     """Return the JSON object that answers a service, along with what was asked for."""
-    return json.dumps(ended(outcome) | asked)
+    return json.dumps(outcome_to_dict(outcome) | asked)
 
 
-def refusal(reason: object, **asked: Any) -> str:
+def format_refusal(reason: object, **asked: Any) -> str:
     """Return the JSON object that answers a refused request, with what was asked for."""
     return json.dumps({'error': str(reason)} | asked)
 
 
-def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
+def build_result(kind: Any, outcome: Outcome, error_code: int) -> Any:
     """Return a procedure's outcome as the result of an action, with an error code of
     `kind.Result`.
     """
-    result = failed(kind, error_code, outcome.error if error_code else '')
-    values = ended(outcome)
-    for name, row in _descriptions().items():
+    result = build_failed_result(kind, error_code, outcome.error if error_code else '')
+    values = outcome_to_dict(outcome)
+    for name, row in _collect_descriptions().items():
         if values.get(name) is None:
             continue
-        for field_name, end in on_wire(name, row):
+        for field_name, end in wire_fields(name, row):
             if hasattr(result, field_name):
                 value = values[name].get(end, []) if end else values[name]
                 setattr(result, field_name, value)
     return result
 
 
-def failed(kind: Any, error_code: int, error: str) -> Any:
+def build_failed_result(kind: Any, error_code: int, error: str) -> Any:
     """Return the result of an action with nothing but an error."""
     result = kind.Result(error_code=error_code, error=error)
-    for name, row in _descriptions().items():
+    for name, row in _collect_descriptions().items():
         if row.absent is not None and hasattr(result, name):
             setattr(result, name, row.absent)
     return result
 
 
-def everything() -> Mapping[str, dataclasses.Field[Any]]:
+def list_all_fields() -> Mapping[str, dataclasses.Field[Any]]:
     """Return all that any answer holds."""
-    return _fields((Decoded, *ANSWERS.values()))
+    return _merge_fields((Decoded, *ANSWER_TYPES.values()))
 
 
 @cache
-def _fields(kinds: tuple[type[Answer], ...]) -> Mapping[str, dataclasses.Field[Any]]:
-    return {each.name: each for kind in kinds for each in _told(kind)}
+def _merge_fields(kinds: tuple[type[Answer], ...]) -> Mapping[str, dataclasses.Field[Any]]:
+    return {each.name: each for kind in kinds for each in _select_fields(kind)}
 
 
-def _descriptions() -> dict[str, Told]:
-    return {name: each.metadata['description'] for name, each in everything().items()}
+def _collect_descriptions() -> dict[str, Told]:
+    return {name: each.metadata['description'] for name, each in list_all_fields().items()}
 
 
-def on_wire(name: str, row: Told) -> Iterator[tuple[str, str]]:
+def wire_fields(name: str, row: Told) -> Iterator[tuple[str, str]]:
     """Yield the fields of an action's result, with the end that each is of."""
     if row.wire.endswith('[]'):
         yield from ((f'{end}_{name}', end) for end in ('left', 'right'))
@@ -312,9 +319,9 @@ def on_wire(name: str, row: Told) -> Iterator[tuple[str, str]]:
         yield row.short or name, ''
 
 
-def _plain(value: Any) -> Any:
+def _to_plain(value: Any) -> Any:
     if isinstance(value, float):
         return round(value, 4)
     if isinstance(value, Mapping):
-        return {name: _plain(each) for name, each in value.items()}
-    return [_plain(each) for each in value] if isinstance(value, tuple) else value
+        return {name: _to_plain(each) for name, each in value.items()}
+    return [_to_plain(each) for each in value] if isinstance(value, tuple) else value

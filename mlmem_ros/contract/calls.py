@@ -4,7 +4,8 @@
 
 Messages check their fields only if ROS_PYTHON_CHECK_FIELDS is 1, and never under `python -O`.
 Without a check 65541 becomes 5 in a uint16, and a text where a number belongs may end the process.
-So values are checked (`fitted`) before they are converted. Messages may be live or from a bag.
+So values are checked (`convert_field`) before they are converted. Messages may be live or from a
+bag.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem.parsing import DecodeError, decode, from_json
-from mlmem.procedure_table import JOINT
+from mlmem.parsing import DecodeError, decode_value, parse_json
+from mlmem.procedure_table import JOINT_NAME
 from mlmem.schema import short_repr
 
-from .answers import Answer, SelfTested, everything, on_wire
-from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
+from .answers import Answer, SelfTested, list_all_fields, wire_fields
+from .services import DEADLINE_ARGUMENT, DOUBLE, NAME_ARGUMENT, REQUEST_ARGUMENTS, STRING
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 
@@ -32,39 +33,41 @@ SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 # --- asking -----------------------------------------------------------------------------------
 
 
-def message_of(name: str, **arguments: Any) -> Any:
-    """Return one of `REQUESTS` as a rcl_interfaces/srv/SetParametersAtomically.Request; omitted
-    arguments take the command's defaults.
+def build_request(name: str, **arguments: Any) -> Any:
+    """Return one of `REQUEST_ARGUMENTS` as a rcl_interfaces/srv/SetParametersAtomically.Request;
+    omitted arguments take the command's defaults.
 
     Raises:
         ValueError: There is no such request, or an argument is not of its type.
     """
     from rcl_interfaces.srv import SetParametersAtomically
 
-    if name not in REQUESTS:
-        raise ValueError(f'request must be one of {", ".join(REQUESTS)}; got {short_repr(name)}')
-    types = {NAME: STRING, DEADLINE: DOUBLE, **REQUESTS[name]}
+    if name not in REQUEST_ARGUMENTS:
+        raise ValueError(
+            f'request must be one of {", ".join(REQUEST_ARGUMENTS)}; got {short_repr(name)}'
+        )
+    types = {NAME_ARGUMENT: STRING, DEADLINE_ARGUMENT: DOUBLE, **REQUEST_ARGUMENTS[name]}
     if strange := [key for key in arguments if key not in types]:
-        known = ', '.join(REQUESTS[name]) or 'no arguments'
+        known = ', '.join(REQUEST_ARGUMENTS[name]) or 'no arguments'
         raise ValueError(f'{name} takes {known}; got {short_repr(strange[0])}')
-    given = {NAME: name, **arguments}
+    given = {NAME_ARGUMENT: name, **arguments}
     return SetParametersAtomically.Request(
-        parameters=[parameter(key, types[key].number, value) for key, value in given.items()]
+        parameters=[build_parameter(key, types[key].number, value) for key, value in given.items()]
     )
 
 
-def content(level: Any) -> int:
+def check_content(level: Any) -> int:
     """Return a content to write.
 
     Raises:
         ValueError: It is not a whole number from 0.
     """
-    if _is(Integral, level) and level >= 0:
+    if _is_instance(Integral, level) and level >= 0:
         return int(level)
-    raise _unfit('level', 'a whole number of at least 0', level)
+    raise _build_field_error('level', 'a whole number of at least 0', level)
 
 
-_WORDS: dict[str, tuple[type, str]] = {
+_TYPE_NAMES: dict[str, tuple[type, str]] = {
     'boolean': (bool, 'true or false'),
     'string': (str, 'a text'),
     'double': (Real, 'a number'),
@@ -72,7 +75,7 @@ _WORDS: dict[str, tuple[type, str]] = {
 """What the fields take that are no whole numbers, by type."""
 
 
-def fitted(name: str, kind: str, value: Any) -> Any:
+def convert_field(name: str, kind: str, value: Any) -> Any:
     """Return a value as a field takes it.
 
     Args:
@@ -85,26 +88,26 @@ def fitted(name: str, kind: str, value: Any) -> Any:
     """
     if kind.startswith('sequence<'):
         if isinstance(value, Sequence) and not isinstance(value, str):
-            return [fitted(name, kind[len('sequence<') : -1], item) for item in value]
-        raise _unfit(name, 'a list', value)
+            return [convert_field(name, kind[len('sequence<') : -1], item) for item in value]
+        raise _build_field_error(name, 'a list', value)
     if 'int' in kind:
         bits, signed = int(kind[kind.index('int') + 3 :]), not kind.startswith('u')
         low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
-        if _is(Integral, value) and low <= value <= high:
+        if _is_instance(Integral, value) and low <= value <= high:
             return int(value)
-        raise _unfit(name, f'a whole number from {low} to {high}', value)
-    wanted, words = _WORDS[kind]
-    if not _is(wanted, value):
-        raise _unfit(name, words, value)
+        raise _build_field_error(name, f'a whole number from {low} to {high}', value)
+    wanted, words = _TYPE_NAMES[kind]
+    if not _is_instance(wanted, value):
+        raise _build_field_error(name, words, value)
     if wanted is str and '\0' in value:  # messages end a text there
-        raise _unfit(name, 'a text without NUL', value)
+        raise _build_field_error(name, 'a text without NUL', value)
     try:
         return float(value) if wanted is Real else value
     except OverflowError:
-        raise _unfit(name, words, value) from None
+        raise _build_field_error(name, words, value) from None
 
 
-def parameter(name: str, number: int, value: Any) -> Any:
+def build_parameter(name: str, number: int, value: Any) -> Any:
     """Return a rcl_interfaces/msg/Parameter; the number is that of its type in ParameterType.
 
     Raises:
@@ -115,15 +118,15 @@ def parameter(name: str, number: int, value: Any) -> Any:
     field, kind = list(ParameterValue.get_fields_and_field_types().items())[number]
     given = Parameter(name=name)
     given.value.type = number
-    setattr(given.value, field, fitted(name, kind, value))
+    setattr(given.value, field, convert_field(name, kind, value))
     return given
 
 
-def _is(wanted: type, value: Any) -> bool:
+def _is_instance(wanted: type, value: Any) -> bool:
     return isinstance(value, wanted) and (wanted is bool or not isinstance(value, bool))
 
 
-def _unfit(name: str, wanted: str, value: Any) -> ValueError:
+def _build_field_error(name: str, wanted: str, value: Any) -> ValueError:
     return ValueError(f'{name} must be {wanted}; got {short_repr(value)}')
 
 
@@ -170,7 +173,7 @@ class BankFailed(RequestError):
 # --- answers ----------------------------------------------------------------------------------
 
 
-def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
+def parse_answer(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
     """Return a service's answer, one JSON object, as a value of the type that a success has.
 
     Raises:
@@ -178,46 +181,48 @@ def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
         RequestFailed: It failed, or its answer is malformed.
     """
     try:
-        return understood(kind, success, decode(dict[str, Any], from_json(message), 'the answer'))
+        return decode_answer(
+            kind, success, decode_value(dict[str, Any], parse_json(message), 'the answer')
+        )
     except DecodeError as error:
         raise RequestFailed({'error': str(error)}) from None
 
 
-def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -> SomeAnswer:
-    """Return a node's answer, given as values by name; raises as `parse` does."""
+def decode_answer(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -> SomeAnswer:
+    """Return a node's answer, given as values by name; raises as `parse_answer` does."""
     if not success:
         raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
     known = (each.name for each in dataclasses.fields(kind))
     values = {name: said[name] for name in known if name in said}
     try:
-        answer: SomeAnswer = decode(kind, {**values, 'details': said}, 'the answer')
+        answer: SomeAnswer = decode_value(kind, {**values, 'details': said}, 'the answer')
     except ValueError as error:  # `DecodeError` is one
         raise RequestFailed({**said, 'error': str(error)}) from None
     return answer
 
 
-def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> SomeAnswer:
-    """Return the result of an action, named like its request, as an answer; raises as `parse`
-    does, also where the goal was canceled.
+def parse_result(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> SomeAnswer:
+    """Return the result of an action, named like its request, as an answer; raises as
+    `parse_answer` does, also where the goal was canceled.
     """
     if kind is SelfTested and not result.error_code:
         return parse_self_test(result)  # type: ignore[return-value]
     repeated = {'asked': goal.level} if hasattr(goal, 'level') else {}
-    return understood(kind, not result.error_code, {**said(name, result), **repeated})
+    return decode_answer(kind, not result.error_code, {**extract_values(name, result), **repeated})
 
 
-def said(name: str, result: Any) -> Mapping[str, Any]:
+def extract_values(name: str, result: Any) -> Mapping[str, Any]:
     """Return a result's values by the names of an answer's JSON object."""
     values: dict[str, Any] = {'error': result.error} if result.error else {}
     if result.error_code == result.REFUSED:
         return values
     values['procedure'] = name
-    for key, each in everything().items():
+    for key, each in list_all_fields().items():
         row = each.metadata['description']
-        there = {end: field for field, end in on_wire(key, row) if hasattr(result, field)}
+        there = {end: field for field, end in wire_fields(key, row) if hasattr(result, field)}
         if not there:
             continue
-        found = {end: _received(getattr(result, field)) for end, field in there.items()}
+        found = {end: _convert_received(getattr(result, field)) for end, field in there.items()}
         value = found[''] if '' in found else {end: each for end, each in found.items() if each}
         if value in (each.default, {}) or (each.default is None and value == row.absent):
             continue
@@ -225,7 +230,7 @@ def said(name: str, result: Any) -> Mapping[str, Any]:
     return values
 
 
-def _received(value: Any) -> Any:
+def _convert_received(value: Any) -> Any:
     """Return the value of a field, None for what is not a number."""
     if isinstance(value, float):
         return None if math.isnan(value) else value
@@ -241,7 +246,7 @@ def parse_self_test(response: Any) -> SelfTested:
     found = {status.name.rpartition(': ')[2]: status for status in response.status}
     if 'self_test' in found:
         raise RequestRefused({'error': found['self_test'].message})
-    values = {name: values_of(status) for name, status in found.items()}
+    values = {name: extract_status_values(status) for name, status in found.items()}
     return SelfTested(
         MappingProxyType(values),
         passed=response.passed not in (False, b'\0'),
@@ -253,12 +258,12 @@ def parse_self_test(response: Any) -> SelfTested:
 # --- topics -----------------------------------------------------------------------------------
 
 
-def values_of(status: Any) -> dict[str, str]:
+def extract_status_values(status: Any) -> dict[str, str]:
     """Return the keys and values of a DiagnosticStatus."""
     return {pair.key: pair.value for pair in status.values}
 
 
-def level_of(values: Mapping[str, Any]) -> int:
+def parse_level(values: Mapping[str, Any]) -> int:
     """Return the content that an outcome tells.
 
     Raises:
@@ -268,7 +273,7 @@ def level_of(values: Mapping[str, Any]) -> int:
     return int(values['level'])
 
 
-def echo(message: Any) -> NDArray[np.float64]:
+def parse_echo(message: Any) -> NDArray[np.float64]:
     """Return the rows t, v_m and v_c of an echo, shape (3, n).
 
     Raises:
@@ -285,13 +290,13 @@ def echo(message: Any) -> NDArray[np.float64]:
     return data.reshape(3, -1)
 
 
-def displacement(message: Any) -> float:
+def parse_displacement(message: Any) -> float:
     """Return the displacement of the substrate's end in m from a JointState.
 
     Raises:
         ValueError: It has none.
     """
     places = dict(zip(message.name, message.position, strict=False))
-    if JOINT not in places:
-        raise ValueError(f'position must include the {JOINT}; got {short_repr(places)}')
-    return float(places[JOINT])
+    if JOINT_NAME not in places:
+        raise ValueError(f'position must include the {JOINT_NAME}; got {short_repr(places)}')
+    return float(places[JOINT_NAME])

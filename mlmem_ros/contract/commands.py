@@ -10,13 +10,13 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from mlmem import Command, Disturb, FollowTrajectory, Inject, Read, Refused, SetStrain, Write
-from mlmem.instrument.actuator import MOST_POINTS
+from mlmem.instrument.actuator import MAX_PROFILE_POINTS
 from mlmem.instrument.instrument import Units
-from mlmem.procedure_table import CONTENT, JOINT, PROCEDURES, UNSET
+from mlmem.procedure_table import CONTENT_NAMES, JOINT_NAME, PROCEDURES, UNSET_CONTENT
 from mlmem.schema import short_repr
 
 from . import topics
-from .services import DEADLINE, DOUBLE, NAME, REQUESTS, STRING
+from .services import DEADLINE_ARGUMENT, DOUBLE, NAME_ARGUMENT, REQUEST_ARGUMENTS, STRING
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ Make = Callable[[Any, Units], Command]
 """Turns a message into a command, from SI into the device's units, or raises `Refused`."""
 
 
-def follow(message: Any, units: Units) -> FollowTrajectory:
+def parse_trajectory(message: Any, units: Units) -> FollowTrajectory:
     """Turn a JointTrajectory, from rclpy or `rosbags`, into a command; the device checks whether
     it can follow it.
 
@@ -50,7 +50,7 @@ def follow(message: Any, units: Units) -> FollowTrajectory:
     Raises:
         Refused: A point does not have one position, or only some points have one velocity.
     """
-    points = message.points[: MOST_POINTS + 1]  # one more than allowed is enough to refuse
+    points = message.points[: MAX_PROFILE_POINTS + 1]  # one more than allowed is enough to refuse
     rates = min(1, len(points[0].velocities)) if points else 0
     for number, point in enumerate(points, start=1):
         if len(point.positions) != 1:
@@ -73,7 +73,7 @@ def follow(message: Any, units: Units) -> FollowTrajectory:
     )
 
 
-def set_joint(message: Any, units: Units) -> SetStrain:
+def parse_joint_state(message: Any, units: Units) -> SetStrain:
     """Turn a JointState that sets a position, in m, into a command; all else in it is ignored.
 
     Raises:
@@ -81,16 +81,17 @@ def set_joint(message: Any, units: Units) -> SetStrain:
         Refused: It has no position of the device's joint.
     """
     positions = dict(zip(message.name, message.position, strict=False))
-    if JOINT not in positions:
+    if JOINT_NAME not in positions:
         raise Refused(
-            f'it must have a position of the joint {JOINT!r}; got {short_repr(list(positions))}'
+            f'it must have a position of the joint {JOINT_NAME!r}; got '
+            f'{short_repr(list(positions))}'
         )
-    if math.isnan(position := float(positions[JOINT])):
-        raise NoCommand(f'no position of the joint {JOINT!r} is wanted: it is NaN')
+    if math.isnan(position := float(positions[JOINT_NAME])):
+        raise NoCommand(f'no position of the joint {JOINT_NAME!r} is wanted: it is NaN')
     return SetStrain(position / units.elongation)
 
 
-def disturb(message: Any, units: Units) -> Disturb:
+def parse_acceleration(message: Any, units: Units) -> Disturb:
     """Turn an Imu message into the base's acceleration along the chain.
 
     An Imu without an accelerometer says so by its covariance (REP 145): the result is NaN, which
@@ -101,27 +102,27 @@ def disturb(message: Any, units: Units) -> Disturb:
     return Disturb(float(message.linear_acceleration.x) / units.acceleration)
 
 
-OF_TOPIC: dict[str, Make] = {
-    topics.STRAIN.name: lambda message, _: SetStrain(float(message.data)),
-    topics.STRAIN_TRAJECTORY.name: follow,
-    topics.JOINT_COMMANDS.name: set_joint,
-    topics.PROBE.name: lambda message, _: Read(),
-    topics.WRITE_LEVEL.name: lambda message, _: Write(int(message.data)),
-    topics.DISTURBANCE.name: disturb,
+TOPIC_PARSERS: dict[str, Make] = {
+    topics.STRAIN_TOPIC.name: lambda message, _: SetStrain(float(message.data)),
+    topics.STRAIN_TRAJECTORY_TOPIC.name: parse_trajectory,
+    topics.JOINT_COMMANDS_TOPIC.name: parse_joint_state,
+    topics.PROBE_TOPIC.name: lambda message, _: Read(),
+    topics.WRITE_LEVEL_TOPIC.name: lambda message, _: Write(int(message.data)),
+    topics.DISTURBANCE_TOPIC.name: parse_acceleration,
 }
-"""How the messages of `topics.COMMANDS` become commands."""
+"""How the messages of `topics.COMMAND_TOPICS` become commands."""
 
 
-OF_REQUEST: dict[str, type[Any]] = {
+REQUEST_COMMANDS: dict[str, type[Any]] = {
     **{name: row.command for name, row in PROCEDURES.items()},
     'follow': FollowTrajectory,
     'record': Record,
     'inject': Inject,
 }
-"""The command of each of `REQUESTS`."""
+"""The command of each of `REQUEST_ARGUMENTS`."""
 
 
-def requested(parameters: Sequence[Any]) -> Command | Record:
+def parse_request(parameters: Sequence[Any]) -> Command | Record:
     """Return the command in the parameters of a request; the device checks its values.
 
     Raises:
@@ -130,13 +131,16 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
     given = {parameter.name: parameter.value for parameter in parameters}
     if len(given) != len(parameters):
         raise Refused('a request must name every argument once')
-    asked = given.pop(NAME, None)
+    asked = given.pop(NAME_ARGUMENT, None)
     name = None if asked is None else STRING.of(asked)
-    if name not in REQUESTS:
-        raise Refused(f'{NAME} must be one of {", ".join(REQUESTS)}; got {short_repr(name)}')
-    types = REQUESTS[name]
+    if name not in REQUEST_ARGUMENTS:
+        raise Refused(
+            f'{NAME_ARGUMENT} must be one of {", ".join(REQUEST_ARGUMENTS)}; got '
+            f'{short_repr(name)}'
+        )
+    types = REQUEST_ARGUMENTS[name]
     if name in PROCEDURES:
-        given.pop(DEADLINE, None)
+        given.pop(DEADLINE_ARGUMENT, None)
     for argument, value in given.items():
         if argument not in types:
             raise Refused(
@@ -148,28 +152,34 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
                 f'({types[argument].name}); got type {value.type}'
             )
     wanted: Command | Record
-    wanted = made(name, {argument: types[argument].of(value) for argument, value in given.items()})
+    wanted = build_command(
+        name, {argument: types[argument].of(value) for argument, value in given.items()}
+    )
     return wanted
 
 
-def made(name: str, given: Mapping[str, Any]) -> Any:
+def build_command(name: str, given: Mapping[str, Any]) -> Any:
     """Return the command of a request with its arguments, by name.
 
     Raises:
         Refused: An argument is missing, or level and word disagree.
     """
-    kind, values = OF_REQUEST[name], dict(given)
+    kind, values = REQUEST_COMMANDS[name], dict(given)
     if kind is Write:
-        values = {'level': _content_of(values)}
+        values = {'level': _select_content(values)}
     needed = (field.name for field in fields(kind) if field.default is MISSING)
     if missing := [argument for argument in needed if argument not in values]:
         raise Refused(f'{name} must be given {", ".join(missing)}')
     return kind(**values)
 
 
-def _content_of(given: Mapping[str, Any]) -> Any:
-    """Return what to write; raises as `made`."""
-    contents = {name: given[name] for name in CONTENT if given.get(name, UNSET) != UNSET}
+def _select_content(given: Mapping[str, Any]) -> Any:
+    """Return what to write; raises as `build_command`."""
+    contents = {
+        name: given[name]
+        for name in CONTENT_NAMES
+        if given.get(name, UNSET_CONTENT) != UNSET_CONTENT
+    }
     if not contents:
         raise Refused('write must be given level (of one wall) or word (of a register)')
     first, *others = contents.values()
@@ -179,23 +189,23 @@ def _content_of(given: Mapping[str, Any]) -> Any:
     return first
 
 
-def wait_of(parameters: Sequence[Any]) -> float:
+def parse_deadline(parameters: Sequence[Any]) -> float:
     """Return the seconds for which a request waits for its turn; 0 if it does not say so.
 
     Raises:
         Refused: They are no number above 0.
     """
     for parameter in parameters:
-        if parameter.name == DEADLINE:
+        if parameter.name == DEADLINE_ARGUMENT:
             value = parameter.value
             wait = float(DOUBLE.of(value)) if value.type == DOUBLE.number else math.nan
             if not wait > 0.0:
-                raise Refused(f'{DEADLINE} must be a number of seconds above 0')
+                raise Refused(f'{DEADLINE_ARGUMENT} must be a number of seconds above 0')
             return wait
     return 0.0
 
 
-def name_of(command: Command) -> str:
-    """Return the request for a command, one of `REQUESTS`."""
-    (name,) = (name for name, kind in OF_REQUEST.items() if type(command) is kind)
+def find_request_name(command: Command) -> str:
+    """Return the request for a command, one of `REQUEST_ARGUMENTS`."""
+    (name,) = (name for name, kind in REQUEST_COMMANDS.items() if type(command) is kind)
     return name

@@ -12,7 +12,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from mlmem.procedure_table import CONTENT, PROCEDURES, Procedure
+from mlmem.procedure_table import CONTENT_NAMES, PROCEDURES, Procedure
 
 
 class Service(NamedTuple):
@@ -29,21 +29,21 @@ class Service(NamedTuple):
     meaning: str
 
 
-TRIGGER = 'std_srvs/srv/Trigger'
-SET_BOOL = 'std_srvs/srv/SetBool'
+TRIGGER_TYPE = 'std_srvs/srv/Trigger'
+SET_BOOL_TYPE = 'std_srvs/srv/SetBool'
 
-SELF_TEST = 'diagnostic_msgs/srv/SelfTest'
+SELF_TEST_TYPE = 'diagnostic_msgs/srv/SelfTest'
 
 
-def _of(name: str, row: Procedure) -> Service:
+def _build_service(name: str, row: Procedure) -> Service:
     """Return the service of a procedure; what it must be given is a parameter of the node."""
-    given = ' or '.join(f'`{parameter}`' for parameter in row.targets.values())
-    type_ = SELF_TEST if name == 'self_test' else TRIGGER
+    given = ' or '.join(f'`{parameter}`' for parameter in row.target_parameters.values())
+    type_ = SELF_TEST_TYPE if name == 'self_test' else TRIGGER_TYPE
     return Service(name, type_, f'{row.meaning}; it takes {given}' if given else row.meaning)
 
 
-SERVICES = (
-    *(_of(name, row) for name, row in PROCEDURES.items()),
+NODE_SERVICES = (
+    *(_build_service(name, row) for name, row in PROCEDURES.items()),
     Service(
         'request',
         'rcl_interfaces/srv/SetParametersAtomically',
@@ -52,23 +52,23 @@ SERVICES = (
     ),
     Service(
         'pause',
-        SET_BOOL,
+        SET_BOOL_TYPE,
         'hold or resume time; commands given while time is held take effect with the next tick',
     ),
-    Service('step', TRIGGER, 'run one tick while time is held'),
+    Service('step', TRIGGER_TYPE, 'run one tick while time is held'),
     Service(
         'record',
-        SET_BOOL,
+        SET_BOOL_TYPE,
         'start or stop recording a session to `record.path`; if that exists or is empty, the '
         'name gets the time',
     ),
 )
 """All of them. Procedures answer when they have ended, with one JSON object."""
 
-STEPS = 'simulate_steps'
+STEPS_ACTION = 'simulate_steps'
 """The action of the standard package `simulation_interfaces`, of the type `SimulateSteps`."""
 
-SIMULATOR = tuple(
+SIMULATOR_SERVICES = tuple(
     Service(name, f'simulation_interfaces/srv/{kind}', meaning)
     for name, kind, meaning in (
         (
@@ -106,30 +106,34 @@ SIMULATOR = tuple(
 
 # --- actions ----------------------------------------------------------------------------------
 
-ACTIONS = {name: row.command.__name__ for name, row in PROCEDURES.items() if row.action}
+ACTION_TYPE_NAMES = {name: row.command.__name__ for name, row in PROCEDURES.items() if row.action}
 """The requests that are also actions, with the names of their types."""
 
 
-def action_types() -> dict[str, Any]:
-    """Return the types of `ACTIONS` by request; none if the interfaces are not built."""
+def load_action_types() -> dict[str, Any]:
+    """Return the types of `ACTION_TYPE_NAMES` by request; none if the interfaces are not built."""
     try:
         module = import_module('mlmem_interfaces.action')
     except ImportError:  # a checkout has their source, without types
         return {}
-    return {name: getattr(module, kind) for name, kind in ACTIONS.items() if hasattr(module, kind)}
+    return {
+        name: getattr(module, kind)
+        for name, kind in ACTION_TYPE_NAMES.items()
+        if hasattr(module, kind)
+    }
 
 
-def fields(message: Any) -> list[str]:
+def list_field_names(message: Any) -> list[str]:
     """Return the names of the fields of a message."""
     return list(message.get_fields_and_field_types())
 
 
 # --- requests ---------------------------------------------------------------------------------
 
-NAME = 'request'
+NAME_ARGUMENT = 'request'
 """The parameter that names the request; all others are its arguments."""
 
-DEADLINE = 'deadline'
+DEADLINE_ARGUMENT = 'deadline'
 """The parameter with the seconds within which a procedure must begin, if others run."""
 
 
@@ -152,14 +156,14 @@ class Type(NamedTuple):
 BOOL, INTEGER, STRING = Type('bool', 1), Type('integer', 2), Type('string', 4)
 DOUBLE, DOUBLE_ARRAY = Type('double', 3), Type('double_array', 8)
 
-_TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
+_ARGUMENT_TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
 
-REQUESTS: dict[str, dict[str, Type]] = {
+REQUEST_ARGUMENTS: dict[str, dict[str, Type]] = {
     **{
-        name: {argument: _TYPES[kind] for argument, kind, *_ in row.arguments}
+        name: {argument: _ARGUMENT_TYPES[kind] for argument, kind, *_ in row.arguments}
         for name, row in PROCEDURES.items()
     },
-    'write': dict.fromkeys(CONTENT, INTEGER),
+    'write': dict.fromkeys(CONTENT_NAMES, INTEGER),
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
     'record': {'on': BOOL, 'path': STRING},
     'inject': {'script': STRING},

@@ -22,19 +22,19 @@ class Qos(NamedTuple):
     durability: str = 'volatile'
 
 
-SENSOR_DATA = Qos(5, reliability='best_effort')
+SENSOR_DATA_QOS = Qos(5, reliability='best_effort')
 """For subscribers to a stream of which only the newest sample matters."""
 
-STREAM = Qos(5)
+STREAM_QOS = Qos(5)
 """For the streams we publish: shallow, and reliable, so that every subscriber matches."""
 
-RELIABLE = Qos(10)
+RELIABLE_QOS = Qos(10)
 """Every message counts, for subscribers."""
 
-LATCHED = Qos(1, durability='transient_local')
+LATCHED_QOS = Qos(1, durability='transient_local')
 """Late subscribers get the last message."""
 
-EVERY_ONE = Qos(0)
+KEEP_ALL_QOS = Qos(0)
 """For requests and their answers: with rclpy's default, more than ten at once lose some."""
 
 
@@ -65,128 +65,150 @@ class Topic(NamedTuple):
         return getattr(import_module(f'{package}.msg'), name)
 
 
-STRAIN = Topic(
+STRAIN_TOPIC = Topic(
     'strain',
     'std_msgs/msg/Float64',
-    RELIABLE,
+    RELIABLE_QOS,
     'strain set-point, tension positive. The actuator slews to it within `actuator.hand_rate`. '
     'Refused while a procedure runs',
 )
-STRAIN_TRAJECTORY = Topic(
+STRAIN_TRAJECTORY_TOPIC = Topic(
     'strain_trajectory',
     'trajectory_msgs/msg/JointTrajectory',
-    RELIABLE,
+    RELIABLE_QOS,
     'a timed strain profile for the joint `substrate`, in m and s',
 )
-JOINT_COMMANDS = Topic(
+JOINT_COMMANDS_TOPIC = Topic(
     'joint_commands',
     'sensor_msgs/msg/JointState',
-    RELIABLE,
+    RELIABLE_QOS,
     'as `~/strain`, but a position of the joint `substrate` in m: what a hardware interface of '
     'ros2_control sends',
 )
-PROBE = Topic('probe', 'std_msgs/msg/Empty', RELIABLE, 'fire one probe pulse')
-WRITE_LEVEL = Topic('write_level', 'std_msgs/msg/UInt8', RELIABLE, 'write this level now')
-DISTURBANCE = Topic(
+PROBE_TOPIC = Topic('probe', 'std_msgs/msg/Empty', RELIABLE_QOS, 'fire one probe pulse')
+WRITE_LEVEL_TOPIC = Topic(
+    'write_level', 'std_msgs/msg/UInt8', RELIABLE_QOS, 'write this level now'
+)
+DISTURBANCE_TOPIC = Topic(
     'disturbance',
     'sensor_msgs/msg/Imu',
-    SENSOR_DATA,  # also matches reliable publishers
+    SENSOR_DATA_QOS,  # also matches reliable publishers
     'acceleration of the base along the chain (`linear_acceleration.x`, in m/s^2), which shakes '
     'the element; accepted at any time',
 )
 
-COMMANDS = (STRAIN, STRAIN_TRAJECTORY, JOINT_COMMANDS, PROBE, WRITE_LEVEL, DISTURBANCE)
+COMMAND_TOPICS = (
+    STRAIN_TOPIC,
+    STRAIN_TRAJECTORY_TOPIC,
+    JOINT_COMMANDS_TOPIC,
+    PROBE_TOPIC,
+    WRITE_LEVEL_TOPIC,
+    DISTURBANCE_TOPIC,
+)
 """What the node subscribes to."""
 
-LEVEL = Topic(
+LEVEL_TOPIC = Topic(
     'level',
     'std_msgs/msg/Int16',
-    LATCHED,
+    LATCHED_QOS,
     'the content as last decoded, published when a procedure ends; -1: blank; -2: undecodable or '
     'unknown, published at once when something may have moved the wall',
 )
-CONTENT = Topic(
+CONTENT_TOPIC = Topic(
     'content',
     'diagnostic_msgs/msg/DiagnosticStatus',
-    LATCHED,
+    LATCHED_QOS,
     'what `~/level` says, in words: a level or word, or why it is not known and since which '
     'tick; keys: level, word (of a register), reason, since',
 )
-OUTCOME = Topic(
+OUTCOME_TOPIC = Topic(
     'outcome',
     'diagnostic_msgs/msg/DiagnosticStatus',
-    LATCHED,
+    LATCHED_QOS,
     'how the last procedure ended, with keys and values (level, code, delay, margins, attempts, '
     'ticks)',
 )
-ECHO = Topic(
+ECHO_TOPIC = Topic(
     'echo',
     'std_msgs/msg/Float32MultiArray',
-    RELIABLE,
+    RELIABLE_QOS,
     'one message for each probe pulse; rows: time, displacement v_m, demodulated signal v_c. Not '
     'latched: subscribe before the pulse',
 )
-WAVEFORM = Topic(
+WAVEFORM_TOPIC = Topic(
     'waveform',
     'std_msgs/msg/Float64MultiArray',
-    RELIABLE,
+    RELIABLE_QOS,
     'one message for each pulse of a survey. The numbers before `data_offset`: end (0 left, 1 '
     'right), carrier, amplitude, sigma, supposed site of the wall (0: blank), strain, time '
     'between samples, displacement of both ends at rest; then rows v_1 and v_N by sample, NaN '
     'where none was taken',
 )
-RANGE = Topic(
+RANGE_TOPIC = Topic(
     'range',
     'sensor_msgs/msg/Range',
-    STREAM,
+    STREAM_QOS,
     'distance from the probed end to the domain wall in m; +inf when no echo came back',
 )
-JOINT_STATES = Topic(
+JOINT_STATES_TOPIC = Topic(
     'joint_states',
     'sensor_msgs/msg/JointState',
-    STREAM,
+    STREAM_QOS,
     '`substrate`: displacement (m), speed (m/s) and force (N) of its end; `transducer`: '
     'displacement of the driven cell',
 )
-FIELD = Topic(
-    'field', 'std_msgs/msg/Float32MultiArray', STREAM, 'the configuration Delta_j of every cell'
+FIELD_TOPIC = Topic(
+    'field',
+    'std_msgs/msg/Float32MultiArray',
+    STREAM_QOS,
+    'the configuration Delta_j of every cell',
 )
-WALL = Topic(
+WALL_TOPIC = Topic(
     'wall',
     'std_msgs/msg/Float64MultiArray',
-    STREAM,
+    STREAM_QOS,
     'true positions of the domain walls, in sites: ground truth that the device never uses',
 )
 
-PERIODIC = (FIELD, WALL, JOINT_STATES)
+PERIODIC_TOPICS = (FIELD_TOPIC, WALL_TOPIC, JOINT_STATES_TOPIC)
 """Streams of the element's state; `Topic.interval` of each is a parameter."""
 
-STREAMS = (LEVEL, CONTENT, OUTCOME, ECHO, WAVEFORM, RANGE, JOINT_STATES, FIELD, WALL)
+STREAM_TOPICS = (
+    LEVEL_TOPIC,
+    CONTENT_TOPIC,
+    OUTCOME_TOPIC,
+    ECHO_TOPIC,
+    WAVEFORM_TOPIC,
+    RANGE_TOPIC,
+    JOINT_STATES_TOPIC,
+    FIELD_TOPIC,
+    WALL_TOPIC,
+)
 """What the node publishes."""
 
-IMAGE = Topic(
+IMAGE_TOPIC = Topic(
     'image',
     'sensor_msgs/msg/Image',
-    STREAM,
+    STREAM_QOS,
     'the configuration over the last seconds: site upward, time to the right (rgb8)',
 )
-MARKERS = Topic(
+MARKERS_TOPIC = Topic(
     'markers',
     'visualization_msgs/msg/MarkerArray',
-    STREAM,
+    STREAM_QOS,
     'the chain for RViz and Foxglove: cells by phase, substrate, levels, walls, content',
 )
 
-VIEWS = (IMAGE, MARKERS)
+VIEW_TOPICS = (IMAGE_TOPIC, MARKERS_TOPIC)
 """Views for people, made only while somebody subscribes."""
 
-OF_A_SIMULATION = (FIELD, WALL, *VIEWS)
+SIMULATION_TOPICS = (FIELD_TOPIC, WALL_TOPIC, *VIEW_TOPICS)
 """Unknown for a real element, and then not published."""
 
-DIAGNOSTICS = Topic(
+DIAGNOSTICS_TOPIC = Topic(
     '/diagnostics',
     'diagnostic_msgs/msg/DiagnosticArray',
-    RELIABLE,
+    RELIABLE_QOS,
     'health of loop, material, actuator, transducers, memory, faults, twin and recorder, once a '
     'second',
 )

@@ -17,34 +17,34 @@ from mlmem.physics import find_walls
 from mlmem.physics.potential import Array
 
 from . import topics
-from .answers import ended
+from .answers import outcome_to_dict
 from .topics import Topic
 
-SHOT_HEAD = 9
+SHOT_HEAD_SIZE = 9
 """Numbers that describe a shot, before its samples."""
 
 
-def published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
+def collect_published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
     """Return what an event publishes, by topic in their order."""
     if isinstance(event, EchoReceived):
-        return {topics.ECHO: event.echo, topics.RANGE: event.reading}
+        return {topics.ECHO_TOPIC: event.echo, topics.RANGE_TOPIC: event.reading}
     if isinstance(event, Shot):
-        return {topics.WAVEFORM: event}
-    content = {topics.LEVEL: element.reading, topics.CONTENT: element}
-    return {topics.OUTCOME: event, **content} if isinstance(event, Outcome) else content
+        return {topics.WAVEFORM_TOPIC: event}
+    content = {topics.LEVEL_TOPIC: element.reading, topics.CONTENT_TOPIC: element}
+    return {topics.OUTCOME_TOPIC: event, **content} if isinstance(event, Outcome) else content
 
 
-def level(reading: Reading | None) -> int:
+def encode_level(reading: Reading | None) -> int:
     """Return the content: a level or word from 0, -1 blank, -2 undecodable or unknown."""
     return UNDECODABLE if reading is None else reading.level
 
 
-def content(element: MemoryElement) -> tuple[str, dict[str, str]]:
+def describe_content(element: MemoryElement) -> tuple[str, dict[str, str]]:
     """Return the content in words and its values as texts, or why it is not known."""
     reading, unknown = element.reading, element.unknown
     if reading is not None:
         found = {'level': str(reading.level)}
-        if (word := element.word_of(reading)) is not None:
+        if (word := element.find_word(reading)) is not None:
             found['word'] = str(word)
         if reading.reason:
             found['reason'] = reading.reason
@@ -56,18 +56,18 @@ def content(element: MemoryElement) -> tuple[str, dict[str, str]]:
     return str(unknown), found | {'reason': unknown.reason, 'since': str(unknown.since)}
 
 
-def distance(reading: Reading, element: MemoryElement) -> float:
+def compute_distance(reading: Reading, element: MemoryElement) -> float:
     """Return the distance from the probed end to the wall in m, infinite when there is none."""
     return reading.distance * element.settings.scale.length
 
 
-def wall_positions(element: MemoryElement) -> list[float]:
+def find_wall_positions(element: MemoryElement) -> list[float]:
     """Return the true positions of all walls in sites, from left to right."""
     found = find_walls(element.design, element.chain.configuration)
     return [wall.position for wall in found]
 
 
-def joints(element: MemoryElement) -> tuple[tuple[float, ...], ...]:
+def measure_joints(element: MemoryElement) -> tuple[tuple[float, ...], ...]:
     """Return positions (m), speeds (m/s) and efforts (N) of the substrate's end and of v_1.
 
     There are no efforts if the driver measures none.
@@ -81,21 +81,21 @@ def joints(element: MemoryElement) -> tuple[tuple[float, ...], ...]:
     )
 
 
-def numbers(shot: Shot) -> Array:
-    """Return a shot as the numbers of its message, `SHOT_HEAD` of them before its samples."""
+def encode_shot(shot: Shot) -> Array:
+    """Return a shot as the numbers of its message, `SHOT_HEAD_SIZE` of them before its samples."""
     head = (
         shot.end.row, shot.omega_c, shot.A, shot.sigma, shot.wall, shot.strain, shot.dt, *shot.rest
     )  # fmt: skip
     return np.concatenate((head, shot.samples.ravel()))
 
 
-def told(outcome: Outcome) -> tuple[str, dict[str, str]]:
+def describe_outcome(outcome: Outcome) -> tuple[str, dict[str, str]]:
     """Return how a procedure ended in words, and its values as texts."""
     text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
-    return text, texts(ended(outcome))
+    return text, format_values(outcome_to_dict(outcome))
 
 
-def texts(values: Mapping[str, Any]) -> dict[str, str]:
+def format_values(values: Mapping[str, Any]) -> dict[str, str]:
     """Return values as the texts that diagnostics carry.
 
     Lists are separated by spaces, and a mapping is one text for each of its keys, such as
@@ -104,13 +104,13 @@ def texts(values: Mapping[str, Any]) -> dict[str, str]:
     found: dict[str, str] = {}
     for key, value in values.items():
         if isinstance(value, Mapping):
-            found |= texts({f'{key}_{name}': item for name, item in value.items()})
+            found |= format_values({f'{key}_{name}': item for name, item in value.items()})
         elif isinstance(value, list | tuple):
-            found[key] = ' '.join(map(_text, value))
+            found[key] = ' '.join(map(_format_value, value))
         elif value is not None:
-            found[key] = _text(value)
+            found[key] = _format_value(value)
     return found
 
 
-def _text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return f'{value:.6g}' if isinstance(value, float) else str(value)

@@ -25,12 +25,12 @@ from mlmem import (
     new_element,
     threads,
 )
-from mlmem.factory import calibration_of
+from mlmem.factory import compute_calibration
 from mlmem.instrument import drivers
 from mlmem.loop.mailbox import Asked
 from mlmem.physics import Design
 
-from ..packages import tool
+from ..packages import find_tool
 from .design_check import check_design
 from .settings import Parameters
 from .worker import ThrottledLog, Worker
@@ -49,35 +49,37 @@ class Built(NamedTuple):
     watcher: ResidualMonitor | None
 
 
-def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: bool) -> Built:
+def build_device(
+    given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: bool
+) -> Built:
     """Check the design, open the driver, build the device, restore its content unless `blank`.
 
     Raises:
         One of `REFUSALS`: Nothing is open.
     """
-    twin = _known('twin', given.device.twin, given, disk)
+    twin = _load_element('twin', given.device.twin, given, disk)
     if twin is not None:
-        known = given.settings.with_stuck(twin.specimen.stuck)
-        given = replace(given, settings=twin.kicks(known))
+        known = given.settings.add_stuck_cells(twin.specimen.stuck)
+        given = replace(given, settings=twin.apply_planned_kicks(known))
     loudest = check_design(given.design, given.settings, given.check, log)
     with ExitStack() as undo:
-        specimen = _known('specimen', given.device.specimen, given, disk)
+        specimen = _load_element('specimen', given.device.specimen, given, disk)
         try:
-            driver = drivers.opened(
+            driver = drivers.open_driver(
                 given.device.driver, given.device.address, given.design, given.settings,
-                specimen.timed if specimen else None,
+                specimen.timed_specimen if specimen else None,
             )  # fmt: skip
         except (DriverError, SettingsError) as error:
             log.cause(error)
             raise
         undo.callback(driver.close)
-        store = _store(given, log, disk, name)
+        store = _create_store(given, log, disk, name)
         undo.callback(store.close)
         element = store.new_element(given.design, given.settings, driver)
         element.loudest = loudest
         watcher = None
         if twin is not None:
-            watcher = beside(element, twin, log)
+            watcher = attach_twin(element, twin, log)
         _check_faults(element, given.faults)
         if not blank:
             store.restore(element)
@@ -85,24 +87,26 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str, blank: 
     return Built(element, store, watcher)
 
 
-def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | None:
+def _load_element(name: str, path: str, given: Parameters, disk: Worker) -> Element | None:
     """Return the element in the file of a parameter, or None without one."""
     if not path:
         return None
-    from mlmem.element_file import ElementFileError, of_design  # most nodes have none
+    from mlmem.element_file import ElementFileError, read_matching_element  # most nodes have none
 
     planned = given.settings if name == 'twin' and given.settings.register.spacing else None
 
-    def opened() -> Element:
+    def read_element() -> Element:
         try:
-            return of_design(given.files.confined(path), given.design, planned)
+            return read_matching_element(given.files.confine_path(path), given.design, planned)
         except (ElementFileError, SettingsError) as error:
             raise SettingsError(f'device.{name}: {error}') from error
 
-    return disk.done(f'reading {path}', opened)
+    return disk.done(f'reading {path}', read_element)
 
 
-def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | NullStore:
+def _create_store(
+    given: Parameters, log: ThrottledLog, disk: Worker, name: str
+) -> Store | NullStore:
     if not given.state.path:
         return NullStore(disk)
     from .store import Store  # a node without needs nothing of it
@@ -168,29 +172,29 @@ class ResidualMonitor(Protocol):
         """Return values for diagnostics, by name."""
 
 
-def beside(element: MemoryElement, twin: Element, log: ThrottledLog) -> ResidualMonitor:
+def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> ResidualMonitor:
     """Let a twin forecast the answers of its element; return what compares these.
 
     Raises:
         SettingsError: The twin does not hold every word of a register.
     """
     if element.register is None:
-        element.forecast = _calibration(element, twin, log)
+        element.forecast = _forecast_calibration(element, twin, log)
     else:
         try:
-            element.adopt(twin.timed)
+            element.adopt(twin.timed_specimen)
         except SettingsError as error:
             raise SettingsError(f'device.twin: {error}') from error
-    monitor: ResidualMonitor = tool('residual_monitor').load()(twin, element, log)
+    monitor: ResidualMonitor = find_tool('residual_monitor').load()(twin, element, log)
     return monitor
 
 
-def _calibration(element: MemoryElement, twin: Element, log: ThrottledLog) -> Calibration:
+def _forecast_calibration(element: MemoryElement, twin: Element, log: ThrottledLog) -> Calibration:
     """Return the calibration that a twin forecasts: delays of its echoes, and planned pulses."""
     design, settings = element.design, element.settings
     try:
-        healthy = replace(twin.timed, stuck=())  # with bad cells no delays are heard
-        delays = calibration_of(healthy, design, settings)
+        healthy = replace(twin.timed_specimen, stuck=())  # with bad cells no delays are heard
+        delays = compute_calibration(healthy, design, settings)
     except SettingsError as error:
         log.warning(f'device.twin: {error}; delays are those of the design')
         delays = factory_calibration(design, settings)

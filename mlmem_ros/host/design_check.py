@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING
 
 from mlmem import End, Settings
 from mlmem.physics import NOH_BATHE, Design, DesignError
-from mlmem.physics.jit import cache_folder
+from mlmem.physics.jit import find_cache_folder
 
-from ..packages import tool
+from ..packages import find_tool
 
 if TYPE_CHECKING:
     from .worker import ThrottledLog
@@ -37,38 +37,38 @@ class Verdict(Enum):
     FAIL = 'fail'
 
 
-def worst(verdicts: Iterable[Verdict]) -> Verdict:
+def find_worst_verdict(verdicts: Iterable[Verdict]) -> Verdict:
     """Return the most severe of some verdicts; PASS for none."""
     gravity = list(Verdict)
     return max(verdicts, key=gravity.index, default=Verdict.PASS)
 
 
-CHOICES = ('refuse', 'warn', 'skip')
+CHECK_MODES = ('refuse', 'warn', 'skip')
 """Whether to refuse to configure a design that fails, to warn, or to skip the check."""
 
 Found = tuple[str, str, str, dict[str, float]]
 """A finding: its name, verdict, text and values."""
 
-DISTURB = 'read_disturb'
+DISTURB_FINDING = 'read_disturb'
 """The finding on the loudest pulses that move nothing, which are kept whatever they are."""
 
-FILE_NAME = 'design_checks.json'
+CACHE_FILE_NAME = 'design_checks.json'
 
-MOST = 64
+MAX_CACHED_DESIGNS = 64
 """Number of designs cached, the latest ones."""
 
-CHECK = 'design_check'
+CHECK_TOOL = 'design_check'
 """The tool that checks; a finding depends on its package and on all that this one is made of but
 what only serves it."""
 
-SERVES = ('bag', 'contract', 'host', 'rig', 'ros', 'session', 'testing')
+UNCHECKED_PACKAGES = ('bag', 'contract', 'host', 'rig', 'ros', 'session', 'testing')
 """Packages of ours that no check reaches."""
 
 
 def check_design(
     design: Design, settings: Settings, mode: str, log: ThrottledLog
 ) -> dict[End, float]:
-    """Check a design in a mode of `CHOICES`, and log every finding that is not a pass.
+    """Check a design in a mode of `CHECK_MODES`, and log every finding that is not a pass.
 
     Returns:
         The loudest pulse that moves nothing, in cells, by end; nothing if that is not known.
@@ -78,7 +78,7 @@ def check_design(
     """
     if mode == 'skip':
         return {}
-    found = findings(design, settings)
+    found = load_findings(design, settings)
     failed = [
         f'{name}: {text}' for name, verdict, text, _ in found if verdict == Verdict.FAIL.value
     ]
@@ -95,38 +95,38 @@ def check_design(
     return {
         End(end): amplitude
         for name, *_, values in found
-        if name == DISTURB
+        if name == DISTURB_FINDING
         for end, amplitude in values.items()
     }
 
 
 @lru_cache(maxsize=16)  # nodes are mostly configured again without changes
-def findings(design: Design, settings: Settings) -> list[Found]:
+def load_findings(design: Design, settings: Settings) -> list[Found]:
     """Return the findings that are not a pass, and that on read disturb, new or from the disk."""
-    path, key = _path(), _key(design, settings)
-    cached = _read(path)
+    path, key = _cache_path(), _cache_key(design, settings)
+    cached = _read_cache(path)
     if key not in cached:
         from mlmem.atomic_files import write_atomically  # a design that is known needs none of it
 
-        check = tool(CHECK).load()
+        check = find_tool(CHECK_TOOL).load()
 
         cached[key] = [
             (each.name, each.verdict.value, each.text, dict(each.values))
             for each in check(design, settings).findings
-            if each.verdict is not Verdict.PASS or each.name == DISTURB
+            if each.verdict is not Verdict.PASS or each.name == DISTURB_FINDING
         ]
         if path is not None:
             with contextlib.suppress(OSError):
-                write_atomically(path, json.dumps(dict([*cached.items()][-MOST:])))
+                write_atomically(path, json.dumps(dict([*cached.items()][-MAX_CACHED_DESIGNS:])))
     return cached[key]
 
 
-def _path() -> Path | None:
-    folder = cache_folder(NOH_BATHE.advance)
-    return folder / FILE_NAME if folder is not None and folder.is_dir() else None
+def _cache_path() -> Path | None:
+    folder = find_cache_folder(NOH_BATHE.advance)
+    return folder / CACHE_FILE_NAME if folder is not None and folder.is_dir() else None
 
 
-def _read(path: Path | None) -> dict[str, list[Found]]:
+def _read_cache(path: Path | None) -> dict[str, list[Found]]:
     if path is not None:
         with contextlib.suppress(OSError, ValueError):
             found = json.loads(path.read_text(encoding='utf-8'))
@@ -134,15 +134,19 @@ def _read(path: Path | None) -> dict[str, list[Found]]:
     return {}
 
 
-def _key(design: Design, settings: Settings) -> str:
-    return hashlib.sha256(f'{_source()} {design!r} {settings!r}'.encode()).hexdigest()
+def _cache_key(design: Design, settings: Settings) -> str:
+    return hashlib.sha256(f'{_hash_source()} {design!r} {settings!r}'.encode()).hexdigest()
 
 
 @cache
-def _source() -> str:
+def _hash_source() -> str:
     ours = Path(__file__).parents[1]
-    files = [each for each in ours.rglob('*.py') if each.relative_to(ours).parts[0] not in SERVES]
-    found = find_spec(tool(CHECK).module)
+    files = [
+        each
+        for each in ours.rglob('*.py')
+        if each.relative_to(ours).parts[0] not in UNCHECKED_PACKAGES
+    ]
+    found = find_spec(find_tool(CHECK_TOOL).module)
     if found is not None and found.origin is not None:
         files += Path(found.origin).parent.rglob('*.py')
     files.sort()

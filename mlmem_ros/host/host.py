@@ -14,7 +14,7 @@ from mlmem.loop.open_requests import Stamped
 from mlmem.loop.timetable import Pacer
 from mlmem.physics import StateError
 
-from .building import Built, built
+from .building import Built, build_device
 from .requests import Requests
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
@@ -99,11 +99,11 @@ class Host(Requests):
         Raises:
             One of `REFUSALS`: Nothing is open.
         """
-        return built(given, self.log, self._disk, self._name, blank)
+        return build_device(given, self.log, self._disk, self._name, blank)
 
     def discard(self, device: Built) -> None:
         """Release a device that is not adopted."""
-        self._release(device.store, device.element)
+        self._release_device(device.store, device.element)
 
     def adopt(self, device: Built, blank: bool = False) -> MemoryElement:
         """Put a device that was built into service."""
@@ -145,9 +145,9 @@ class Host(Requests):
             self.sessions.begin(plan, element)
         if given.record.last_seconds:
             self.sessions.keep(plan, element)
-        guard, hash_every = self.log.guarded, given.record.hash_every
+        guard, hash_every = self.log.guard_errors, given.record.hash_every
 
-        def listen(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
+        def publish_events(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
             with guard('publishing'):
                 listener(events)
             if monitor is not None:
@@ -157,14 +157,14 @@ class Host(Requests):
                 with guard('recording'):
                     recording.tick(element, commands)
 
-        def resolve(request: Asked) -> None:
+        def resolve_request(request: Asked) -> None:
             store.resolve(request, element)
             if (outcome := request.outcome) is not None:  # a log line takes half a millisecond
-                self.log.info(_line(outcome, element), outcome.procedure)
+                self.log.info(_format_outcome(outcome, element), outcome.procedure)
 
         loop = Loop(
             element,
-            listen,
+            publish_events,
             pacer=pacer,
             speed=0.0 if element.driver.own_clock else speed,
             batch=given.publish.common_ticks,
@@ -173,7 +173,7 @@ class Host(Requests):
                 stream_period(), 0 if self.recording is None else hash_every
             ),
             queue=given.queue.most,
-            resolve=resolve,
+            resolve=resolve_request,
             failed=self._failed,
         )
         if given.faults != element.faults:
@@ -197,7 +197,7 @@ class Host(Requests):
         if loop.failure is not None:
             raise StateError(f'the device has stopped: {loop.failure}')
         self.loop = None
-        self._put_away(loop.element)
+        self._save_stopped(loop.element)
 
     def fail(self) -> None:
         """Save what can be saved of a failed device, and release it."""
@@ -219,14 +219,16 @@ class Host(Requests):
 
     def release(self) -> None:
         """Release the device."""
-        self._release(self._store, self.element)
+        self._release_device(self._store, self.element)
         self.element = self._store = self.residual_monitor = None
 
-    def _release(self, store: Store | NullStore | None, element: MemoryElement | None) -> None:
+    def _release_device(
+        self, store: Store | NullStore | None, element: MemoryElement | None
+    ) -> None:
         if store is not None:
             store.close()
         if element is not None:
-            with self.log.guarded('releasing the element'):
+            with self.log.guard_errors('releasing the element'):
                 try:
                     element.driver.close()
                 except DriverError as error:
@@ -247,13 +249,13 @@ class Host(Requests):
         """Save at intervals, and answer overdue requests; call it once a second."""
         self.sessions.on_timer()
         if self.loop is not None:
-            self.loop.review()
+            self.loop.refuse_expired()
         if self._store is not None:
             self._store.on_timer(self.loop)
 
     # --- end of a life -------------------------------------------------------------------
 
-    def _put_away(self, element: MemoryElement) -> bool:
+    def _save_stopped(self, element: MemoryElement) -> bool:
         """Save all of a device whose time has stopped; return whether that succeeded."""
         self._end_recording(element)
         assert self._store is not None
@@ -266,13 +268,17 @@ class Host(Requests):
         """Save what can be saved of a failed device; return a message that says what."""
         if not element.simulated:
             if not element.procedure:
-                self._put_away(element)
+                self._save_stopped(element)
                 self._rescue.keep(element)
             return 'its content is in the element'
-        if not released(element, self.log):
+        if not release_strain(element, self.log):
             self._unsaved = True
             return 'its content is as last saved'
-        if self._put_away(element) and self._store is not None and self._store.path is not None:
+        if (
+            self._save_stopped(element)
+            and self._store is not None
+            and self._store.path is not None
+        ):
             return 'its content is saved'
         self._rescue.keep(element)
         return 'its content is kept until the next configuration'
@@ -282,7 +288,7 @@ class Host(Requests):
             self._cut_short += 1
 
 
-def _line(outcome: Outcome, element: MemoryElement) -> str:
+def _format_outcome(outcome: Outcome, element: MemoryElement) -> str:
     ticks = outcome.end_tick - outcome.start_tick
     if not outcome.success:
         return f'{outcome.procedure} failed after {ticks} ticks: {outcome.error}'
@@ -290,14 +296,14 @@ def _line(outcome: Outcome, element: MemoryElement) -> str:
     return f'{outcome.procedure} succeeded after {ticks} ticks{found}'
 
 
-def released(element: MemoryElement, log: ThrottledLog) -> bool:
+def release_strain(element: MemoryElement, log: ThrottledLog) -> bool:
     """Bring the strain to zero without a loop; return whether it got there."""
     erase = element.settings.erase
     most = 1 + math.ceil((erase.release + erase.settle) / element.tick)
     try:
         element.apply(Abort('the device has failed'))
         for _ in range(3 * most):
-            if element.released:
+            if element.is_released:
                 return True
             element.advance()
     except Exception as error:
@@ -317,7 +323,7 @@ class Rescue:
         """Keep the content of a released device; of a real one, calibration and statistics."""
         from mlmem import snapshot  # few devices fail
 
-        self._content = snapshot.take(element)
+        self._content = snapshot.take_snapshot(element)
 
     def restore(self, element: MemoryElement | None) -> None:
         """Give a new device what is kept, if it fits; None: forget it."""
@@ -327,7 +333,7 @@ class Rescue:
         from mlmem import snapshot
 
         try:
-            snapshot.restore(element, content)
+            snapshot.restore_snapshot(element, content)
         except StateError:
             blank = ': the element is blank' if element.simulated else ''
             self._log.warning(f'the failed device had another design{blank}')

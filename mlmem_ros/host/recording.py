@@ -21,7 +21,7 @@ from mlmem import MemoryElement, Refused, atomic_files, threads
 from mlmem.loop.open_requests import Stamped
 
 from ..bag import jazzy
-from ..bag.contents import LATCHED, offered
+from ..bag.contents import LATCHED_QOS, format_qos
 from ..bag.errors import BagError
 from ..bag.queued_writer import QueuedWriter
 from ..bag.writer import BagWriter
@@ -32,16 +32,16 @@ from .worker import ThrottledLog
 Message = tuple[str, bytes, int]
 """Topic, CDR, and log time in nanoseconds."""
 
-SEGMENTS = 4
+SEGMENT_COUNT = 4
 """Number of segments that cover the requested time; one more is being filled."""
 
-MOST_BYTES = 64 * 2**20
+MAX_BUFFER_BYTES = 64 * 2**20
 """Most bytes kept, whatever is requested."""
 
 ALL = 3600.0
 """Seconds that are kept while a bag is created."""
 
-_OVERHEAD = 200
+_MESSAGE_OVERHEAD_BYTES = 200
 """Bytes that a message takes in memory besides its CDR."""
 
 
@@ -59,7 +59,7 @@ class PreTriggerBuffer:
 
     Time is the element's own, counted in ticks: pace and pauses do not matter. No segment can
     begin while a procedure runs, so a long procedure is kept from its beginning; if it does not
-    fit into `MOST_BYTES`, the ring starts again after it.
+    fit into `MAX_BUFFER_BYTES`, the ring starts again after it.
     """
 
     def __init__(self, seconds: float, tick_seconds: float) -> None:
@@ -77,16 +77,16 @@ class PreTriggerBuffer:
         """Return whether a segment should begin after a tick, if the device is idle."""
         self._tick = tick
         newest = self._segments[-1].tick if self._segments else -self._ticks
-        return tick - newest >= self._ticks / SEGMENTS
+        return tick - newest >= self._ticks / SEGMENT_COUNT
 
     def begin(self, tick: int, header: Message) -> None:
         """Begin a segment, and drop those older than requested."""
         with self._lock:
             self._tick = tick
             self._segments.append(_Segment(tick, self._count, header))
-            self._grow(header)
-            while len(self._segments) > 1 and self._spare(self._segments[1]):
-                self._drop()
+            self._add_size(header)
+            while len(self._segments) > 1 and self._is_first_spare(self._segments[1]):
+                self._drop_segment()
 
     def put(self, topic: str, cdr: bytes, log_time: int) -> None:
         """Keep a message: cheap, from any thread."""
@@ -95,9 +95,9 @@ class PreTriggerBuffer:
             if self._segments:
                 message = topic, cdr, log_time
                 self._segments[-1].messages.append(message)
-                self._grow(message)
-                while self._size > MOST_BYTES:
-                    self._drop()
+                self._add_size(message)
+                while self._size > MAX_BUFFER_BYTES:
+                    self._drop_segment()
 
     def content(self) -> tuple[list[Message], int]:
         """Return what is kept as one session, a header first, and the number of the next message,
@@ -107,7 +107,7 @@ class PreTriggerBuffer:
         with self._lock:
             self._held = self._count
             headers = [each.header for each in self._segments]
-            return [*headers[:1], *self._from(0)], self._count
+            return [*headers[:1], *self._messages_from(0)], self._count
 
     def since(self, number: int) -> list[Message]:
         """Return what came after `content` told a number.
@@ -118,8 +118,10 @@ class PreTriggerBuffer:
         with self._lock:
             oldest = self._segments[0].first if self._segments else self._count
             if number < oldest:
-                raise Refused(f'the disk was slow, and {MOST_BYTES / 1e6:.0f} MB were not enough')
-            return self._from(number)
+                raise Refused(
+                    f'the disk was slow, and {MAX_BUFFER_BYTES / 1e6:.0f} MB were not enough'
+                )
+            return self._messages_from(number)
 
     def release(self) -> None:
         """Let messages grow too old again."""
@@ -141,23 +143,23 @@ class PreTriggerBuffer:
                 'last_bytes': self._size,
             }
 
-    def _spare(self, second: _Segment) -> bool:
+    def _is_first_spare(self, second: _Segment) -> bool:
         """Return whether what is kept suffices without the segment before the second."""
         return self._tick - second.tick >= self._ticks and second.first <= self._held
 
-    def _from(self, number: int) -> list[Message]:
+    def _messages_from(self, number: int) -> list[Message]:
         return [
             message
             for each in self._segments
             for message in each.messages[max(0, number - each.first) :]
         ]
 
-    def _grow(self, message: Message) -> None:
-        size = len(message[1]) + _OVERHEAD
+    def _add_size(self, message: Message) -> None:
+        size = len(message[1]) + _MESSAGE_OVERHEAD_BYTES
         self._segments[-1].size += size
         self._size += size
 
-    def _drop(self) -> None:
+    def _drop_segment(self) -> None:
         self._size -= self._segments.popleft().size
 
 
@@ -181,7 +183,7 @@ class Recording:
         self._now = now
         self._types = {topic.name: topic.type for topic in plan.topics}
 
-    def takes(self, topic: str) -> bool:
+    def takes_topic(self, topic: str) -> bool:
         """Return whether messages of a topic are recorded."""
         return topic in self._types and not self.full
 
@@ -190,9 +192,9 @@ class Recording:
 
         A message of another type would spoil the bag for readers: it is left out and logged.
         """
-        if self.takes(topic):
+        if self.takes_topic(topic):
             try:
-                trimmed = jazzy.trim(cdr, self._types[topic])
+                trimmed = jazzy.trim_message(cdr, self._types[topic])
             except BagError as error:
                 self._log.refused(f'recording {topic}', error)
             else:
@@ -203,13 +205,13 @@ class Recording:
         if self.full:
             return
         for tick, command in commands:
-            self._put(records.COMMAND, records.command(tick, command))
+            self._put_record(records.COMMAND_TOPIC, records.build_command(tick, command))
         hashed = element.ticks % self.plan.settings.hash_every == 0
         if hashed:
             self._put_hash(element)
         if isinstance(self.sink, PreTriggerBuffer):
             if self.sink.due(element.ticks) and not element.procedure:
-                self.sink.begin(element.ticks, self._header(element))
+                self.sink.begin(element.ticks, self._build_header(element))
         elif hashed:
             self._end_if_full(self.sink)
 
@@ -218,19 +220,19 @@ class Recording:
         if not self.full:
             self._put_hash(element)
 
-    def _own(self, topic: str) -> str:
-        return own(self.plan, topic)
+    def _session_topic(self, topic: str) -> str:
+        return session_topic(self.plan, topic)
 
-    def _header(self, element: MemoryElement) -> Message:
-        header = records.header(element, self.plan.node, self.plan.parameters or {})
-        return self._own(records.HEADER), header, self._now()
+    def _build_header(self, element: MemoryElement) -> Message:
+        header = records.build_header(element, self.plan.node, self.plan.parameters or {})
+        return self._session_topic(records.HEADER_TOPIC), header, self._now()
 
     def _put_hash(self, element: MemoryElement) -> None:
         if element.simulated:  # the state of a real element is unknown
-            self._put(records.STATE_HASH, records.state_hash(element))
+            self._put_record(records.STATE_HASH_TOPIC, records.build_state_hash(element))
 
-    def _put(self, topic: str, cdr: bytes) -> None:
-        self.sink.put(self._own(topic), cdr, self._now())
+    def _put_record(self, topic: str, cdr: bytes) -> None:
+        self.sink.put(self._session_topic(topic), cdr, self._now())
 
     def _end_if_full(self, bag: QueuedWriter) -> None:
         """End a session at its maximum size; the hash just recorded is the last."""
@@ -242,7 +244,7 @@ class Recording:
             )
 
 
-def own(plan: SessionPlan, topic: str) -> str:
+def session_topic(plan: SessionPlan, topic: str) -> str:
     """Return the full name of one of a session's own topics."""
     return f'{plan.node}/{topic}'
 
@@ -257,7 +259,7 @@ def buffered(
     """Record the last seconds, from the present state of an idle device on, in memory."""
     buffer = PreTriggerBuffer(seconds, element.settings.tick_seconds)
     recording = Recording(plan, log, now, buffer)
-    buffer.begin(element.ticks, recording._header(element))
+    buffer.begin(element.ticks, recording._build_header(element))
     return recording
 
 
@@ -281,17 +283,19 @@ def opened(
         max_duration=settings.max_duration,
     )
     for topic in plan.topics:
-        qos = offered(topic.qos.reliability, topic.qos.durability)
+        qos = format_qos(topic.qos.reliability, topic.qos.durability)
         writer.add_topic(topic.name, topic.type, qos)
-    writer.add_topic(own(plan, records.HEADER), records.STRING, LATCHED, latch=True)
-    for name in (records.COMMAND, records.STATE_HASH):
-        writer.add_topic(own(plan, name), records.STRING)
+    writer.add_topic(
+        session_topic(plan, records.HEADER_TOPIC), records.STRING_TYPE, LATCHED_QOS, latch=True
+    )
+    for name in (records.COMMAND_TOPIC, records.STATE_HASH_TOPIC):
+        writer.add_topic(session_topic(plan, name), records.STRING_TYPE)
     for message in before:
         writer.write(*message)
     writer.sync()
     queue = QueuedWriter(
         writer,
-        dropped_topic=own(plan, records.DROPPED),
+        dropped_topic=session_topic(plan, records.DROPPED_TOPIC),
         sync_interval=settings.sync_interval,
         on_error=lambda error: log.error(f'recording stopped: {error}'),
     )
@@ -302,11 +306,13 @@ def opened(
 
 def new_path(plan: SessionPlan) -> Path:
     """Return the configured path; with the time added if it is empty or exists."""
-    settings, path = plan.settings, plan.files.confined(plan.settings.path or 'session')
-    if settings.path and not (settings.add_time and atomic_files.exists(path)):
+    settings, path = plan.settings, plan.files.confine_path(plan.settings.path or 'session')
+    if settings.path and not (settings.add_time and atomic_files.path_exists(path)):
         return path
     name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
     names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))
     return next(
-        path.with_name(name) for name in names if not atomic_files.exists(path.with_name(name))
+        path.with_name(name)
+        for name in names
+        if not atomic_files.path_exists(path.with_name(name))
     )

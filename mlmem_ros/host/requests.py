@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from mlmem import Command, Faults, Loop, MemoryElement, Refused, SetFaults, SetMethod
-from mlmem.commands import WAITING, Feedback
+from mlmem.commands import PHASE_WAITING, Feedback
 from mlmem.instrument.instrument import Units
 from mlmem.loop.mailbox import Asked, Client, Request, Steps
 
@@ -19,10 +19,10 @@ from .settings import SessionPlan
 
 T = TypeVar('T')
 
-INACTIVE = 'inactive: {}configure and activate the node first'
+INACTIVE_REASON = 'inactive: {}configure and activate the node first'
 """Why nothing is accepted; the gap is for what stopped the device, if anything did."""
 
-SHUT_DOWN = 'inactive: the node is shut down'
+SHUT_DOWN_REASON = 'inactive: the node is shut down'
 
 
 class Requests:
@@ -50,8 +50,8 @@ class Requests:
             Refused: The node is not active.
         """
         if (loop := self.loop) is None:
-            why = INACTIVE.format(f'{self.stopped}; ' if self.stopped else '')
-            raise Refused(SHUT_DOWN if self._closed else why)
+            why = INACTIVE_REASON.format(f'{self.stopped}; ' if self.stopped else '')
+            raise Refused(SHUT_DOWN_REASON if self._closed else why)
         return loop
 
     def submit(self, command: Command, client: Client | None = None, wait: float = 0.0) -> Asked:
@@ -78,7 +78,7 @@ class Requests:
         """
         element = self.element
         if element is not None and (place := request.place):
-            return Feedback(WAITING, 0.0, element.transmission.encoder, 0, place)
+            return Feedback(PHASE_WAITING, 0.0, element.transmission.encoder, 0, place)
         return element.feedback() if element is not None and element.runs(request.run) else None
 
     def step(self, steps: Steps | None = None) -> Request[int]:
@@ -92,13 +92,13 @@ class Requests:
 
     def pause(self, paused: bool) -> Future[int]:
         """Pause or resume time; see `Loop.pause`."""
-        return self._counted(lambda loop: loop.pause(paused))
+        return self._call_counted(lambda loop: loop.pause(paused))
 
     def record(self, plan: SessionPlan | None) -> Future[Path]:
         """Begin a recording, or without a plan end it; see `Sessions`."""
         if plan is None:
-            return self._counted(self.sessions.stop)
-        return self._counted(lambda loop: self.sessions.start(plan, loop))
+            return self._call_counted(self.sessions.stop)
+        return self._call_counted(lambda loop: self.sessions.start(plan, loop))
 
     def set_faults(self, faults: Faults) -> None:
         """Hand in faults if time runs; otherwise they take effect at the next activation."""
@@ -120,17 +120,17 @@ class Requests:
             request = ask(self.open_loop())
         except Refused as refusal:
             request = Request[T](None).refuse(refusal)
-        request.answer.add_done_callback(self._count)
+        request.answer.add_done_callback(self._count_refusal)
         return request
 
-    def _counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
+    def _call_counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
         try:
             answer = ask(self.open_loop())
         except Refused as refusal:
             answer = Request[T](None).refuse(refusal).answer
-        answer.add_done_callback(self._count)
+        answer.add_done_callback(self._count_refusal)
         return answer
 
-    def _count(self, answer: Future[Any]) -> None:
+    def _count_refusal(self, answer: Future[Any]) -> None:
         if not answer.cancelled() and isinstance(answer.exception(), Refused):
             self.refused += 1

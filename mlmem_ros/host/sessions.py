@@ -80,7 +80,9 @@ class Sessions:
             BagError: Packages that are needed to record are missing.
         """
         seconds = plan.settings.last_seconds
-        self._buffered = _made('recording').buffered(plan, self._log, self._now, element, seconds)
+        self._buffered = _import_recorder('recording').buffered(
+            plan, self._log, self._now, element, seconds
+        )
         self.buffer = buffer = cast('PreTriggerBuffer', self._buffered.sink)
         if self.current is not None:
             buffer.clear()
@@ -93,7 +95,7 @@ class Sessions:
             SettingsError: The path leads out of `files.root`.
             Overdue: The disk does not answer.
         """
-        self._worker.done(STARTING, lambda: self._start(plan, element, None))
+        self._worker.done(STARTING, lambda: self._start_session(plan, element, None))
 
     def start(self, plan: SessionPlan, loop: Loop) -> Future[Path]:
         """Begin a recording while time runs.
@@ -104,7 +106,7 @@ class Sessions:
             what `begin` raises. If the path exists and `record.add_time` is on, the time is added
             to it.
         """
-        return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop))
+        return self._worker.do(STARTING, lambda: self._start_session(plan, loop.element, loop))
 
     def stop(self, loop: Loop) -> Future[Path]:
         """End the recording while time runs.
@@ -130,7 +132,7 @@ class Sessions:
             Whether all that was recorded is written.
         """
         try:
-            self._worker.done(CLOSING, lambda: self._close(element))
+            self._worker.done(CLOSING, lambda: self._close_session(element))
         except Refused:  # nothing is being recorded
             return not self._lost
         except BagError:  # logged when it occurred
@@ -142,15 +144,17 @@ class Sessions:
 
     # --- in the worker's thread ----------------------------------------------------------
 
-    def _start(self, plan: SessionPlan, element: MemoryElement | None, loop: Loop | None) -> Path:
+    def _start_session(
+        self, plan: SessionPlan, element: MemoryElement | None, loop: Loop | None
+    ) -> Path:
         if (status := self.status) is not None:
             if status.error is None:
                 raise Refused(f'busy: recording into {status.path}')
             with suppress(BagError):  # logged when it occurred
                 self._stop(None, loop)
-        file, buffered = _made('recording'), self._buffered
+        file, buffered = _import_recorder('recording'), self._buffered
 
-        def look() -> tuple[list[Message], int]:
+        def collect_kept() -> tuple[list[Message], int]:
             kept, number = ([], 0) if self.buffer is None else self.buffer.content()
             if kept:
                 return kept, number
@@ -161,7 +165,7 @@ class Sessions:
             self._buffered = file.buffered(plan, self._log, self._now, element, file.ALL)
             return cast('PreTriggerBuffer', self._buffered.sink).content()
 
-        kept, number = _between_ticks(loop, look)
+        kept, number = _call_between_ticks(loop, collect_kept)
         source = cast('Recording', self._buffered)  # of what is kept until there is a bag
         before = cast('PreTriggerBuffer', source.sink)
         self.state = State.STARTING
@@ -170,7 +174,7 @@ class Sessions:
             path = file.new_path(plan)
             recording, bag = file.opened(plan, path, self._log, self._now, kept)
 
-            def begin() -> None:
+            def begin_session() -> None:
                 for message in before.since(number):
                     bag.put(*message)
                 self.current, self._bag = recording, bag
@@ -178,9 +182,9 @@ class Sessions:
                     self.buffer.clear()
 
             try:
-                _between_ticks(loop, lambda: self._worker.unless_given_up(begin))
+                _call_between_ticks(loop, lambda: self._worker.unless_given_up(begin_session))
             except Refused:  # the loop has ended, the disk was slow, or it is too late
-                self._closed(bag)
+                self._close_bag(bag)
                 raise
         finally:
             before.release()
@@ -193,22 +197,22 @@ class Sessions:
         if recording is None or bag is None:
             raise Refused('nothing is being recorded')
 
-        def end() -> None:
+        def end_session() -> None:
             self.current = self._bag = None
             if element is not None:
                 recording.end(element)
 
-        _between_ticks(loop, end)
+        _call_between_ticks(loop, end_session)
         self.state = State.STOPPING
         try:
-            return self._closed(bag)
+            return self._close_bag(bag)
         except BagError:
             self._lost = True
             raise
         finally:
             self.state = State.IDLE
 
-    def _closed(self, bag: QueuedWriter) -> Path:
+    def _close_bag(self, bag: QueuedWriter) -> Path:
         """Write what is queued, finish the bag, and return its path; waits for the disk."""
         status = bag.close()
         if status.error is not None:
@@ -219,33 +223,33 @@ class Sessions:
         )
         return status.path
 
-    def _close(self, element: MemoryElement | None) -> Path:
+    def _close_session(self, element: MemoryElement | None) -> Path:
         try:
             if element is None and self._buffered is not None and self.current is None:
-                self._save(self._buffered.plan)
+                self._save_last_seconds(self._buffered.plan)
             return self._stop(element, None)
         finally:
             self.buffer = self._buffered = None
 
-    def _save(self, plan: SessionPlan) -> None:
+    def _save_last_seconds(self, plan: SessionPlan) -> None:
         """Save the last seconds of a failed device as a session."""
         try:
-            self._start(plan, None, None)
+            self._start_session(plan, None, None)
         except (BagError, SettingsError) as error:
             self._log.error(f'the last seconds are lost: {error}')
             raise BagError(str(error)) from error
 
 
-def _made(module: str) -> Any:
+def _import_recorder(module: str) -> Any:
     """Import a module that records; only these need the packages for that."""
     try:
         return importlib.import_module(f'{__package__}.{module}')
     except ModuleNotFoundError as error:
-        from ..packages import missing
+        from ..packages import describe_missing
 
-        raise BagError(f'Cannot record: {missing(error)}') from error
+        raise BagError(f'Cannot record: {describe_missing(error)}') from error
 
 
-def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
+def _call_between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
     """Call a function between ticks: in the loop's thread, if there is one."""
     return function() if loop is None else loop.call(function).result()

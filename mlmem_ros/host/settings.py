@@ -16,30 +16,36 @@ from typing import Any
 
 from mlmem import PRESETS, Faults, Preset, Settings, SettingsError, preset
 from mlmem.errors import Checked
-from mlmem.loop.timetable import FASTEST, SLOWEST
+from mlmem.loop.timetable import MAX_SPEED, MIN_SPEED
 from mlmem.physics import Design
-from mlmem.presets import DEFAULT
-from mlmem.procedure_table import UNSET
-from mlmem.schema import Description, described, descriptions, fields_in, short_repr
+from mlmem.presets import DEFAULT_ELEMENT
+from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.schema import (
+    Description,
+    describe_field,
+    find_descriptions,
+    make_field_factory,
+    short_repr,
+)
 
 from ..contract.topics import Topic
-from .design_check import CHOICES
+from .design_check import CHECK_MODES
 
-_seconds = fields_in('s', 0.0, 3600.0)
-_ticks = fields_in('ticks', 1, 10**6)
+_seconds = make_field_factory('s', 0.0, 3600.0)
+_ticks = make_field_factory('ticks', 1, 10**6)
 
 
 @dataclass(frozen=True)
 class FileSettings(Checked):
     """Which files the node may use; set only at start, so that no client can lift it."""
 
-    root: str = described(
+    root: str = describe_field(
         '',
         'folder that every file of the node must stay in, and with which device.address may be '
         'set only at the start; empty: anywhere',
     )
 
-    def confined(self, path: str) -> Path:
+    def confine_path(self, path: str) -> Path:
         """Return the path that a parameter names, below the root.
 
         Args:
@@ -68,7 +74,7 @@ class FileSettings(Checked):
         return target
 
 
-ANYWHERE = FileSettings()
+UNRESTRICTED_FILES = FileSettings()
 
 IMAGE_COLUMNS = 400
 """Width of an image that covers at least this many ticks."""
@@ -78,14 +84,14 @@ IMAGE_COLUMNS = 400
 class DeviceSettings(Checked):
     """Which element it is."""
 
-    driver: str = described(
+    driver: str = describe_field(
         'sim', 'what drives the element: sim, rig, or package.module:Class of your own'
     )
-    address: str = described('', 'where the element is, as its driver understands it')
-    specimen: str = described(
+    address: str = describe_field('', 'where the element is, as its driver understands it')
+    specimen: str = describe_field(
         '', 'file of a fitted element, as mlmem fit writes it, to simulate; empty: as designed'
     )
-    twin: str = described(
+    twin: str = describe_field(
         '',
         'file of the fitted element that this is: calibrate verifies its forecast, a register is '
         'read by it; empty: none',
@@ -96,7 +102,7 @@ class DeviceSettings(Checked):
     )
 
 
-def _every(ticks: int, topic: str) -> Any:
+def _tick_interval(ticks: int, topic: str) -> Any:
     return _ticks(ticks, f'ticks between two {topic}', low=0)
 
 
@@ -104,13 +110,13 @@ def _every(ticks: int, topic: str) -> Any:
 class PublishSettings(Checked):
     """How often streams are published, in ticks; 0: never."""
 
-    field_every: int = _every(20, '~/field')
-    wall_every: int = _every(20, '~/wall')
-    joint_states_every: int = _every(20, '~/joint_states')
-    image_every: int = _every(50, '~/image')
+    field_every: int = _tick_interval(20, '~/field')
+    wall_every: int = _tick_interval(20, '~/wall')
+    joint_states_every: int = _tick_interval(20, '~/joint_states')
+    image_every: int = _tick_interval(50, '~/image')
     image_span: int = _ticks(4000, 'ticks that ~/image reaches back', high=10**7)
-    markers_every: int = _every(50, '~/markers')
-    frame_id: str = described(
+    markers_every: int = _tick_interval(50, '~/markers')
+    frame_id: str = describe_field(
         'mlmem', "frame of stamped messages; by default the node's full name without its first /"
     )
 
@@ -133,19 +139,21 @@ class PublishSettings(Checked):
 class RecordSettings(Checked):
     """Where and how a session is recorded."""
 
-    path: str = described('', 'bag directory of a session that starts with the node; empty: none')
-    add_time: bool = described(
+    path: str = describe_field(
+        '', 'bag directory of a session that starts with the node; empty: none'
+    )
+    add_time: bool = describe_field(
         True, 'add the time to the name of an existing path; false: refuse an existing path'
     )
     sync_interval: float = _seconds(
         1.0,
         'time within which recorded data is to be safe on the disk; a sync begins at half of it',
     )
-    max_bytes: int = described(
+    max_bytes: int = describe_field(
         0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**31 - 1
     )
     max_duration: float = _seconds(0.0, 'begin a new file after this time; 0: never', high=1e6)
-    most_megabytes: float = described(
+    most_megabytes: float = describe_field(
         0.0,
         'end the session at about this size, checked at every hash; 0: never',
         unit='MB',
@@ -158,7 +166,7 @@ class RecordSettings(Checked):
         "seconds of the element's time kept in memory while active: a session begins with them, "
         'and they are saved if the device fails; 0: none',
     )
-    views: bool = described(False, 'record ~/image and ~/markers too: three times the size')
+    views: bool = describe_field(False, 'record ~/image and ~/markers too: three times the size')
 
 
 @dataclass(frozen=True)
@@ -175,14 +183,14 @@ class SessionPlan:
     settings: RecordSettings
     topics: Sequence[Topic] = ()
     parameters: Mapping[str, Any] | None = None
-    files: FileSettings = ANYWHERE
+    files: FileSettings = UNRESTRICTED_FILES
 
 
 @dataclass(frozen=True)
 class StateSettings(Checked):
     """Where the content is kept between two runs, as a non-volatile memory keeps it."""
 
-    path: str = described('', 'state file; empty: none, every start is blank')
+    path: str = describe_field('', 'state file; empty: none, every start is blank')
     interval: float = _seconds(
         60.0, 'time between two saves while active; 0: only at the end', high=1e6
     )
@@ -192,7 +200,7 @@ class StateSettings(Checked):
 class QueueSettings(Checked):
     """How requests of different clients wait for their turn."""
 
-    most: int = described(
+    most: int = describe_field(
         8, 'most procedures that wait while one runs; 0: refuse them as busy', low=0, high=8
     )
     wait: float = _seconds(
@@ -221,44 +229,54 @@ class Parameters:
     queue: QueueSettings = QueueSettings()
 
 
-INTROSPECTION = 'service_configure_introspection'
+INTROSPECTION_PARAMETER = 'service_configure_introspection'
 """Whether services publish what they are asked and answer, named as in demo_nodes_py."""
 
 INTROSPECTION_STATES = {'disabled': 'OFF', 'metadata': 'METADATA', 'contents': 'CONTENTS'}
 """Its words, and the names of rclpy for them."""
 
-LIVE = {
+LIVE_PARAMETERS = {
     'target_level': (
-        UNSET, Description(
+        UNSET_CONTENT,
+        Description(
             'level that `~/write` writes to an element with one wall; -1: not set',
-            low=UNSET, high=255,
-        )
+            low=UNSET_CONTENT,
+            high=255,
+        ),
     ),
     'target_word': (
-        UNSET, Description(
-            'word that `~/write` writes to a register; -1: not set', low=UNSET, high=2**14 - 1
-        )
+        UNSET_CONTENT,
+        Description(
+            'word that `~/write` writes to a register; -1: not set',
+            low=UNSET_CONTENT,
+            high=2**14 - 1,
+        ),
     ),
     'time.speed': (
-        1.0, Description(
-            f'multiple of real time, at least {SLOWEST:g}; 0: as fast as possible',
-            low=0.0, high=FASTEST,
-        )
+        1.0,
+        Description(
+            f'multiple of real time, at least {MIN_SPEED:g}; 0: as fast as possible',
+            low=0.0,
+            high=MAX_SPEED,
+        ),
     ),
-    INTROSPECTION: ('disabled', Description(
-        'what services publish on ~/NAME/_service_event: nothing, who asks, or all of it',
-        choices=tuple(INTROSPECTION_STATES),
-    )),
-}  # fmt: skip
+    INTROSPECTION_PARAMETER: (
+        'disabled',
+        Description(
+            'what services publish on ~/NAME/_service_event: nothing, who asks, or all of it',
+            choices=tuple(INTROSPECTION_STATES),
+        ),
+    ),
+}
 """Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""
 
-DIGEST = 'design.digest'
+DIGEST_PARAMETER = 'design.digest'
 """What tells one element from another."""
 
-LAW = 'design.law'
+LAW_PARAMETER = 'design.law'
 """What brings an on-site law other than the paper's: once set, the law itself, as text."""
 
-OF_THE_NODE = {
+NODE_PARAMETERS = {
     'autostart': (True, Description('configure and activate at start')),
     'actions': (True, Description(
         'serve actions, too: procedures, if mlmem_interfaces is built, and `~/simulate_steps`',
@@ -270,37 +288,37 @@ OF_THE_NODE = {
         'longest time to serve on after SIGINT, until every client has gone; SIGTERM ends it',
         unit='s', low=0.0, high=3600.0,
     )),
-    'design.preset': (DEFAULT, Description(
+    'design.preset': (DEFAULT_ELEMENT, Description(
         'shipped element: the defaults of design, actuator, write, erase, probe, probe_right, '
         'read and time', choices=tuple(PRESETS),
     )),
     'design.file': ('', Description(
         'parameter file that brings the element instead of a preset; set at the start'
     )),
-    LAW: ('', Description(
+    LAW_PARAMETER: ('', Description(
         'file of an on-site law, as mlmem law writes it, or its text; scale.length and '
         'scale.stiffness turn it into cells, d is a factor on it, and a, b and c are left out; '
         "empty: the paper's",
     )),
-    DIGEST: ('', Description(
+    DIGEST_PARAMETER: ('', Description(
         'hash of the present design and settings: elements with one are the same'
     )),
     'design.check': ('refuse', Description(
-        'what configure does with a design that fails its check', choices=CHOICES
+        'what configure does with a design that fails its check', choices=CHECK_MODES
     )),
 }  # fmt: skip
 """Parameters that are not fields of settings, and may be set only while unconfigured."""
 
-OF_A_PRESET = (
+PRESET_GROUPS = (
     'design', 'actuator', 'write', 'erase', 'kick', 'clearing_pulse', 'transducer', 'probe',
     'probe_right', 'read', 'register', 'time',
 )  # fmt: skip
 """Groups that a preset sets; the others are the robot's."""
 
 
-def groups(chosen: Preset | None = None) -> dict[str, Any]:
+def default_groups(chosen: Preset | None = None) -> dict[str, Any]:
     """Return the defaults of each group of a preset (that of a new node), by prefix."""
-    chosen = chosen or preset(DEFAULT)
+    chosen = chosen or preset(DEFAULT_ELEMENT)
     return {
         'device': DeviceSettings(),
         'design': chosen.design,
@@ -314,15 +332,15 @@ def groups(chosen: Preset | None = None) -> dict[str, Any]:
     }
 
 
-def declarations(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Description]]:
+def declare_parameters(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Description]]:
     """Yield every parameter with its default in a preset (that of a new node)."""
     own = {}
     if chosen and chosen.design.law:
-        from mlmem.law_file import text_of  # most elements have the paper's
+        from mlmem.law_file import format_law  # most elements have the paper's
 
-        own[LAW] = text_of(chosen.design.law)
-    for name, (default, description) in {**LIVE, **OF_THE_NODE}.items():
+        own[LAW_PARAMETER] = format_law(chosen.design.law)
+    for name, (default, description) in {**LIVE_PARAMETERS, **NODE_PARAMETERS}.items():
         yield name, own.get(name, default), description
-    for prefix, defaults in groups(chosen).items():
-        for field, description in descriptions(defaults):
+    for prefix, defaults in default_groups(chosen).items():
+        for field, description in find_descriptions(defaults):
             yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

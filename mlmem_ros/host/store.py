@@ -24,7 +24,7 @@ from mlmem import (
     threads,
 )
 from mlmem.loop.mailbox import Asked
-from mlmem.parsing import decode
+from mlmem.parsing import decode_value
 from mlmem.physics import Design, StateError
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.calibration import calibration_key
@@ -58,8 +58,8 @@ class Store:
             SettingsError: The path is invalid, or leads out of the root (see `files`).
         """
         # A lock belongs to a file, not to one of its names.
-        self.path = Path(os.path.realpath(files.confined(settings.path)))
-        self._calibrations = state_file.calibrations_beside(self.path)
+        self.path = Path(os.path.realpath(files.confine_path(settings.path)))
+        self._calibrations = state_file.calibration_path(self.path)
         self._calibrated: tuple[str, Calibration] | None = None
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
@@ -104,13 +104,13 @@ class Store:
             Overdue: The disk does not answer.
         """
         path = self.path
-        saved = self._worker.done(f'reading {path}', lambda: state_file.load(path))
+        saved = self._worker.done(f'reading {path}', lambda: state_file.load_snapshot(path))
         if saved is None:
             blank = ': the element is blank' if element.simulated else ''
             self._log.info(f'no state in {path} yet{blank}')
             return
         try:
-            snapshot.restore(element, saved)
+            snapshot.restore_snapshot(element, saved)
         except StateError as error:
             raise StateError(f'{path} does not belong to this design: {error}') from error
         what = 'state' if element.simulated else 'calibration and statistics'
@@ -123,9 +123,11 @@ class Store:
             None once it is safe on the disk; `StateError` or `Overdue` if it is not, which is also
             logged.
         """
-        taken = snapshot.take(element)
+        taken = snapshot.take_snapshot(element)
         self._due = threads.monotonic() + self._interval
-        saved = self._worker.do(f'saving the state in {self.path}', lambda: self._save(taken))
+        saved = self._worker.do(
+            f'saving the state in {self.path}', lambda: self._save_state(taken)
+        )
         saved.add_done_callback(self._log_error)
         return saved
 
@@ -145,10 +147,10 @@ class Store:
             saved = self.keep(element)
         except Exception as error:
             self._log.exception('taking the state', error)
-            request.resolve(_judged(outcome, error))
+            request.resolve(_apply_save_result(outcome, error))
         else:
             saved.add_done_callback(
-                lambda saved: request.resolve(_judged(outcome, saved.exception()))
+                lambda saved: request.resolve(_apply_save_result(outcome, saved.exception()))
             )
 
     def on_timer(self, loop: Loop | None) -> None:
@@ -177,7 +179,7 @@ class Store:
         except atomic_files.Claimed as error:
             raise StateError(f'{error}: give every element its own state.path') from error
         except (OSError, ValueError) as error:
-            why = atomic_files.reason(error)
+            why = atomic_files.describe_error(error)
             raise StateError(f'the state cannot be kept in {self.path}: {why}') from error
         try:
             self._worker.unless_given_up(lambda: setattr(self, '_claim', claim))
@@ -186,20 +188,21 @@ class Store:
             raise
 
     def _keep_if_idle(self, element: MemoryElement) -> None:
-        with self._log.guarded('taking the state'):
+        with self._log.guard_errors('taking the state'):
             if not element.procedure:  # else next time
                 self.keep(element)
 
-    def _save(self, taken: dict[str, Any]) -> None:
+    def _save_state(self, taken: dict[str, Any]) -> None:
         if self._claim is not None:
             try:
                 self._claim.check()
             except OSError as error:
                 raise StateError(
-                    f'the state cannot be saved in {self.path}: {atomic_files.reason(error)}'
+                    f'the state cannot be saved in {self.path}: '
+                    f'{atomic_files.describe_error(error)}'
                 ) from error
-        state_file.save(self.path, taken)
-        learnt = taken['calibration_key'], decode(Calibration, taken['calibration'])
+        state_file.save_snapshot(self.path, taken)
+        learnt = taken['calibration_key'], decode_value(Calibration, taken['calibration'])
         if learnt != self._calibrated:
             state_file.save_calibration(self._calibrations, *learnt)
             self._calibrated = learnt
@@ -209,7 +212,7 @@ class Store:
             self._log.error(str(error))
 
 
-def _judged(outcome: Outcome, error: BaseException | None) -> Outcome:
+def _apply_save_result(outcome: Outcome, error: BaseException | None) -> Outcome:
     """Return the outcome to report: a failure if the content is not on the disk."""
     if error is None:
         return outcome

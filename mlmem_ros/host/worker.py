@@ -16,17 +16,17 @@ from typing import Any, Protocol, TypeVar
 
 from mlmem import DriverError, Refused, SettingsError, threads
 from mlmem.physics import DesignError, StateError
-from mlmem.schema import printable
+from mlmem.schema import make_printable
 
 from ..bag.errors import BagError
 
-AT_ONCE = 10
+MAX_BURST_LINES = 10
 """Lines about one subject that may be logged at once."""
 
-QUIET = 1.0
+LINE_PERIOD_S = 1.0
 """Seconds after which one more is allowed."""
 
-LONGEST = 500
+MAX_LINE_CHARACTERS = 500
 """Characters of a line; longer ones lose their middle."""
 
 
@@ -55,17 +55,17 @@ class ThrottledLog:
 
     def info(self, text: str, about: str = '') -> None:
         """Log an event; a flood of lines about one subject is thinned to one per second."""
-        if (since := self._due(about)) is not None:
-            self._log.info(printable(text, LONGEST) + since)
+        if (since := self._withhold_note(about)) is not None:
+            self._log.info(make_printable(text, MAX_LINE_CHARACTERS) + since)
 
     def warning(self, text: str, about: str = '') -> None:
         """Log an oddity; floods are thinned as in `info`."""
-        if (since := self._due(about)) is not None:
-            self._log.warning(printable(text, LONGEST) + since)
+        if (since := self._withhold_note(about)) is not None:
+            self._log.warning(make_printable(text, MAX_LINE_CHARACTERS) + since)
 
     def error(self, text: str) -> None:
         """Log a failure."""
-        self._log.error(printable(text, LONGEST))
+        self._log.error(make_printable(text, MAX_LINE_CHARACTERS))
 
     def refused(self, what: str, why: object) -> None:
         """Log a refusal; floods are thinned as in `info`."""
@@ -75,7 +75,7 @@ class ThrottledLog:
         """Log a fault in the software: an unexpected exception, with its traceback."""
         with self._lock:
             self.caught += 1
-        if (since := self._due(where)) is not None:
+        if (since := self._withhold_note(where)) is not None:
             trace = ''.join(traceback.format_exception(error))
             self._log.error(f'{where} failed; this is a fault in the software{since}:\n{trace}')
 
@@ -85,26 +85,26 @@ class ThrottledLog:
         if cause is None or isinstance(cause, (OSError, ImportError)):
             return
         kinds = f'{type(error).__name__} of {type(cause).__name__}'  # texts are without number
-        if (since := self._due(kinds)) is not None:
+        if (since := self._withhold_note(kinds)) is not None:
             trace = ''.join(traceback.format_exception(cause))
-            self._log.error(f'{printable(str(error), LONGEST)}{since}:\n{trace}')
+            self._log.error(f'{make_printable(str(error), MAX_LINE_CHARACTERS)}{since}:\n{trace}')
 
     @contextmanager
-    def guarded(self, where: str) -> Iterator[None]:
+    def guard_errors(self, where: str) -> Iterator[None]:
         """Catch and log every exception of the body."""
         try:
             yield
         except Exception as error:
             self.exception(where, error)
 
-    def _due(self, key: str) -> str | None:
+    def _withhold_note(self, key: str) -> str | None:
         """Return a note on how many lines were withheld, or None to withhold this one too."""
         if not key:
             return ''
         with self._lock:
             now = threads.monotonic()
-            allowed, counted = self._allowed.get(key, (AT_ONCE, now))
-            allowed = min(AT_ONCE, allowed + (now - counted) / QUIET)
+            allowed, counted = self._allowed.get(key, (MAX_BURST_LINES, now))
+            allowed = min(MAX_BURST_LINES, allowed + (now - counted) / LINE_PERIOD_S)
             if allowed < 1.0:
                 self._allowed[key] = allowed, now
                 self._withheld[key] = self._withheld.get(key, 0) + 1
@@ -127,7 +127,7 @@ REFUSALS = (Refused, DriverError, DesignError, SettingsError, StateError, BagErr
 
 T = TypeVar('T')
 
-PATIENCE = 10.0
+WORK_TIMEOUT_S = 10.0
 """Seconds after which callers learn that the disk does not answer."""
 
 
@@ -138,7 +138,7 @@ class _Job:
         self.anyway = anyway
         self.answer: Future[Any] = threads.Future()
         self.answer.set_running_or_notify_cancel()  # a job cannot be cancelled
-        self.deadline = threads.monotonic() + PATIENCE
+        self.deadline = threads.monotonic() + WORK_TIMEOUT_S
         self.answered = False
 
 
@@ -159,8 +159,8 @@ class Worker:
             anyway: Whether to do it even if nobody waits for it any more.
 
         Returns:
-            What the work returns or raises; `Overdue` if it takes longer than `PATIENCE`. Work
-            that has not begun by then is dropped. `Refused` if the system starts no thread.
+            What the work returns or raises; `Overdue` if it takes longer than `WORK_TIMEOUT_S`.
+            Work that has not begun by then is dropped. `Refused` if the system starts no thread.
         """
         job = _Job(what, work, anyway)
         with self._changed:
@@ -170,14 +170,14 @@ class Worker:
             try:
                 threads.Thread(target=self._run, name=self._name, daemon=True).start()
             except RuntimeError as error:  # as many threads or as much memory as the system allows
-                self._refuse(Refused(f'{what} is not possible: {error}'))
+                self._refuse_jobs(Refused(f'{what} is not possible: {error}'))
         return job.answer
 
     def done(self, what: str, work: Callable[[], T]) -> T:
         """Do a job in the worker's thread and wait for it, but not for long.
 
         Raises:
-            Overdue: It takes longer than `PATIENCE`.
+            Overdue: It takes longer than `WORK_TIMEOUT_S`.
             What the work raises.
         """
         answer = self.do(what, work)
@@ -188,18 +188,18 @@ class Worker:
         """Answer callers who have waited too long; call it once a second."""
         now = threads.monotonic()
         with self._changed:
-            late = self._give_up(now)
-        _answer(late, PATIENCE)
+            late = self._expire_jobs(now)
+        _answer_late_jobs(late, WORK_TIMEOUT_S)
 
-    def wait(self, seconds: float = PATIENCE) -> bool:
+    def wait(self, seconds: float = WORK_TIMEOUT_S) -> bool:
         """Wait until all jobs are done, or for a time; return whether they are.
 
         Callers who are still waiting then get `Overdue`.
         """
         with self._changed:
             done = self._changed.wait_for(lambda: not self._jobs, seconds)
-            late = self._give_up(math.inf)
-        _answer(late, seconds)
+            late = self._expire_jobs(math.inf)
+        _answer_late_jobs(late, seconds)
         return done
 
     def unless_given_up(self, step: Callable[[], T]) -> T:
@@ -214,7 +214,7 @@ class Worker:
                 raise Refused(f'{job.what} came too late')
             return step()
 
-    def _refuse(self, refusal: Refused) -> None:
+    def _refuse_jobs(self, refusal: Refused) -> None:
         """Answer all jobs, of which none has begun; the next one tries again."""
         with self._changed:
             jobs = [job for job in self._jobs if not job.answered]
@@ -223,7 +223,7 @@ class Worker:
         for job in jobs:
             job.answer.set_exception(refusal)
 
-    def _give_up(self, now: float) -> list[_Job]:
+    def _expire_jobs(self, now: float) -> list[_Job]:
         """Mark the unanswered jobs whose deadline has passed, with the lock held; return them."""
         late = [job for job in self._jobs if now >= job.deadline and not job.answered]
         for job in late:
@@ -255,6 +255,6 @@ class Worker:
                     return
 
 
-def _answer(late: list[_Job], seconds: float) -> None:
+def _answer_late_jobs(late: list[_Job], seconds: float) -> None:
     for job in late:
         job.answer.set_exception(Overdue(job.what, seconds))

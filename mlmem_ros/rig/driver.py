@@ -21,24 +21,32 @@ import numpy as np
 from mlmem import Driver, DriverError, Settings, SettingsError, threads
 from mlmem.physics import Design, HeldCell
 from mlmem.physics.potential import Array
-from mlmem.schema import printable
+from mlmem.schema import make_printable
 
-from .frames import STRAIN, VERSION, Frame, Hello, Kind, play, played
-from .link import Link, Transport, opened, option
+from .frames import (
+    PROTOCOL_VERSION,
+    STRAIN_CAPABILITY,
+    Frame,
+    Hello,
+    Kind,
+    decode_samples,
+    encode_set_points,
+)
+from .link import Link, Transport, open_line, read_option
 
-LEAD = 0.05
+LEAD_TIME_S = 0.05
 """Seconds by which set-points are sent ahead, unless the address has the option `lead`."""
 
-PATIENCE = 1.0
+LINE_TIMEOUT_S = 1.0
 """Seconds of silence after which the driver gives up, unless the address has `patience`."""
 
-FARTHEST = 0.5
+MAX_REST_OFFSET_CELLS = 0.5
 """Cells from a ground state at which an end may begin: a wrong zero, or unit, is farther off."""
 
-BEAT = 0.25
+HEARTBEAT_PERIOD_S = 0.25
 """Seconds without a call after which the driver says that it is still there."""
 
-_NONE = np.empty((2, 0))
+_NO_SAMPLES = np.empty((2, 0))
 
 
 class Rig(Driver):
@@ -63,17 +71,20 @@ class Rig(Driver):
             SettingsError: The address is invalid, or the rig does not fit these settings.
             DriverError: There is no rig at the address.
         """
-        lead, self._patience = option(address, 'lead', LEAD), option(address, 'patience', PATIENCE)
+        lead, self._patience = (
+            read_option(address, 'lead', LEAD_TIME_S),
+            read_option(address, 'patience', LINE_TIMEOUT_S),
+        )
         self._address = address
         self._failure = ''
-        self._transport = transport or opened(address, self._patience)
+        self._transport = transport or open_line(address, self._patience)
         self._link = Link(self._transport.send)
         self._received: deque[Frame] = deque()
         self._turn = threads.Condition()  # held by whoever uses the line
         self._beats = 0  # since the last call
         try:
             self.lag = math.ceil(lead / settings.tick_seconds)
-            self._begin(design, settings)
+            self._begin_session(design, settings)
         except BaseException:
             self.close()
             raise
@@ -85,13 +96,13 @@ class Rig(Driver):
                 daemon=True,
             ).start()
 
-    def _begin(self, design: Design, settings: Settings) -> None:
+    def _begin_session(self, design: Design, settings: Settings) -> None:
         ahead = self.lag * settings.time.tick * settings.scale.time
-        greeting = {'protocol': VERSION, 'ahead': ahead}
+        greeting = {'protocol': PROTOCOL_VERSION, 'ahead': ahead}
         self._poke = 0.1 * self._patience
         self._link.send(Kind.HELLO, json.dumps(greeting).encode())
-        while (frame := self._receive(0.0)).kind != Kind.HELLO:
-            _known(frame)
+        while (frame := self._receive_frame(0.0)).kind != Kind.HELLO:
+            _check_kind(frame)
         self._link.forget()
         said = self._said = Hello.of(frame.payload)
         said.check(settings)
@@ -100,22 +111,22 @@ class Rig(Driver):
                 f'lead in device.address must be at most {0.5 * said.buffer * said.seconds:.3g} '
                 f's, for the rig holds {said.buffer} samples; got {self.lag} ticks'
             )
-        self.dt, self.nodes, self.strains = said.dt, said.nodes, STRAIN in said.can
+        self.dt, self.nodes, self.strains = said.dt, said.nodes, STRAIN_CAPABILITY in said.can
         self._poke = 0.5 * self.lag * said.samples * said.seconds
         self._unit = said.length / settings.scale.length
         self._force_unit = said.force / (settings.scale.stiffness * settings.scale.length)
         self._zero = np.array(said.zero)
         self._sent = self._returned = self._missed = 0
         self._breaks: deque[int] = deque()  # numbers of samples before which the rig ran dry
-        self._line = _NONE  # samples received and not returned yet
+        self._line = _NO_SAMPLES  # samples received and not returned yet
         self._force: float | None = None
         rest = np.zeros(self.lag * said.samples * len(said.nodes))
-        self._play(rest, None)
-        self._listen(self.lag * said.samples)
+        self._send_set_points(rest, None)
+        self._wait_for_samples(self.lag * said.samples)
         self._last = self._line[:, -1]
         at_rest = self._line.mean(axis=1)
         for name, found in zip(('left', 'right'), at_rest, strict=True):
-            if min(abs(found - design.D_s1), abs(found - design.D_s2)) > FARTHEST:
+            if min(abs(found - design.D_s1), abs(found - design.D_s2)) > MAX_REST_OFFSET_CELLS:
                 raise SettingsError(
                     f'zero in the hello of the rig must make its ends rest at {design.D_s1:.3f} '
                     f'or {design.D_s2:.3f} cells; the {name} one rests at {found:.3f}'
@@ -131,9 +142,9 @@ class Rig(Driver):
         """Send set-points and return the samples of `lag` ticks ago; see `Driver.advance`."""
         with self._turn:
             self._beats = 0
-            return self._advance(V_N, held_cell)
+            return self._exchange_samples(V_N, held_cell)
 
-    def _advance(self, V_N: Array, held_cell: HeldCell | None) -> Array:
+    def _exchange_samples(self, V_N: Array, held_cell: HeldCell | None) -> Array:
         if self._failure:
             raise DriverError(self._failure)
         # A lost frame is noticed when the next one comes: while three quarters are left to play.
@@ -141,10 +152,12 @@ class Rig(Driver):
         parts = []
         try:
             for begin in range(0, len(V_N), most):
-                self._play(V_N[begin : begin + most], _part(held_cell, begin, most))
-                parts.append(self._take(len(V_N[begin : begin + most]) // len(self.nodes)))
+                self._send_set_points(
+                    V_N[begin : begin + most], _slice_held_cell(held_cell, begin, most)
+                )
+                parts.append(self._take_samples(len(V_N[begin : begin + most]) // len(self.nodes)))
         except (DriverError, OSError, EOFError) as error:
-            self._fail(getattr(error, 'strerror', None) or str(error))
+            self._fail_line(getattr(error, 'strerror', None) or str(error))
         first = self._returned - sum(part.shape[1] for part in parts)
         self.interrupted = False
         while self._breaks and self._breaks[0] < self._returned:
@@ -163,7 +176,7 @@ class Rig(Driver):
     def health(self) -> dict[str, float | str]:
         """Return the name of the rig and the state of the line."""
         return {
-            'rig': printable(self._said.name, 60),
+            'rig': make_printable(self._said.name, 60),
             'address': self._address,
             'lead': self.lag * self._said.samples * self._said.seconds,
             'samples': self._sent,
@@ -180,11 +193,11 @@ class Rig(Driver):
             self._transport.close()
             self._turn.notify_all()
 
-    def _beat(self) -> bool:
+    def _send_heartbeat(self) -> bool:
         """Send a sign of life if no call came since the last beat; return whether to go on."""
         if self._failure:
             return False
-        if 0 < self._beats < self._patience / BEAT:
+        if 0 < self._beats < self._patience / HEARTBEAT_PERIOD_S:
             try:
                 self._link.show(1 + self._sent // self._said.samples)
             except OSError:  # the next call finds out, and tells
@@ -194,37 +207,39 @@ class Rig(Driver):
 
     # --- set-points ----------------------------------------------------------------------
 
-    def _play(self, V_N: Array, held_cell: HeldCell | None) -> None:
-        motion = _NONE if held_cell is None else held_cell.motion / self._unit
+    def _send_set_points(self, V_N: Array, held_cell: HeldCell | None) -> None:
+        motion = _NO_SAMPLES if held_cell is None else held_cell.motion / self._unit
         if held_cell is not None:
             motion = motion + np.array([[self._zero[0 if held_cell.site == 1 else 1]], [0.0]])
         site, samples = (0 if held_cell is None else held_cell.site), len(V_N) // len(self.nodes)
         self._link.send(
             Kind.PLAY,
-            play(self._sent, samples, V_N / self._unit, site, motion, self._said.numbers),
+            encode_set_points(
+                self._sent, samples, V_N / self._unit, site, motion, self._said.numbers
+            ),
         )
         self._sent += samples
 
     # --- samples -------------------------------------------------------------------------
 
-    def _take(self, samples: int) -> Array:
-        self._listen(samples)
+    def _take_samples(self, samples: int) -> Array:
+        self._wait_for_samples(samples)
         found, self._line = self._line[:, :samples], self._line[:, samples:]
         self._last = found[:, -1]
         self._returned += samples
         return found
 
-    def _listen(self, samples: int) -> None:
+    def _wait_for_samples(self, samples: int) -> None:
         while (missing := samples - self._line.shape[1]) > 0:
-            frame = self._receive(missing * self._said.seconds)
-            kind = _known(frame)
+            frame = self._receive_frame(missing * self._said.seconds)
+            kind = _check_kind(frame)
             if kind is not Kind.SAMPLES:
                 raise DriverError(f'the rig sent {kind.name} instead of samples')
-            self._store(frame)
+            self._store_samples(frame)
 
-    def _store(self, frame: Frame) -> None:
+    def _store_samples(self, frame: Frame) -> None:
         try:
-            came = played(frame.payload, self._said.numbers)
+            came = decode_samples(frame.payload, self._said.numbers)
         except ValueError as error:
             raise DriverError(f'the rig sent samples of the wrong length: {error}') from error
         due = self._returned + self._line.shape[1]
@@ -243,7 +258,7 @@ class Rig(Driver):
         ends = (came.ends - self._zero[:, None]) * self._unit
         self._line = np.concatenate((self._line, ends), axis=1)
 
-    def _receive(self, playing: float) -> Frame:
+    def _receive_frame(self, playing: float) -> Frame:
         """Return the next frame; raise `DriverError` if the rig stays silent.
 
         It may need `playing` seconds in addition, to play what it has. Silence is the time spent
@@ -262,10 +277,10 @@ class Rig(Driver):
                 wrong = f'; {self._link.wrong}' if self._link.wrong else ''
                 raise DriverError(f'the rig has been silent for {self._patience:g} s{wrong}')
             if not data:
-                self._link.poke(self._transport.filler)
+                self._link.request_next(self._transport.filler)
         return self._received.popleft()
 
-    def _fail(self, why: str) -> NoReturn:
+    def _fail_line(self, why: str) -> NoReturn:
         self._failure = f'{self._address}: {why}'
         self._transport.close()
         raise DriverError(self._failure)
@@ -275,14 +290,14 @@ def _keep_alive(rig: weakref.ref[Rig], turn: Condition) -> None:
     """Let a rig's driver send a sign of life between calls, until it is closed or forgotten."""
     with turn:
         while True:
-            turn.wait(BEAT)
+            turn.wait(HEARTBEAT_PERIOD_S)
             driver = rig()
-            if driver is None or not driver._beat():
+            if driver is None or not driver._send_heartbeat():
                 return
             del driver
 
 
-def _known(frame: Frame) -> Kind:
+def _check_kind(frame: Frame) -> Kind:
     """Return the kind of a frame; raise `DriverError` if it is unknown, or tells of a fault."""
     try:
         kind = Kind(frame.kind)
@@ -292,12 +307,12 @@ def _known(frame: Frame) -> Kind:
             f'the rig sent a frame of kind {frame.kind}; known are {known}'
         ) from None
     if kind is Kind.FAULT:
-        text = printable(frame.payload.decode(errors='replace'), 200)
+        text = make_printable(frame.payload.decode(errors='replace'), 200)
         raise DriverError(f'the rig has stopped: {text}')
     return kind
 
 
-def _part(held_cell: HeldCell | None, begin: int, most: int) -> HeldCell | None:
+def _slice_held_cell(held_cell: HeldCell | None, begin: int, most: int) -> HeldCell | None:
     """Return the drive of a held end during a part of the set-points."""
     if held_cell is None or begin >= held_cell.motion.shape[1]:
         return None

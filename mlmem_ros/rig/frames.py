@@ -20,36 +20,36 @@ from typing import NamedTuple
 import numpy as np
 
 from mlmem import DriverError, Settings, SettingsError
-from mlmem.parsing import DecodeError, decode, from_json
+from mlmem.parsing import DecodeError, decode_value, parse_json
 from mlmem.physics.potential import Array
-from mlmem.schema import described, short_repr
+from mlmem.schema import describe_field, short_repr
 
-VERSION = 1
+PROTOCOL_VERSION = 1
 """Version of the protocol: both sides send it in their hello."""
 
-MAGIC = b'mR'
+FRAME_MAGIC = b'mR'
 
 Fields = tuple[tuple[str, str], ...]
 """Fields of a layout in order: code of `struct`, meaning."""
 
 
-def _layout(fields: Fields) -> struct.Struct:
+def _build_layout(fields: Fields) -> struct.Struct:
     return struct.Struct('<' + ''.join(code for code, _ in fields))
 
 
 HEADER_FIELDS: Fields = (
-    ('2s', f'`{MAGIC.decode()}`'),
+    ('2s', f'`{FRAME_MAGIC.decode()}`'),
     ('B', 'kind'),
     ('Q', 'number: each side counts the frames it sends, and its HELLO is 0'),
     ('I', 'bytes of the payload'),
     ('H', 'low half of the CRC-32 of the bytes above'),
 )
-HEADER = _layout(HEADER_FIELDS)
+HEADER_LAYOUT = _build_layout(HEADER_FIELDS)
 
 CHECK_FIELDS: Fields = (('I', 'CRC-32 of header and payload'),)
-CHECK = _layout(CHECK_FIELDS)
+CHECK_LAYOUT = _build_layout(CHECK_FIELDS)
 
-MOST_PAYLOAD = 1 << 22
+MAX_PAYLOAD_BYTES = 1 << 22
 """Bytes: a longer payload is invalid."""
 
 PLAY_FIELDS: Fields = (
@@ -58,7 +58,7 @@ PLAY_FIELDS: Fields = (
     ('I', 'site of the held end (1 left, N right, 0 none)'),
     ('I', 'set-points for which it is held, h'),
 )
-PLAY = _layout(PLAY_FIELDS)
+PLAY_LAYOUT = _build_layout(PLAY_FIELDS)
 
 SAMPLES_FIELDS: Fields = (
     ('Q', 'number of its first sample'),
@@ -66,7 +66,7 @@ SAMPLES_FIELDS: Fields = (
     ('I', 'samples without set-points just before it'),
     ('d', "force on the substrate's end (NaN if it is not measured)"),
 )
-SAMPLES = _layout(SAMPLES_FIELDS)
+SAMPLES_LAYOUT = _build_layout(SAMPLES_FIELDS)
 
 
 class Kind(IntEnum):
@@ -102,11 +102,11 @@ class Played(NamedTuple):
     force: float
 
 
-def encode(kind: int, number: int, payload: bytes = b'') -> bytes:
+def encode_frame(kind: int, number: int, payload: bytes = b'') -> bytes:
     """Return a frame as bytes."""
-    head = HEADER.pack(MAGIC, kind, number, len(payload), 0)[:-2]
+    head = HEADER_LAYOUT.pack(FRAME_MAGIC, kind, number, len(payload), 0)[:-2]
     frame = head + struct.pack('<H', zlib.crc32(head) & 0xFFFF) + payload
-    return frame + CHECK.pack(zlib.crc32(frame))
+    return frame + CHECK_LAYOUT.pack(zlib.crc32(frame))
 
 
 class Parser:
@@ -131,7 +131,7 @@ class Parser:
         """Return the frames that these bytes complete."""
         self._buffer += data
         found, start = [], 0
-        while len(self._buffer) - start >= HEADER.size:
+        while len(self._buffer) - start >= HEADER_LAYOUT.size:
             size = self._read_size(start)
             if start + size > len(self._buffer):
                 break
@@ -140,56 +140,58 @@ class Parser:
                 start += size
                 self._lost = False
             else:
-                start = self._skip(start, size)
+                start = self._skip_damage(start, size)
         del self._buffer[:start]
         self._searched = max(0, self._searched - start)
         return found
 
     def _read_size(self, start: int) -> int:
         """Return the size of the frame that begins there, or 0 if its header is invalid."""
-        magic, _, _, length, check = HEADER.unpack_from(self._buffer, start)
-        if magic != MAGIC:
+        magic, _, _, length, check = HEADER_LAYOUT.unpack_from(self._buffer, start)
+        if magic != FRAME_MAGIC:
             if not self._lost:  # or it would be the rest of a damaged frame
                 begin = bytes(self._buffer[start : start + 16])
                 self.wrong = f'no frame begins with {short_repr(begin)}'
             return 0
-        if length > MOST_PAYLOAD:
-            self.wrong = f'a payload may have at most {MOST_PAYLOAD} bytes; got {length}'
+        if length > MAX_PAYLOAD_BYTES:
+            self.wrong = f'a payload may have at most {MAX_PAYLOAD_BYTES} bytes; got {length}'
             return 0
-        expected = zlib.crc32(self._buffer[start : start + HEADER.size - 2]) & 0xFFFF
+        expected = zlib.crc32(self._buffer[start : start + HEADER_LAYOUT.size - 2]) & 0xFFFF
         if check != expected:
             self.wrong = f'a header ends with the CRC {check:#06x}; expected {expected:#06x}'
             return 0
-        return HEADER.size + int(length) + CHECK.size
+        return HEADER_LAYOUT.size + int(length) + CHECK_LAYOUT.size
 
     def _read_frame(self, start: int, size: int) -> Frame | None:
         """Return the frame that begins there, or None if it is damaged."""
-        raw = bytes(self._buffer[start : start + size - CHECK.size])
-        _, kind, number, length, _ = HEADER.unpack_from(raw)
-        (check,) = CHECK.unpack_from(self._buffer, start + len(raw))
+        raw = bytes(self._buffer[start : start + size - CHECK_LAYOUT.size])
+        _, kind, number, length, _ = HEADER_LAYOUT.unpack_from(raw)
+        (check,) = CHECK_LAYOUT.unpack_from(self._buffer, start + len(raw))
         if check != (expected := zlib.crc32(raw)):
             self.wrong = (
                 f'a frame of kind {kind} and {length} bytes ends with the CRC {check:#010x}; '
                 f'expected {expected:#010x}'
             )
             return None
-        return Frame(kind, number, raw[HEADER.size :])
+        return Frame(kind, number, raw[HEADER_LAYOUT.size :])
 
-    def _skip(self, start: int, size: int) -> int:
+    def _skip_damage(self, start: int, size: int) -> int:
         """Return where the next frame may begin, after an invalid header or a damaged frame."""
         if size and start < self._searched:
             end = start + size
         else:
             self._searched = max(self._searched, start + size)
-            end = self._buffer.find(MAGIC, start + 1)
+            end = self._buffer.find(FRAME_MAGIC, start + 1)
             if end < 0:  # the last byte may be the first half of a magic
-                end = len(self._buffer) - self._buffer.endswith(MAGIC[:1])
+                end = len(self._buffer) - self._buffer.endswith(FRAME_MAGIC[:1])
         self.skipped += end - start
         self._lost = True
         return end
 
 
-def play(first: int, samples: int, V_N: Array, site: int, motion: Array, kind: str) -> bytes:
+def encode_set_points(
+    first: int, samples: int, V_N: Array, site: int, motion: Array, kind: str
+) -> bytes:
     """Return the payload of set-points.
 
     Args:
@@ -198,23 +200,23 @@ def play(first: int, samples: int, V_N: Array, site: int, motion: Array, kind: s
         motion: Its displacement and velocity, shape (2, m).
         kind: Type of the numbers: '<f4' or '<f8'.
     """
-    head = PLAY.pack(first, samples, site, motion.shape[1])
+    head = PLAY_LAYOUT.pack(first, samples, site, motion.shape[1])
     return head + V_N.astype(kind).tobytes() + motion.astype(kind).tobytes()
 
 
-def played(payload: bytes, kind: str) -> Played:
+def decode_samples(payload: bytes, kind: str) -> Played:
     """Return the samples in a payload.
 
     Raises:
         ValueError: Its length does not match its number of samples.
     """
-    if len(payload) < SAMPLES.size:
+    if len(payload) < SAMPLES_LAYOUT.size:
         raise ValueError(f'{len(payload)} bytes')
-    first, samples, missed, force = SAMPLES.unpack_from(payload)
-    numbers = len(payload) - SAMPLES.size
+    first, samples, missed, force = SAMPLES_LAYOUT.unpack_from(payload)
+    numbers = len(payload) - SAMPLES_LAYOUT.size
     if numbers != 2 * samples * np.dtype(kind).itemsize:
         raise ValueError(f'{numbers} bytes for {samples} samples of both ends')
-    ends = np.frombuffer(payload, kind, offset=SAMPLES.size).astype(np.float64)
+    ends = np.frombuffer(payload, kind, offset=SAMPLES_LAYOUT.size).astype(np.float64)
     return Played(first, ends.reshape(2, samples), missed, force)
 
 
@@ -224,42 +226,45 @@ MAX_TICK_SAMPLES = 1 << 14
 MAX_NODES = 16
 """Set-points of a sample at most."""
 
-STRAIN = 'strain'
+STRAIN_CAPABILITY = 'strain'
 """What a rig with an actuator can do. Without one its element is written by kicks."""
 
-NEEDED = ('left', 'right')
+REQUIRED_CAPABILITIES = ('left', 'right')
 """What a rig must be able to do: drive and sense either end."""
 
-FORMATS = ('<f4', '<f8')
+NUMBER_FORMATS = ('<f4', '<f8')
 
-_number = partial(described, MISSING, low=1e-15, high=1e15)
-_count = partial(described, MISSING, low=1)
+_number = partial(describe_field, MISSING, low=1e-15, high=1e15)
+_count = partial(describe_field, MISSING, low=1)
 
 
 @dataclass(frozen=True)
 class Hello:
     """Properties of a rig."""
 
-    protocol: int = described(MISSING, 'version of the protocol', low=VERSION, high=VERSION)
-    name: str = described(MISSING, 'its name')
+    protocol: int = describe_field(
+        MISSING, 'version of the protocol', low=PROTOCOL_VERSION, high=PROTOCOL_VERSION
+    )
+    name: str = describe_field(MISSING, 'its name')
     dt: float = _number('time units from sample to sample')
     samples: int = _count('samples of a tick: time.tick / dt', high=MAX_TICK_SAMPLES)
     seconds: float = _number('seconds of a sample by its clock: scale.time dt')
     length: float = _number('m of a unit of displacement: scale.length if that is a cell')
     buffer: int = _count('samples of set-points it can hold', high=2**31 - 1)
-    force: float = described(1.0, 'N of a unit of force', low=1e-15, high=1e15)
-    zero: tuple[float, float] = described(
+    force: float = describe_field(1.0, 'N of a unit of force', low=1e-15, high=1e15)
+    zero: tuple[float, float] = describe_field(
         (0.0, 0.0), 'readings of the left and the right end at displacement 0'
     )
-    nodes: tuple[float, ...] = described(
+    nodes: tuple[float, ...] = describe_field(
         (1.0,),
         f'when in a sample it takes set-points: a list of at most {MAX_NODES} rising numbers '
         'above 0, the last one 1',
     )
-    numbers: str = described('<f8', 'type of set-points and samples', choices=FORMATS)
-    can: tuple[str, ...] = described(
-        (STRAIN, *NEEDED),
-        f'a list of texts with {", ".join(NEEDED)}, and {STRAIN} if there is an actuator',
+    numbers: str = describe_field('<f8', 'type of set-points and samples', choices=NUMBER_FORMATS)
+    can: tuple[str, ...] = describe_field(
+        (STRAIN_CAPABILITY, *REQUIRED_CAPABILITIES),
+        f'a list of texts with {", ".join(REQUIRED_CAPABILITIES)}, and {STRAIN_CAPABILITY} if '
+        f'there is an actuator',
     )
 
     def __post_init__(self) -> None:
@@ -283,13 +288,16 @@ class Hello:
             DriverError: It is not the hello of a rig of this version; the message names the key.
         """
         try:
-            said = from_json(payload)
-            if isinstance(said, dict) and said.get('protocol', VERSION) != VERSION:
+            said = parse_json(payload)
+            if (
+                isinstance(said, dict)
+                and said.get('protocol', PROTOCOL_VERSION) != PROTOCOL_VERSION
+            ):
                 raise DecodeError(
                     f'the rig uses protocol version {short_repr(said["protocol"])}, this driver '
-                    f'{VERSION}'
+                    f'{PROTOCOL_VERSION}'
                 )
-            hello: Hello = decode(cls, said)
+            hello: Hello = decode_value(cls, said)
         except DecodeError as error:
             raise DriverError(f'the hello of the rig: {error}') from error
         return hello
@@ -297,9 +305,10 @@ class Hello:
     def check(self, settings: Settings) -> None:
         """Raise `SettingsError` if settings do not fit this rig."""
         time, scale = settings.time, settings.scale
-        if missing := [name for name in NEEDED if name not in self.can]:
+        if missing := [name for name in REQUIRED_CAPABILITIES if name not in self.can]:
             raise SettingsError(
-                f'can in the hello of the rig must have {", ".join(NEEDED)}; it lacks '
+                f'can in the hello of the rig must have {", ".join(REQUIRED_CAPABILITIES)}; it '
+                f'lacks '
                 f'{", ".join(missing)}'
             )
         if not math.isclose(self.samples * self.dt, time.tick, rel_tol=1e-9):

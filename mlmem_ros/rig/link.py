@@ -18,9 +18,9 @@ from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from mlmem import DriverError, SettingsError
 
-from .frames import Frame, Kind, Parser, encode
+from .frames import Frame, Kind, Parser, encode_frame
 
-KEPT = 4096
+MAX_KEPT_FRAMES = 4096
 """Number of sent frames that are kept for retransmission."""
 
 
@@ -44,7 +44,7 @@ class Link:
         self._wrong = ''
         self._send = send
         self._parser = Parser()
-        self._sent: deque[bytes] = deque(maxlen=KEPT)
+        self._sent: deque[bytes] = deque(maxlen=MAX_KEPT_FRAMES)
         self._next_out = self._next_in = 0
         self._missed: int | None = None  # the number requested last
         self._seen = 0  # the last one received instead of it
@@ -61,7 +61,7 @@ class Link:
 
     def send(self, kind: int, payload: bytes) -> None:
         """Send a frame."""
-        self._sent.append(encode(kind, self._next_out, payload))
+        self._sent.append(encode_frame(kind, self._next_out, payload))
         self._next_out += 1
         self._send(self._sent[-1])
 
@@ -69,7 +69,7 @@ class Link:
         """Drop the frames kept for retransmission: they have been answered."""
         self._sent.clear()
 
-    def poke(self, filler: bytes) -> None:
+    def request_next(self, filler: bytes) -> None:
         """After a silence: repeat the last frame and request the next; before the hello came, send
         a `filler` first.
         """
@@ -78,13 +78,13 @@ class Link:
         if self._sent:
             self._send(self._sent[-1])
         self.asked += 1
-        self._send(encode(Kind.AGAIN, self._next_in))
+        self._send(encode_frame(Kind.AGAIN, self._next_in))
 
     def show(self, due: int) -> None:
         """Send a sign of life: a request for frames from number `due` on, of which none is sent
         yet.
         """
-        self._send(encode(Kind.AGAIN, due))
+        self._send(encode_frame(Kind.AGAIN, due))
 
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Take bytes off the line and yield the frames that are next in order.
@@ -92,9 +92,9 @@ class Link:
         Raises:
             DriverError: A frame is requested that was answered: the other side has restarted.
         """
-        yield from filter(self._in_turn, self._parser.feed(data))
+        yield from filter(self._accept_frame, self._parser.feed(data))
 
-    def _in_turn(self, frame: Frame) -> bool:
+    def _accept_frame(self, frame: Frame) -> bool:
         if frame.kind == Kind.AGAIN:
             missing = max(0, self._next_out - frame.number)
             if missing > len(self._sent):
@@ -115,12 +115,12 @@ class Link:
             if self._missed != self._next_in or frame.number <= self._seen:  # lost, or lost again
                 self._missed = self._next_in
                 self.asked += 1
-                self._send(encode(Kind.AGAIN, self._next_in))
+                self._send(encode_frame(Kind.AGAIN, self._next_in))
             self._seen = frame.number
         return False
 
 
-MOST = 1 << 16
+MAX_READ_BYTES = 1 << 16
 """Most bytes read in one call."""
 
 
@@ -150,7 +150,7 @@ class Tcp:
         """
         if not select.select([self._connection], [], [], max(0.0, seconds))[0]:
             return b''
-        if data := self._connection.recv(MOST):
+        if data := self._connection.recv(MAX_READ_BYTES):
             return data
         raise EOFError('the rig has closed the connection')
 
@@ -197,19 +197,19 @@ class Serial:
             if not (come or free):
                 raise TimeoutError(f'the port accepted no data for {self._patience:g} s')
             if come:
-                self._come += self._read()
+                self._come += self._read_port()
             if free:
                 data = data[os.write(self._port, data) :]
 
     def receive(self, seconds: float) -> bytes:
         """Return the bytes that have arrived."""
         if not self._come and select.select([self._port], [], [], max(0.0, seconds))[0]:
-            self._come = self._read()
+            self._come = self._read_port()
         come, self._come = self._come, b''
         return come
 
-    def _read(self) -> bytes:
-        if data := os.read(self._port, MOST):
+    def _read_port(self) -> bytes:
+        if data := os.read(self._port, MAX_READ_BYTES):
             return data
         raise EOFError('the port has gone')
 
@@ -223,21 +223,21 @@ class Serial:
 Transport = Tcp | Serial
 """A line to a rig."""
 
-FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'
+ADDRESS_FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'
 
 
-def opened(address: str, patience: float) -> Transport:
-    """Open the line to an address, one of `FORMS`, perhaps with other options; connect within
-    `patience` seconds.
+def open_line(address: str, patience: float) -> Transport:
+    """Open the line to an address, one of `ADDRESS_FORMS`, perhaps with other options; connect
+    within `patience` seconds.
 
     Raises:
         SettingsError: It is not a valid address.
         DriverError: There is no rig at the address.
     """
-    parts = _split(address)
+    parts = _split_address(address)
     try:
         if parts.scheme == 'serial':
-            baud = option(address, 'baud', 1_000_000)
+            baud = read_option(address, 'baud', 1_000_000)
             if not hasattr(termios, f'B{baud:.0f}'):
                 raise SettingsError(f'baud must be a rate that the system supports; got {baud:g}')
             return Serial(parts.path, int(baud), patience)
@@ -248,13 +248,13 @@ def opened(address: str, patience: float) -> Transport:
         raise DriverError(f'no rig at {address}: {error.strerror or error}') from error
 
 
-def option(address: str, name: str, default: float) -> float:
+def read_option(address: str, name: str, default: float) -> float:
     """Return an option of an address, such as `?lead=0.1`.
 
     Raises:
         SettingsError: It is not a number above 0.
     """
-    given = parse_qs(_split(address).query, keep_blank_values=True).get(name)
+    given = parse_qs(_split_address(address).query, keep_blank_values=True).get(name)
     if given is None:
         return default
     try:
@@ -266,12 +266,12 @@ def option(address: str, name: str, default: float) -> float:
     return value
 
 
-def _split(address: str) -> SplitResult:
+def _split_address(address: str) -> SplitResult:
     try:
         parts = urlsplit(address)
         good = parts.path if parts.scheme == 'serial' else parts.hostname and parts.port
     except ValueError:
         good = None
     if not good or parts.scheme not in ('tcp', 'serial'):
-        raise SettingsError(f'device.address of a rig must be {FORMS}; got {address!r}')
+        raise SettingsError(f'device.address of a rig must be {ADDRESS_FORMS}; got {address!r}')
     return parts

@@ -12,30 +12,32 @@ import sys
 from collections.abc import Sequence
 
 from .. import __version__
-from .process import RECEIVED, use_profile
+from .process import RECEIVED_SIGNALS, use_profile
 
-NAMESPACE = '/bank'
+BANK_NAMESPACE = '/bank'
 """Namespace of a bank, unless a remapping gives another."""
 
-MOST = 128
+MAX_BANK_ELEMENTS = 128
 """Most elements; more are probably a mistake."""
 
 
-def ros_arguments(arguments: Sequence[str]) -> list[str]:
+def parse_node_arguments(arguments: Sequence[str]) -> list[str]:
     """Return a command line, the program first, with its plain options turned into ROS parameters.
 
     Raises:
         SystemExit: An option is unknown or has a bad value, or help was requested.
     """
-    return _read(node_parser(), arguments)[1]
+    return _parse_arguments(build_node_parser(), arguments)[1]
 
 
-def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
-    """Return the ROS arguments of a bank, and those of each of its nodes; see `ros_arguments`."""
-    given, of_ros = _read(bank_parser(), arguments)
+def parse_bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
+    """Return the ROS arguments of a bank, and those of each of its nodes; see
+    `parse_node_arguments`.
+    """
+    given, of_ros = _parse_arguments(build_bank_parser(), arguments)
     if not given.actions:
         of_ros += ['--ros-args', '-p', 'actions:=false']
-    namespace, rest = NAMESPACE, of_ros[:1]
+    namespace, rest = BANK_NAMESPACE, of_ros[:1]
     for word in of_ros[1:]:
         if word.startswith('__ns:='):
             namespace = word.removeprefix('__ns:=').rstrip('/')
@@ -53,21 +55,21 @@ def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, 
     return rest, elements
 
 
-def node_parser() -> argparse.ArgumentParser:
+def build_node_parser() -> argparse.ArgumentParser:
     """Return the parser of the plain options of `memory_node`."""
-    return _parser('memory_node', 'One mechanical memory element as a ROS 2 node.')
+    return _build_parser('memory_node', 'One mechanical memory element as a ROS 2 node.')
 
 
-def bank_parser() -> argparse.ArgumentParser:
+def build_bank_parser() -> argparse.ArgumentParser:
     """Return the parser of the plain options of `memory_bank`."""
-    parser = _parser('memory_bank', 'Several mechanical memory elements in one process.')
+    parser = _build_parser('memory_bank', 'Several mechanical memory elements in one process.')
     parser.add_argument(
         '--elements',
-        type=_number,
+        type=_parse_count,
         default=4,
         metavar='NUMBER',
         help='how many (default: %(default)s); element i is NAMESPACE/element_i/mlmem, in '
-        f'{NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
+        f'{BANK_NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
     )
     parser.add_argument('--record', default='', metavar='FOLDER', help='folder of the sessions')
     parser.add_argument('--state', default='', metavar='FOLDER', help='folder of the state files')
@@ -80,7 +82,7 @@ def bank_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _parser(program: str, description: str) -> argparse.ArgumentParser:
+def _build_parser(program: str, description: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         program,
         description=description,
@@ -89,7 +91,7 @@ def _parser(program: str, description: str) -> argparse.ArgumentParser:
     )
     parser.add_argument(
         '--speed',
-        type=_speed,
+        type=_parse_speed,
         metavar='FACTOR',
         help='multiple of real time, or "max" for as fast as possible: the parameter time.speed',
     )
@@ -102,11 +104,11 @@ def _parser(program: str, description: str) -> argparse.ArgumentParser:
     return parser
 
 
-def _read(
+def _parse_arguments(
     parser: argparse.ArgumentParser, arguments: Sequence[str]
 ) -> tuple[argparse.Namespace, list[str]]:
     """Return the plain options, and the equivalent ROS command line."""
-    plain, of_ros = _parted(arguments[1:])
+    plain, of_ros = _split_arguments(arguments[1:])
     given = parser.parse_args(plain)
     if given.speed is not None:
         of_ros += ['--ros-args', '-p', f'time.speed:={given.speed!r}']
@@ -115,7 +117,7 @@ def _read(
     return given, [*arguments[:1], *of_ros]
 
 
-def _parted(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+def _split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the plain arguments, and ROS's: from each `--ros-args` to `--` or the end."""
     plain: list[str] = []
     of_ros: list[str] = []
@@ -129,13 +131,15 @@ def _parted(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     return plain, of_ros
 
 
-def _number(text: str) -> int:
-    if not (text.isdecimal() and 1 <= int(text) <= MOST):
-        raise argparse.ArgumentTypeError(f'must be a number from 1 to {MOST}; got {text!r}')
+def _parse_count(text: str) -> int:
+    if not (text.isdecimal() and 1 <= int(text) <= MAX_BANK_ELEMENTS):
+        raise argparse.ArgumentTypeError(
+            f'must be a number from 1 to {MAX_BANK_ELEMENTS}; got {text!r}'
+        )
     return int(text)
 
 
-def _speed(text: str) -> float:
+def _parse_speed(text: str) -> float:
     try:
         factor = 0.0 if text == 'max' else float(text)
     except ValueError:
@@ -154,16 +158,18 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     We handle signals ourselves: rclpy's handler would shut the context down before the session
     file is closed and pending requests are answered.
     """
-    RECEIVED.heed()
+    RECEIVED_SIGNALS.handle_signals()
     use_profile(os.environ)
     given = sys.argv if arguments is None else arguments
-    given, elements = bank_arguments(given) if several else (ros_arguments(given), ({},))
-    from .node.run import run  # takes a second or two, in which a signal must not raise
+    given, elements = (
+        parse_bank_arguments(given) if several else (parse_node_arguments(given), ({},))
+    )
+    from .node.run import run_nodes  # takes a second or two, in which a signal must not raise
 
-    if RECEIVED:
-        RECEIVED.ignore()
+    if RECEIVED_SIGNALS:
+        RECEIVED_SIGNALS.ignore()
         return 0
-    return run(given, RECEIVED, elements)
+    return run_nodes(given, RECEIVED_SIGNALS, elements)
 
 
 def bank(arguments: Sequence[str] | None = None) -> int:

@@ -30,7 +30,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from ..contract import topics
 
 
-def events_executor(context: Context | None = None) -> Executor:
+def create_events_executor(context: Context | None = None) -> Executor:
     """Return an executor that builds no wait set and takes only microseconds for a callback.
 
     It ignores callback groups, and without a time-out it waits for ever.
@@ -47,12 +47,12 @@ ALIVE, CLIENTS = 'alive', 'clients'
 NOT_SERVING = DiagnosticStatus.STALE
 """Level of a heartbeat of a node that prepares: requests wait until it serves."""
 
-EVERY = 1.0
+HEARTBEAT_PERIOD_S = 1.0
 """Seconds between two signs."""
 
-SIGN = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+HEARTBEAT_PROFILE = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
-DESTROYED = InvalidHandle, rclpy_implementation.RCLError
+DESTROYED_ERRORS = InvalidHandle, rclpy_implementation.RCLError
 """What rclpy raises when a node is destroyed, or ROS was shut down."""
 
 
@@ -65,12 +65,12 @@ class Signs:
     _thread = threading.Thread()
 
     @classmethod
-    def give(
+    def start_heartbeat(
         cls, node: Node, topic: str, status: Callable[[], DiagnosticStatus] = DiagnosticStatus
     ) -> None:
         """Give signs on a topic until the node is destroyed, each with its present status."""
         with cls._lock:
-            publisher = node.create_publisher(DiagnosticStatus, topic, SIGN)
+            publisher = node.create_publisher(DiagnosticStatus, topic, HEARTBEAT_PROFILE)
             cls._publishers[publisher] = status
             if not cls._thread.is_alive():
                 cls._thread = threading.Thread(target=cls._run, name='mlmem-alive', daemon=True)
@@ -80,16 +80,16 @@ class Signs:
     def _run(cls) -> None:
         atexit.register(cls._thread.join)  # Python's end aborts who is in C++ then
         atexit.register(cls._over.set)
-        while not cls._over.wait(EVERY):
+        while not cls._over.wait(HEARTBEAT_PERIOD_S):
             with cls._lock:
                 for publisher, status in list(cls._publishers.items()):
                     try:
                         publisher.publish(status())
-                    except DESTROYED:
+                    except DESTROYED_ERRORS:
                         del cls._publishers[publisher]
 
 
-def profile(qos: topics.Qos) -> QoSProfile:
+def build_qos_profile(qos: topics.Qos) -> QoSProfile:
     """Return the rclpy profile of a quality of service."""
     history = {'depth': qos.depth} if qos.depth else {'history': HistoryPolicy.KEEP_ALL}
     return QoSProfile(
@@ -99,12 +99,12 @@ def profile(qos: topics.Qos) -> QoSProfile:
     )
 
 
-def overridable() -> QoSOverridingOptions:
+def build_override_options() -> QoSOverridingOptions:
     """Return the option that declares `qos_overrides.*` for a publisher or subscription."""
     return QoSOverridingOptions.with_default_policies()
 
 
-SENSOR_DATA = profile(topics.SENSOR_DATA)
-RELIABLE = profile(topics.RELIABLE)
-LATCHED = profile(topics.LATCHED)
-EVERY_ONE = profile(topics.EVERY_ONE)
+SENSOR_DATA_PROFILE = build_qos_profile(topics.SENSOR_DATA_QOS)
+RELIABLE_PROFILE = build_qos_profile(topics.RELIABLE_QOS)
+LATCHED_PROFILE = build_qos_profile(topics.LATCHED_QOS)
+KEEP_ALL_PROFILE = build_qos_profile(topics.KEEP_ALL_QOS)

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 T = TypeVar('T')
 
-PATIENCE = 20.0
+END_TIMEOUT_S = 20.0
 """Seconds that a process may take to end before it is killed."""
 
 PR_SET_PDEATHSIG = 1
@@ -27,22 +27,22 @@ PR_SET_PDEATHSIG = 1
 Parameters = Mapping[str, bool | int | float | str]
 
 
-def node_process(
+def run_node_process(
     arguments: Sequence[str], **streams: Any
 ) -> AbstractContextManager[subprocess.Popen[bytes]]:
-    """Run a memory node; see `child`."""
-    return child('mlmem_ros.ros.main', arguments, **streams)
+    """Run a memory node; see `run_child_process`."""
+    return run_child_process('mlmem_ros.ros.main', arguments, **streams)
 
 
 @contextmanager
-def child(
+def run_child_process(
     module: str, arguments: Sequence[str], **streams: Any
 ) -> Iterator[subprocess.Popen[bytes]]:
     """Run a module as a process with these arguments and streams (see `subprocess.Popen`); it gets
     SIGTERM in the end, and is killed if this process is.
     """
     command = [sys.executable, '-m', module, *arguments]
-    process = _PARENT.call(
+    process = _PARENT_THREAD.call(
         lambda: subprocess.Popen(
             command, stdin=subprocess.DEVNULL, preexec_fn=_end_with_parent, **streams
         )
@@ -52,7 +52,7 @@ def child(
     finally:
         process.terminate()
         try:
-            process.wait(PATIENCE)
+            process.wait(END_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
@@ -87,7 +87,7 @@ class _Parent:
                 answer.set_exception(error)
 
 
-_PARENT = _Parent()
+_PARENT_THREAD = _Parent()
 
 
 def _end_with_parent() -> None:
@@ -95,12 +95,12 @@ def _end_with_parent() -> None:
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
-def node_arguments(
+def build_node_arguments(
     element: str, parameters: Parameters | None = None, file: str | PathLike[str] | None = None
 ) -> list[str]:
     """Return the ROS command line of a node, from its full name, parameters and a file."""
     namespace, _, name = element.rpartition('/')
-    given = [f'{key}:={_literal(value)}' for key, value in (parameters or {}).items()]
+    given = [f'{key}:={_format_literal(value)}' for key, value in (parameters or {}).items()]
     remaps = [f'__node:={name}', *([f'__ns:=/{namespace.lstrip("/")}'] if namespace else [])]
     return [
         '--ros-args',
@@ -110,7 +110,7 @@ def node_arguments(
     ]
 
 
-def _literal(value: bool | float | str) -> str:
+def _format_literal(value: bool | float | str) -> str:
     """Return a value in the syntax of the ROS command line."""
     if isinstance(value, bool):
         return str(value).lower()

@@ -17,53 +17,55 @@ from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 from typing import Any
 
-HEEDED = signal.SIGINT, signal.SIGTERM
+HANDLED_SIGNALS = signal.SIGINT, signal.SIGTERM
 
 
 class Signals(list[int]):
     """The signals that have come, in their order."""
 
-    def heed(self) -> None:
+    def handle_signals(self) -> None:
         """Take note of SIGINT and SIGTERM from now on."""
-        for number in HEEDED:
-            signal.signal(number, self._handle)
+        for number in HANDLED_SIGNALS:
+            signal.signal(number, self._note_signal)
 
     def ignore(self) -> None:
         """Let no further signal cut the end of the process short."""
-        for number in HEEDED:
+        for number in HANDLED_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
 
-    def _handle(self, number: int, _: Any) -> None:
+    def _note_signal(self, number: int, _: Any) -> None:
         self.append(number)
 
 
-RECEIVED = Signals()
+RECEIVED_SIGNALS = Signals()
 """Those of this process, if it is ours."""
 
 
-PROFILE = Path(__file__).with_name('fast_dds.xml')
+PROFILE_PATH = Path(__file__).with_name('fast_dds.xml')
 """The profile; other middleware ignores it."""
 
-NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 """Variables that name a profile: of Fast DDS 2, which Jazzy has, and of Fast DDS 3."""
 
-FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
+DEFAULT_PROFILE_FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
 """Profiles that they load from the current folder by default."""
 
 
-def profile_variable(environment: Mapping[str, str]) -> str:
+def find_profile_variable(environment: Mapping[str, str]) -> str:
     """Return the variable that names a profile for the installed Fast DDS.
 
     Each version reads its own, and with Fast DDS 3 rmw_fastrtps warns of the older one.
     """
     prefixes = [*environment.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
-    return NAMES[any(Path(prefix, 'share', 'fastdds').is_dir() for prefix in prefixes if prefix)]
+    return PROFILE_VARIABLES[
+        any(Path(prefix, 'share', 'fastdds').is_dir() for prefix in prefixes if prefix)
+    ]
 
 
 def use_profile(environment: MutableMapping[str, str]) -> None:
     """Make a process that has not loaded the middleware yet use the profile, unless it has one
     already.
     """
-    given = any(environment.get(name) for name in NAMES)
-    if not given and not any(Path(name).exists() for name in FILES):
-        environment[profile_variable(environment)] = str(PROFILE)
+    given = any(environment.get(name) for name in PROFILE_VARIABLES)
+    if not given and not any(Path(name).exists() for name in DEFAULT_PROFILE_FILES):
+        environment[find_profile_variable(environment)] = str(PROFILE_PATH)

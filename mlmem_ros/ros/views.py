@@ -27,25 +27,25 @@ from ..host.settings import PublishSettings
 
 RED, WHITE, BLUE = (178, 24, 43), (247, 247, 247), (33, 102, 172)
 
-OVERSHOOT = 0.2
+SCALE_OVERSHOOT = 0.2
 """How far the scale reaches beyond either phase, in distances between the phases."""
 
-_STOPS = np.array((RED, WHITE, BLUE), dtype=np.float64).T
-COLOURS = np.stack(
-    [np.interp(np.linspace(0.0, 2.0, 256), range(3), stop) for stop in _STOPS], axis=1
+_COLOUR_STOPS = np.array((RED, WHITE, BLUE), dtype=np.float64).T
+COLOUR_TABLE = np.stack(
+    [np.interp(np.linspace(0.0, 2.0, 256), range(3), stop) for stop in _COLOUR_STOPS], axis=1
 ).astype(np.uint8)
 """Red, green and blue of every index, shape (256, 3)."""
 
 
 class Palette:
-    """Turns configurations of one design into indices of `COLOURS`."""
+    """Turns configurations of one design into indices of `COLOUR_TABLE`."""
 
     def __init__(self, design: Design) -> None:
         span = design.D_s2 - design.D_s1
-        self._low = design.D_s1 - OVERSHOOT * span
-        self._scale = 255.0 / ((1.0 + 2.0 * OVERSHOOT) * span)
+        self._low = design.D_s1 - SCALE_OVERSHOOT * span
+        self._scale = 255.0 / ((1.0 + 2.0 * SCALE_OVERSHOOT) * span)
 
-    def indices(self, configuration: Array) -> np.ndarray:
+    def colour_indices(self, configuration: Array) -> np.ndarray:
         """Return the index of each value's colour, clipped to the scale."""
         index = configuration - self._low
         index *= self._scale
@@ -53,13 +53,13 @@ class Palette:
         return np.minimum(index, 255.0, out=index).astype(np.uint8)
 
 
-ROWS = 512
+MAX_IMAGE_ROWS = 512
 """Greatest height; of a longer chain, only every second, third ... cell is shown."""
 
 DEFECT_SHADE = 0.8
 """Brightness of the lines along the defects, where walls rest."""
 
-EMPTY = 128
+EMPTY_GREY = 128
 """Grey of the time before the start."""
 
 
@@ -76,9 +76,9 @@ class Contour:
         self._every = settings.column_every
         self._columns = settings.image_span // self._every
         self._palette = Palette(element.design)
-        self._stride = math.ceil(element.design.N / ROWS)
+        self._stride = math.ceil(element.design.N / MAX_IMAGE_ROWS)
         rows = len(range(0, element.design.N, self._stride))
-        defects = [element.design.defect(level) - 1 for level in range(element.design.levels)]
+        defects = [element.design.defect_site(level) - 1 for level in range(element.design.levels)]
         self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
         self._indices = np.zeros((self._columns, rows), dtype=np.uint8)  # a ring of columns
         self._taken = 0
@@ -91,7 +91,7 @@ class Contour:
             return
         self._seen += due
         shown = self._element.chain.configuration[:: self._stride]
-        column = self._palette.indices(shown[::-1])
+        column = self._palette.colour_indices(shown[::-1])
         for _ in range(min(due, self._columns)):
             self._indices[self._taken % self._columns] = column
             self._taken += 1
@@ -99,9 +99,9 @@ class Contour:
     def message(self, stamp: Time) -> Image:
         """Return the image of the latest columns."""
         oldest_first = np.roll(self._indices, -(self._taken % self._columns), axis=0)
-        pixels = COLOURS.take(oldest_first.T, axis=0)
+        pixels = COLOUR_TABLE.take(oldest_first.T, axis=0)
         pixels[self._lines] = pixels[self._lines] * DEFECT_SHADE
-        pixels[:, : max(0, self._columns - self._taken)] = EMPTY
+        pixels[:, : max(0, self._columns - self._taken)] = EMPTY_GREY
         height, width, channels = pixels.shape
         image = Image(height=height, width=width, encoding='rgb8', step=width * channels)
         image.header.stamp = stamp
@@ -110,21 +110,23 @@ class Contour:
         return image
 
 
-CELLS = 500
+MAX_SHOWN_CELLS = 500
 """Most cells shown; of a longer chain, only every second, third ... cell is."""
 
-LABELS = 32
+MAX_LABELS = 32
 """Most levels that get a label."""
 
-WALLS = 4
+MAX_SHOWN_WALLS = 4
 """Most walls shown; the memory has one, and a second during an erase."""
 
-SLENDERNESS = 25.0
+CHAIN_SLENDERNESS = 25.0
 """Length of the drawn chain over its width."""
 
-GREY = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
-AMBER = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
-_CELL_COLOURS = [ColorRGBA(r=r / 255, g=g / 255, b=b / 255, a=1.0) for r, g, b in COLOURS.tolist()]
+CHAIN_COLOUR = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
+WALL_COLOUR = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
+_CELL_COLOURS = [
+    ColorRGBA(r=r / 255, g=g / 255, b=b / 255, a=1.0) for r, g, b in COLOUR_TABLE.tolist()
+]
 
 
 class ChainMarkers:
@@ -138,30 +140,42 @@ class ChainMarkers:
         design, self._unit = element.design, element.settings.scale.length
         self._element = element
         self._palette = Palette(design)
-        self._width = design.N * self._unit / SLENDERNESS
-        self._stride = math.ceil(design.N / CELLS)
+        self._width = design.N * self._unit / CHAIN_SLENDERNESS
+        self._stride = math.ceil(design.N / MAX_SHOWN_CELLS)
         text = min(0.8 * self._width, 0.35 * design.J * self._unit)
-        levels = range(0, design.levels, math.ceil(design.levels / LABELS))
-        self._defects = [design.defect(level) for level in levels]
+        levels = range(0, design.levels, math.ceil(design.levels / MAX_LABELS))
+        self._defects = [design.defect_site(level) for level in levels]
 
-        self._substrate = _marker('substrate', Marker.CUBE, GREY, y=0.25 * self._width)
+        self._substrate = _create_marker(
+            'substrate', Marker.CUBE, CHAIN_COLOUR, y=0.25 * self._width
+        )
         self._substrate.pose.position.z = -0.25 * self._width
         self._substrate.scale.z = 0.1 * self._width
         size, depth = 0.8 * self._stride * self._unit, 0.4 * self._width
-        self._cells = _marker('cells', Marker.CUBE_LIST, GREY, size, self._width, depth)
+        self._cells = _create_marker(
+            'cells', Marker.CUBE_LIST, CHAIN_COLOUR, size, self._width, depth
+        )
         shown = range(0, design.N, self._stride)
         self._cells.points = [Point() for _ in shown]
         below, above = -0.5 * self._width - 0.8 * text, self._width + 0.8 * text
         self._labels = [
-            _text('levels', design.code(level), GREY, text, y=below) for level in levels
+            _create_text_marker('levels', design.code(level), CHAIN_COLOUR, text, y=below)
+            for level in levels
         ]
         bar = 0.03 * design.J * self._unit
         self._walls = [
-            _marker('wall', Marker.CUBE, AMBER, bar, 2 * self._width, 0.5 * self._width)
-            for _ in range(WALLS)
+            _create_marker(
+                'wall', Marker.CUBE, WALL_COLOUR, bar, 2 * self._width, 0.5 * self._width
+            )
+            for _ in range(MAX_SHOWN_WALLS)
         ]
-        self._wall_labels = [_text('wall label', '', AMBER, text, y=above) for _ in range(WALLS)]
-        self._title = _text('level', '', AMBER, 1.5 * text, y=above + 1.8 * text)
+        self._wall_labels = [
+            _create_text_marker('wall label', '', WALL_COLOUR, text, y=above)
+            for _ in range(MAX_SHOWN_WALLS)
+        ]
+        self._title = _create_text_marker(
+            'level', '', WALL_COLOUR, 1.5 * text, y=above + 1.8 * text
+        )
         lists = self._labels, self._walls, self._wall_labels
         markers = [self._substrate, self._cells, *chain(*lists), self._title]
         self._message = MarkerArray(markers=markers)
@@ -184,12 +198,12 @@ class ChainMarkers:
         places = ((self._element.design.sites + displacement)[shown] * unit).tolist()
         for point, place in zip(self._cells.points, places, strict=True):
             point.x = place
-        indices = self._palette.indices(configuration[shown]).tolist()
+        indices = self._palette.colour_indices(configuration[shown]).tolist()
         self._cells.colors = [_CELL_COLOURS[index] for index in indices]
         for label, site in zip(self._labels, self._defects, strict=True):
             label.pose.position.x = (site + float(substrate[site - 1])) * unit
 
-        found = find_walls(self._element.design, configuration)[:WALLS]
+        found = find_walls(self._element.design, configuration)[:MAX_SHOWN_WALLS]
         slots = zip(self._walls, self._wall_labels, strict=True)
         for (bar, label), wall in zip_longest(slots, found):
             bar.action = label.action = Marker.DELETE if wall is None else Marker.ADD
@@ -197,11 +211,11 @@ class ChainMarkers:
                 place = (wall.position + float(substrate[int(wall.position) - 1])) * unit
                 bar.pose.position.x = label.pose.position.x = place
                 label.text = f'wall {wall.position:.1f}'
-        self._title.text = self._content()
+        self._title.text = self._describe_content()
         self._title.pose.position.x = 0.5 * length
         return self._message
 
-    def _content(self) -> str:
+    def _describe_content(self) -> str:
         """Return what the device believes that it holds; it has not seen the wall."""
         reading = self._element.reading
         if self._element.procedure:
@@ -212,14 +226,16 @@ class ChainMarkers:
         return self._element.describe_content(reading.level) + code
 
 
-def _marker(
+def _create_marker(
     namespace: str, kind: int, colour: ColorRGBA, x: float = 0.0, y: float = 0.0, z: float = 0.0
 ) -> Marker:
     return Marker(ns=namespace, type=kind, color=colour, scale=Vector3(x=x, y=y, z=z))
 
 
-def _text(namespace: str, text: str, colour: ColorRGBA, height: float, y: float) -> Marker:
-    marker = _marker(namespace, Marker.TEXT_VIEW_FACING, colour, z=height)
+def _create_text_marker(
+    namespace: str, text: str, colour: ColorRGBA, height: float, y: float
+) -> Marker:
+    marker = _create_marker(namespace, Marker.TEXT_VIEW_FACING, colour, z=height)
     marker.text = text
     marker.pose.position.y = y
     return marker

@@ -18,21 +18,21 @@ from mlmem.instrument.instrument import Units
 from mlmem.physics import Design
 from mlmem.schema import short_repr
 
-from ..bag.contents import LOST, Message
+from ..bag.contents import LOST_KEY, Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import calls, topics
-from ..contract.commands import OF_TOPIC, Make, NoCommand
-from ..contract.values import SHOT_HEAD
+from ..contract.commands import TOPIC_PARSERS, Make, NoCommand
+from ..contract.values import SHOT_HEAD_SIZE
 from .records import (
-    COMMAND,
-    DROPPED,
-    HEADER,
-    STATE_HASH,
-    STRING,
+    COMMAND_TOPIC,
+    DROPPED_TOPIC,
+    HEADER_TOPIC,
+    STATE_HASH_TOPIC,
+    STRING_TYPE,
     Header,
     StateHash,
-    naming,
+    name_errors,
     read_command,
     read_header,
     read_state_hash,
@@ -133,7 +133,7 @@ class SessionData:
 
 def _is_decoded(values: Mapping[str, str]) -> bool:
     try:
-        calls.level_of(values)
+        calls.parse_level(values)
     except (KeyError, ValueError):
         return False
     return 'error' not in values
@@ -150,7 +150,7 @@ MAX_SESSION_BYTES = 2**29
 """Most bytes of messages that a loaded session holds."""
 
 
-def load(
+def load_session(
     path: str | PathLike[str] | BagReader, node: str = '', motion: bool = True
 ) -> SessionData:
     """Read what a bag, or a reader that opened it, holds of a memory node, by default the only
@@ -165,15 +165,15 @@ def load(
             message and the fault.
     """
     reader = path if isinstance(path, BagReader) else BagReader(path)
-    node = node or _only_node(reader)
+    node = node or _find_only_node(reader)
     session = SessionData(node, None)
     collector = _Collector(session)
-    handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
+    handlers = {f'{node}/{name}': handler for name, handler in collector.list_handlers().items()}
     if not motion:
-        for topic in (topics.FIELD, topics.JOINT_STATES):
+        for topic in (topics.FIELD_TOPIC, topics.JOINT_STATES_TOPIC):
             del handlers[f'{node}/{topic.name}']
     held = 0
-    for seconds, message in timed(reader, node, handlers):
+    for seconds, message in iterate_timed(reader, node, handlers):
         held += len(message.cdr)
         if held > MAX_SESSION_BYTES:
             raise BagError(
@@ -182,12 +182,12 @@ def load(
                 'too_large',
             )
         kind, handler = handlers[message.topic]
-        with naming(f'{message.topic} at {seconds:.3f} s'):
+        with name_errors(f'{message.topic} at {seconds:.3f} s'):
             if message.type != kind:
                 raise BagError(f'the type must be {kind}; got {short_repr(message.type)}')
             handler(seconds, reader.deserialize(message))
     session.missing_parts = reader.missing_parts
-    session.lost = [*_lost(reader, node), *collector.dropped()]
+    session.lost = [*_list_losses(reader, node), *collector.dropped()]
     return session
 
 
@@ -203,24 +203,27 @@ class _Collector:
         self._level_is_due = False  # for the last echo
         self._dropped = 0
 
-    def handlers(self) -> dict[str, tuple[str, Handler]]:
+    def list_handlers(self) -> dict[str, tuple[str, Handler]]:
         """Return the type and the handler of every topic below the node's name."""
         return {
-            HEADER: (STRING, self._header),
-            COMMAND: (STRING, self._stamped),
-            STATE_HASH: (STRING, self._hash),
-            DROPPED: ('std_msgs/msg/UInt64', self._count_dropped),
+            HEADER_TOPIC: (STRING_TYPE, self._take_header),
+            COMMAND_TOPIC: (STRING_TYPE, self._take_stamped),
+            STATE_HASH_TOPIC: (STRING_TYPE, self._take_hash),
+            DROPPED_TOPIC: ('std_msgs/msg/UInt64', self._count_dropped),
             **{
                 topic.name: (topic.type, handler)
                 for topic, handler in (
-                    (topics.FIELD, self._field),
-                    (topics.JOINT_STATES, self._joint_states),
-                    (topics.ECHO, self._echo),
-                    (topics.WAVEFORM, self._waveform),
-                    (topics.LEVEL, self._level),
-                    (topics.CONTENT, self._content),
-                    (topics.OUTCOME, self._outcome),
-                    *((topic, self._command(OF_TOPIC[topic.name])) for topic in topics.COMMANDS),
+                    (topics.FIELD_TOPIC, self._take_field),
+                    (topics.JOINT_STATES_TOPIC, self._take_joint_states),
+                    (topics.ECHO_TOPIC, self._take_echo),
+                    (topics.WAVEFORM_TOPIC, self._take_waveform),
+                    (topics.LEVEL_TOPIC, self._take_level),
+                    (topics.CONTENT_TOPIC, self._take_content),
+                    (topics.OUTCOME_TOPIC, self._take_outcome),
+                    *(
+                        (topic, self._create_command_handler(TOPIC_PARSERS[topic.name]))
+                        for topic in topics.COMMAND_TOPICS
+                    ),
                 )
             },
         }
@@ -230,16 +233,16 @@ class _Collector:
         lost = f'{self._dropped} messages were dropped from the recording'
         return [lost] if self._dropped else []
 
-    def _header(self, _: float, message: Any) -> None:
+    def _take_header(self, _: float, message: Any) -> None:
         self._session.header = self._session.header or read_header(message.data)
 
-    def _stamped(self, _: float, message: Any) -> None:
+    def _take_stamped(self, _: float, message: Any) -> None:
         self._session.stamped.append(read_command(message.data))
 
-    def _hash(self, _: float, message: Any) -> None:
+    def _take_hash(self, _: float, message: Any) -> None:
         self._session.hashes.append(read_state_hash(message.data))
 
-    def _field(self, seconds: float, message: Any) -> None:
+    def _take_field(self, seconds: float, message: Any) -> None:
         configuration = np.asarray(message.data, dtype=np.float32)
         known = self._session.configuration
         if known and len(known[0]) != len(configuration):
@@ -247,20 +250,20 @@ class _Collector:
         self._session.field_time.append(seconds)
         known.append(configuration)
 
-    def _joint_states(self, seconds: float, message: Any) -> None:
-        self._session.end_displacement.append(calls.displacement(message))
+    def _take_joint_states(self, seconds: float, message: Any) -> None:
+        self._session.end_displacement.append(calls.parse_displacement(message))
         self._session.strain_time.append(seconds)
 
-    def _echo(self, seconds: float, message: Any) -> None:
-        t, v_m, v_c = calls.echo(message)
+    def _take_echo(self, seconds: float, message: Any) -> None:
+        t, v_m, v_c = calls.parse_echo(message)
         self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, None))
         self._level_is_due = True
 
-    def _waveform(self, _: float, message: Any) -> None:
-        shot = _shot(np.asarray(message.data, dtype=np.float64), message.layout.data_offset)
+    def _take_waveform(self, _: float, message: Any) -> None:
+        shot = _parse_shot(np.asarray(message.data, dtype=np.float64), message.layout.data_offset)
         self._session.shots.append(shot)
 
-    def _level(self, _: float, message: Any) -> None:
+    def _take_level(self, _: float, message: Any) -> None:
         self._set_level(int(message.data))
 
     def _set_level(self, level: int) -> None:
@@ -269,22 +272,22 @@ class _Collector:
             echoes[-1] = replace(echoes[-1], level=level)
             self._level_is_due = False
 
-    def _content(self, seconds: float, message: Any) -> None:
-        values = calls.values_of(message)
+    def _take_content(self, seconds: float, message: Any) -> None:
+        values = calls.extract_status_values(message)
         self._session.contents.append((seconds, message.message, values))
 
-    def _outcome(self, seconds: float, message: Any) -> None:
-        values = calls.values_of(message)
+    def _take_outcome(self, seconds: float, message: Any) -> None:
+        values = calls.extract_status_values(message)
         if _is_decoded(values):  # from the echo just before
-            self._set_level(calls.level_of(values))
+            self._set_level(calls.parse_level(values))
         self._session.outcomes.append((seconds, values))
         self._level_is_due = False
 
     def _count_dropped(self, _: float, message: Any) -> None:
         self._dropped = max(self._dropped, int(message.data))
 
-    def _command(self, make: Make) -> Handler:
-        def take(seconds: float, message: Any) -> None:
+    def _create_command_handler(self, make: Make) -> Handler:
+        def take_command(seconds: float, message: Any) -> None:
             header = self._session.header  # the first message of a session
             units = Units(header.design, header.settings.scale) if header else Units()
             try:
@@ -294,15 +297,16 @@ class _Collector:
             except Refused as refusal:  # as the node did
                 self._session.refused.append((seconds, str(refusal)))
 
-        return take
+        return take_command
 
 
-def _shot(data: Array, offset: int) -> Shot:
-    """Return the shot that `values.numbers` describe, `offset` of them before the samples."""
-    head, rows = data[:SHOT_HEAD], data[SHOT_HEAD:]
-    if offset != SHOT_HEAD or len(rows) < 2 or len(rows) % 2:
+def _parse_shot(data: Array, offset: int) -> Shot:
+    """Return the shot that `values.encode_shot` describe, `offset` of them before the samples."""
+    head, rows = data[:SHOT_HEAD_SIZE], data[SHOT_HEAD_SIZE:]
+    if offset != SHOT_HEAD_SIZE or len(rows) < 2 or len(rows) % 2:
         raise ValueError(
-            f'data must be {SHOT_HEAD} numbers, then 2 rows of samples; got {len(data)} numbers, '
+            f'data must be {SHOT_HEAD_SIZE} numbers, then 2 rows of samples; got {len(data)} '
+            f'numbers, '
             f'{offset} of them before the rows'
         )
     if not np.isfinite(head).all() or np.isinf(rows).any() or min(head[[1, 3, 6]]) <= 0.0:
@@ -315,10 +319,10 @@ def _shot(data: Array, offset: int) -> Shot:
     return Shot(end, omega_c, A, sigma, wall, strain, dt, head[7:], rows.reshape(2, -1))
 
 
-def _lost(reader: BagReader, node: str) -> Iterator[str]:
+def _list_losses(reader: BagReader, node: str) -> Iterator[str]:
     """Yield what cannot be read of a node, and what an earlier repair could not save."""
     yield from map(str, reader.losses)
-    yield from filter(None, reader.custom_data.get(LOST, '').splitlines())
+    yield from filter(None, reader.custom_data.get(LOST_KEY, '').splitlines())
     missing = []
     counts = reader.metadata.message_counts if reader.metadata else {}
     for topic, count in counts.items():
@@ -329,9 +333,9 @@ def _lost(reader: BagReader, node: str) -> Iterator[str]:
         yield f'messages that metadata.yaml counts: {", ".join(missing)}'
 
 
-def _only_node(reader: BagReader) -> str:
-    marks = {HEADER: STRING}
-    marks |= {topic.name: topic.type for topic in topics.COMMANDS}
+def _find_only_node(reader: BagReader) -> str:
+    marks = {HEADER_TOPIC: STRING_TYPE}
+    marks |= {topic.name: topic.type for topic in topics.COMMAND_TOPICS}
     found = {
         name.removesuffix(f'/{mark}')
         for name, info in reader.topics.items()
@@ -351,7 +355,7 @@ def _only_node(reader: BagReader) -> str:
     )
 
 
-def timed(
+def iterate_timed(
     reader: BagReader, node: str, topics: Collection[str]
 ) -> Iterator[tuple[float, Message]]:
     """Yield messages of some topics (full names), each with the seconds since the first of the
@@ -361,7 +365,7 @@ def timed(
     simulator that is reset, or that NTP corrects, and the seconds here stand still meanwhile.
     Another recorder does not write in the order of events, so its messages are read by time.
     """
-    as_written = f'{node}/{HEADER}' in reader.topics
+    as_written = f'{node}/{HEADER_TOPIC}' in reader.topics
     start = None if as_written or reader.span is None else reader.span[0]
     latest = 0
     messages = reader.session_messages(topics) if as_written else reader.messages(topics)

@@ -19,30 +19,30 @@ from dataclasses import MISSING, dataclass, field
 from typing import Any
 
 from mlmem import Calibration, Command, MemoryElement, Refused, Settings, snapshot
-from mlmem.commands import KINDS
+from mlmem.commands import COMMANDS_BY_NAME
 from mlmem.instrument.drivers import steps_per_tick
-from mlmem.parsing import ANY, DecodeError, decode, from_json
-from mlmem.physics import ARITHMETIC, Design, Specimen
+from mlmem.parsing import ANY_VALUE, DecodeError, decode_value, parse_json
+from mlmem.physics import ARITHMETIC_VERSION, Design, Specimen
 from mlmem.physics.potential import Array
-from mlmem.schema import Description, described, printable, short_repr
+from mlmem.schema import Description, describe_field, make_printable, short_repr
 
 from .. import __version__, packages
 from ..bag import jazzy
 from ..bag.errors import BagError
 
-FORMAT = 1
+SESSION_FORMAT = 1
 """Version of this format; a session of another one is rejected."""
 
-HEADER = 'session'
-COMMAND = 'session/command'
-STATE_HASH = 'session/state_hash'
-DROPPED = 'session/dropped'
+HEADER_TOPIC = 'session'
+COMMAND_TOPIC = 'session/command'
+STATE_HASH_TOPIC = 'session/state_hash'
+DROPPED_TOPIC = 'session/dropped'
 """Topics of a session below the node's name, besides those that the node publishes."""
 
-STRING = 'std_msgs/msg/String'
+STRING_TYPE = 'std_msgs/msg/String'
 
 
-def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> bytes:
+def build_header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> bytes:
     """Return the message from which a replay starts, as CDR; the node's parameters are for
     information.
 
@@ -50,89 +50,95 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
         Refused: A procedure runs.
     """
     made, special = element.made, {}
-    if made.design != element.design or not made.ideal:
+    if made.design != element.design or not made.is_ideal:
         special['specimen'] = made.as_dict()
     if element.forecast is not None:
         special['forecast'] = element.forecast.as_dict()
     if element.twin is not None:
         special['twin'] = element.twin.as_dict()
-    return _string(
+    return _serialize_json(
         {
-            'format': FORMAT,
+            'format': SESSION_FORMAT,
             'node': node,
-            'versions': versions(),
+            'versions': collect_versions(),
             'seed': element.faults.seed,
             'design': element.design.as_dict(),
             'settings': element.settings.as_dict(),
             'parameters': dict(parameters),
-            'initial': snapshot.take(element),
+            'initial': snapshot.take_snapshot(element),
             **special,
         }
     )
 
 
-def command(tick: int, given: Command) -> bytes:
+def build_command(tick: int, given: Command) -> bytes:
     """Return the message of a command that took effect at a tick, as CDR."""
-    return _string({'tick': tick, **as_dict(given)})
+    return _serialize_json({'tick': tick, **command_to_dict(given)})
 
 
-def as_dict(command: Command) -> dict[str, Any]:
-    """Return a command as its kind and its values; see `records.command_of`."""
+def command_to_dict(command: Command) -> dict[str, Any]:
+    """Return a command as its kind and its values; see `records.parse_command`."""
     return {'kind': type(command).__name__, **dataclasses.asdict(command)}
 
 
-def state_hash(element: MemoryElement) -> bytes:
+def build_state_hash(element: MemoryElement) -> bytes:
     """Return the message with the hash of the present state, as CDR.
 
     It also holds the exact displacements, so that a replay that differs can say by how much.
     """
     v = [number.hex() for number in element.chain.v.tolist()]
-    return _string({'tick': element.ticks, 'hash': snapshot.digest(element), 'v': v})
+    return _serialize_json({'tick': element.ticks, 'hash': snapshot.hash_state(element), 'v': v})
 
 
-def versions() -> dict[str, str]:
+def collect_versions() -> dict[str, str]:
     """Return what the results may depend on: package, arithmetic, libraries, processor."""
     return {
         'mlmem_ros': __version__,
-        'arithmetic': ARITHMETIC,
+        'arithmetic': ARITHMETIC_VERSION,
         'python': platform.python_version(),
-        **{name: _version(name) for name in ('numpy', 'numba', 'llvmlite')},
+        **{name: _find_version(name) for name in ('numpy', 'numba', 'llvmlite')},
         'machine': platform.machine(),
     }
 
 
 @functools.cache  # looked up on the disk, for which no tick may wait
-def _version(package: str) -> str:
-    return packages.installed(package) or 'unknown'
+def _find_version(package: str) -> str:
+    return packages.find_installed_version(package) or 'unknown'
 
 
-def _string(values: dict[str, Any]) -> bytes:
-    return jazzy.serialize(jazzy.message(STRING, data=json.dumps(values)))
+def _serialize_json(values: dict[str, Any]) -> bytes:
+    return jazzy.serialize_message(jazzy.make_message(STRING_TYPE, data=json.dumps(values)))
 
 
-MOST_TICKS = 2**53
+MAX_TICKS = 2**53
 """Ticks of a device's clock: 500 000 years at the default pace."""
 
-MOST_HASH_EVERY = 10**6
+MAX_HASH_INTERVAL_TICKS = 10**6
 """Upper bound of `record.hash_every`, the ticks between two hashes; its default is 500."""
 
 
-_TICK = Description('ticks done', low=0, high=MOST_TICKS)
+_TICK_DESCRIPTION = Description('ticks done', low=0, high=MAX_TICKS)
 
 
 @dataclass(frozen=True)
 class Header:
     """The start of a session, by the keys in its file."""
 
-    format: int = described(MISSING, 'version of the format', low=FORMAT, high=FORMAT)
-    design: Design = described(MISSING, 'the element')
-    settings: Settings = described(MISSING, "the instrument's settings")
-    initial: Mapping[str, Any] = described(MISSING, 'its state, which `snapshot.restore` checks')
-    versions: Mapping[str, str] = described(MISSING, 'all that the results may depend on, by name')
+    format: int = describe_field(
+        MISSING, 'version of the format', low=SESSION_FORMAT, high=SESSION_FORMAT
+    )
+    design: Design = describe_field(MISSING, 'the element')
+    settings: Settings = describe_field(MISSING, "the instrument's settings")
+    initial: Mapping[str, Any] = describe_field(
+        MISSING, 'its state, which `snapshot.restore_snapshot` checks'
+    )
+    versions: Mapping[str, str] = describe_field(
+        MISSING, 'all that the results may depend on, by name'
+    )
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    specimen: Specimen | None = described(None, 'the simulated element; null: as designed')
-    forecast: Calibration | None = described(None, 'the calibration that a twin forecast')
-    twin: Specimen | None = described(None, 'the twin by which a register was read')
+    specimen: Specimen | None = describe_field(None, 'the simulated element; null: as designed')
+    forecast: Calibration | None = describe_field(None, 'the calibration that a twin forecast')
+    twin: Specimen | None = describe_field(None, 'the twin by which a register was read')
     node: str = ''
     seed: int = 0
 
@@ -156,8 +162,8 @@ class Header:
     @property
     def hash_every(self) -> int:
         """Ticks between two hashes."""
-        name, given = 'record.hash_every', Description('', low=1, high=MOST_HASH_EVERY)
-        return int(decode(int, self.parameters.get(name, 500), name, given))
+        name, given = 'record.hash_every', Description('', low=1, high=MAX_HASH_INTERVAL_TICKS)
+        return int(decode_value(int, self.parameters.get(name, 500), name, given))
 
     @property
     def simulated(self) -> bool:
@@ -167,8 +173,8 @@ class Header:
     @property
     def calibration(self) -> Calibration:
         """The calibration with which it began; raises BagError without one."""
-        with naming('the calibration in the session header'):
-            calibration: Calibration = decode(Calibration, self.initial['calibration'])
+        with name_errors('the calibration in the session header'):
+            calibration: Calibration = decode_value(Calibration, self.initial['calibration'])
             calibration.check(self.design.levels)
         return calibration
 
@@ -177,9 +183,9 @@ class Header:
 class StateHash:
     """The hash of the material's state after a tick, and its displacements of shape (N,)."""
 
-    tick: int = described(MISSING, 'ticks done', low=0, high=MOST_TICKS)
-    hash: str = described(MISSING, '32 hexadecimal digits')
-    v: Array = described(MISSING, 'a list of hexadecimal numbers')
+    tick: int = describe_field(MISSING, 'ticks done', low=0, high=MAX_TICKS)
+    hash: str = describe_field(MISSING, '32 hexadecimal digits')
+    v: Array = describe_field(MISSING, 'a list of hexadecimal numbers')
 
     def __post_init__(self) -> None:
         if len(self.hash) != 32:
@@ -189,7 +195,7 @@ class StateHash:
 
 
 @contextmanager
-def naming(where: str) -> Iterator[None]:
+def name_errors(where: str) -> Iterator[None]:
     """Add the record's name, such as ``'session/command at 12.3 s'``, to any error its content
     causes.
 
@@ -204,42 +210,45 @@ def naming(where: str) -> Iterator[None]:
         *(ArithmeticError, AttributeError, LookupError, TypeError, ValueError),
         *(RecursionError, MemoryError, Refused),
     ) as error:
-        raise BagError(f'{where}: {printable(str(error) or repr(error), 300)}') from error
+        raise BagError(f'{where}: {make_printable(str(error) or repr(error), 300)}') from error
 
 
 def read_header(text: str) -> Header:
     """Parse the header from JSON; raises `BagError`, for another format with `other_format`."""
-    values = _read(dict[str, Any], text)
-    if values.get('format') != FORMAT:
+    values = _decode_json(dict[str, Any], text)
+    if values.get('format') != SESSION_FORMAT:
         raise BagError(
-            f'format must be {FORMAT}; got {short_repr(values.get("format"))}', 'other_format'
+            f'format must be {SESSION_FORMAT}; got {short_repr(values.get("format"))}',
+            'other_format',
         )
-    header: Header = _read(Header, values)
+    header: Header = _decode_json(Header, values)
     return header
 
 
 def read_command(text: str) -> tuple[int, Command]:
     """Parse a tick and its command from JSON; raises `BagError`."""
-    values = _read(dict[str, Any], text)
-    tick = _read(int, values.pop('tick', None), 'tick', _TICK)
+    values = _decode_json(dict[str, Any], text)
+    tick = _decode_json(int, values.pop('tick', None), 'tick', _TICK_DESCRIPTION)
     try:
-        return tick, command_of(values)
+        return tick, parse_command(values)
     except Refused as error:
         raise BagError(str(error)) from error
 
 
-def command_of(data: Mapping[str, Any]) -> Command:
-    """Return the command that `as_dict` described.
+def parse_command(data: Mapping[str, Any]) -> Command:
+    """Return the command that `command_to_dict` described.
 
     Raises:
         Refused: The data do not describe a command.
     """
     values = dict(data)
     kind = values.pop('kind', None)
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise Refused(f'command must be one of {", ".join(KINDS)}; got {short_repr(kind)}')
+    if not isinstance(kind, str) or kind not in COMMANDS_BY_NAME:
+        raise Refused(
+            f'command must be one of {", ".join(COMMANDS_BY_NAME)}; got {short_repr(kind)}'
+        )
     try:
-        command: Command = decode(KINDS[kind], values)
+        command: Command = decode_value(COMMANDS_BY_NAME[kind], values)
     except DecodeError as error:
         raise Refused(f'{kind} has wrong values: {error}') from error
     return command
@@ -247,12 +256,12 @@ def command_of(data: Mapping[str, Any]) -> Command:
 
 def read_state_hash(text: str) -> StateHash:
     """Parse a state hash from JSON; raises `BagError`."""
-    found: StateHash = _read(StateHash, text)
+    found: StateHash = _decode_json(StateHash, text)
     return found
 
 
-def _read(kind: Any, data: Any, name: str = '', given: Description = ANY) -> Any:
+def _decode_json(kind: Any, data: Any, name: str = '', given: Description = ANY_VALUE) -> Any:
     try:
-        return decode(kind, from_json(data) if isinstance(data, str) else data, name, given)
+        return decode_value(kind, parse_json(data) if isinstance(data, str) else data, name, given)
     except DecodeError as error:
         raise BagError(str(error)) from error

@@ -25,36 +25,36 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.instrument import LONGEST_RUN
+from mlmem.instrument.instrument import MAX_RUN_TICKS
 from mlmem.physics import StateError
 
 from ..bag.errors import BagError
 from ..contract import topics, values
-from ..contract.answers import ended
+from ..contract.answers import outcome_to_dict
 from .data import SessionData
-from .records import MOST_HASH_EVERY, Header, StateHash, naming, versions
-from .report import ComparedEvents, Difference, ReplayReport, ending
+from .records import MAX_HASH_INTERVAL_TICKS, Header, StateHash, collect_versions, name_errors
+from .report import ComparedEvents, Difference, ReplayReport, describe_ending
 
 Progress = Callable[[int, int], None]
 """Called periodically with the ticks done and the ticks to do."""
 
-MOST_TICKS = 10**9
+MAX_REPLAY_TICKS = 10**9
 """Most ticks of a replay by message stamps: three weeks at the default pace."""
 
-PROGRESS_EVERY = 500
+PROGRESS_PERIOD_TICKS = 500
 """Ticks between two calls of a progress callback."""
 
 
-CONTENTS: dict[topics.Topic, Callable[[Any], Any]] = {
-    topics.ECHO: lambda echo: np.stack((echo.t, echo.v_m, echo.v_c)).astype(np.float32),
-    topics.WAVEFORM: values.numbers,
-    topics.OUTCOME: lambda outcome: values.texts(ended(outcome)),
-    topics.CONTENT: values.content,
+COMPARED_CONTENTS: dict[topics.Topic, Callable[[Any], Any]] = {
+    topics.ECHO_TOPIC: lambda echo: np.stack((echo.t, echo.v_m, echo.v_c)).astype(np.float32),
+    topics.WAVEFORM_TOPIC: values.encode_shot,
+    topics.OUTCOME_TOPIC: lambda outcome: values.format_values(outcome_to_dict(outcome)),
+    topics.CONTENT_TOPIC: values.describe_content,
 }
 """What is compared of the events on each topic: numbers, or texts."""
 
 
-def element_of(session: SessionData) -> MemoryElement:
+def build_element(session: SessionData) -> MemoryElement:
     """Return the device of a session in the state where the session began.
 
     Raises:
@@ -72,7 +72,7 @@ def element_of(session: SessionData) -> MemoryElement:
             'a session of a real element cannot be replayed, since its state is unknown'
         )
     unknown = DelayTable(tuple(float(level) for level in range(header.design.levels)))
-    with naming('the initial state in the session header'):
+    with name_errors('the initial state in the session header'):
         driver = Simulation.of(header.made, header.settings.time)
         known = Calibration(unknown, unknown)
         element = MemoryElement(header.design, header.settings, known, driver)
@@ -82,23 +82,23 @@ def element_of(session: SessionData) -> MemoryElement:
         initial = dict(header.initial)
         # The delays belong to exactly these settings, even if a later version changes the key.
         initial.pop('calibration_key', None)
-        snapshot.restore(element, initial)
+        snapshot.restore_snapshot(element, initial)
     return element
 
 
-def replay(session: SessionData, progress: Progress | None = None) -> ReplayReport:
+def run_replay(session: SessionData, progress: Progress | None = None) -> ReplayReport:
     """Run a session again and compare states, levels and events.
 
     Raises:
         BagError: The header is missing or invalid, the records are implausible, or the material
             diverges.
     """
-    element, header = element_of(session), session.require_header()
-    report = _report_of(session)
-    report.other_build = _other_build(header.versions)
+    element, header = build_element(session), session.require_header()
+    report = _create_report(session)
+    report.other_build = _find_other_build(header.versions)
     player = _Player(element, report, session)
-    silence = longest_silence(header)
-    player.play(session.stamped, last_tick(session, element.ticks, silence), progress)
+    silence = find_max_gap(header)
+    player.play(session.stamped, find_last_tick(session, element.ticks, silence), progress)
     player.reach_recorded_events(header.hash_every)  # a killed recorder leaves no hash at the end
     return report
 
@@ -114,12 +114,12 @@ def replay_commands(
     Raises:
         BagError: The stamps span too long a time, or the material diverges.
     """
-    report = _report_of(session)
+    report = _create_report(session)
     report.foreign = True
     report.refused = [f'{time:.3f} s: {why}' for time, why in session.refused]
     player = _Player(element, report, session)
     tick_seconds, first = element.settings.tick_seconds, element.ticks
-    longest = MOST_TICKS * tick_seconds
+    longest = MAX_REPLAY_TICKS * tick_seconds
     if any(time > longest for time, _ in session.commands):
         raise BagError(
             f'the commands must span at most {longest:.3g} s; the last of {session.node} is at '
@@ -153,20 +153,20 @@ class _Player:
             due[tick].append(given)
         first = self._element.ticks
         self._stops = sorted({*due, *self._hashes})
-        self._look()  # a session without ticks has the hash of its first state
+        self._check_state()  # a session without ticks has the hash of its first state
         reported = first
         while (now := self._element.ticks) < last:
             for given in due.get(now, ()):
-                self._apply(given)
+                self._apply_command(given)
             self._run(last)
             now = self._element.ticks
-            if progress and (now == last or now - reported >= PROGRESS_EVERY):
+            if progress and (now == last or now - reported >= PROGRESS_PERIOD_TICKS):
                 reported = now
                 progress(now - first, last - first)
 
     def finish_procedure(self) -> None:
         """Advance until the running procedure has ended."""
-        last = self._element.ticks + MOST_TICKS
+        last = self._element.ticks + MAX_REPLAY_TICKS
         while self._element.procedure and self._element.ticks < last:
             self._run(last)
 
@@ -178,7 +178,7 @@ class _Player:
         ):
             self._run(last)
 
-    def _apply(self, given: Command) -> None:
+    def _apply_command(self, given: Command) -> None:
         try:
             self._element.apply(given)
             self._report.commands += 1
@@ -191,7 +191,7 @@ class _Player:
         place = bisect_right(self._stops, begun)
         stop = min([last, *self._stops[place : place + 1]])
         try:
-            events = self._element.advance(min(LONGEST_RUN, stop - begun))
+            events = self._element.advance(min(MAX_RUN_TICKS, stop - begun))
         except (StateError, ArithmeticError) as error:
             raise BagError(f'tick {self._element.ticks} cannot be replayed: {error}') from error
         for event in events:
@@ -201,9 +201,9 @@ class _Player:
                 self._report.outcomes.append(event)
             self._compare_event(event)
         self._report.ticks += self._element.ticks - begun
-        self._look()
+        self._check_state()
 
-    def _look(self) -> None:
+    def _check_state(self) -> None:
         """Compare the state, if it was recorded at this tick."""
         recorded = self._hashes.get(self._element.ticks)
         if recorded is not None:
@@ -211,19 +211,19 @@ class _Player:
 
     def _compare_event(self, event: Event) -> None:
         """Compare what an event publishes with the next of the recording on each topic."""
-        for topic, content in values.published(event, self._element).items():
+        for topic, content in values.collect_published(event, self._element).items():
             compared = self._report.events.get(topic.name)
             if compared is None or compared.compared == compared.recorded:
                 continue
             recorded = self._events[topic][compared.compared]
-            difference = difference_of(recorded, CONTENTS[topic](content))
+            difference = find_difference(recorded, COMPARED_CONTENTS[topic](content))
             compared.compared += 1
             compared.equal += difference == 0.0
             compared.difference = max(compared.difference, difference)
 
     def _compare_state(self, recorded: StateHash) -> None:
         self._report.hashes += 1
-        if snapshot.digest(self._element) == recorded.hash:
+        if snapshot.hash_state(self._element) == recorded.hash:
             self._report.equal_hashes += 1
             return
         by = float(np.abs(self._element.chain.v - recorded.v).max())
@@ -239,16 +239,16 @@ def _recorded_events(session: SessionData, texts: bool) -> dict[topics.Topic, li
         texts: Whether to return texts, which another build may word or round otherwise.
     """
     found: dict[topics.Topic, list[Any]] = {
-        topics.ECHO: [np.stack((echo.t, echo.v_m, echo.v_c)) for echo in session.echoes],
-        topics.WAVEFORM: [values.numbers(shot) for shot in session.shots],
+        topics.ECHO_TOPIC: [np.stack((echo.t, echo.v_m, echo.v_c)) for echo in session.echoes],
+        topics.WAVEFORM_TOPIC: [values.encode_shot(shot) for shot in session.shots],
     }
     if texts:
-        found[topics.OUTCOME] = [dict(each) for _, each in session.outcomes]
-        found[topics.CONTENT] = [(text, each) for _, text, each in session.contents]
+        found[topics.OUTCOME_TOPIC] = [dict(each) for _, each in session.outcomes]
+        found[topics.CONTENT_TOPIC] = [(text, each) for _, text, each in session.contents]
     return {topic: recorded for topic, recorded in found.items() if recorded}
 
 
-def difference_of(recorded: Any, computed: Any) -> float:
+def find_difference(recorded: Any, computed: Any) -> float:
     """Return the greatest difference of numbers; infinite for other texts or another shape."""
     if not isinstance(recorded, np.ndarray):
         return 0.0 if recorded == computed else math.inf
@@ -261,18 +261,18 @@ def difference_of(recorded: Any, computed: Any) -> float:
     return math.inf if math.isnan(difference) else difference
 
 
-def _report_of(session: SessionData) -> ReplayReport:
+def _create_report(session: SessionData) -> ReplayReport:
     """Return a report that holds only what was recorded and what is missing."""
     return ReplayReport(
         recorded_levels=[echo.level for echo in session.echoes],
-        recorded_endings=[ending(values) for _, values in session.outcomes],
+        recorded_endings=[describe_ending(values) for _, values in session.outcomes],
         lost=session.lost,
         missing_parts=session.missing_parts,
     )
 
 
-def _other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
-    here = versions()
+def _find_other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
+    here = collect_versions()
     return {
         name: (recorded.get(name, 'unknown'), here.get(name, 'unknown'))
         for name in {**recorded, **here}
@@ -280,15 +280,15 @@ def _other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
     }
 
 
-_HASHES_MISSING = 100  # in a row, at most, because of damage or a slow disk
+_MAX_MISSING_HASHES = 100  # in a row, at most, because of damage or a slow disk
 
 
-def longest_silence(header: Header) -> int:
+def find_max_gap(header: Header) -> int:
     """Return the most ticks that may lie between two records of a session."""
-    return min(_HASHES_MISSING * header.hash_every, MOST_HASH_EVERY)
+    return min(_MAX_MISSING_HASHES * header.hash_every, MAX_HASH_INTERVAL_TICKS)
 
 
-def last_tick(session: SessionData, first: int, silence: int) -> int:
+def find_last_tick(session: SessionData, first: int, silence: int) -> int:
     """Return the tick before which a session ends.
 
     Args:

@@ -10,17 +10,17 @@ from typing import Any
 
 from mlmem import BLANK, UNDECODABLE, Outcome
 
-from ..bag.contents import NOT_CLOSED
-from ..contract.answers import ended
+from ..bag.contents import NOT_CLOSED_REASON
+from ..contract.answers import outcome_to_dict
 
-ROUNDING = 1e-6
+MAX_ROUNDING_CELLS = 1e-6
 """Greatest difference, in cells, that another build's rounding can cause.
 
 Rounding every displacement at every tick, by four times a processor's rounding, changes the golden
 sessions by less than 1e-12 cells. A greater difference has another cause.
 """
 
-VERDICTS = {
+VERDICT_TEXTS = {
     'exact': 'exact: the same bits',
     'agrees': 'the levels agree',
     'nothing_to_compare': 'NOTHING TO COMPARE: the bag has neither ~/outcome, nor ~/echo and '
@@ -37,7 +37,9 @@ VERDICTS = {
 }
 """The verdicts of a replay, by their codes, but for `part_missing`, which says which."""
 
-ROUNDED = f'the levels agree, and the bits but for rounding (less than {ROUNDING:g} cells)'
+ROUNDED_VERDICT = (
+    f'the levels agree, and the bits but for rounding (less than {MAX_ROUNDING_CELLS:g} cells)'
+)
 """The verdict `agrees` on another build."""
 
 
@@ -78,7 +80,7 @@ class ComparedEvents:
     @property
     def rounded(self) -> bool:
         """Whether every recorded event was computed again up to another build's rounding."""
-        return self.compared == self.recorded and self.difference <= ROUNDING
+        return self.compared == self.recorded and self.difference <= MAX_ROUNDING_CELLS
 
 
 @dataclass
@@ -92,7 +94,7 @@ class ReplayReport:
         state_difference: Greatest difference of a displacement at any of them, in cells.
         levels: Levels decoded by the replay, in order.
         recorded_levels: Recorded levels, by echo; None where there was none.
-        recorded_endings: How they ended in the recording; see `ending`.
+        recorded_endings: How they ended in the recording; see `describe_ending`.
         events: How the recorded events agree, by topic.
         lost: What is missing from the recording, one line each.
         missing_parts: Numbers, from 0, of the missing files of a split recording.
@@ -120,18 +122,18 @@ class ReplayReport:
     @property
     def endings(self) -> list[str]:
         """How the procedures ended in the replay, as `recorded_endings`."""
-        return [ending(ended(outcome)) for outcome in self.outcomes]
+        return [describe_ending(outcome_to_dict(outcome)) for outcome in self.outcomes]
 
     @property
     def compared(self) -> bool:
         """Whether there was anything to compare with."""
-        return bool(self.hashes or comparable(self.recorded_levels) or self.recorded_endings)
+        return bool(self.hashes or count_comparable(self.recorded_levels) or self.recorded_endings)
 
     @property
     def levels_agree(self) -> bool:
         """Whether every recorded level was decoded again, and every ending reached."""
         return all(
-            agreeing(then, now) == comparable(then)
+            count_agreeing(then, now) == count_comparable(then)
             for then, now in (
                 (self.recorded_levels, self.levels),
                 (self.recorded_endings, self.endings),
@@ -163,7 +165,7 @@ class ReplayReport:
         if not self.compared or not self.levels_agree:
             return False
         states = self.difference is None or (
-            bool(self.other_build) and self.state_difference <= ROUNDING
+            bool(self.other_build) and self.state_difference <= MAX_ROUNDING_CELLS
         )
         return self.foreign or (states and not self.other_events and not self.refused)
 
@@ -174,20 +176,20 @@ class ReplayReport:
 
     @property
     def code(self) -> str:
-        """The verdict as one of the keys of `VERDICTS`, or `part_missing`."""
+        """The verdict as one of the keys of `VERDICT_TEXTS`, or `part_missing`."""
         if not self.compared:
             return 'nothing_to_compare'
         if self.passed and self.missing_parts:
             return 'part_missing'
         if self.passed:
             return 'exact' if self.exact and not self.foreign else 'agrees'
-        if any(NOT_CLOSED not in line for line in self.lost):
+        if any(NOT_CLOSED_REASON not in line for line in self.lost):
             return 'incomplete'
         if not self.levels_agree:
             return 'levels_differ'
         if self.refused:
             return 'commands_rejected'
-        if self.state_difference > ROUNDING:
+        if self.state_difference > MAX_ROUNDING_CELLS:
             return 'states_differ'
         return 'events_differ' if self.other_events else 'rounding_differs'
 
@@ -195,19 +197,19 @@ class ReplayReport:
     def verdict(self) -> str:
         """The verdict in one sentence, with any reason against it in capitals."""
         if self.passed:
-            agree = VERDICTS['exact'] if self.exact else ROUNDED
-            return self._remains() + (VERDICTS['agrees'] if self.foreign else agree)
+            agree = VERDICT_TEXTS['exact'] if self.exact else ROUNDED_VERDICT
+            return self._describe_missing() + (VERDICT_TEXTS['agrees'] if self.foreign else agree)
         listed = f': {", ".join(self.other_events)}' if self.code == 'events_differ' else ''
-        return VERDICTS[self.code] + listed
+        return VERDICT_TEXTS[self.code] + listed
 
-    def _remains(self) -> str:
+    def _describe_missing(self) -> str:
         """Return how a verdict begins if something is missing from the recording."""
         if self.missing_parts:
             numbers = ', '.join(str(number + 1) for number in self.missing_parts)
             return f'NOT WHOLE: part {numbers} is missing; up to there, '
         if not self.lost:
             return ''
-        if all(NOT_CLOSED in line for line in self.lost):
+        if all(NOT_CLOSED_REASON in line for line in self.lost):
             return 'NOT WHOLE: the end of the recording is missing; up to there, '
         return 'NOT WHOLE: part of the recording is lost; in what remains, '
 
@@ -237,7 +239,7 @@ class ReplayReport:
         }  # fmt: skip
 
 
-def ending(values: Mapping[str, Any]) -> str:
+def describe_ending(values: Mapping[str, Any]) -> str:
     """Return in words how a procedure ended, by the values of its outcome, such as `write 3`,
     `erase blank` or `write failed`.
     """
@@ -250,12 +252,12 @@ def ending(values: Mapping[str, Any]) -> str:
     return f'{procedure} {words}'.rstrip()
 
 
-def comparable(recorded: Sequence[object]) -> int:
+def count_comparable(recorded: Sequence[object]) -> int:
     """Return how many values there are to compare with, that is, not None."""
     return len(recorded) - list(recorded).count(None)
 
 
-def agreeing(recorded: Sequence[object], found: Sequence[object]) -> int:
+def count_agreeing(recorded: Sequence[object], found: Sequence[object]) -> int:
     """Return how many of the recorded values were found again, in order."""
     pairs = zip(recorded, found, strict=False)
     return sum(then is not None and then == now for then, now in pairs)

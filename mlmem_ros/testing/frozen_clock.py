@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
-from .running import START as NODE_START
+from .running import NODE_START_TIMEOUT_S as NODE_START
 from .running import RunningNode
 
 if TYPE_CHECKING:
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 T = TypeVar('T')
 
-START = 1.0
+START_TIME_S = 1.0
 """ROS time in seconds at which a clock begins: rclpy treats 0 as not set."""
 
-PULSE = 0.01
+CLOCK_PERIOD_S = 0.01
 """Seconds between two messages on /clock."""
 
-LOOK = 0.02
+CHECK_PERIOD_S = 0.02
 """Seconds of ROS time between two checks of a condition."""
 
-MOST = 500
+MAX_STEP_TICKS = 500
 """Most ticks requested at a time."""
 
 
@@ -52,8 +52,8 @@ class FrozenClock:
         self._kind = Clock
         self._publisher = memory.node.create_publisher(Clock, '/clock', 10)
         self.ticks = 0
-        self.now = START
-        self._publish()
+        self.now = START_TIME_S
+        self._publish_clock()
 
     def advance(self, seconds: float) -> None:
         """Let ROS time pass, and let the element answer requests; a remainder below a tick is kept
@@ -63,15 +63,15 @@ class FrozenClock:
             RequestError: The element has failed, or somebody has resumed its time.
         """
         end = self.now + seconds
-        self._arrive()
+        self._await_messages()
         while self.now < end:
-            self.now = min(end, self.now + PULSE)
-            due = round((self.now - START) / self._tick) - self.ticks
+            self.now = min(end, self.now + CLOCK_PERIOD_S)
+            due = round((self.now - START_TIME_S) / self._tick) - self.ticks
             self.ticks += due
             while due > 0:
-                self._node.step(min(due, MOST))
-                due -= MOST
-            self._publish()
+                self._node.step(min(due, MAX_STEP_TICKS))
+                due -= MAX_STEP_TICKS
+            self._publish_clock()
 
     def advance_until(self, condition: Callable[[], object], within: float = 60.0) -> None:
         """Let time pass until a condition holds, which is checked every 20 ms, for at most so many
@@ -84,8 +84,8 @@ class FrozenClock:
         while not condition():
             if self.now >= end:
                 raise TimeoutError(f'it did not happen within {within:g} s of ROS time')
-            self.advance(LOOK)
-            self._arrive()
+            self.advance(CHECK_PERIOD_S)
+            self._await_messages()
 
     def finish(self, reply: Reply[T], within: float = 60.0) -> T:
         """Let time pass until a request of any client has been answered, for at most so many
@@ -104,11 +104,11 @@ class FrozenClock:
         if self._node.running:
             self._node.memory.pause(False).wait()
 
-    def _arrive(self) -> None:
+    def _await_messages(self) -> None:
         """Let messages to and from the element arrive: they precede the answer to a request."""
         self._node.memory.pause().wait()
 
-    def _publish(self) -> None:
+    def _publish_clock(self) -> None:
         message = self._kind()
         message.clock.sec, message.clock.nanosec = divmod(round(self.now * 1e9), 10**9)
         self._publisher.publish(message)

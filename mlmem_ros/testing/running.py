@@ -29,11 +29,11 @@ from mlmem.loop.mailbox import Steps
 
 from ..contract.calls import RequestRefused
 from ..host import REFUSALS
-from ..ros.main import ros_arguments
+from ..ros.main import parse_node_arguments
 from ..ros.node.node import MemoryNode
-from ..ros.node.run import ONE, Element, begin, end, turn
-from ..ros.node_process import Parameters, node_arguments, node_process
-from ..ros.process import profile_variable
+from ..ros.node.run import SINGLE_ELEMENT, Element, end_nodes, spin_nodes, start_nodes
+from ..ros.node_process import Parameters, build_node_arguments, run_node_process
+from ..ros.process import find_profile_variable
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from ..ros.client import MemoryClient
 
 
-PARTICIPANTS = 10
+CHECKED_PORTS = 10
 """Discovery ports of a domain that are looked at."""
 
 FAST_DISCOVERY = Path(__file__).with_name('fast_discovery.xml')
@@ -68,14 +68,14 @@ def isolate() -> int:
         RMW_IMPLEMENTATION='rmw_fastrtps_cpp',
     )
     os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')  # empty: as on a robot
-    os.environ[profile_variable(os.environ)] = str(FAST_DISCOVERY)
+    os.environ[find_profile_variable(os.environ)] = str(FAST_DISCOVERY)
     return domain
 
 
 def _claim_domain() -> int:
     for offset in range(100):
         domain = 1 + (os.getpid() + offset) % 100
-        if in_use(domain):
+        if is_domain_used(domain):
             continue
         claim = socket.socket(socket.AF_UNIX)
         try:
@@ -88,12 +88,12 @@ def _claim_domain() -> int:
     raise RuntimeError('all ROS domains from 1 to 100 are in use')
 
 
-def in_use(domain: int) -> bool:
+def is_domain_used(domain: int) -> bool:
     """Return whether somebody on this machine, such as a robot or a daemon, is in a ROS domain.
 
     A participant listens at the first free of the domain's discovery ports (RTPS 2.5, 9.6.2.3).
     """
-    for participant in range(PARTICIPANTS):
+    for participant in range(CHECKED_PORTS):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind(('', 7410 + 250 * domain + 2 * participant))
@@ -102,7 +102,7 @@ def in_use(domain: int) -> bool:
     return False
 
 
-START = 60.0
+NODE_START_TIMEOUT_S = 60.0
 """Seconds that a node may take to start on a busy machine."""
 
 
@@ -122,7 +122,7 @@ class RunningNode(ABC):
         """A client of it, created on first use."""
         from ..ros.client.client import standalone
 
-        return self.ends.enter_context(standalone(self.element, START))
+        return self.ends.enter_context(standalone(self.element, NODE_START_TIMEOUT_S))
 
     @abstractmethod
     def step(self, ticks: int) -> int:
@@ -172,7 +172,7 @@ class NodeApart(RunningNode):
         self._output = Path(folder, 'output.txt')
         with self._output.open('wb') as output:
             self._process = self.ends.enter_context(
-                node_process(arguments, stdout=output, stderr=subprocess.STDOUT)
+                run_node_process(arguments, stdout=output, stderr=subprocess.STDOUT)
             )
 
     def step(self, ticks: int) -> int:
@@ -238,7 +238,7 @@ def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
             node.memory.set_parameters(before).wait()
 
 
-STEPPED = 60.0
+STEP_TIMEOUT_S = 60.0
 """Seconds that a machine may take to run the ticks requested at a time."""
 
 
@@ -279,7 +279,7 @@ def memory_node(
             and exit status.
     """
     element = f'{namespace.rstrip("/")}/{name}'
-    command = node_arguments(element, parameters, file)
+    command = build_node_arguments(element, parameters, file)
     if apart:
         with NodeApart(element, [*options, *command]) as node:
             yield node
@@ -296,7 +296,7 @@ class NodeHere(RunningNode):
     """
 
     def __init__(
-        self, element: str, arguments: Sequence[str], elements: Sequence[Element] = ONE
+        self, element: str, arguments: Sequence[str], elements: Sequence[Element] = SINGLE_ELEMENT
     ) -> None:
         """Start the nodes, the first named `element`; raises what keeps them from starting."""
         super().__init__(element)
@@ -317,8 +317,8 @@ class NodeHere(RunningNode):
 
         context = Context()
         try:
-            self.nodes, self._executor = begin(
-                ros_arguments(arguments), context, Overheard, elements
+            self.nodes, self._executor = start_nodes(
+                parse_node_arguments(arguments), context, Overheard, elements
             )
         except BaseException:
             try_shutdown(context=context)
@@ -327,8 +327,8 @@ class NodeHere(RunningNode):
         self._thread.start()
 
     def _run(self) -> None:
-        turn(self._executor, self._stop)
-        self._status = end(self.nodes, self._executor)
+        spin_nodes(self._executor, self._stop)
+        self._status = end_nodes(self.nodes, self._executor)
 
     @property
     def node(self) -> MemoryNode:
@@ -338,7 +338,7 @@ class NodeHere(RunningNode):
     def step(self, ticks: int) -> int:
         """Run ticks while time is paused; return the ticks since its start."""
         try:
-            return self.node.host.step(Steps(ticks)).answer.result(STEPPED)
+            return self.node.host.step(Steps(ticks)).answer.result(STEP_TIMEOUT_S)
         except REFUSALS as refusal:
             raise RequestRefused({'error': str(refusal)}) from refusal
 
@@ -382,20 +382,20 @@ class Kept:
 
     def info(self, text: str) -> None:
         """Keep it, and log it."""
-        self._keep('INFO', text)
+        self._keep_line('INFO', text)
         self._logger.info(text)
 
     def warning(self, text: str) -> None:
         """Keep it, and log it."""
-        self._keep('WARN', text)
+        self._keep_line('WARN', text)
         self._logger.warning(text)
 
     def error(self, text: str) -> None:
         """Keep it, and log it."""
-        self._keep('ERROR', text)
+        self._keep_line('ERROR', text)
         self._logger.error(text)
 
-    def _keep(self, severity: str, text: str) -> None:
+    def _keep_line(self, severity: str, text: str) -> None:
         self._said.append(f'[{severity}] [{self._logger.name}]: {text}\n')
 
     def __getattr__(self, name: str) -> Any:

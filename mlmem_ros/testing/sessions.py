@@ -10,8 +10,8 @@ from os import PathLike
 
 import pytest
 
-from ..session.data import SessionData, load
-from ..session.replay import replay
+from ..session.data import SessionData, load_session
+from ..session.replay import run_replay
 from ..session.report import ReplayReport
 
 
@@ -65,8 +65,8 @@ def replayed(bag: str | PathLike[str]) -> ReplayedSession:
     Raises:
         BagError: It cannot be read or replayed.
     """
-    session = load(bag, motion=False)
-    return ReplayedSession(session, replay(session))
+    session = load_session(bag, motion=False)
+    return ReplayedSession(session, run_replay(session))
 
 
 @pytest.fixture

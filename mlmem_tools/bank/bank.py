@@ -140,11 +140,11 @@ class MemoryBank:
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until all elements are available, at most `timeout` seconds."""
 
-        def steps() -> Steps[None]:
+        def ready_steps() -> Steps[None]:
             replies = [element.ready(timeout) for element in self.elements]
             yield from self._wait_for_all(replies, lost_allowed=0)
 
-        return Reply(self._connection, 'ready', steps(), timeout + 5.0)
+        return Reply(self._connection, 'ready', ready_steps(), timeout + 5.0)
 
     def write(self, value: int, timeout: float = 60.0) -> Reply[BankValue]:
         """Write a value; every element verifies its digit by an echo.
@@ -158,30 +158,30 @@ class MemoryBank:
         """
         digits = self.encode(value)
 
-        def steps() -> Steps[BankValue]:
+        def write_steps() -> Steps[BankValue]:
             writes = zip(self.elements, digits, strict=True)
             replies = [element.write(digit, timeout) for element, digit in writes]
             return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
 
-        return Reply(self._connection, f'write {value}', steps(), timeout + 5.0)
+        return Reply(self._connection, f'write {value}', write_steps(), timeout + 5.0)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[BankValue]:
         """Read the value; `end` is the one to probe this time, as in `MemoryClient.read`."""
 
-        def steps() -> Steps[BankValue]:
+        def read_steps() -> Steps[BankValue]:
             replies = [element.read(timeout, end=end) for element in self.elements]
             return self.decode((yield from self._wait_for_all(replies, lost_allowed=1)))
 
-        return Reply(self._connection, 'read', steps(), timeout + 5.0)
+        return Reply(self._connection, 'read', read_steps(), timeout + 5.0)
 
     def erase(self, timeout: float = 60.0) -> Reply[BankValue]:
         """Erase all elements; an erased register holds 0, and so does a bank of registers."""
 
-        def steps() -> Steps[BankValue]:
+        def erase_steps() -> Steps[BankValue]:
             replies = [element.erase(timeout) for element in self.elements]
             return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
 
-        return Reply(self._connection, 'erase', steps(), timeout + 5.0)
+        return Reply(self._connection, 'erase', erase_steps(), timeout + 5.0)
 
     def _wait_for_all(
         self, replies: Sequence[Reply[Any]], lost_allowed: int

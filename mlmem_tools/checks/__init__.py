@@ -31,7 +31,7 @@ from .concern import Finding, Report, Subject
 
 __all__ = ['Finding', 'Report', 'Verdict', 'check']
 
-CONCERNS = (
+CHECK_MODULES = (
     material,
     pinning,
     launch,
@@ -44,10 +44,10 @@ CONCERNS = (
 )
 """Modules with `check(subject)`, in the order of a report."""
 
-BY_STRAIN = (launch, steps)
+STRAIN_MODULES = (launch, steps)
 """Those that judge what strain does: without an actuator there is none."""
 
-OF_ONE_WALL = (launch,)
+SINGLE_WALL_MODULES = (launch,)
 """Those that judge how one wall is launched by strain."""
 
 
@@ -59,19 +59,19 @@ def check(
     """
     settings = settings or Settings()
     if element is not None:
-        settings = settings.with_stuck(element.specimen.stuck)
+        settings = settings.add_stuck_cells(element.specimen.stuck)
     sound = replace(settings, element=ElementSettings())  # what is left of it is said at the end
     subject = Subject(design, sound)
     if element is not None:
-        made = replace(element.timed, stuck=())
+        made = replace(element.timed_specimen, stuck=())
         subject = Subject(made.design, sound, made, tuple(element.corrections_by_level(settings)))
     found = [
         finding
-        for concern in CONCERNS
-        if settings.actuator.present or concern not in BY_STRAIN
-        if not settings.register.spacing or concern not in OF_ONE_WALL
+        for concern in CHECK_MODULES
+        if settings.actuator.present or concern not in STRAIN_MODULES
+        if not settings.register.spacing or concern not in SINGLE_WALL_MODULES
         for finding in concern.check(subject)
     ]
     if settings.element.bad_cells:
-        found.append(words.bad_cells(design, settings))
+        found.append(words.judge_bad_cells(design, settings))
     return Report(tuple(found))

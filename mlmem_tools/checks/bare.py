@@ -9,33 +9,33 @@ import math
 from collections.abc import Iterator, Sequence
 
 from mlmem.instrument.motion import Cycle
-from mlmem.move_settings import WriteSettings, peak
-from mlmem.moves.corrections import PulseCorrection, corrected_write
+from mlmem.move_settings import WriteSettings, select_peak
+from mlmem.moves.corrections import PulseCorrection, correct_write
 from mlmem.physics import (
     Chain,
     Design,
     Specimen,
     StateError,
+    find_level,
     find_walls,
-    level_of,
     stable_step,
     substep_times,
 )
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
 from mlmem.readers.reading import BLANK, UNDECODABLE
 
-STEP = 0.5
+TIME_STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
 
-COARSE = 1.0
+COARSE_TIME_STEP = 1.0
 """Time step of checks and searches: with it, all shipped presets get the same verdicts."""
 
-REST = 2500.0
+SETTLING_TIME = 2500.0
 """Ten damping times, after which a wall no longer swings about its defect."""
 
 
-def play(chain: Chain, cycle: Cycle) -> None:
+def play_cycle(chain: Chain, cycle: Cycle) -> None:
     """Strain a chain by a cycle.
 
     Raises:
@@ -45,17 +45,17 @@ def play(chain: Chain, cycle: Cycle) -> None:
     chain.advance(cycle.strain(times) * chain.design.end_displacement(1.0))
 
 
-def moved(design: Design, cycle: Cycle, level: int, *, dt: float = STEP) -> int:
+def find_level_after(design: Design, cycle: Cycle, level: int, *, dt: float = TIME_STEP) -> int:
     """Return the level after a cycle and a rest, `BLANK`, or `UNDECODABLE` for anything else.
 
-    For the arguments see `configuration_after`.
+    For the arguments see `find_configuration_after`.
     """
-    after = configuration_after(Specimen(design), cycle, level, dt=dt)
-    return UNDECODABLE if after is None else level_of(design, after)
+    after = find_configuration_after(Specimen(design), cycle, level, dt=dt)
+    return UNDECODABLE if after is None else find_level(design, after)
 
 
-def configuration_after(
-    specimen: Specimen, cycle: Cycle, level: int, *, dt: float = STEP
+def find_configuration_after(
+    specimen: Specimen, cycle: Cycle, level: int, *, dt: float = TIME_STEP
 ) -> Array | None:
     """Return the configuration, shape (N,), after a cycle from a level, or `BLANK`, and a rest, in
     steps of `dt` where they are stable; None if the chain diverges, or no wall rests at the level.
@@ -64,29 +64,29 @@ def configuration_after(
     chain.set_specimen(specimen)
     try:
         if level != BLANK:
-            chain.place(resting_wall(specimen, level))
-        play(chain, cycle)
-        chain.rest(round(REST / chain.dt))
+            chain.place(find_pinned_wall(specimen, level))
+        play_cycle(chain, cycle)
+        chain.rest(round(SETTLING_TIME / chain.dt))
     except StateError:
         return None
     return chain.configuration
 
 
-def scaled(write: WriteSettings, compression: float, tension: float) -> WriteSettings:
+def scale_peaks(write: WriteSettings, compression: float, tension: float) -> WriteSettings:
     """Return the settings with the peaks multiplied by factors."""
     return dataclasses.replace(
         write, compression=compression * write.compression, tension=tension * write.tension
     )
 
 
-def departures(
+def measure_departures(
     made: Design | Specimen,
     write: WriteSettings,
     start: int,
     goal: int,
     *,
     max_rate: float = math.inf,
-    dt: float = STEP,
+    dt: float = TIME_STEP,
     corrections: Sequence[PulseCorrection] = (),
 ) -> Iterator[float]:
     """Yield, for every step up from one level to another, how far the wall is from its defect.
@@ -112,18 +112,20 @@ def departures(
     made = Specimen.of(made)
     design, chain = made.design, Chain(made.design, min(dt, stable_step(made)))
     chain.set_specimen(made)
-    chain.place(resting_wall(made, start))
+    chain.place(find_pinned_wall(made, start))
     for level in range(start, goal):
-        own = corrected_write(write, corrections[level + 1]) if corrections else write
-        cycle = Cycle.planned(own, peak(own, design.freed_by_compression(level)), max_rate)
+        own = correct_write(write, corrections[level + 1]) if corrections else write
+        cycle = Cycle.plan_cycle(
+            own, select_peak(own, design.is_freed_by_compression(level)), max_rate
+        )
         try:
-            play(chain, cycle)
+            play_cycle(chain, cycle)
             state = chain.state()
             chain.rest(round(write.final_settle / chain.dt))
         except StateError:  # driven so hard that the chain diverges
             yield from [math.inf] * (goal - level)
             return
         found = find_walls(design, chain.configuration)
-        alone = level_of(design, chain.configuration, math.inf) >= 0
-        yield abs(found[0].position - design.defect(level + 1)) if alone else math.inf
+        alone = find_level(design, chain.configuration, math.inf) >= 0
+        yield abs(found[0].position - design.defect_site(level + 1)) if alone else math.inf
         chain.restore(state, V_N=0.0, steps_done=0)

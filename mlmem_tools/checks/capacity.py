@@ -14,11 +14,11 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from mlmem.physics import Design, Specimen, StateError
-from mlmem.readers.register import REACH, resting
+from mlmem.readers.register import WALL_REACH_CELLS, pin_walls
 from mlmem.readers.words import Code
 from mlmem.settings import Settings
 
-FARTHEST = 9
+MAX_DISTANCE_LEVELS = 9
 """Largest least distance that is tried, in levels."""
 
 
@@ -49,11 +49,13 @@ class Capacity:
         return {**asdict(self), 'words': words, 'bits': round(self.bits, 2)}
 
 
-def capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
+def list_capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
     """Yield what an element holds by one wall, and by kicks."""
     yield Capacity('one wall', None, design.levels + 1)
-    apart = next((n for n in range(1, FARTHEST + 1) if _rest(design, n)), None)
-    reached = _reached(design, settings)
+    apart = next(
+        (n for n in range(1, MAX_DISTANCE_LEVELS + 1) if _can_hold_walls(design, n)), None
+    )
+    reached = _count_reached(design, settings)
     assumed = '' if reached else 'if kicks reach every level'
     levels = reached or design.levels
     if apart is None:
@@ -64,7 +66,7 @@ def capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
         yield Capacity('kicks', apart, Code(levels, apart).words, assumed)
 
 
-def samples(design: Design, distance: int, top: int) -> Iterator[tuple[int, ...]]:
+def sample_words(design: Design, distance: int, top: int) -> Iterator[tuple[int, ...]]:
     """Yield words below a level that try a distance: the densest, and pairs of either kind, too
     far from each other to feel it.
 
@@ -72,7 +74,7 @@ def samples(design: Design, distance: int, top: int) -> Iterator[tuple[int, ...]
     """
     last = top - 1 - (top - 1) % 2
     yield tuple(reversed(range(last, -1, -distance)))
-    apart = distance + math.ceil(REACH / design.J)
+    apart = distance + math.ceil(WALL_REACH_CELLS / design.J)
     period = distance + apart + (distance + apart) % 2
     for first in range(last, max(-1, last - period), -2):
         pairs = [
@@ -85,20 +87,20 @@ def samples(design: Design, distance: int, top: int) -> Iterator[tuple[int, ...]
             yield (*reversed(between), first)
 
 
-def _reached(design: Design, settings: Settings) -> int:
+def _count_reached(design: Design, settings: Settings) -> int:
     """Return to how many levels kicks send walls and kinks."""
     kick = settings.kick
-    both = zip(kick.by_level, kick.of_kinks, strict=False)
+    both = zip(kick.wall_speeds, kick.kink_speeds, strict=False)
     return min(design.levels, sum(1 for wall, kink in both if wall and kink))
 
 
-def _rest(design: Design, distance: int) -> bool:
+def _can_hold_walls(design: Design, distance: int) -> bool:
     """Return whether walls rest at a distance, at every level."""
     made = Specimen(design)
     try:
         for top in (design.levels, design.levels - 1):
-            for word in samples(design, distance, top):
-                resting(made, word)
+            for word in sample_words(design, distance, top):
+                pin_walls(made, word)
     except StateError:
         return False
     return True

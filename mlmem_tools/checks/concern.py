@@ -15,9 +15,9 @@ from typing import Any
 from mlmem.moves.corrections import PulseCorrection
 from mlmem.physics import Design, Specimen, StateError, wall_energy
 from mlmem.settings import Settings
-from mlmem_ros.host.design_check import Verdict, worst
+from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
-from .quasistatic import Landscape, depinning_strain, held_landscape
+from .quasistatic import Landscape, compute_held_landscape, find_depinning_strain
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Report:
     @property
     def verdict(self) -> Verdict:
         """The most severe verdict."""
-        return worst(finding.verdict for finding in self.findings)
+        return find_worst_verdict(finding.verdict for finding in self.findings)
 
     def of(self, verdict: Verdict) -> list[Finding]:
         """Return the findings with one verdict."""
@@ -71,7 +71,7 @@ class Report:
         raise KeyError(name)
 
 
-def graded(
+def grade_finding(
     name: str,
     values: Mapping[str, float],
     unit: str,
@@ -85,32 +85,32 @@ def graded(
     return Finding(name, values, unit, verdict, text, source)
 
 
-def judged(value: float, fail_below: float, warn_below: float) -> Verdict:
+def judge_value(value: float, fail_below: float, warn_below: float) -> Verdict:
     """Return the verdict on a value that should be large; NaN fails."""
     if not value >= fail_below:
         return Verdict.FAIL
     return Verdict.PASS if value >= warn_below else Verdict.WARN
 
 
-SAMPLES = 6
+MIN_SAMPLED_LEVELS = 6
 """Least number of sampled levels of a large element."""
 
-LARGEST_STRAIN = 0.12
+MAX_STRAIN = 0.12
 """Largest strain tried on a wall, either sign."""
 
-TOLERANCE = 1e-4
+STRAIN_TOLERANCE = 1e-4
 """Accuracy of the strain at which a wall is released."""
 
-LAUNCH = -1
+LAUNCH_LEVEL = -1
 """Pseudo-level from which a launched wall comes to level 0."""
 
-MOST_WORK = 1e9
+MAX_CELL_STEPS = 1e9
 """Most cell steps that the simulations for one finding may take: some seconds."""
 
-TICK_WORK = 6e4
+TICK_CELL_STEPS = 6e4
 """Overhead of a device's tick, in cell steps."""
 
-LEAST_CELLS = 100
+MIN_STEP_CELLS = 100
 """A step of a shorter chain takes as long as that of one with this many cells."""
 
 
@@ -137,17 +137,17 @@ class Subject:
     @cached_property
     def levels(self) -> list[int]:
         """Sampled levels."""
-        return sample(self.design.levels)
+        return sample_levels(self.design.levels)
 
     @cached_property
     def steps(self) -> list[int]:
         """Sampled levels from which a wall has to step on."""
-        return sample(self.design.levels - 1)
+        return sample_levels(self.design.levels - 1)
 
     @property
     def open_levels(self) -> list[int]:
-        """Levels from which a wall rolls on; `LAUNCH` alone if there is a single level."""
-        return self.steps or [LAUNCH]
+        """Levels from which a wall rolls on; `LAUNCH_LEVEL` alone if there is a single level."""
+        return self.steps or [LAUNCH_LEVEL]
 
     @cached_property
     def wall_energy(self) -> float:
@@ -175,18 +175,18 @@ class Subject:
         eta = self.design.eta
         return -self.design.gamma / (2.0 * eta) if eta > 0.0 else math.inf
 
-    def released_at(self, level: int) -> float:
+    def release_site(self, level: int) -> float:
         """Return the site from which a wall rolls on to the next level once the strain is zero.
 
         A step ends at the extremum of s ahead, a launch at the least s before level 0.
         """
-        if level == LAUNCH:
+        if level == LAUNCH_LEVEL:
             return self.design.J - (self.design.J - self.design.j_0) % self.design.J_s
-        defect, half = self.design.defect(level), 0.5 * self.design.J_s
+        defect, half = self.design.defect_site(level), 0.5 * self.design.J_s
         return defect + half - (defect - self.design.j_0) % half
 
     @cached_property
-    def ways(self) -> dict[int, Landscape]:
+    def landscapes(self) -> dict[int, Landscape]:
         """Landscapes without strain from release to the next defect, by the level.
 
         Raises:
@@ -194,14 +194,14 @@ class Subject:
         """
         found = {}
         for level in self.open_levels:
-            goal = self.design.defect(level + 1) - 1.0
-            start = min(max(self.released_at(level), 2.0), goal - 1.0)
-            found[level] = held_landscape(self.made, start, goal)
+            goal = self.design.defect_site(level + 1) - 1.0
+            start = min(max(self.release_site(level), 2.0), goal - 1.0)
+            found[level] = compute_held_landscape(self.made, start, goal)
         return found
 
-    def freeing(self, level: int, sign: float, *, kink: bool = False) -> float:
+    def freeing_strain(self, level: int, sign: float, *, kink: bool = False) -> float:
         """Return the strain that frees a wall; NaN if none does, or the level pins no wall."""
-        return _freeing(self.element or self.design, level, sign, kink)
+        return _find_freeing_strain(self.element or self.design, level, sign, kink)
 
     def forward(self, *, kink: bool) -> dict[int, float]:
         """Return the strains that move a wall or a kink on, by the sampled level that it leaves.
@@ -210,22 +210,26 @@ class Subject:
         """
         design = self.design
         signs = {
-            n: -1.0 if design.freed_by_compression(n) is not kink else 1.0 for n in self.steps
+            n: -1.0 if design.is_freed_by_compression(n) is not kink else 1.0 for n in self.steps
         }
-        return {level: self.freeing(level, sign, kink=kink) for level, sign in signs.items()}
+        return {
+            level: self.freeing_strain(level, sign, kink=kink) for level, sign in signs.items()
+        }
 
 
 @lru_cache(maxsize=256)  # whatever the instrument is set to
-def _freeing(made: Design | Specimen, level: int, sign: float, kink: bool) -> float:
+def _find_freeing_strain(made: Design | Specimen, level: int, sign: float, kink: bool) -> float:
     try:
-        return depinning_strain(made, level, sign, LARGEST_STRAIN, kink=kink, tolerance=TOLERANCE)
+        return find_depinning_strain(
+            made, level, sign, MAX_STRAIN, kink=kink, tolerance=STRAIN_TOLERANCE
+        )
     except StateError:
         return math.nan
 
 
-def sample(count: int) -> list[int]:
+def sample_levels(count: int) -> list[int]:
     """Return some of 0 ... count - 1: two neighbours at the start, the middle and the end."""
-    if count <= SAMPLES:
+    if count <= MIN_SAMPLED_LEVELS:
         return list(range(max(0, count)))
     middle = count // 2
     return [0, 1, middle, middle + 1, count - 2, count - 1]

@@ -20,29 +20,29 @@ import numpy as np
 
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, Pulse
-from mlmem.physics import Chain, Design, HeldCell, Specimen, StateError, level_of, substep_times
-from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics import Chain, Design, HeldCell, Specimen, StateError, find_level, substep_times
+from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.procedure_table import BLANK, UNDECODABLE
 from mlmem.settings import ProbeSettings, TimeSettings
 
-from .bare import REST
-from .concern import Finding, Subject, graded, judged
+from .bare import SETTLING_TIME
+from .concern import Finding, Subject, grade_finding, judge_value
 
-NAME = 'read_disturb'
+FINDING_NAME = 'read_disturb'
 
-STEPS = tuple(1.25**k for k in range(24))
+AMPLITUDE_STEPS = tuple(1.25**k for k in range(24))
 """Amplitudes that are tried, over that of the pulse: up to 170 times."""
 
-NEAREST = 2
+NEAREST_LEVELS = 2
 """Levels that are tried at either end."""
 
-MOST = 0.5
+MAX_AMPLITUDE_CELLS = 0.5
 """Largest amplitude that is tried, in cells; no read may be set to more."""
 
-ROOM = 2.0
+MIN_AMPLITUDE_MARGIN = 2.0
 """Least ratio of the loudest harmless pulse to that of a read that gets no warning."""
 
-SOURCE = (
+PAPER_SOURCE = (
     'a non-destructive read-out: small amplitude harmonic pulses, which the transition wave '
     'reflects (p. 5)'
 )
@@ -56,30 +56,38 @@ def check(subject: Subject) -> Iterator[Finding]:
     if settings.register.spacing:
         return
     made, probes = subject.element or subject.design, {end: end.probe(settings) for end in End}
-    loudest = {end: _loudest(made, settings.time, end, probe) for end, probe in probes.items()}
+    loudest = {
+        end: _find_loudest(made, settings.time, end, probe) for end, probe in probes.items()
+    }
     ratios = {end: loudest[end] / probe.A for end, probe in probes.items()}
     worst = min(ratios, key=lambda end: ratios[end])
-    yield graded(
-        NAME,
+    yield grade_finding(
+        FINDING_NAME,
         {end.value: amplitude for end, amplitude in loudest.items()},
         'cells',
-        judged(ratios[worst], 1.0, ROOM),
+        judge_value(ratios[worst], 1.0, MIN_AMPLITUDE_MARGIN),
         f'a pulse moves nothing up to {ratios[worst]:.3g} times the amplitude of a read',
         f'a pulse may move the wall beyond {ratios[worst]:.3g} times the amplitude of a read, '
         f'from the {worst} end: choose a smaller A there, and a smaller v_th with it',
-        SOURCE,
+        PAPER_SOURCE,
     )
 
 
 @lru_cache(maxsize=32)  # whatever else is set
-def _loudest(made: Design | Specimen, time: TimeSettings, end: End, probe: ProbeSettings) -> float:
-    chain = bare(Specimen.of(made), time)
+def _find_loudest(
+    made: Design | Specimen, time: TimeSettings, end: End, probe: ProbeSettings
+) -> float:
+    chain = build_bare_chain(Specimen.of(made), time)
     levels = range(chain.design.levels)
-    near = levels[:NEAREST] if end is End.LEFT else (*levels[: -NEAREST - 1 : -1], BLANK)
-    return harmless(chain, near, end, probe)
+    near = (
+        levels[:NEAREST_LEVELS]
+        if end is End.LEFT
+        else (*levels[: -NEAREST_LEVELS - 1 : -1], BLANK)
+    )
+    return find_safe_limit(chain, near, end, probe)
 
 
-def bare(made: Specimen, time: TimeSettings) -> Chain:
+def build_bare_chain(made: Specimen, time: TimeSettings) -> Chain:
     """Return the chain of an element as the device steps it: how a loud pulse fades depends on
     that. Its substrate is rigid, as a soft one takes a hundred times as long.
     """
@@ -87,12 +95,12 @@ def bare(made: Specimen, time: TimeSettings) -> Chain:
     return Simulation.of(dataclasses.replace(made, design=design), time).chain
 
 
-def harmless(
+def find_safe_limit(
     chain: Chain,
     levels: Sequence[int],
     end: End,
     probe: ProbeSettings,
-    steps: Sequence[float] = STEPS,
+    steps: Sequence[float] = AMPLITUDE_STEPS,
 ) -> float:
     """Return the largest amplitude up to which pulses of an end leave the wall of every one of
     some levels, or none (`BLANK`), where it is.
@@ -100,34 +108,37 @@ def harmless(
     `steps` are the amplitudes to try, over that of the probe, from 1 on; if that moves the wall,
     fainter ones are tried. A blank element is probed from the right alone.
     """
-    least = MOST
+    least = MAX_AMPLITUDE_CELLS
     for level in levels:
         if level == BLANK and end is End.LEFT:
             continue
 
-        def bears(amplitude: float, level: int = level) -> bool:
-            return after(chain, level, end, dataclasses.replace(probe, A=amplitude)) == level
+        def leaves_wall(amplitude: float, level: int = level) -> bool:
+            return (
+                find_level_after(chain, level, end, dataclasses.replace(probe, A=amplitude))
+                == level
+            )
 
         louder = (step * probe.A for step in steps if step * probe.A <= max(least, probe.A))
-        found = [*itertools.takewhile(bears, louder)]
+        found = [*itertools.takewhile(leaves_wall, louder)]
         fainter = (probe.A / step for step in steps)
-        least = min(least, found[-1] if found else next(filter(bears, fainter), 0.0))
+        least = min(least, found[-1] if found else next(filter(leaves_wall, fainter), 0.0))
     return least
 
 
-def after(chain: Chain, level: int, end: End, probe: ProbeSettings) -> int:
+def find_level_after(chain: Chain, level: int, end: End, probe: ProbeSettings) -> int:
     """Return where a pulse leaves the wall of a level, or none: a level, `BLANK`, or `UNDECODABLE`
     for anything else.
     """
     made, site = chain.specimen, end.site(chain.design)
     try:
-        chain.place(blank(made) if level == BLANK else resting_wall(made, level))
+        chain.place(make_blank(made) if level == BLANK else find_pinned_wall(made, level))
         pulse = Pulse(chain.end(site), probe)
-        steps = math.ceil((pulse.duration + REST) / chain.dt)
+        steps = math.ceil((pulse.duration + SETTLING_TIME) / chain.dt)
         times = substep_times(steps, chain.dt, chain.integrator)
         held = HeldCell(site, pulse.at(times[times <= pulse.duration]))
         chain.advance(np.zeros(steps * chain.integrator.substeps), held)
     except StateError:  # driven so hard that it diverges, or the level pins no wall
         return UNDECODABLE
-    near = 1.0 if made.ideal else 0.5 * made.design.J
-    return level_of(chain.design, chain.configuration, near)
+    near = 1.0 if made.is_ideal else 0.5 * made.design.J
+    return find_level(chain.design, chain.configuration, near)

@@ -16,34 +16,34 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from mlmem.errors import SettingsError
-from mlmem.factory import calibration_of
+from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import steps_per_tick
 from mlmem.instrument.end import End, Pulse
 from mlmem.physics import INTEGRATORS, PEFRL, Design, Integrator, Specimen, StateError
-from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.methods.integrator import Complex
 from mlmem.physics.potential import Array
-from mlmem.physics.waves import band, group_velocity
+from mlmem.physics.waves import group_velocity, pass_band
 from mlmem.readers.calibration import Calibration, DelayTable
-from mlmem.readers.decoding import exchanged, primary
+from mlmem.readers.decoding import find_exchanged_levels, primary_end
 from mlmem.readers.echo import (
-    FAINTEST,
+    MIN_THRESHOLD_CELLS,
     Echo,
     EchoDetector,
-    falling,
+    decaying_threshold,
+    detection_threshold,
     listening_time,
-    threshold,
-    window,
+    window_width,
 )
 from mlmem.settings import ProbeSettings, ReadSettings
-from mlmem_ros.host.design_check import Verdict, worst
+from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
-from .concern import Finding, Subject, graded, judged
+from .concern import Finding, Subject, grade_finding, judge_value
 
-BANDWIDTH = 5.0
+BANDWIDTH_SIGMAS = 5.0
 """Frequencies within this many 1 / sigma of the carrier are followed: the pulse has no others."""
 
-SAMPLING = 0.25
+MIN_SAMPLE_SPACING = 0.25
 """Time units between samples if the device's own steps are shorter."""
 
 
@@ -66,14 +66,14 @@ def forecast_echo(
         integrator: Its method, which damps and slows the wave a little (see
             `Integrator.squared_frequency`).
     """
-    made, sampling = Specimen.of(made), max(dt, SAMPLING)
+    made, sampling = Specimen.of(made), max(dt, MIN_SAMPLE_SPACING)
     samples = math.ceil(listening_time(made.design, probe, end) / sampling)
     period = 2 * samples  # so that later arrivals are not aliased
     t = np.arange(1.0, period + 1.0) * sampling
     pulse = Pulse(0.0, probe)
     driven = np.where(t <= pulse.duration, pulse.at(t)[0], 0.0)
     omega = 2.0 * math.pi / (period * sampling) * np.arange(samples + 1)
-    used = (np.abs(omega - probe.omega_c) < BANDWIDTH / probe.sigma) & (omega > 0.0)
+    used = (np.abs(omega - probe.omega_c) < BANDWIDTH_SIGMAS / probe.sigma) & (omega > 0.0)
     spectrum = np.where(used, np.fft.rfft(driven), 0.0)
     spectrum[used] *= echo_response(made, v, omega[used], end, dt, integrator)
     detector = EchoDetector(probe, sampling)
@@ -109,43 +109,43 @@ def echo_response(
     ratio = k_r[-1] / (on_site[-1] + common + k_r[-1])  # v_N / v_{N-1}: the far end is free
     for local, left, right in zip(on_site[-2:0:-1], k_r[-2::-1], k_r[:0:-1], strict=True):
         ratio = left / (local + common + left + right * (1.0 - ratio))
-    outgoing = propagation(on_site[0] / k_r[0] + common / k_r[0] + 2.0)
+    outgoing = solve_propagation(on_site[0] / k_r[0] + common / k_r[0] + 2.0)
     reflected = (ratio - outgoing) / (1.0 / outgoing - ratio)
     return np.asarray(reflected * (1.0 + outgoing))  # a free end moves farther than the wave
 
 
-def propagation(trace: Complex) -> Complex:
+def solve_propagation(trace: Complex) -> Complex:
     """Return the decaying theta of Eq. (4), theta + 1 / theta = trace, |theta| < 1."""
     root = np.sqrt(trace**2 - 4.0)
     first = 0.5 * (trace - root)
     return np.where(np.abs(first) < 1.0, first, 0.5 * (trace + root))
 
 
-MOSTLY = 0.9
+MIN_ORDERED_SHARE = 0.9
 """Least share of levels whose echoes come in order at the end that only confirms them."""
 
-PATIENT = 1.5
+MIN_TIMEOUT_RATIO = 1.5
 """Patience over the time that a pulse needs to fade: strains are louder than pulses."""
 
-DISTINCT = 1.0
+MIN_ECHO_SPACING = 1.0
 """Time units between the echoes of two levels at one end, on average over their crossings, that a
 quiet read needs: sound elements are off by 0.6."""
 
-CALIBRATED = 1.5e8
+MAX_CALIBRATION_CELL_STEPS = 1.5e8
 """Most cell steps of a calibration: a second. Above, levels are sampled."""
 
-AUDIBLE = 1.25
+MIN_ECHO_RATIO = 1.25
 """Echo over threshold that allows for what the forecast neglects (some 10 %)."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the range of echoes, and on the delays by which one wall is read."""
-    yield from _ranges(subject)
+    yield from _check_ranges(subject)
     if not subject.settings.register.spacing:
-        yield from _echoes(subject)
+        yield from _check_echoes(subject)
 
 
-def _echoes(subject: Subject) -> Iterator[Finding]:
+def _check_echoes(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the echoes at either end, and on that of a blank element."""
     settings = subject.settings
     dt = settings.time.tick / steps_per_tick(subject.made, settings.time)
@@ -153,7 +153,7 @@ def _echoes(subject: Subject) -> Iterator[Finding]:
     walls = {}
     for level in subject.levels:
         try:
-            walls[level] = resting_wall(subject.made, level)
+            walls[level] = find_pinned_wall(subject.made, level)
         except StateError:
             continue  # `pin_depth` and `echo_...` report it
     loudest, latest, apart = 0.0, 0.0, {}
@@ -165,20 +165,27 @@ def _echoes(subject: Subject) -> Iterator[Finding]:
         margins = {level: echo.threshold_margin for level, echo in echoes.items()}
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         loudest = max(loudest, max(margins.values(), default=0.0))
-        yield _heard(end, margins, delays, names=end is primary(settings.read))
+        yield _judge_echoes(end, margins, delays, names=end is primary_end(settings.read))
         latest = max(latest, *delays, 0.0)
-        apart[end] = _least_apart(probe, echoes)
+        apart[end] = _find_least_spacing(probe, echoes)
     work = len(End) * subject.design.levels * subject.design.N * latest / dt
-    yield _told_apart(subject, _calibrated(subject) if work <= CALIBRATED else None, apart)
-    yield _reverberation(subject.made.eta, settings.read, loudest)
-    empty = forecast_echo(
-        subject.made, blank(subject.made), End.RIGHT.probe(settings), End.RIGHT, dt, integrator
+    yield _judge_separation(
+        subject, _try_calibration(subject) if work <= MAX_CALIBRATION_CELL_STEPS else None, apart
     )
-    yield graded(
+    yield _judge_reverberation(subject.made.eta, settings.read, loudest)
+    empty = forecast_echo(
+        subject.made,
+        make_blank(subject.made),
+        End.RIGHT.probe(settings),
+        End.RIGHT,
+        dt,
+        integrator,
+    )
+    yield grade_finding(
         'echo_blank',
         {'over threshold': empty.threshold_margin},
         '',
-        judged(empty.threshold_margin, 1.0, AUDIBLE),
+        judge_value(empty.threshold_margin, 1.0, MIN_ECHO_RATIO),
         'a blank element is recognised by the echo of its far end',
         'the far end of a blank element is hardly heard from the right, so an erase cannot be '
         'verified: choose a smaller v_th or another carrier for probe_right',
@@ -186,7 +193,7 @@ def _echoes(subject: Subject) -> Iterator[Finding]:
     )
 
 
-def _least_apart(probe: ProbeSettings, echoes: Mapping[int, Echo]) -> tuple[float, int]:
+def _find_least_spacing(probe: ProbeSettings, echoes: Mapping[int, Echo]) -> tuple[float, int]:
     """Return the least time between the echoes of two neighbours, and the lower one; infinity if
     none are heard.
     """
@@ -195,19 +202,19 @@ def _least_apart(probe: ProbeSettings, echoes: Mapping[int, Echo]) -> tuple[floa
         above = echoes.get(level + 1)
         if above and echo.delay is not None and above.delay is not None:
             pair = DelayTable((echo.delay, above.delay), shapes=(echo.shape, above.shape))
-            least = min(least, (pair.closest(probe)[0], level))
+            least = min(least, (pair.find_closest_levels(probe)[0], level))
     return least
 
 
-def _calibrated(subject: Subject) -> Calibration | None:
+def _try_calibration(subject: Subject) -> Calibration | None:
     """Return the element's calibration; None if it has none: `echo_...` reports why."""
     try:
-        return calibration_of(subject.made, subject.design, subject.settings)
+        return compute_calibration(subject.made, subject.design, subject.settings)
     except (SettingsError, StateError):
         return None
 
 
-def _told_apart(
+def _judge_separation(
     subject: Subject, calibration: Calibration | None, apart: Mapping[End, tuple[float, int]]
 ) -> Finding:
     """Judge whether either end by itself tells a level from all others: proven by the tables of a
@@ -215,8 +222,10 @@ def _told_apart(
     """
     settings, wrong = subject.settings, []
     if calibration is not None:
-        wrong = exchanged(subject.design, settings, calibration)
-        apart = {end: calibration.table(end).closest(end.probe(settings)) for end in End}
+        wrong = find_exchanged_levels(subject.design, settings, calibration)
+        apart = {
+            end: calibration.table(end).find_closest_levels(end.probe(settings)) for end in End
+        }
     values = {f'at the {end}': time for end, (time, _) in apart.items()}
     end = min(apart, key=lambda end: apart[end])
     level = apart[end][1]
@@ -224,9 +233,11 @@ def _told_apart(
         errs, _, level = wrong[0]
         end = errs.opposite
     proven = Verdict.FAIL if wrong else Verdict.PASS
-    verdict = worst((proven, *(judged(time, 1e-9, DISTINCT) for time in values.values())))
+    verdict = find_worst_verdict(
+        (proven, *(judge_value(time, 1e-9, MIN_ECHO_SPACING) for time in values.values()))
+    )
     of = 'as far as levels were sampled, ' if calibration is None else ''
-    return graded(
+    return grade_finding(
         'apart',
         values,
         'time',
@@ -240,15 +251,15 @@ def _told_apart(
     )
 
 
-def _reverberation(eta: float, read: ReadSettings, loudest: float) -> Finding:
+def _judge_reverberation(eta: float, read: ReadSettings, loudest: float) -> Finding:
     """Judge how long a pulse bounces until the next one may be fired."""
     fades = math.log(max(1.0, loudest / read.quiet))
     needed = fades / (0.5 * eta) if eta > 0.0 else math.inf
-    return graded(
+    return grade_finding(
         'reverberation',
         {'needed': needed, 'given': read.patience},
         'time',
-        judged(read.patience / needed if needed else math.inf, 1.0, PATIENT),
+        judge_value(read.patience / needed if needed else math.inf, 1.0, MIN_TIMEOUT_RATIO),
         'a pulse that bounces between wall and end has faded before patience ends',
         'a pulse still bounces between wall and end when patience ends, and the next one would '
         'hear it: choose more damping, a greater v_th or a longer read.patience',
@@ -256,7 +267,9 @@ def _reverberation(eta: float, read: ReadSettings, loudest: float) -> Finding:
     )
 
 
-def _heard(end: End, margins: dict[int, float], delays: list[float], *, names: bool) -> Finding:
+def _judge_echoes(
+    end: End, margins: dict[int, float], delays: list[float], *, names: bool
+) -> Finding:
     """Judge the echoes at an end; the one that names the level must tell all apart."""
     source = (
         'the time interval between excitation and echo reveals the position of the front; the '
@@ -268,9 +281,11 @@ def _heard(end: End, margins: dict[int, float], delays: list[float], *, names: b
         return Finding(f'echo_{end}', {}, '', Verdict.FAIL, text, source)
     faintest = min(margins, key=lambda level: margins[level])
     steps = np.diff(delays) * (1.0 if end is End.LEFT else -1.0)
-    order = bool(np.mean(steps > 0.0) >= (1.0 if names else MOSTLY)) if len(steps) else True
-    heard = judged(margins[faintest], 1.0, AUDIBLE)
-    verdict = worst((heard, Verdict.PASS if order else Verdict.FAIL))
+    order = (
+        bool(np.mean(steps > 0.0) >= (1.0 if names else MIN_ORDERED_SHARE)) if len(steps) else True
+    )
+    heard = judge_value(margins[faintest], 1.0, MIN_ECHO_RATIO)
+    verdict = find_worst_verdict((heard, Verdict.PASS if order else Verdict.FAIL))
     if heard is not Verdict.PASS:
         text = (
             f'level {faintest} has the weakest echo, hardly heard: choose a smaller {group}.v_th, '
@@ -298,22 +313,24 @@ FAINT = 1e-7
 """Threshold in cells below which a real sensor would have to be very good."""
 
 
-def _ranges(subject: Subject) -> Iterator[Finding]:
+def _check_ranges(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the range of either end."""
     settings = subject.settings
     for end in End:
-        yield _range(subject.design, end.probe(settings), end)
+        yield _judge_range(subject.design, end.probe(settings), end)
 
 
-def _range(design: Design, probe: ProbeSettings, end: End) -> Finding:
+def _judge_range(design: Design, probe: ProbeSettings, end: End) -> Finding:
     """Judge the range that damping and dispersion leave, by closed forms."""
     farthest = max(end.distance(design, level) for level in (0, design.levels - 1))
     distance = np.arange(1.0, 4.0 * design.N)
     t, v_c = echo_strength(design, probe, end.k_s(design), distance)
-    audible = v_c > threshold(probe, t)
+    audible = v_c > detection_threshold(probe, t)
     reach = float(distance[-1] if audible.all() else distance[audible.argmin()] - 1.0)
-    last = float(falling(probe, t[farthest - 1]))
-    verdict = worst((judged(reach / farthest, 1.0, 1.0), judged(last, FAINTEST, FAINT)))
+    last = float(decaying_threshold(probe, t[farthest - 1]))
+    verdict = find_worst_verdict(
+        (judge_value(reach / farthest, 1.0, 1.0), judge_value(last, MIN_THRESHOLD_CELLS, FAINT))
+    )
     if verdict is Verdict.PASS:
         text = f'the farthest wall, {farthest} cells away, is within the range of the echo'
     elif reach < farthest:
@@ -357,7 +374,7 @@ def echo_strength(
     """
     omega = probe.omega_c + np.linspace(-3.0, 3.0, 301) / probe.sigma
     density = np.exp(-((probe.sigma * (omega - probe.omega_c)) ** 2))
-    low, high = band(k_s)
+    low, high = pass_band(k_s)
     travels = (omega > low) & (omega < high)
     if not travels.any():
         return np.full_like(distance, 6.0 * probe.sigma), np.zeros_like(distance)
@@ -369,5 +386,5 @@ def echo_strength(
     own = 0.5 * probe.sigma**2  # variance of the pulse's energy in time
     length = np.sqrt(own + spread)
     amplitude = 2.0 * probe.A * np.sqrt(energy / density.sum() * math.sqrt(own) / length)
-    covered = np.minimum(1.0, math.sqrt(4.0 * math.pi) * length / window(probe))
+    covered = np.minimum(1.0, math.sqrt(4.0 * math.pi) * length / window_width(probe))
     return 6.0 * probe.sigma + mean, 2.0 / math.pi * amplitude * covered

@@ -17,33 +17,33 @@ from mlmem.element import MemoryElement
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.moves.corrections import corrected
+from mlmem.moves.corrections import apply_correction
 from mlmem.physics import StateError, find_walls
-from mlmem.physics.held_wall import excerpt
-from mlmem.procedures.blocks import launch, run
+from mlmem.physics.held_wall import cut_excerpt
+from mlmem.procedures.blocks import launch_wall, run_procedure
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.settings import RegisterSettings
 from mlmem_ros.host.design_check import Verdict
 
-from .concern import LEAST_CELLS, MOST_WORK, TICK_WORK, Finding, Subject
+from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, TICK_CELL_STEPS, Finding, Subject
 
-RUN = 4
+SIMULATED_LEVELS = 4
 """Levels simulated at the left end."""
 
-MOST_STRAIN = 0.5
+MAX_LOCAL_STRAIN = 0.5
 """Strain of the first cells that no actuator reaches."""
 
-CLOSE = 1.0
+MAX_DEFECT_DISTANCE = 1.0
 """Distance in cells within which a wall counts as at the defect."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the launches of a write and of an erase."""
     for name in ('write', 'erase'):
-        yield _judge(subject, name, launched(subject, name))
+        yield _judge_launch(subject, name, simulate_launch(subject, name))
 
 
-def launched(subject: Subject, name: str) -> float | None:
+def simulate_launch(subject: Subject, name: str) -> float | None:
     """Return where the wall of a 'write' or the kink of an 'erase' comes to rest.
 
     Returns:
@@ -51,16 +51,16 @@ def launched(subject: Subject, name: str) -> float | None:
         long.
     """
     design, settings = subject.design, subject.settings
-    few = excerpt(subject.made, 1.0, min(RUN * design.J, design.N)).made
+    few = cut_excerpt(subject.made, 1.0, min(SIMULATED_LEVELS * design.J, design.N)).made
     part = dataclasses.replace(few.design, substrate='rigid')
     few = dataclasses.replace(few, design=part)
     if name == 'write' and subject.corrections:
-        settings = corrected(settings, subject.corrections[0])
+        settings = apply_correction(settings, subject.corrections[0])
     group: WriteSettings | EraseSettings = getattr(settings, name)
     # The strain of the first cells when the whole element has that of the settings.
     local = design.end_displacement(1.0) * subject.made.strain_shape[part.N - 1] / part.N
     reached = abs(group.start_strain * local)
-    if reached > MOST_STRAIN:
+    if reached > MAX_LOCAL_STRAIN:
         return math.nan
     actuator = dataclasses.replace(
         settings.actuator, max_strain=max(settings.actuator.max_strain, reached)
@@ -71,30 +71,30 @@ def launched(subject: Subject, name: str) -> float | None:
         Calibration(unknown, unknown),
         Simulation.of(few, settings.time),
     )  # fmt: skip
-    if _work(element, group) > MOST_WORK:
+    if _estimate_work(element, group) > MAX_CELL_STEPS:
         return None
     phases = part.D_s1, part.D_s2
     start, target = phases if name == 'write' else phases[::-1]
     strained = dataclasses.replace(group, start_strain=group.start_strain * local)
     element.chain.place(start + few.offsets)
     try:
-        run(element, launch(element, strained, target))
+        run_procedure(element, launch_wall(element, strained, target))
     except StateError:
         return math.nan
     found = find_walls(part, element.chain.configuration)
     return found[0].position if len(found) == 1 else math.nan
 
 
-def _work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
+def _estimate_work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
     """Return the cell steps that a launch takes, including the overhead of its ticks."""
-    cycle = Cycle.planned(times, times.start_strain, element.settings.actuator.max_rate)
+    cycle = Cycle.plan_cycle(times, times.start_strain, element.settings.actuator.max_rate)
     move = (element.design.D_s2 - element.design.D_s1) / times.launch_speed
-    cells = element.steps_per_tick * max(element.design.N, LEAST_CELLS)
-    return (cycle.duration + move) / element.tick * (cells + TICK_WORK)
+    cells = element.steps_per_tick * max(element.design.N, MIN_STEP_CELLS)
+    return (cycle.duration + move) / element.tick * (cells + TICK_CELL_STEPS)
 
 
-def _judge(subject: Subject, name: str, position: float | None) -> Finding:
-    values = {'level 0': float(subject.design.defect(0))}
+def _judge_launch(subject: Subject, name: str, position: float | None) -> Finding:
+    values = {'level 0': float(subject.design.defect_site(0))}
     verdict, mover = (Verdict.FAIL, 'wall') if name == 'write' else (Verdict.WARN, 'kink')
     advice = f'choose another {name}.start_strain or a slower {name}.launch_speed'
     if position is None:
@@ -105,7 +105,7 @@ def _judge(subject: Subject, name: str, position: float | None) -> Finding:
             f'no {mover} remains: it does not stay in the trap that the strain makes near the '
             f'free end; {advice}, or set level 0 farther from the end'
         )
-    elif abs(position - values['level 0']) > CLOSE:
+    elif abs(position - values['level 0']) > MAX_DEFECT_DISTANCE:
         text = f'the {mover} comes to rest somewhere other than level 0: {advice}'
     else:
         verdict, text = Verdict.PASS, f'a launched {mover} comes to rest at level 0'

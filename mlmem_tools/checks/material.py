@@ -14,30 +14,30 @@ import numpy as np
 from mlmem.instrument.drivers import steps_per_tick
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, INTEGRATORS, stable_step
-from mlmem.physics.waves import band
+from mlmem.physics.waves import pass_band
 from mlmem.settings import ProbeSettings
-from mlmem_ros.host.design_check import Verdict, worst
+from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
-from .concern import Finding, Subject, graded, judged
+from .concern import Finding, Subject, grade_finding, judge_value
 
-DISTINCT = 1.05
+MIN_STIFFNESS_RATIO = 1.05
 """Least ratio of the phases' stiffnesses: below 1.01 a wave sees no difference."""
 
-LEAST_ALPHA = 0.5
+MIN_ALPHA_RATIO = 0.5
 """Fraction of the potential that should remain at the far end."""
 
-LARGEST_OWN_DAMPING = 0.65
+MAX_OWN_DAMPING = 0.65
 """Fraction of eta up to which the integrator's numerical damping of the carrier is small."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the material, on its waves, and on the wall."""
-    yield from _material(subject)
-    yield from _waves(subject)
-    yield from _wall(subject)
+    yield from _check_material(subject)
+    yield from _check_waves(subject)
+    yield from _check_wall(subject)
 
 
-def _material(subject: Subject) -> Iterator[Finding]:
+def _check_material(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on ground states, stiffnesses, gradient, levels and step."""
     design = subject.design
     yield Finding(
@@ -50,17 +50,17 @@ def _material(subject: Subject) -> Iterator[Finding]:
         '(anti-)kink (p. 2)',
     )
     stiffer = max(design.k_s1, design.k_s2) / min(design.k_s1, design.k_s2)
-    yield graded(
+    yield grade_finding(
         'stiffnesses',
         {'k_s1': design.k_s1, 'k_s2': design.k_s2},
         'k_r',
-        judged(stiffer, 1.01, DISTINCT),
+        judge_value(stiffer, 1.01, MIN_STIFFNESS_RATIO),
         'the phases differ in stiffness, so a wall between them reflects waves',
         'the phases are the same to a wave, which passes through the wall without an echo: '
         'give the potential a cubic phase, b',
         'the linear on-site stiffness about each ground state is unique (p. 2)',
     )
-    yield graded(
+    yield grade_finding(
         'gradient',
         {'force': subject.gradient_force},
         'k_r cells',
@@ -71,11 +71,11 @@ def _material(subject: Subject) -> Iterator[Finding]:
         'anti-kink (p. 2)',
     )
     alpha, last = subject.made.alpha, 1.0 + design.gamma * design.N
-    yield graded(
+    yield grade_finding(
         'alpha',
         {'first': float(alpha[0]), 'last': last, 'least': float(alpha.min())},
         '',
-        judged(min(last, 1.0 / last), 0.0, LEAST_ALPHA),
+        judge_value(min(last, 1.0 / last), 0.0, MIN_ALPHA_RATIO),
         'height of the potential along the element, relative to its start',
         'the potential changes so much along the element that pins, strains and bands differ '
         'between its ends: choose a smaller |gamma| or fewer cells',
@@ -83,7 +83,7 @@ def _material(subject: Subject) -> Iterator[Finding]:
         'large discrepancy between k_si at each boundary (p. 4)',
     )
     alternate = design.J_s == 2 * design.J or design.levels == 1
-    yield graded(
+    yield grade_finding(
         'levels',
         {'levels': design.levels, 'bits': design.bits, 'J_s / J': design.J_s / design.J},
         '',
@@ -95,18 +95,18 @@ def _material(subject: Subject) -> Iterator[Finding]:
         'the soft defects divide the system into p levels of J unit cells, m = floor(log2 p) '
         '(p. 2)',
     )
-    yield _step(subject)
+    yield _judge_step(subject)
 
 
-def _step(subject: Subject) -> Finding:
+def _judge_step(subject: Subject) -> Finding:
     design, settings = subject.design, subject.settings
     integrator = INTEGRATORS[settings.time.integrator]
     dt = settings.time.tick / steps_per_tick(subject.made, settings.time)
     carriers = np.array([settings.probe.omega_c, settings.probe_right.omega_c])
     ideal, seen = (integrator.squared_frequency(carriers, design.eta, each) for each in (0.0, dt))
     own = float(((ideal - seen).imag / carriers).max())
-    little = own < LARGEST_OWN_DAMPING * max(design.eta, CASE_II.eta)
-    return graded(
+    little = own < MAX_OWN_DAMPING * max(design.eta, CASE_II.eta)
+    return grade_finding(
         'step',
         {'dt': dt, 'stable up to': stable_step(subject.made, integrator), 'own damping': own},
         'time',
@@ -118,10 +118,10 @@ def _step(subject: Subject) -> Finding:
     )
 
 
-DEAF = 0.02
+MIN_BAND_SHARE = 0.02
 """Fraction of a pulse's energy in the band below which nothing of it propagates."""
 
-REFLECTED = 0.2
+MIN_REFLECTED_SHARE = 0.2
 """Fraction of a pulse's energy that propagates in one phase alone from which the wall returns a
 clear echo, even if the carrier itself is just within the other band, where fronts are steeper."""
 
@@ -129,16 +129,16 @@ Window = tuple[float, float]
 """Lowest and highest angular frequency."""
 
 
-def _waves(subject: Subject) -> Iterator[Finding]:
+def _check_waves(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the bands and on the carrier of either end."""
     design, settings = subject.design, subject.settings
     low, high = float(subject.made.alpha.min()), float(subject.made.alpha.max())
-    s1, s2 = band(design.k_s1), band(design.k_s2)
+    s1, s2 = pass_band(design.k_s1), pass_band(design.k_s2)
     yield Finding(
         'bands',
         {
             's1 from': s1[0], 's1 to': s1[1], 's2 from': s2[0], 's2 to': s2[1],
-            's2 to, far end': band(design.k_s2 * low)[1],
+            's2 to, far end': pass_band(design.k_s2 * low)[1],
         },
         'rad/time',
         Verdict.PASS,
@@ -146,33 +146,33 @@ def _waves(subject: Subject) -> Iterator[Finding]:
         'the propagating and attenuating frequency bands (Fig. 3a, Eq. 4)',
     )  # fmt: skip
     # A carrier must propagate in its own phase all along the way, wherever the wall is.
-    whole_1 = band(design.k_s1 * high)[0], band(design.k_s1 * low)[1]
-    whole_2 = band(design.k_s2 * high)[0], band(design.k_s2 * low)[1]
-    alone = max(whole_2[0], band(design.k_s1 * high)[1]), whole_2[1]
-    yield _carrier(End.LEFT, settings.probe, whole_2, alone, whole_1)
-    alone = whole_1[0], min(whole_1[1], band(design.k_s2 * low)[0])
-    yield _carrier(End.RIGHT, settings.probe_right, whole_1, alone, whole_2)
+    whole_1 = pass_band(design.k_s1 * high)[0], pass_band(design.k_s1 * low)[1]
+    whole_2 = pass_band(design.k_s2 * high)[0], pass_band(design.k_s2 * low)[1]
+    alone = max(whole_2[0], pass_band(design.k_s1 * high)[1]), whole_2[1]
+    yield _judge_carrier(End.LEFT, settings.probe, whole_2, alone, whole_1)
+    alone = whole_1[0], min(whole_1[1], pass_band(design.k_s2 * low)[0])
+    yield _judge_carrier(End.RIGHT, settings.probe_right, whole_1, alone, whole_2)
 
 
-def _carrier(
+def _judge_carrier(
     end: End, probe: ProbeSettings, own: Window, alone: Window, others: Window
 ) -> Finding:
     """Judge a carrier by three windows: its `own` band, the part `alone`, the other phase's."""
     omega, sigma = probe.omega_c, probe.sigma
-    share, clear = _share(omega, sigma, own), _share(omega, sigma, alone)
+    share, clear = _energy_share(omega, sigma, own), _energy_share(omega, sigma, alone)
     phase, other = ('s2', 's1') if end is End.LEFT else ('s1', 's2')
-    inside = _inside(omega, own)
+    inside = _is_inside(omega, own)
     where = f'the band of {phase}, {own[0]:.4g} to {own[1]:.4g}'
     verdict = Verdict.WARN
-    if share < DEAF:
+    if share < MIN_BAND_SHARE:
         verdict = Verdict.FAIL
-        place = f'in the band of {other} alone' if _inside(omega, others) else 'in neither band'
+        place = f'in the band of {other} alone' if _is_inside(omega, others) else 'in neither band'
         text = f'{omega:g} is {place} and does not propagate: choose one inside {where}'
         if inside:  # a pulse so short that its spectrum is everywhere
             text = f'hardly any of the pulse is within {where}: choose a larger sigma'
     elif not inside:
         text = f'{omega:g} is outside {where}: only the edge of the pulse propagates'
-    elif not (_near(omega, sigma, alone) and clear >= REFLECTED):
+    elif not (_is_near(omega, sigma, alone) and clear >= MIN_REFLECTED_SHARE):
         text = f'{omega:g} also propagates in {other}, so the wall reflects only part of it'
     else:
         verdict = Verdict.PASS
@@ -188,37 +188,39 @@ def _carrier(
     )
 
 
-def _inside(omega: float, window: Window) -> bool:
+def _is_inside(omega: float, window: Window) -> bool:
     return window[0] < omega < window[1]
 
 
-def _near(omega: float, sigma: float, window: Window) -> bool:
+def _is_near(omega: float, sigma: float, window: Window) -> bool:
     """Whether a carrier is in a window, or beside it by a quarter of its bandwidth 1 / sigma."""
-    return _inside(omega, (window[0] - 0.25 / sigma, window[1] + 0.25 / sigma))
+    return _is_inside(omega, (window[0] - 0.25 / sigma, window[1] + 0.25 / sigma))
 
 
-def _share(omega: float, sigma: float, window: Window) -> float:
+def _energy_share(omega: float, sigma: float, window: Window) -> float:
     """Return the fraction of a Gaussian pulse's energy in a window; 0 for an empty one."""
     low, high = (math.erf(sigma * (edge - omega)) for edge in window)
     return max(0.0, 0.5 * (high - low))
 
 
-NARROW = 2.0
+MIN_WALL_WIDTH = 2.0
 """Width in cells below which the lattice itself pins a wall."""
 
 
-def _wall(subject: Subject) -> Iterator[Finding]:
+def _check_wall(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on width and energy."""
     width, J = subject.wall_width, subject.design.J
-    yield graded(
+    yield grade_finding(
         'wall_width',
         {'width': width, 'J': J},
         'cells',
-        worst((judged(width, NARROW, NARROW), judged(J / width, 1.0, 1.25))),
+        find_worst_verdict(
+            (judge_value(width, MIN_WALL_WIDTH, MIN_WALL_WIDTH), judge_value(J / width, 1.0, 1.25))
+        ),
         'the wall spans several cells, and fits between two defects',
         'the wall is as narrow as the lattice spacing, so the lattice pins it anywhere: choose a '
         'smaller d'
-        if width < NARROW
+        if width < MIN_WALL_WIDTH
         else 'the wall is as wide as a level, so it feels two defects at once: choose a greater J '
         'or d',
         'transition wavefronts separating domains of opposing ground states (Fig. 1c)',

@@ -14,39 +14,39 @@ import numpy as np
 from mlmem.physics import StateError
 from mlmem_ros.host.design_check import Verdict
 
-from .concern import LARGEST_STRAIN, LAUNCH, Finding, Subject, graded, judged
-from .quasistatic import held_landscape, lattice_ripple, self_energy
+from .concern import LAUNCH_LEVEL, MAX_STRAIN, Finding, Subject, grade_finding, judge_value
+from .quasistatic import compute_held_landscape, compute_lattice_ripple, compute_self_energy
 
-CAPTURE = (1.0, 4.0)
+PIN_DEPTH_RATIOS = (1.0, 4.0)
 """Depth of a pin over the kinetic energy of an incoming wall: needed, and comfortable."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the depth of the pins, the strains that free a wall, and its drift."""
-    yield _depth(subject)
+    yield _judge_depth(subject)
     if not subject.settings.actuator.present:
         return
     for kind, forward in (('compression', -1.0), ('tension', 1.0)):
         compressed = forward < 0.0
         levels = range(min(2, subject.design.levels))
-        freed = [n for n in levels if subject.design.freed_by_compression(n) is compressed]
+        freed = [n for n in levels if subject.design.is_freed_by_compression(n) is compressed]
         if freed:
-            yield _release(subject, kind, forward, freed[0])
-    yield from _drift(subject)
+            yield _judge_release(subject, kind, forward, freed[0])
+    yield from _check_drift(subject)
 
 
-def _depth(subject: Subject) -> Finding:
+def _judge_depth(subject: Subject) -> Finding:
     last = subject.design.levels - 1
     depths = {f'level {level}': _pin_depth(subject, level) for level in sorted({0, last})}
     speed = min(abs(subject.drift_speed), 1.0)  # a wall is never faster than waves
     incoming = 0.5 * subject.wall_energy * speed**2
     least = float(np.min(list(depths.values())))  # NaN if a level holds no wall
     spare = least / incoming if incoming > 0.0 else math.inf
-    return graded(
+    return grade_finding(
         'pin_depth',
         {**depths, 'incoming wall': incoming},
         'k_r cells^2',
-        judged(least if math.isnan(least) else spare, *CAPTURE),
+        judge_value(least if math.isnan(least) else spare, *PIN_DEPTH_RATIOS),
         'the defects are deeper than the energy of a wall that the gradient drives in',
         'a wall may run over a defect: choose a softer defect (beta), a smaller gamma or '
         'more damping',
@@ -58,23 +58,23 @@ def _depth(subject: Subject) -> Finding:
 def _pin_depth(subject: Subject, level: int) -> float:
     """Return the energy that a wall needs to leave a level rightward, without strain."""
     design = subject.design
-    defect = design.defect(level)
+    defect = design.defect_site(level)
     if design.beta >= 0.0:
         return 0.0  # a stiff defect repels: nothing holds a wall
     end = min(defect + 0.5 * design.J, design.N - 1.0)
     try:
-        return float(np.ptp(held_landscape(subject.made, defect - 1.0, end).energy))
+        return float(np.ptp(compute_held_landscape(subject.made, defect - 1.0, end).energy))
     except StateError:
         return math.nan
 
 
-def _release(subject: Subject, kind: str, forward: float, level: int) -> Finding:
+def _judge_release(subject: Subject, kind: str, forward: float, level: int) -> Finding:
     """Judge a level whose wall is moved on by compression (forward < 0) or tension."""
     values = {
-        'wall forward': subject.freeing(level, forward),
-        'wall back': subject.freeing(level, -forward),
-        'kink forward': subject.freeing(level, -forward, kink=True),
-        'kink back': subject.freeing(level, forward, kink=True),
+        'wall forward': subject.freeing_strain(level, forward),
+        'wall back': subject.freeing_strain(level, -forward),
+        'kink forward': subject.freeing_strain(level, -forward, kink=True),
+        'kink back': subject.freeing_strain(level, forward, kink=True),
     }
     held = math.isnan(values['wall forward']) or math.isnan(values['kink forward'])
     good = (
@@ -82,8 +82,7 @@ def _release(subject: Subject, kind: str, forward: float, level: int) -> Finding
         'strain moves the kink of an erase'
     )
     bad = (
-        f'no strain up to {LARGEST_STRAIN:g} frees a wall from level {level}: choose a '
-        'smaller |beta|'
+        f'no strain up to {MAX_STRAIN:g} frees a wall from level {level}: choose a smaller |beta|'
     )
     return Finding(
         f'freed_by_{kind}',
@@ -96,37 +95,37 @@ def _release(subject: Subject, kind: str, forward: float, level: int) -> Finding
     )
 
 
-STOPPED = -0.1
+MIN_PULL_RATIO = -0.1
 """Pull, relative to the gradient's mean, at which a wall stops. Case II with a weaker gamma: at
 -0.07 its inertia still carried it across in all seven steps, at -0.18 in six."""
 
-COMFORT = 0.05
+MIN_COMFORTABLE_PULL = 0.05
 """Least comfortable force on the way, relative to the gradient's mean."""
 
-SOURCE = (
+PAPER_SOURCE = (
     'as the strain decreases, the gradient in psi enforced by alpha drives the transition wave '
     'to the soft defect pinning site (Fig. 4)'
 )
 
 
-def _drift(subject: Subject) -> Iterator[Finding]:
+def _check_drift(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the lattice's barrier and on the stiffness of the substrate."""
     try:
-        yield _lattice(subject)
-        yield _rigidity(subject)
+        yield _judge_lattice(subject)
+        yield _judge_rigidity(subject)
     except StateError as error:
         text = f'no wall can be held on its way between two defects: {error}'
-        yield Finding('peierls_nabarro', {}, '', Verdict.FAIL, text, SOURCE)
+        yield Finding('peierls_nabarro', {}, '', Verdict.FAIL, text, PAPER_SOURCE)
 
 
-def _lattice(subject: Subject) -> Finding:
-    ripple = lattice_ripple(subject.design)
-    pulls = {level: -float(way.slope.max()) for level, way in subject.ways.items()}
+def _judge_lattice(subject: Subject) -> Finding:
+    ripple = compute_lattice_ripple(subject.design)
+    pulls = {level: -float(way.slope.max()) for level, way in subject.landscapes.items()}
     weakest = min(pulls, key=lambda level: pulls[level])
-    verdict = _judge(subject, pulls[weakest])
-    where = 'after a launch' if weakest == LAUNCH else f'after level {weakest}'
+    verdict = _judge_pull(subject, pulls[weakest])
+    where = 'after a launch' if weakest == LAUNCH_LEVEL else f'after level {weakest}'
     stops = 'stops' if verdict is Verdict.FAIL else 'may stop'
-    return graded(
+    return grade_finding(
         'peierls_nabarro',
         {
             'barrier': float(np.ptp(ripple.energy)),
@@ -140,25 +139,25 @@ def _lattice(subject: Subject) -> Finding:
         f'the weakest pull is {where}',
         f'the Peierls-Nabarro barrier of the lattice {stops} a wall {where}, before it '
         'reaches the next defect: choose a stronger gradient (gamma), or a smaller J',
-        SOURCE,
+        PAPER_SOURCE,
     )
 
 
-def _rigidity(subject: Subject) -> Finding:
+def _judge_rigidity(subject: Subject) -> Finding:
     design = subject.design
-    X, own = self_energy(design)
+    X, own = compute_self_energy(design)
     slope = np.gradient(own, X)
-    ways = subject.ways.values()
+    ways = subject.landscapes.values()
     back = [np.interp(way.X % design.J_s, X, slope) for way in ways]
     least = min(-float((way.slope + pull).max()) for way, pull in zip(ways, back, strict=True))
     if max(float(way.slope.max()) for way in ways) >= 0.0:
         # A stiffer substrate would not help: `peierls_nabarro` reports that.
         least = subject.gradient_force - float(slope.max())
     rigid = design.substrate == 'rigid'
-    verdict = _judge(subject, least)
+    verdict = _judge_pull(subject, least)
     ratio = design.s_min / max(1.0, design.k_s1, design.k_s2)
     stiffness = f's_min is {ratio:.0f} times max(k_r, k_s)'
-    return graded(
+    return grade_finding(
         'rigidity',
         {'own pull': float(np.abs(slope).max()), 'least pull': least},
         'k_r cells',
@@ -171,6 +170,6 @@ def _rigidity(subject: Subject) -> Finding:
     )
 
 
-def _judge(subject: Subject, pull: float) -> Verdict:
+def _judge_pull(subject: Subject, pull: float) -> Verdict:
     share = pull / subject.gradient_force if subject.gradient_force > 0.0 else -math.inf
-    return judged(share, STOPPED, COMFORT)
+    return judge_value(share, MIN_PULL_RATIO, MIN_COMFORTABLE_PULL)

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from mlmem.physics.design import Design, stiffness_profile
-from mlmem.physics.equilibrium import relax, wall_profile
-from mlmem.physics.held_wall import excerpt, hold_walls, uniform
+from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
+from mlmem.physics.held_wall import cut_excerpt, hold_walls, make_uniform
 from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen
 from mlmem.physics.wall import find_walls
 
-DEPARTURE = 3.0
+MAX_PINNED_DISTANCE = 3.0
 """A wall farther than this from its defect, in cells, is de-pinned."""
 
-ITERATIONS = 25
+MAX_ITERATIONS = 25
 """Newton steps within which a pinned wall is found; one that left takes more."""
 
 POINTS_PER_CELL = 8
@@ -44,7 +44,7 @@ class Landscape:
         return np.asarray(np.gradient(self.energy, self.X))
 
 
-def held_landscape(
+def compute_held_landscape(
     made: Design | Specimen, low: float, high: float, strain: float = 0.0
 ) -> Landscape:
     """Return the landscape of a wall between two positions in sites, under a strain (tension
@@ -53,27 +53,27 @@ def held_landscape(
     Raises:
         StateError: No wall can be held there.
     """
-    part = excerpt(made, low, high)
+    part = cut_excerpt(made, low, high)
     X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * POINTS_PER_CELL)))
     held = hold_walls(part.made, X - part.before, strain * part.strain_shape)
     return Landscape(X, held.energy - held.energy[0])
 
 
-def lattice_ripple(design: Design) -> Landscape:
+def compute_lattice_ripple(design: Design) -> Landscape:
     """Return the Peierls-Nabarro potential: the landscape over one cell with gamma = beta = 0.
 
     Raises:
         StateError: No wall can be held.
     """
-    part = excerpt(design, design.J, design.J + 1)
+    part = cut_excerpt(design, design.J, design.J + 1)
     middle = part.design.N // 2
-    flat = uniform(part.design)
+    flat = make_uniform(part.design)
     X = middle + np.linspace(0.0, 1.0, 33)
     held = hold_walls(Specimen(flat), X, np.zeros(flat.N))
     return Landscape(X, held.energy - held.energy[0])
 
 
-def self_energy(design: Design) -> tuple[Array, Array]:
+def compute_self_energy(design: Design) -> tuple[Array, Array]:
     """Return the energy that a wall gains by straining the substrate under it, over a period.
 
     The substrate balances the stretch v' of the wall and yields by v' / s: the energy is -1/2 sum
@@ -85,7 +85,7 @@ def self_energy(design: Design) -> tuple[Array, Array]:
     Raises:
         StateError: No wall can be held.
     """
-    flat = uniform(excerpt(design, design.J, design.J + 1).design)
+    flat = make_uniform(cut_excerpt(design, design.J, design.J + 1).design)
     middle = flat.N // 2
     stretch = np.diff(hold_walls(Specimen(flat), np.array([middle + 0.5]), np.zeros(flat.N)).v[0])
     offset = np.arange(1.0, flat.N) - middle  # spring j + 1/2 from the wall at middle + 1/2
@@ -94,7 +94,7 @@ def self_energy(design: Design) -> tuple[Array, Array]:
     return X, -0.5 * np.sum(stretch**2 / s, axis=1)
 
 
-def depinning_strain(
+def find_depinning_strain(
     made: Design | Specimen,
     level: int,
     sign: float,
@@ -121,18 +121,18 @@ def depinning_strain(
         StateError: The defect holds no wall even without strain.
     """
     made = Specimen.of(made)
-    design, defect = made.design, made.design.defect(level)
-    part = excerpt(made, defect - design.J, defect + design.J)
+    design, defect = made.design, made.design.defect_site(level)
+    part = cut_excerpt(made, defect - design.J, defect + design.J)
     site = defect - part.before
 
-    def departure(v: Array, V: Array) -> float:
+    def measure_departure(v: Array, V: Array) -> float:
         found = find_walls(part.design, v - V)
         return abs(found[0].position - site) if len(found) == 1 else math.inf
 
     side = -0.3 if kink else 0.3
     v = wall_profile(part.design, site + side, kink=kink) + part.made.offsets
-    v = relax(part.made, v, np.zeros_like(v))
-    if not departure(v, np.zeros_like(v)) < DEPARTURE:
+    v = relax_to_equilibrium(part.made, v, np.zeros_like(v))
+    if not measure_departure(v, np.zeros_like(v)) < MAX_PINNED_DISTANCE:
         raise StateError(f'the defect at j = {defect} pins no {"kink" if kink else "wall"}')
     shape, strain, step = sign * part.strain_shape, 0.0, 2e-3
     while step > tolerance:
@@ -140,11 +140,11 @@ def depinning_strain(
             return math.nan
         V = (strain + step) * shape
         try:
-            trial = relax(part.made, v + step * shape, V, iterations=ITERATIONS)
-            moved = departure(trial, V)
+            trial = relax_to_equilibrium(part.made, v + step * shape, V, iterations=MAX_ITERATIONS)
+            moved = measure_departure(trial, V)
         except StateError:
             moved = math.inf
-        if moved < DEPARTURE:
+        if moved < MAX_PINNED_DISTANCE:
             v, strain = trial, strain + step
         else:
             step /= 2.0

@@ -11,28 +11,28 @@ from mlmem.errors import ProcedureFailed
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.moves.planner import erase_speed, route, within_reach
+from mlmem.moves.planner import erase_speed, find_reachable_levels, find_route
 from mlmem.readers.echo import listening_time
 from mlmem.readers.reading import BLANK
 from mlmem_ros.host.design_check import Verdict
 
-from .concern import Finding, Subject, graded, judged
+from .concern import Finding, Subject, grade_finding, judge_value
 
-ENOUGH = 1.1
+MIN_PEAK_MARGIN = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""
 
-SLOW = 1.3
+MIN_RAMP_RATIO = 1.3
 """Shortest ramp of an erase, in damping times 1 / eta, that kink and wall follow. With tensions
 from 15 % weaker to 20 % stronger, 4 and 16 levels were erased equally well at 1.4 and 2.4, and
 worse at 1.1."""
 
-CALM = 2e-4
+MAX_END_ACCELERATION = 2e-4
 """Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed.
 With 64 levels and peaks some 10 % off, it was undisturbed at 2e-4, but not at 4e-4."""
 
-SLOWLY = 'deformation due to a prescribed, quasi-static boundary displacement (p. 5)'
+QUASI_STATIC_SOURCE = 'deformation due to a prescribed, quasi-static boundary displacement (p. 5)'
 
-STEPS = (
+STEPS_SOURCE = (
     'under a non-zero strain a change in the energy landscape releases and repels the domain '
     'wall from its current pinned position (p. 5)'
 )
@@ -42,17 +42,17 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on peaks of write and erase, ramps of an erase, and durations."""
     walls = subject.forward(kink=False)
     if subject.settings.actuator.present:
-        yield _peaks(subject, 'write', walls)
-        yield _peaks(subject, 'erase', subject.forward(kink=True))
-        yield _wall_stays(subject, walls)
-        yield _ramps(subject)
-        yield _shake(subject)
+        yield _judge_peaks(subject, 'write', walls)
+        yield _judge_peaks(subject, 'erase', subject.forward(kink=True))
+        yield _judge_wall_hold(subject, walls)
+        yield _judge_ramps(subject)
+        yield _judge_shake(subject)
         if not erase_speed(subject.design, subject.settings):  # or strain erases only after kicks
-            yield _settling(subject)
-    yield _durations(subject)
+            yield _judge_settling(subject)
+    yield _judge_durations(subject)
 
 
-def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
+def _judge_peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
     settings: WriteSettings | EraseSettings = getattr(subject.settings, name)
     values: dict[str, float] = {}
     margins = []
@@ -65,7 +65,7 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
             margins.append(abs(peak) / hardest)
     held = [level for level, strain in frees.items() if math.isnan(strain)]
     ratio = math.nan if held else min(margins, default=math.inf)
-    verdict = judged(ratio, 1.0, ENOUGH)
+    verdict = judge_value(ratio, 1.0, MIN_PEAK_MARGIN)
     mover = 'wall' if name == 'write' else 'kink'
     if held:
         text = f'no strain frees the {mover} from level {held[0]}: see `freed_by_...`'
@@ -82,17 +82,17 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
         )
     else:
         text = f'a peak is at {ratio:.0%} of what frees the {mover}: choose greater peaks'
-    return Finding(f'{name}_peaks', values, 'strain', verdict, text, STEPS)
+    return Finding(f'{name}_peaks', values, 'strain', verdict, text, STEPS_SOURCE)
 
 
-def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
+def _judge_wall_hold(subject: Subject, frees: dict[int, float]) -> Finding:
     tension = subject.settings.erase.tension
     limit = min((strain for strain in frees.values() if strain > 0.0), default=math.inf)
-    return graded(
+    return grade_finding(
         'erase_order',
         {'erase tension': tension, 'frees the wall': limit},
         'strain',
-        judged(limit / tension, 0.0, ENOUGH),
+        judge_value(limit / tension, 0.0, MIN_PEAK_MARGIN),
         'the tension that moves the kink leaves the wall in place, so the kink catches up',
         'the tension that moves the kink also moves the wall, which runs away from it: choose a '
         'smaller erase.tension',
@@ -101,47 +101,47 @@ def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
     )
 
 
-def _ramps(subject: Subject) -> Finding:
+def _judge_ramps(subject: Subject) -> Finding:
     erase = subject.settings.erase
     shortest = min(erase.ramp, erase.release) * subject.design.eta
-    return graded(
+    return grade_finding(
         'erase_ramps',
         {'shortest': shortest},
         'damping times',
-        judged(shortest, 0.0, SLOW),
+        judge_value(shortest, 0.0, MIN_RAMP_RATIO),
         'the strain changes slowly enough, compared with the damping, for kink and wall to follow',
         'ramps this short, compared with the damping time 1 / eta, leave kink and wall ringing; '
         'only a simulation shows where they end',
-        SLOWLY,
+        QUASI_STATIC_SOURCE,
     )
 
 
-def _shake(subject: Subject) -> Finding:
+def _judge_shake(subject: Subject) -> Finding:
     """Judge how much a smooth ramp shakes the far end, which moves by N times the strain."""
     erase = subject.settings.erase
     peak, ramp = max(-erase.compression, erase.tension), min(erase.ramp, erase.release)
     shaken = 6.0 * abs(subject.design.end_displacement(peak)) / ramp**2
-    return graded(
+    return grade_finding(
         'erase_shake',
-        {'far end': shaken, 'calm': CALM},
+        {'far end': shaken, 'calm': MAX_END_ACCELERATION},
         'cells/time^2',
-        judged(CALM / shaken, 0.0, 1.0),
+        judge_value(MAX_END_ACCELERATION / shaken, 0.0, 1.0),
         'the ramps leave the far end of the element calm',
         'the ramps shake the far end, which pushes a wall there like a strain: choose longer ones',
-        SLOWLY,
+        QUASI_STATIC_SOURCE,
     )
 
 
-def _settling(subject: Subject) -> Finding:
+def _judge_settling(subject: Subject) -> Finding:
     design, erase = subject.design, subject.settings.erase
-    way = max(design.defect(n + 1) - subject.released_at(n) for n in subject.open_levels)
+    way = max(design.defect_site(n + 1) - subject.release_site(n) for n in subject.open_levels)
     needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
     given = 0.5 * erase.release + erase.settle
-    return graded(
+    return grade_finding(
         'erase_settling',
         {'needed': needed, 'given': given},
         'time',
-        judged(given / needed if needed else math.inf, 0.0, 1.0),
+        judge_value(given / needed if needed else math.inf, 0.0, 1.0),
         'the wall has the time to roll to the next defect: the gradient moves it at '
         '|gamma| / (2 eta)',
         'the next cycle may begin before the wall has rolled to its defect: choose longer release '
@@ -151,7 +151,7 @@ def _settling(subject: Subject) -> Finding:
     )
 
 
-def _durations(subject: Subject) -> Finding:
+def _judge_durations(subject: Subject) -> Finding:
     """Report how long a step, a read, the longest write upward and the longest erase take; fail
     where without an actuator a level is out of reach.
     """
@@ -160,15 +160,15 @@ def _durations(subject: Subject) -> Finding:
     read = listening_time(design, settings.probe, End.LEFT)
     look = listening_time(design, settings.probe_right, End.RIGHT)
 
-    values = {'step': cycle_time(subject, settings.write), 'read': read}
+    values = {'step': compute_cycle_time(subject, settings.write), 'read': read}
     try:
-        for level in set(range(design.levels)) - within_reach(design, settings):
-            route(design, settings, BLANK, level)  # says why there is none
+        for level in set(range(design.levels)) - find_reachable_levels(design, settings):
+            find_route(design, settings, BLANK, level)  # says why there is none
         for name, start, target, heard in (
             ('write 0 to top', 0, top, read),
             ('erase from top', top, BLANK, look),
         ):
-            way = route(design, settings, start, target)
+            way = find_route(design, settings, start, target)
             values[name] = sum(move.time for move in way) + heard
     except ProcedureFailed as error:
         return Finding('durations', values, 'time', Verdict.FAIL, str(error), '')
@@ -180,7 +180,7 @@ def _durations(subject: Subject) -> Finding:
     )  # fmt: skip
 
 
-def cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
+def compute_cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
     """Return how long a strain cycle takes, at the larger peak and with the rate limit."""
     peak = max(-times.compression, times.tension)
-    return Cycle.planned(times, peak, subject.settings.actuator.max_rate).duration
+    return Cycle.plan_cycle(times, peak, subject.settings.actuator.max_rate).duration

@@ -17,16 +17,16 @@ from mlmem.instrument.motion import Cycle
 from mlmem.physics import Specimen, StateError, stable_step
 from mlmem_ros.host.design_check import Verdict
 
-from .bare import COARSE, departures, scaled
-from .concern import LEAST_CELLS, MOST_WORK, Finding, Subject
+from .bare import COARSE_TIME_STEP, measure_departures, scale_peaks
+from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, Finding, Subject
 
-ROW = 2
+STEPS_IN_ROW = 2
 """Steps in a row."""
 
-OFF = 0.15
+PEAK_DEVIATION = 0.15
 """How far off both peaks may be at once; an operating point nearer to failure gets a warning."""
 
-SOURCE = (
+PAPER_SOURCE = (
     'upon recovery of the zero strain condition, the transition wave becomes pinned at a soft '
     'defect site different from the one from which it originated (p. 5)'
 )
@@ -36,13 +36,13 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on the steps of a write."""
     if not subject.steps:
         return
-    corners = list(itertools.product((1.0 - OFF, 1.0 + OFF), repeat=2))
-    if (1 + len(corners)) * _work(subject) > MOST_WORK:
+    corners = list(itertools.product((1.0 - PEAK_DEVIATION, 1.0 + PEAK_DEVIATION), repeat=2))
+    if (1 + len(corners)) * _estimate_work(subject) > MAX_CELL_STEPS:
         text = 'the steps take too long to simulate in a check: choose shorter times (write.*)'
-        yield Finding('write_steps', {}, '', Verdict.WARN, text, SOURCE)
+        yield Finding('write_steps', {}, '', Verdict.WARN, text, PAPER_SOURCE)
         return
-    own = _lost(subject, 1.0, 1.0)
-    off = [] if own else [corner for corner in corners if _lost(subject, *corner)]
+    own = _find_lost_levels(subject, 1.0, 1.0)
+    off = [] if own else [corner for corner in corners if _find_lost_levels(subject, *corner)]
     if own:
         verdict = Verdict.FAIL
         text = (
@@ -58,39 +58,49 @@ def check(subject: Subject) -> Iterator[Finding]:
         )
     else:
         verdict = Verdict.PASS
-        text = f'the steps succeed, even with both peaks {OFF:.0%} off'
+        text = f'the steps succeed, even with both peaks {PEAK_DEVIATION:.0%} off'
     values = {
         'steps': float(len(subject.steps)),
         'lost': float(len(own)),
         'peaks tried': 1.0 if own else 1.0 + len(corners),
         'peaks failed': float(bool(own) or len(off)),
     }
-    yield Finding('write_steps', values, '', verdict, text, SOURCE)
+    yield Finding('write_steps', values, '', verdict, text, PAPER_SOURCE)
 
 
-def _work(subject: Subject) -> float:
+def _estimate_work(subject: Subject) -> float:
     """Return the cell steps for making all steps once."""
     design, write = subject.design, subject.settings.write
-    cycle = Cycle.planned(write, write.tension, subject.settings.actuator.max_rate)
-    dt = min(COARSE, stable_step(Specimen(dataclasses.replace(design, substrate='rigid'))))
+    cycle = Cycle.plan_cycle(write, write.tension, subject.settings.actuator.max_rate)
+    dt = min(
+        COARSE_TIME_STEP, stable_step(Specimen(dataclasses.replace(design, substrate='rigid')))
+    )
     time = cycle.duration + write.final_settle
-    return len(subject.steps) * time / dt * max(design.N, LEAST_CELLS)
+    return len(subject.steps) * time / dt * max(design.N, MIN_STEP_CELLS)
 
 
-def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
+def _find_lost_levels(subject: Subject, compression: float, tension: float) -> list[int]:
     """Return the levels from which a step fails with the peaks multiplied by factors."""
     # `rigidity` covers a soft substrate; here it would take a hundred times as long.
     design = dataclasses.replace(subject.design, substrate='rigid')
     made = dataclasses.replace(subject.made, design=design)
-    write = scaled(subject.settings.write, compression, tension)
+    write = scale_peaks(subject.settings.write, compression, tension)
     rate = subject.settings.actuator.max_rate
     lost = []
-    for start in subject.steps[::ROW]:
-        goal = min(start + ROW, design.levels - 1)
+    for start in subject.steps[::STEPS_IN_ROW]:
+        goal = min(start + STEPS_IN_ROW, design.levels - 1)
         try:
-            away = list(departures(
-                made, write, start, goal, max_rate=rate, dt=COARSE, corrections=subject.corrections
-            ))  # fmt: skip
+            away = list(
+                measure_departures(
+                    made,
+                    write,
+                    start,
+                    goal,
+                    max_rate=rate,
+                    dt=COARSE_TIME_STEP,
+                    corrections=subject.corrections,
+                )
+            )
         except StateError:  # the level pins no wall
             away = [math.inf]
         lost += [start + step for step, cells in enumerate(away) if cells >= 1.0]

@@ -16,16 +16,16 @@ import numpy as np
 from mlmem.instrument.end import BoundaryMotion, Kick
 from mlmem.instrument.instrument import Units
 from mlmem.physics import Chain, HeldCell, StateError, substep_times
-from mlmem.physics.equilibrium import blank, metamaterial_force, resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall, make_blank, metamaterial_force
 from mlmem_ros.host.design_check import Verdict
 
 from .concern import Finding, Subject
-from .disturb import bare
+from .disturb import build_bare_chain
 
-SOURCE = 'a wall may be injected by an actuator coupled to the boundary site (p. 5)'
+PAPER_SOURCE = 'a wall may be injected by an actuator coupled to the boundary site (p. 5)'
 
 
-MOST_STEPS = 20_000
+MAX_STEPS = 20_000
 """Steps up to which a motion is followed: what lasts longer asks little."""
 
 
@@ -42,23 +42,23 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield what kicks need; nothing of an element that has none."""
     design, settings = subject.design, subject.settings
     kick, limits = settings.kick, settings.transducer
-    if not any(kick.by_level) or settings.register.spacing:
+    if not any(kick.wall_speeds) or settings.register.spacing:
         return
-    chain, asked = bare(subject.made, settings.time), {}
+    chain, asked = build_bare_chain(subject.made, settings.time), {}
     with suppress(StateError):  # the last level pins no wall, as another check says
         for name, v, target, speed in (
-            ('write', blank(subject.made), design.D_s2, max(kick.by_level)),
+            ('write', make_blank(subject.made), design.D_s2, max(kick.wall_speeds)),
             (
                 'erase',
-                resting_wall(subject.made, design.levels - 1),
+                find_pinned_wall(subject.made, design.levels - 1),
                 design.D_s1,
                 kick.erase_speed,
             ),
         ):
             chain.place(v)
             motion = Kick(chain.end(1), target, speed, kick)
-            if motion.duration <= MOST_STEPS * chain.dt:
-                asked[name] = demand(chain, 1, motion)
+            if motion.duration <= MAX_STEPS * chain.dt:
+                asked[name] = measure_demand(chain, 1, motion)
     if not asked:
         return
     units = Units(design, settings.scale)
@@ -76,10 +76,10 @@ def check(subject: Subject) -> Iterator[Finding]:
             text = f'the {beyond[0]} needs more than transducer.max_* allows: it is not made'
         verdict = Verdict.WARN if beyond and settings.write.method != 'strain' else Verdict.PASS
         values = {each: unit * value for each, value in found.items()}
-        yield Finding(f'transducer_{name}', values, symbol, verdict, text, SOURCE)
+        yield Finding(f'transducer_{name}', values, symbol, verdict, text, PAPER_SOURCE)
 
 
-def demand(
+def measure_demand(
     chain: Chain, site: int, motion: BoundaryMotion, powers: list[float] | None = None
 ) -> Demand:
     """Return what a motion of an end asks, from the present state of a chain.

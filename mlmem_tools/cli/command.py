@@ -37,61 +37,63 @@ class Command:
     run: Run
 
 
-def command(summary: str, *options: Option, text: str | None) -> Callable[[Run], Command]:
+def declare_command(summary: str, *options: Option, text: str | None) -> Callable[[Run], Command]:
     """Return a decorator that makes a function a sub-command; arguments as for `Command`."""
     return lambda run: Command(summary, text or '', options, run)
 
 
-def option(*names: str, **settings: Any) -> Option:
+def declare_option(*names: str, **settings: Any) -> Option:
     """Return an option, as `argparse.ArgumentParser.add_argument` takes it."""
     return lambda parser: parser.add_argument(*names, **settings)
 
 
-def tasks(**commands: Command) -> Option:
+def declare_tasks(**commands: Command) -> Option:
     """Return sub-commands of a sub-command, by name; `task` of the arguments is the one given."""
 
-    def add(parser: argparse.ArgumentParser) -> None:
+    def add_tasks(parser: argparse.ArgumentParser) -> None:
         add_commands(parser.add_subparsers(dest='task', metavar='TASK'), commands)
 
-    return add
+    return add_tasks
 
 
-def one_of(*options: Option) -> Option:
+def declare_exclusive(*options: Option) -> Option:
     """Return options of which only one may be given."""
 
-    def add(parser: argparse.ArgumentParser) -> None:
+    def add_group(parser: argparse.ArgumentParser) -> None:
         group = parser.add_mutually_exclusive_group()
         for each in options:
             each(group)  # type: ignore[arg-type]
 
-    return add
+    return add_group
 
 
-NODE = option('--node', default='mlmem', help='name of the memory node')
+NODE_OPTION = declare_option('--node', default='mlmem', help='name of the memory node')
 
 
-def wait(seconds: float) -> Option:
+def declare_wait(seconds: float) -> Option:
     """Return the option for how long to wait for a node, in seconds."""
-    return option(
+    return declare_option(
         '--wait', type=float, default=seconds, metavar='S', help='how long to wait for the node'
     )
 
 
-JOBS = option('--jobs', type=int, metavar='N', help='processes side by side; default: one a core')
+JOBS_OPTION = declare_option(
+    '--jobs', type=int, metavar='N', help='processes side by side; default: one a core'
+)
 
-JSON = option(
+JSON_OPTION = declare_option(
     '--json', action='store_true', help='print the result as one JSON object, and nothing else'
 )
 
 
-ELEMENT = option(
+ELEMENT_OPTION = declare_option(
     '--element', type=Path, metavar='FILE',
     help='judge this element, as mlmem fit wrote it, with its planned pulses; by default one '
     'that is exactly as designed',
 )  # fmt: skip
 
 
-def element_of(
+def load_element_option(
     arguments: argparse.Namespace, design: Design, settings: Settings
 ) -> Element | None:
     """Return the element that an option names.
@@ -99,10 +101,10 @@ def element_of(
     Raises:
         ElementFileError: There is no such element, or not of this design and these settings.
     """
-    from mlmem.element_file import of_design
+    from mlmem.element_file import read_matching_element
 
     path = arguments.element
-    return None if path is None else of_design(path, design, settings)
+    return None if path is None else read_matching_element(path, design, settings)
 
 
 def add_commands(subparsers: Any, commands: Mapping[str, Command]) -> None:

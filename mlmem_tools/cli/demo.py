@@ -18,12 +18,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mlmem_ros.packages import added
+from mlmem_ros.packages import find_entry_points
 
 from . import laboratory
-from .command import JSON, command, option
-from .interrupts import outcome_known
-from .output import plain_console, plain_table, print_json, show_progress
+from .command import JSON_OPTION, declare_command, declare_option
+from .interrupts import note_outcome
+from .output import create_console, create_table, print_json, show_progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from mlmem_ros.ros.client.client import MemoryClient
 
 
-LEVELS = (0, 1, 2, 3, 4, 5, 6, 7, 3, 5)
+DEMO_LEVELS = (0, 1, 2, 3, 4, 5, 6, 7, 3, 5)
 """The levels that are written: all of them upward, one downward, one upward again."""
 
-NODE_START = 60.0
+NODE_START_TIMEOUT_S = 60.0
 """Longest wait for the node, in seconds: the first start compiles the kernels."""
 
 
@@ -50,10 +50,12 @@ class Written:
     duration: float
 
 
-@command(
+@declare_command(
     'write every level up and some down through ROS 2, read each back, show it',
-    option('--output', type=Path, default=Path('sessions'), help='folder for session and picture'),
-    JSON,
+    declare_option(
+        '--output', type=Path, default=Path('sessions'), help='folder for session and picture'
+    ),
+    JSON_OPTION,
     text=__doc__,
 )
 def demo(arguments: argparse.Namespace) -> int:
@@ -61,32 +63,34 @@ def demo(arguments: argparse.Namespace) -> int:
     if find_spec('rclpy') is None:
         return _demonstrate_without_ros(arguments)
     from mlmem_ros.contract.calls import RequestError
-    from mlmem_ros.ros.node_process import node_arguments, node_process
-    from mlmem_ros.session.data import load
+    from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
+    from mlmem_ros.session.data import load_session
 
-    console = plain_console(aside=arguments.json)
+    console = create_console(aside=arguments.json)
     folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
     session = folder / 'session'
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
     name = f'mlmem_demo_{os.getpid()}'  # a robot's own /mlmem may be in this domain
     folder.mkdir(parents=True)
-    given = node_arguments(name, {'record.path': str(session)})
+    given = build_node_arguments(name, {'record.path': str(session)})
     try:
         with (
             (folder / 'memory_node.log').open('wb') as log,
-            node_process(given, stdout=log, stderr=log),
+            run_node_process(given, stdout=log, stderr=log),
         ):
             rows = _write_and_read(console, name)
     except RequestError as error:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1
-    outcome_known()
+    note_outcome()
     _print_table(console, rows, 'written through ROS 2 and read back by echo')
     console.print(f'session  {session}')
     picture = None
-    if laboratory.PICTURE in added(laboratory.PARTS):
-        picture = laboratory.part(laboratory.PICTURE)(load(session), folder / 'session.png')
+    if laboratory.PICTURE_PART in find_entry_points(laboratory.PARTS_GROUP):
+        picture = laboratory.load_part(laboratory.PICTURE_PART)(
+            load_session(session), folder / 'session.png'
+        )
         console.print(f'picture  {picture}')
     if arguments.json:
         print_json({'levels': rows, 'session': session, 'picture': picture})
@@ -101,11 +105,11 @@ def _demonstrate_without_ros(arguments: argparse.Namespace) -> int:
     """Write and read the levels of an element in this process."""
     from mlmem import MemoryElement, load_element
 
-    console = plain_console(aside=arguments.json)
+    console = create_console(aside=arguments.json)
     element = MemoryElement(load_element('case_2'))
     rows: list[Written] = []
     written = _write_and_read_directly(element)
-    show_progress(console, map(rows.append, written), 0, len(LEVELS), 'levels')
+    show_progress(console, map(rows.append, written), 0, len(DEMO_LEVELS), 'levels')
     _print_table(console, rows, 'written without ROS 2 and read back by echo')
     if arguments.json:
         print_json({'levels': rows})
@@ -121,7 +125,7 @@ def _write_and_read_directly(element: MemoryElement) -> Iterator[Written]:
     from mlmem import Read, Write
     from mlmem.physics import find_walls
 
-    for level in LEVELS:
+    for level in DEMO_LEVELS:
         begun = time.monotonic()
         written = element.perform(Write(level))
         if not written.success:
@@ -139,23 +143,25 @@ def _write_and_read(console: Console, name: str) -> list[Written]:
     from std_msgs.msg import Float64MultiArray
 
     from mlmem_ros.ros.client.client import standalone
-    from mlmem_ros.ros.middleware import SENSOR_DATA
+    from mlmem_ros.ros.middleware import SENSOR_DATA_PROFILE
 
     rows: list[Written] = []
     walls: list[Any] = []
     with standalone(name) as client:
         with console.status('waiting for the memory node'):
-            client.ready(NODE_START).wait()
-            client.read(NODE_START).wait()  # with a cold cache, it compiles its kernels first
+            client.ready(NODE_START_TIMEOUT_S).wait()
+            client.read(
+                NODE_START_TIMEOUT_S
+            ).wait()  # with a cold cache, it compiles its kernels first
         client.node.create_subscription(
-            Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA
+            Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA_PROFILE
         )
-        written = (_one_level(client, asked, walls) for asked in LEVELS)
-        show_progress(console, map(rows.append, written), 0, len(LEVELS), 'levels')
+        written = (_write_one_level(client, asked, walls) for asked in DEMO_LEVELS)
+        show_progress(console, map(rows.append, written), 0, len(DEMO_LEVELS), 'levels')
     return rows
 
 
-def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
+def _write_one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
     from mlmem_ros.ros.client.client import wait_until
 
     begun = time.monotonic()
@@ -171,7 +177,7 @@ def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
 def _print_table(console: Console, rows: list[Written], title: str) -> None:
     from rich.text import Text
 
-    table = plain_table(
+    table = create_table(
         title,
         '>asked', '>decoded', '>code', '>echo delay', '>threshold margin', '>confidence',
         '>true wall', '>duration',

@@ -29,8 +29,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import laboratory
-from .command import ELEMENT, JOBS, JSON, command, element_of, option, tasks
-from .output import complain, plain_console, plain_table, print_json
+from .command import (
+    ELEMENT_OPTION,
+    JOBS_OPTION,
+    JSON_OPTION,
+    declare_command,
+    declare_option,
+    declare_tasks,
+    load_element_option,
+)
+from .output import create_console, create_table, print_failure, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,84 +47,90 @@ if TYPE_CHECKING:
     from ..checks.capacity import Capacity
 
 
-COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
+VERDICT_COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
 """Colours by verdict."""
 
-PROOF = (
-    option(
+PROOF_OPTIONS = (
+    declare_option(
         '--sample', type=int, metavar='N',
         help='downward writes to try; default: all of up to 16 levels, else as many as levels',
     ),
-    option('--folder', type=Path, default=Path('proofs'), help='folder for the ledgers'),
-    JOBS,
+    declare_option('--folder', type=Path, default=Path('proofs'), help='folder for the ledgers'),
+    JOBS_OPTION,
 )  # fmt: skip
 """The options of a proof."""
 
 
-@command(
+@declare_command(
     'judge a design',
-    option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
-    ELEMENT,
-    JSON,
-    option('--brief', action='store_true', help='leave out passes and quotations of the paper'),
+    declare_option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
+    ELEMENT_OPTION,
+    JSON_OPTION,
+    declare_option(
+        '--brief', action='store_true', help='leave out passes and quotations of the paper'
+    ),
     text='Judge every quantity that the memory depends on, and say what goes wrong if one fails.',
 )
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
-    from mlmem_ros.parameter_file import load
+    from mlmem_ros.parameter_file import load_preset
 
     from .. import checks
-    from ..checks.capacity import capacities
+    from ..checks.capacity import list_capacities
 
-    design, settings = load(arguments.source)
-    report = checks.check(design, settings, element_of(arguments, design, settings))
+    design, settings = load_preset(arguments.source)
+    report = checks.check(design, settings, load_element_option(arguments, design, settings))
     failed = report.verdict is checks.Verdict.FAIL
-    held = [] if failed else list(capacities(design, settings))
+    held = [] if failed else list(list_capacities(design, settings))
     if arguments.json:
         findings = [finding.as_dict() for finding in report.findings]
         found = [each.as_dict() for each in held]
         print_json({'verdict': report.verdict.value, 'findings': findings, 'capacity': found})
     else:
-        print_report(plain_console(), arguments.source, report, arguments.brief)
-        print_capacity(plain_console(), held)
+        print_report(create_console(), arguments.source, report, arguments.brief)
+        print_capacity(create_console(), held)
     return 1 if failed else 0
 
 
-@command(
+@declare_command(
     'simulate designs',
-    option('sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'),
-    option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
-    option('--output', type=Path, metavar='FILE', help='result file to write'),
-    ELEMENT,
-    *PROOF,
-    JSON,
+    declare_option(
+        'sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'
+    ),
+    declare_option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
+    declare_option('--output', type=Path, metavar='FILE', help='result file to write'),
+    ELEMENT_OPTION,
+    *PROOF_OPTIONS,
+    JSON_OPTION,
     text='Write and read back every level, write lower ones, and erase every level.\n'
     'Results are kept, so the same command continues after a kill.',
 )
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs."""
     if arguments.element is not None and len(arguments.sources) > 1:
-        return complain('design', '--element needs the one design that it is of', 2)
-    done: int = laboratory.part('prove_designs')(arguments)
+        return print_failure('design', '--element needs the one design that it is of', 2)
+    done: int = laboratory.load_part('prove_designs')(arguments)
     return done
 
 
-TASKS = {'check': check, 'prove': prove}
+DESIGN_TASKS = {'check': check, 'prove': prove}
 
 
-@command(
+@declare_command(
     'find a design for a number of levels, judge one, prove one',
-    option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
-    option('--law', type=Path, metavar='LAW.yaml', help='on-site law of the cells'),
-    option('--phase', type=int, default=0, help='ground state of the law that is blank, from 0'),
-    option('--length', type=float, metavar='M', help='its lattice constant'),
-    option('--spring', type=float, metavar='N/M', help='its springs between cells'),
-    option('--mass', type=float, metavar='KG', help='its masses'),
-    option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
-    option('--prove', action='store_true', help='simulate the found design'),
-    *PROOF,
-    JSON,
-    tasks(**TASKS),
+    declare_option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
+    declare_option('--law', type=Path, metavar='LAW.yaml', help='on-site law of the cells'),
+    declare_option(
+        '--phase', type=int, default=0, help='ground state of the law that is blank, from 0'
+    ),
+    declare_option('--length', type=float, metavar='M', help='its lattice constant'),
+    declare_option('--spring', type=float, metavar='N/M', help='its springs between cells'),
+    declare_option('--mass', type=float, metavar='KG', help='its masses'),
+    declare_option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
+    declare_option('--prove', action='store_true', help='simulate the found design'),
+    *PROOF_OPTIONS,
+    JSON_OPTION,
+    declare_tasks(**DESIGN_TASKS),
     text=__doc__,
 )
 def design(arguments: argparse.Namespace) -> int:
@@ -126,26 +140,28 @@ def design(arguments: argparse.Namespace) -> int:
     from mlmem.physics import DesignError, StateError
 
     if not arguments.task and arguments.levels is None and arguments.law is None:
-        return complain('design', 'give --levels P or --law FILE, or one of check and prove', 2)
+        return print_failure(
+            'design', 'give --levels P or --law FILE, or one of check and prove', 2
+        )
     of_a_law = arguments.length, arguments.spring, arguments.mass
     if any((each is None) == (arguments.law is not None) for each in of_a_law):
-        return complain('design', '--law, --length, --spring and --mass need each other', 2)
+        return print_failure('design', '--law, --length, --spring and --mass need each other', 2)
     try:
         if arguments.task:
-            return TASKS[arguments.task].run(arguments)
-        found: int = laboratory.part('find_design')(arguments)
+            return DESIGN_TASKS[arguments.task].run(arguments)
+        found: int = laboratory.load_part('find_design')(arguments)
         return found
     except DecodeError as error:
-        return complain('design', error, 2)
+        return print_failure('design', error, 2)
     except (DesignError, SettingsError, StateError, OSError) as error:
-        return complain('design', error, 1)
+        return print_failure('design', error, 1)
 
 
 def print_capacity(console: Console, held: Iterable[Capacity]) -> None:
     """Print how much an element holds, by the way of writing; nothing for none."""
     if not (held := list(held)):
         return
-    table = plain_table('capacity', 'by', '>words', '>bits', '>least distance in levels', '')
+    table = create_table('capacity', 'by', '>words', '>bits', '>least distance in levels', '')
     for each in held:
         table.add_row(
             each.way,
@@ -181,7 +197,7 @@ def print_report(console: Console, source: str, report: Report, brief: bool) -> 
         )
         where = () if brief else ('\n', (finding.source, 'dim'))
         text = Text.assemble(finding.text, *where)
-        table.add_row(Text(verdict, COLOURS[verdict]), name, numbers, text)
+        table.add_row(Text(verdict, VERDICT_COLOURS[verdict]), name, numbers, text)
     if table.row_count:
         console.print(table)
     counts = {verdict: len(report.of(verdict)) for verdict in Verdict}

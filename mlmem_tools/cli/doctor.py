@@ -16,27 +16,29 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .command import JSON, NODE, command, option, wait
+from .command import JSON_OPTION, NODE_OPTION, declare_command, declare_option, declare_wait
 from .output import print_json
 
 if TYPE_CHECKING:
     from .checkup import Diagnosis
 
-COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
+VERDICT_COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
 """Colours of a terminal, by verdict: green, yellow and red."""
 
 
-@command(
+@declare_command(
     'check whether this machine has what a memory needs',
-    NODE,
-    wait(3.0),
-    option('--records', type=Path, default=Path('sessions'), help='where sessions are recorded'),
-    option(
+    NODE_OPTION,
+    declare_wait(3.0),
+    declare_option(
+        '--records', type=Path, default=Path('sessions'), help='where sessions are recorded'
+    ),
+    declare_option(
         '--warm',
         action='store_true',
         help='first compile the kernels and check the presets, so that a node starts in a second',
     ),
-    JSON,
+    JSON_OPTION,
     text=__doc__,
 )
 def doctor(arguments: argparse.Namespace) -> int:
@@ -44,20 +46,20 @@ def doctor(arguments: argparse.Namespace) -> int:
     from mlmem_ros import __version__
     from mlmem_ros.host.design_check import Verdict
 
-    from .checkup import examine
+    from .checkup import examine_machine
 
     stream = sys.stderr if arguments.json else sys.stdout
     print(f'mlmem_ros {__version__}', file=stream)
     findings = []
     if arguments.warm:
         begun = time.monotonic()
-        for name, do in first_start():
+        for name, do in list_start_tasks():
             print(f'warm  {name}', flush=True, file=stream)
             do()
         taken = time.monotonic() - begun
         print(f'warm: compiled and cached everything in {taken:.1f} s', file=stream)
-    for finding in examine(arguments.node, arguments.wait, arguments.records):
-        print(line(finding, colour=stream.isatty()), flush=True, file=stream)
+    for finding in examine_machine(arguments.node, arguments.wait, arguments.records):
+        print(format_diagnosis(finding, colour=stream.isatty()), flush=True, file=stream)
         findings.append(finding)
     verdicts = [finding.verdict for finding in findings]
     failed, warned = verdicts.count(Verdict.FAIL), verdicts.count(Verdict.WARN)
@@ -67,24 +69,24 @@ def doctor(arguments: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def line(diagnosis: Diagnosis, colour: bool = False) -> str:
+def format_diagnosis(diagnosis: Diagnosis, colour: bool = False) -> str:
     """Return a diagnosis as a row of the table, with a second line of advice if there is any."""
     verdict = diagnosis.verdict.value
     if colour:
-        verdict = f'\x1b[{COLOURS[verdict]}m{verdict}\x1b[0m'
+        verdict = f'\x1b[{VERDICT_COLOURS[verdict]}m{verdict}\x1b[0m'
     advice = f'\n{"":25} -> {diagnosis.advice}' if diagnosis.advice else ''
     return f'{verdict}  {diagnosis.what:<18} {diagnosis.seen}{advice}'
 
 
-def first_start() -> Iterator[tuple[str, Callable[[], object]]]:
+def list_start_tasks() -> Iterator[tuple[str, Callable[[], object]]]:
     """Yield what a first start does and caches: the kernels, then the checks that run them."""
     from mlmem.physics import CASE_II, INTEGRATORS, Chain
     from mlmem.presets import PRESETS
-    from mlmem_ros.host.design_check import findings
+    from mlmem_ros.host.design_check import load_findings
 
     for name, integrator in INTEGRATORS.items():
         for substrate in ('rigid', 'elastic'):
             chain = Chain(replace(CASE_II, substrate=substrate), integrator=integrator)
             yield f'kernel {name}, {substrate} substrate', partial(chain.rest, 1)
     for name, preset in PRESETS.items():
-        yield f'design check of {name}', partial(findings, preset.design, preset.settings)
+        yield f'design check of {name}', partial(load_findings, preset.design, preset.settings)

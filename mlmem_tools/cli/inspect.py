@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mlmem.schema import printable
+from mlmem.schema import make_printable
 
 from . import laboratory
-from .command import JSON, command, option
-from .output import complain_of_bag, plain_console, plain_table, print_json
+from .command import JSON_OPTION, declare_command, declare_option
+from .output import create_console, create_table, print_bag_failure, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from mlmem_ros.session.data import SessionData
 
 
-@command(
+@declare_command(
     'list a session bag, plot or repair it',
-    option('bag', type=Path, help='bag directory or file'),
-    option('--node', default='', help='which node of the bag, if there are several'),
-    option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
-    option(
+    declare_option('bag', type=Path, help='bag directory or file'),
+    declare_option('--node', default='', help='which node of the bag, if there are several'),
+    declare_option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
+    declare_option(
         '--repair', type=Path, metavar='NEW', help='write an intact bag of everything readable'
     ),
-    JSON,
+    JSON_OPTION,
     text=__doc__,
 )
 def inspect(arguments: argparse.Namespace) -> int:
@@ -44,25 +44,25 @@ def inspect(arguments: argparse.Namespace) -> int:
     from mlmem_ros.bag.errors import BagError
     from mlmem_ros.bag.reader import BagReader
 
-    console = plain_console(aside=arguments.json)
+    console = create_console(aside=arguments.json)
     try:
         if arguments.repair:
-            found, whole = _repair(console, arguments.bag, arguments.repair), True
+            found, whole = _repair_bag(console, arguments.bag, arguments.repair), True
         else:
             reader = BagReader(arguments.bag)
             found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
             whole = not found['lost']
     except BagError as error:
-        return complain_of_bag('inspect', error, arguments.json)
+        return print_bag_failure('inspect', error, arguments.json)
     if arguments.json:
         print_json(found)
     return 0 if whole else 1
 
 
-def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]:
-    from .repair import repair
+def _repair_bag(console: Console, source: Path, destination: Path) -> dict[str, Any]:
+    from .repair import repair_bag
 
-    report = repair(source, destination)
+    report = repair_bag(source, destination)
     lost = _list_losses(console, report.losses)
     console.print(f'{report.messages} messages saved in {report.destination}')
     return {'saved': report.messages, 'bag': report.destination, 'lost': lost}
@@ -72,7 +72,7 @@ def _list_losses(console: Console, losses: Sequence[Loss]) -> list[str]:
     from rich.text import Text
 
     for loss in losses:
-        console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
+        console.print(Text('lost  ', 'yellow'), make_printable(str(loss)), sep='')
     return list(map(str, losses))
 
 
@@ -80,14 +80,14 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
     span = reader.span
     duration = (span[1] - span[0]) / 1e9 if span else 0.0
     console.print(
-        f'{printable(str(reader.path))}: {reader.message_count} messages, {duration:.2f} s'
+        f'{make_printable(str(reader.path))}: {reader.message_count} messages, {duration:.2f} s'
     )
-    table = plain_table('topics', 'topic', 'type', '>messages')
+    table = create_table('topics', 'topic', 'type', '>messages')
     for name, info in sorted(reader.topics.items()):
-        _add(table, name, info.type, str(info.message_count))
+        _add_row(table, name, info.type, str(info.message_count))
     console.print(table)
     for key, value in reader.custom_data.items():
-        console.print(printable(f'{key}: {value}'))
+        console.print(make_printable(f'{key}: {value}'))
     if lost := _list_losses(console, reader.losses):
         console.print(
             'rosbags and other readers that need a summary refuse this bag as it is; mlmem '
@@ -109,17 +109,19 @@ def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
 
-    from mlmem_ros.session.data import load
-    from mlmem_ros.session.records import as_dict
+    from mlmem_ros.session.data import load_session
+    from mlmem_ros.session.records import command_to_dict
 
-    session = load(reader, arguments.node, motion=bool(arguments.plot))
+    session = load_session(reader, arguments.node, motion=bool(arguments.plot))
     if session.header is None:
-        console.print(f'{printable(session.node)}: written by another recorder, no session header')
+        console.print(
+            f'{make_printable(session.node)}: written by another recorder, no session header'
+        )
     else:
         design = session.design
         versions = ', '.join(f'{k} {v}' for k, v in session.header.versions.items())
         console.print(
-            printable(f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
+            make_printable(f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
         )
     _list_commands(console, session)
     _list_procedures(console, session)
@@ -127,13 +129,13 @@ def _inspect_session(
     echoes = _list_echoes(console, session)
     picture = None
     if arguments.plot:
-        picture = laboratory.part(laboratory.PICTURE)(session, arguments.plot)
+        picture = laboratory.load_part(laboratory.PICTURE_PART)(session, arguments.plot)
         console.print(f'picture  {picture}')
     return {
         'node': session.node,
         'versions': session.header.versions if session.header else None,
-        'commands': [{'tick': tick, **as_dict(given)} for tick, given in session.stamped]
-        or [{'time': time, **as_dict(given)} for time, given in session.commands],
+        'commands': [{'tick': tick, **command_to_dict(given)} for tick, given in session.stamped]
+        or [{'time': time, **command_to_dict(given)} for time, given in session.commands],
         'procedures': [{'time': time, **values} for time, values in session.outcomes],
         'unknown': [
             {'time': time, **values} for time, _, values in session.contents if 'since' in values
@@ -153,10 +155,10 @@ def _list_commands(console: Console, session: SessionData) -> None:
         head = 'command messages', '>time', 'command'
         rows = [(f'{seconds:.3f} s', command) for seconds, command in session.commands]
     if rows:
-        table = plain_table(*head)
+        table = create_table(*head)
         for when, command in rows:
             if not isinstance(command, Disturb):
-                _add(table, when, _words(command))
+                _add_row(table, when, _describe_command(command))
         console.print(table)
     shakes = [command.acceleration for _, command in rows if isinstance(command, Disturb)]
     if shakes:  # too many for a table
@@ -164,12 +166,12 @@ def _list_commands(console: Console, session: SessionData) -> None:
         console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}')
 
 
-def _words(command: Command) -> str:
+def _describe_command(command: Command) -> str:
     """Return a command in words, with active faults only."""
     from mlmem import SetFaults
 
     if isinstance(command, SetFaults):
-        return f'SetFaults({command.faults.active() or "healthy"})'
+        return f'SetFaults({command.faults.list_active() or "healthy"})'
     return str(command)
 
 
@@ -177,19 +179,21 @@ def _list_procedures(console: Console, session: SessionData) -> None:
     if not session.outcomes:
         return
 
-    table = plain_table(
+    table = create_table(
         'procedures',
         '>time', 'procedure', '>level', 'code', '>delay', '>margins', '>tries', '>ticks', 'error',
     )  # fmt: skip
     for seconds, values in session.outcomes:
-        margins = [_rounded(values.get(f'{kind}_margin', '')) for kind in ('level', 'threshold')]
-        _add(
+        margins = [
+            _round_text(values.get(f'{kind}_margin', '')) for kind in ('level', 'threshold')
+        ]
+        _add_row(
             table,
             f'{seconds:.3f} s',
             values.get('procedure', ''),
             values.get('level', ''),
             values.get('code', ''),
-            _rounded(values.get('delay', '')),
+            _round_text(values.get('delay', '')),
             ' '.join(margins),
             values.get('attempts', ''),
             values.get('ticks', ''),
@@ -200,15 +204,15 @@ def _list_procedures(console: Console, session: SessionData) -> None:
 
 def _list_unknown(console: Console, session: SessionData) -> None:
     """List when the content was no longer known, and why."""
-    table = plain_table('content', '>time', 'what')
+    table = create_table('content', '>time', 'what')
     for seconds, text, values in session.contents:
         if 'since' in values:
-            _add(table, f'{seconds:.3f} s', text)
+            _add_row(table, f'{seconds:.3f} s', text)
     if table.row_count:
         console.print(table)
 
 
-def _rounded(text: str) -> str:
+def _round_text(text: str) -> str:
     try:
         return f'{float(text):.2f}'
     except ValueError:
@@ -219,7 +223,7 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
     """List the level that was published with every echo."""
     from mlmem import describe_level
 
-    table = plain_table('echoes', '>time', '>level')
+    table = create_table('echoes', '>time', '>level')
     for echo in session.echoes:
         level = 'no level' if echo.level is None else describe_level(echo.level)
         table.add_row(f'{echo.time:.3f} s', level)
@@ -228,6 +232,6 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
     return [{'time': echo.time, 'level': echo.level} for echo in session.echoes]
 
 
-def _add(table: Any, *cells: str) -> None:
+def _add_row(table: Any, *cells: str) -> None:
     """Add a row of texts from the file."""
-    table.add_row(*(printable(cell, 300) for cell in cells))
+    table.add_row(*(make_printable(cell, 300) for cell in cells))

@@ -17,34 +17,34 @@ class Interrupted(KeyboardInterrupt):
     """
 
 
-INTERRUPTED = 130
+INTERRUPTED_STATUS = 130
 """Exit status of a command that was interrupted, as of a shell."""
 
-LEAVE = 5.0
+LEAVE_TIMEOUT_S = 5.0
 """Seconds for leaving the ROS graph, in which Ctrl-C does nothing; later it ends the process."""
 
 
-def heed_interrupts() -> None:
+def handle_interrupts() -> None:
     """Let Ctrl-C raise `Interrupted`, unless this process was started to ignore it."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _interrupt)
+        signal.signal(signal.SIGINT, _raise_interrupted)
 
 
-def outcome_known() -> None:
+def note_outcome() -> None:
     """Note that the outcome is known, before it is told: from here on Ctrl-C comes too late.
 
     Otherwise a command would tell an answer, and then that it was interrupted.
     """
-    if signal.getsignal(signal.SIGINT) is _interrupt:
-        until = time.monotonic() + LEAVE
+    if signal.getsignal(signal.SIGINT) is _raise_interrupted:
+        until = time.monotonic() + LEAVE_TIMEOUT_S
 
-        def insist(*_: object) -> None:
+        def exit_if_late(*_: object) -> None:
             if time.monotonic() > until:
-                os._exit(INTERRUPTED)
+                os._exit(INTERRUPTED_STATUS)
 
-        signal.signal(signal.SIGINT, insist)
+        signal.signal(signal.SIGINT, exit_if_late)
 
 
-def _interrupt(*_: object) -> None:
-    outcome_known()
+def _raise_interrupted(*_: object) -> None:
+    note_outcome()
     raise Interrupted

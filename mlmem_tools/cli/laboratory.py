@@ -6,35 +6,35 @@ from __future__ import annotations
 
 from typing import Any
 
-from mlmem_ros.packages import added
+from mlmem_ros.packages import find_entry_points
 
-COMMANDS = 'mlmem.commands'
+COMMANDS_GROUP = 'mlmem.commands'
 """Entry points of commands that other packages add; each is a `Command`."""
 
-PARTS = 'mlmem.parts'
+PARTS_GROUP = 'mlmem.parts'
 """Entry points of what our own commands do only with the laboratory; each is a function."""
 
-PICTURE = 'session_figure'
+PICTURE_PART = 'session_figure'
 """Draws a session to a file: `draw(session, path)`."""
 
-NAMES = (
+LABORATORY_COMMANDS = (
     'bench', 'chain', 'figures', 'fit', 'kicks', 'margins', 'measured', 'plan', 'reads',
     'standard_problems', 'tolerance', 'twins', 'windows',
 )  # fmt: skip
 """Its commands, so that we can say what to install."""
 
 
-def part(name: str) -> Any:
+def load_part(name: str) -> Any:
     """Return a part of one of our commands.
 
     Raises:
         ModuleNotFoundError: The laboratory is not installed.
     """
-    if name not in (found := added(PARTS)):
-        raise absent()
+    if name not in (found := find_entry_points(PARTS_GROUP)):
+        raise build_absent_error()
     return found[name].load()
 
 
-def absent() -> ModuleNotFoundError:
+def build_absent_error() -> ModuleNotFoundError:
     """Return the error that says so."""
     return ModuleNotFoundError('the laboratory is not installed', name='mlmem_lab')

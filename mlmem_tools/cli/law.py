@@ -19,53 +19,57 @@ import argparse
 import math
 from pathlib import Path
 
-from .command import JSON, command, option
-from .output import complain, plain_console, plain_table, print_json
+from .command import JSON_OPTION, declare_command, declare_option
+from .output import create_console, create_table, print_failure, print_json
 
 
-@command(
+@declare_command(
     'from measured force curves to an on-site law',
-    option('curves', metavar='CURVE.csv', type=Path, nargs='+', help='one run each'),
-    option('--output', type=Path, metavar='LAW.yaml', help='file to write'),
-    option('--knots', type=int, default=64, help='places of the law, 16 to 1024'),
-    option('--mass', type=float, metavar='KG', help='mass of an element, for bands'),
-    option('--coupling', type=float, metavar='N/M', help='stiffness of the springs, for bands'),
-    JSON,
+    declare_option('curves', metavar='CURVE.csv', type=Path, nargs='+', help='one run each'),
+    declare_option('--output', type=Path, metavar='LAW.yaml', help='file to write'),
+    declare_option('--knots', type=int, default=64, help='places of the law, 16 to 1024'),
+    declare_option('--mass', type=float, metavar='KG', help='mass of an element, for bands'),
+    declare_option(
+        '--coupling', type=float, metavar='N/M', help='stiffness of the springs, for bands'
+    ),
+    JSON_OPTION,
     text=__doc__,
 )
 def law(arguments: argparse.Namespace) -> int:
     """Read, average, tell; return the exit status."""
-    from ..law.curves import CurveError, load_run, measured, save
+    from ..law.curves import CurveError, average_runs, load_run, save_law
 
     chain = arguments.mass, arguments.coupling
     if not 16 <= arguments.knots <= 1024:
-        return complain('law', f'--knots must be from 16 to 1024; got {arguments.knots}', 2)
+        return print_failure('law', f'--knots must be from 16 to 1024; got {arguments.knots}', 2)
     if (chain[0] is None) != (chain[1] is None):
-        return complain('law', 'bands need both --mass and --coupling', 2)
+        return print_failure('law', 'bands need both --mass and --coupling', 2)
     if chain[0] is not None and not all(0.0 < each < math.inf for each in chain):
-        return complain('law', '--mass and --coupling must be above 0 and finite', 2)
+        return print_failure('law', '--mass and --coupling must be above 0 and finite', 2)
     try:
-        found = measured([load_run(path) for path in arguments.curves], arguments.knots)
+        found = average_runs([load_run(path) for path in arguments.curves], arguments.knots)
     except CurveError as error:
-        return complain('law', error, 2)
+        return print_failure('law', error, 2)
     told = found.as_dict()
     if chain[0] is not None:
         told['bands'] = found.bands(*chain)
     if arguments.json:
         print_json(told)
     else:
-        console = plain_console()
-        table = plain_table('Wells', '>at, mm', '>stiffness, N/m', '>energy, mJ')
+        console = create_console()
+        table = create_table('Wells', '>at, mm', '>stiffness, N/m', '>energy, mJ')
         for well in told['wells']:
             table.add_row(
-                _told(well, 'displacement', 1e3), _told(well, 'stiffness'),
-                _told(well, 'energy', 1e3),
+                _format_quantity(well, 'displacement', 1e3), _format_quantity(well, 'stiffness'),
+                _format_quantity(well, 'energy', 1e3),
             )  # fmt: skip
         console.print(table)
-        table = plain_table('On the way to the next', '>peak, N', '>barrier, mJ', '>set free, mJ')
+        table = create_table('On the way to the next', '>peak, N', '>barrier, mJ', '>set free, mJ')
         for step in told['barriers']:
             table.add_row(
-                _told(step, 'force'), _told(step, 'barrier', 1e3), _told(step, 'set_free', 1e3)
+                _format_quantity(step, 'force'),
+                _format_quantity(step, 'barrier', 1e3),
+                _format_quantity(step, 'set_free', 1e3),
             )
         console.print(table)
         for low, high in told.get('bands', ()):
@@ -76,12 +80,12 @@ def law(arguments: argparse.Namespace) -> int:
             console.print(f'{run["file"]}: {wells}{lost}', soft_wrap=True)
     if (count := len(told['wells'])) < 2:
         why = f'a memory needs two wells; the mean has {_count_wells(count)}'
-        return complain('law', why if arguments.output is None else f'{why}: not written', 1)
+        return print_failure('law', why if arguments.output is None else f'{why}: not written', 1)
     if arguments.output is not None:
         try:
-            save(arguments.output, found)
+            save_law(arguments.output, found)
         except OSError as error:
-            return complain('law', f'{arguments.output} could not be written; {error}', 1)
+            return print_failure('law', f'{arguments.output} could not be written; {error}', 1)
     return 0
 
 
@@ -89,7 +93,7 @@ def _count_wells(count: int) -> str:
     return f'{count} well' if count == 1 else f'{count} wells'
 
 
-def _told(values: dict[str, float | None], name: str, scale: float = 1.0) -> str:
+def _format_quantity(values: dict[str, float | None], name: str, scale: float = 1.0) -> str:
     value, spread = values[name], values[f'{name}_std']
     text = f'{scale * (value or 0.0):.4g}'
     return text if spread is None else f'{text} +- {scale * spread:.2g}'

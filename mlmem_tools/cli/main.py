@@ -10,7 +10,7 @@ import signal
 import sys
 from typing import TYPE_CHECKING
 
-from .interrupts import INTERRUPTED, heed_interrupts, outcome_known
+from .interrupts import INTERRUPTED_STATUS, handle_interrupts, note_outcome
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +23,7 @@ OUTPUT_ERRORS = errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EFBIG, errno.EDQUOT
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a sub-command, by default that of the process's command line; return its exit status."""
     if arguments is None:
-        heed_interrupts()
+        handle_interrupts()
     # Read when a sub-command loads numpy. Our matrices are small, and threads of BLAS that wait
     # for each other take the cores: a figure took 12 s of them, not 5.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
@@ -32,10 +32,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if sys.stdout is None:  # closed by the shell, as in `mlmem read >&-`
         return _report_output(first, 'it is closed')
     try:
-        from .commands import run  # takes up to a second
+        from .commands import run_subcommand  # takes up to a second
 
-        status = run(given, first)
-        outcome_known()
+        status = run_subcommand(given, first)
+        note_outcome()
         sys.stdout.flush()
     except OSError as error:
         if error.errno not in OUTPUT_ERRORS or error.filename is not None:
@@ -44,18 +44,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         seen_enough = isinstance(error, BrokenPipeError)  # who reads it, as head does
         status = 1 if seen_enough else _report_output(first, error.strerror)
     except KeyboardInterrupt:
-        from .output import complain
+        from .output import print_failure
 
-        status = complain(first, 'interrupted', INTERRUPTED)
+        status = print_failure(first, 'interrupted', INTERRUPTED_STATUS)
     if arguments is None:  # Python would die of a signal that finds it leaving
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     return status
 
 
 def _report_output(command: str, why: str | None) -> int:
-    from .output import complain
+    from .output import print_failure
 
-    return complain(command, f'the output cannot be written: {why}', 1)
+    return print_failure(command, f'the output cannot be written: {why}', 1)
 
 
 if __name__ == '__main__':

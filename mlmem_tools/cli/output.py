@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from mlmem.schema import printable
+from mlmem.schema import make_printable
 
-from .interrupts import outcome_known
+from .interrupts import note_outcome
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from mlmem_ros.bag.errors import BagError
 
 
-SPEED_PERIOD = 120.0
+SPEED_PERIOD_S = 120.0
 """Seconds over which speed is averaged to predict the remaining time."""
 
 
-def plain_console(aside: bool = False) -> Console:
+def create_console(aside: bool = False) -> Console:
     """Return a console that prints every text verbatim; `aside`: to standard error, since standard
     output gets JSON.
     """
@@ -36,7 +36,7 @@ def plain_console(aside: bool = False) -> Console:
     return Console(markup=False, emoji=False, highlight=False, stderr=aside)
 
 
-def plain_table(title: str, *headings: str) -> Table:
+def create_table(title: str, *headings: str) -> Table:
     """Return a table that fits 80 columns: cells are folded, words of a heading never. A heading
     that begins with > is aligned to the right.
     """
@@ -72,24 +72,24 @@ def show_progress(
         shown.TextColumn(what), shown.MofNCompleteColumn(), shown.BarColumn(),
         shown.TimeElapsedColumn(), shown.TextColumn('left'), shown.TimeRemainingColumn(),
     )  # fmt: skip
-    with shown.Progress(*columns, console=console, speed_estimate_period=SPEED_PERIOD) as bar:
+    with shown.Progress(*columns, console=console, speed_estimate_period=SPEED_PERIOD_S) as bar:
         task = bar.add_task(what, total=total, completed=done)
         for _ in rows:
             bar.advance(task)
 
 
-def complain(command: str, error: object, status: int) -> int:
+def print_failure(command: str, error: object, status: int) -> int:
     """Print in one line on standard error why a sub-command failed; return its exit status."""
-    outcome_known()
-    print(printable(f'mlmem {command}: {error}'), file=sys.stderr)
+    note_outcome()
+    print(make_printable(f'mlmem {command}: {error}'), file=sys.stderr)
     return status
 
 
-def complain_of_bag(command: str, error: BagError, as_json: bool) -> int:
+def print_bag_failure(command: str, error: BagError, as_json: bool) -> int:
     """Print why a bag cannot be used, with `--json` also as an object with its code; return 2."""
     if as_json:
         print_json({'error': str(error), 'code': error.code})
-    return complain(command, error, 2)
+    return print_failure(command, error, 2)
 
 
 def print_json(result: Any) -> None:
@@ -99,10 +99,10 @@ def print_json(result: Any) -> None:
         result: Of mappings, sequences, dataclasses, arrays and plain values; anything else becomes
             text. JSON has no infinity and no NaN: these become null.
     """
-    print(json.dumps(plain(result), indent=2), flush=True)
+    print(json.dumps(to_json_value(result), indent=2), flush=True)
 
 
-def plain(value: Any) -> Any:
+def to_json_value(value: Any) -> Any:
     """Return a value as JSON can hold it; see `print_json`."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
@@ -111,9 +111,9 @@ def plain(value: Any) -> Any:
     if hasattr(value, 'tolist'):  # of numpy
         value = value.tolist()
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {str(key): to_json_value(item) for key, item in value.items()}
     if isinstance(value, (list, tuple, set, frozenset)):
-        return [plain(item) for item in value]
+        return [to_json_value(item) for item in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if value is None or isinstance(value, (bool, int, str)) else str(value)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
-from mlmem_ros.bag.contents import LOST, Loss, renewed
+from mlmem_ros.bag.contents import LOST_KEY, Loss, renew_qos
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
@@ -27,7 +27,7 @@ class Repaired:
     losses: tuple[Loss, ...]
 
 
-def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Repaired:
+def repair_bag(source: str | PathLike[str], destination: str | PathLike[str]) -> Repaired:
     """Copy all that can be read of a bag into a new one, whose directory must not exist; return
     what was saved and what was not.
 
@@ -42,14 +42,14 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
         reasons = '; '.join(map(str, reader.losses)) or 'the bag is empty'
         raise BagError(f'{source} must hold at least one readable message; {reasons}.')
     custom_data = dict(reader.custom_data)
-    if lost := [*custom_data.get(LOST, '').splitlines(), *map(str, reader.losses)]:
-        custom_data[LOST] = '\n'.join(lost)
+    if lost := [*custom_data.get(LOST_KEY, '').splitlines(), *map(str, reader.losses)]:
+        custom_data[LOST_KEY] = '\n'.join(lost)
     with BagWriter(destination, custom_data=custom_data) as writer:
         for info in reader.topics.values():
             writer.add_topic(
                 info.name,
                 info.type,
-                renewed(info.offered_qos),
+                renew_qos(info.offered_qos),
                 definition=reader.definition(info.name),
                 serialization_format=info.serialization_format,
             )

@@ -17,37 +17,40 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem.schema import printable
+from mlmem.schema import make_printable
 
-from .command import JSON, command, option
-from .interrupts import outcome_known
-from .output import complain, complain_of_bag, print_json
+from .command import JSON_OPTION, declare_command, declare_option
+from .interrupts import note_outcome
+from .output import print_bag_failure, print_failure, print_json
 
 if TYPE_CHECKING:
     from mlmem_ros.session.replay import Progress
     from mlmem_ros.session.report import ReplayReport
 
 
-OTHERS = 'case_2'
+FOREIGN_BAG_PRESET = 'case_2'
 """Preset of the element for a bag that names none."""
 
-MOST_LISTED = 20
+MAX_LISTED = 20
 """Most levels or procedures listed."""
 
 
-@command(
+@declare_command(
     'run a recorded session again without ROS, and compare',
-    option('bag', type=Path, help="session bag, or any bag with the node's command topics"),
-    option('--node', default='', help='which node of the bag, if there are several'),
-    option(
-        '--preset', help=f'element for a bag written by another recorder; {OTHERS} unless given'
+    declare_option(
+        'bag', type=Path, help="session bag, or any bag with the node's command topics"
     ),
-    option(
+    declare_option('--node', default='', help='which node of the bag, if there are several'),
+    declare_option(
+        '--preset',
+        help=f'element for a bag written by another recorder; {FOREIGN_BAG_PRESET} unless given',
+    ),
+    declare_option(
         '--incomplete',
         action='store_true',
         help='accept a recording of which part is missing, if what is there agrees',
     ),
-    JSON,
+    JSON_OPTION,
     text=__doc__,
 )
 def replay(arguments: argparse.Namespace) -> int:
@@ -56,37 +59,37 @@ def replay(arguments: argparse.Namespace) -> int:
     from mlmem_ros.bag.errors import BagError
 
     try:
-        return _through_device(arguments)
+        return _replay_bag(arguments)
     except BagError as error:
-        return complain_of_bag('replay', error, arguments.json)
+        return print_bag_failure('replay', error, arguments.json)
     except DesignError as error:
-        return complain('replay', error, 2)
+        return print_failure('replay', error, 2)
 
 
-def _through_device(arguments: argparse.Namespace) -> int:
+def _replay_bag(arguments: argparse.Namespace) -> int:
     from mlmem import new_element, preset
     from mlmem_ros.bag.errors import BagError
-    from mlmem_ros.session.data import load
-    from mlmem_ros.session.replay import replay, replay_commands
+    from mlmem_ros.session.data import load_session
+    from mlmem_ros.session.replay import replay_commands, run_replay
 
-    session = load(arguments.bag, arguments.node, motion=False)
+    session = load_session(arguments.bag, arguments.node, motion=False)
     if arguments.preset and session.header is not None:
         raise BagError('--preset is for bags written by another recorder; this one has its own')
-    with _progress() as progress:
+    with _create_progress() as progress:
         if session.header is not None:
-            report = replay(session, progress)
+            report = run_replay(session, progress)
         else:
-            element = new_element(preset(arguments.preset or OTHERS))
+            element = new_element(preset(arguments.preset or FOREIGN_BAG_PRESET))
             report = replay_commands(element, session, progress)
-    outcome_known()
+    note_outcome()
     if arguments.json:
         print_json(report.as_dict())
     else:
-        _print(describe(report))
+        _print_lines(describe_report(report))
     return 0 if report.passed and (report.whole or arguments.incomplete) else 1
 
 
-def describe(report: ReplayReport) -> list[str]:
+def describe_report(report: ReplayReport) -> list[str]:
     """Return a report as lines: what was run, what was compared, what is missing, the verdict."""
     lines = [f'replayed    {report.ticks} ticks, {report.commands} commands']
     lines += [f'refused     at {refusal}' for refusal in report.refused]
@@ -109,12 +112,14 @@ def describe(report: ReplayReport) -> list[str]:
         if differences := [each.difference for each in report.events.values() if each.difference]:
             line += f'; greatest difference {max(differences):.3g} cells'
         lines.append(line)
-    lines += _compared('levels', report.recorded_levels, report.levels)
-    lines += _compared('procedures', report.recorded_endings, report.endings)
+    lines += _format_comparison('levels', report.recorded_levels, report.levels)
+    lines += _format_comparison('procedures', report.recorded_endings, report.endings)
     return [*lines, report.verdict]
 
 
-def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:
+def _format_comparison(
+    what: str, recorded: Sequence[object], found: Sequence[object]
+) -> list[str]:
     """Return a line on how many agree, and a second one on the first that does not.
 
     A recorded None was never published, and there is nothing to compare.
@@ -122,29 +127,29 @@ def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) ->
     both = zip_longest(recorded, found[: len(recorded)], fillvalue='nothing')
     pairs = [(then, now) for then, now in both if then is not None]
     if not pairs:
-        return [f'{what:<12}none recorded; here {_listed(found) or "none"}']
+        return [f'{what:<12}none recorded; here {_format_values(found) or "none"}']
     line = f'{what:<12}{sum(then == now for then, now in pairs)} of {len(pairs)} agree'
     if len(found) > len(recorded):
         line += f', {len(found) - len(recorded)} more than recorded'
-    lines = [f'{line}: {_listed([now for _, now in pairs])}']
+    lines = [f'{line}: {_format_values([now for _, now in pairs])}']
     for number, (then, now) in enumerate(pairs, start=1):
         if then != now:
             return [*lines, f'            number {number} was {then}, is {now}']
     return lines
 
 
-def _listed(values: Sequence[object]) -> str:
-    more = ', ...' if len(values) > MOST_LISTED else ''
-    return ', '.join(map(str, values[:MOST_LISTED])) + more
+def _format_values(values: Sequence[object]) -> str:
+    more = ', ...' if len(values) > MAX_LISTED else ''
+    return ', '.join(map(str, values[:MAX_LISTED])) + more
 
 
-def _print(lines: Sequence[str]) -> None:
+def _print_lines(lines: Sequence[str]) -> None:
     for line in lines:
-        print(printable(line))
+        print(make_printable(line))
 
 
 @contextmanager
-def _progress() -> Iterator[Progress]:
+def _create_progress() -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -12,9 +12,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from mlmem.procedure_table import PROCEDURES, Procedure, describe_level
 
-from .command import JSON, NODE, Command, Option, command, one_of, option, wait
-from .interrupts import outcome_known
-from .output import complain, print_json
+from .command import (
+    JSON_OPTION,
+    NODE_OPTION,
+    Command,
+    Option,
+    declare_command,
+    declare_exclusive,
+    declare_option,
+    declare_wait,
+)
+from .interrupts import note_outcome
+from .output import print_failure, print_json
 
 if TYPE_CHECKING:
     from mlmem_ros.contract.answers import Answer, Calibrated, Decoded, Done, Recorded, SelfTested
@@ -30,7 +39,7 @@ SEVERAL_NODES = (
 SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
 
-def _request(
+def _build_request_command(
     summary: str,
     ask: Callable[[MemoryClient, argparse.Namespace], Reply[SomeAnswer]],
     describe: Callable[[SomeAnswer], str],
@@ -42,7 +51,7 @@ def _request(
     Its exit status is 0 on success, 1 on failure, on a failed self-test or if no node answers.
     """
 
-    def run(arguments: argparse.Namespace) -> int:
+    def run_request(arguments: argparse.Namespace) -> int:
         from mlmem_ros.contract.calls import RequestError, RequestFailed
         from mlmem_ros.ros.client.client import standalone
 
@@ -50,13 +59,13 @@ def _request(
             with standalone(arguments.node) as client:
                 client.ready(arguments.wait).wait()
                 answer = ask(client, arguments).wait()
-                outcome_known()
+                note_outcome()
                 if (count := client.node_count()) > 1:
-                    complain(arguments.command, f'{count} {SEVERAL_NODES}', 0)
+                    print_failure(arguments.command, f'{count} {SEVERAL_NODES}', 0)
         except (RequestError, ValueError) as error:
             if arguments.json and isinstance(error, RequestFailed):
                 print_json(error.answer)
-            return complain(arguments.command, error, 1)
+            return print_failure(arguments.command, error, 1)
         if arguments.json:
             print_json(_as_dict(answer))
         else:
@@ -64,7 +73,9 @@ def _request(
         return 0 if getattr(answer, 'passed', True) else 1
 
     text = f'{summary[0].upper()}{summary[1:]}.\n\n{more}'.rstrip()
-    return command(summary, *options, NODE, wait(5.0), JSON, text=text)(run)
+    return declare_command(
+        summary, *options, NODE_OPTION, declare_wait(5.0), JSON_OPTION, text=text
+    )(run_request)
 
 
 def _as_dict(answer: Answer) -> dict[str, Any]:
@@ -76,7 +87,7 @@ def _as_dict(answer: Answer) -> dict[str, Any]:
     return {name: fields.get(name, value) for name, value in said.items()}
 
 
-def _decoded(answer: Decoded) -> str:
+def _format_decoded(answer: Decoded) -> str:
     text = describe_level(answer.level) if answer.word is None else f'word {answer.word}'
     if answer.code:
         text += f' (code {answer.code})'
@@ -88,24 +99,24 @@ def _decoded(answer: Decoded) -> str:
     )
 
 
-def _stopped(answer: Done) -> str:
+def _format_stopped(answer: Done) -> str:
     return f'stopped; the strain is at zero after {answer.ticks} ticks'
 
 
-def _calibrated(answer: Calibrated) -> str:
+def _format_calibrated(answer: Calibrated) -> str:
     """Return the content as a line, and measured delays as a table: levels by ends."""
     if answer.delays is None:
-        return _decoded(answer)
+        return _format_decoded(answer)
     columns = zip(*answer.delays.values(), strict=True)
     rows = [
         f'{level:5}' + ''.join(f'{delay:10.2f}' for delay in delays)
         for level, delays in enumerate(columns)
     ]
     headings = 'level' + ''.join(f'{end:>10}' for end in answer.delays)
-    return '\n'.join([_decoded(answer), headings, *rows])
+    return '\n'.join([_format_decoded(answer), headings, *rows])
 
 
-def _tested(answer: SelfTested) -> str:
+def _format_tested(answer: SelfTested) -> str:
     """Return the result of every check, one line each."""
     width = max(map(len, answer.checks))
     return '\n'.join(
@@ -114,28 +125,28 @@ def _tested(answer: SelfTested) -> str:
     )
 
 
-def _recorded(answer: Recorded) -> str:
+def _format_recorded(answer: Recorded) -> str:
     return f'{"recording into" if answer.recording else "recorded"} {answer.path}'
 
 
-def _found(answer: Decoded) -> str:
+def _format_found(answer: Decoded) -> str:
     """Return a decoded content, and whatever else was measured, one line each."""
     from mlmem_ros.contract.answers import Decoded
 
     more = () if type(answer) is Decoded else type(answer).__annotations__
     others = {name: getattr(answer, name) for name in more}
     lines = (f'{name} {value}' for name, value in others.items() if value not in (None, ''))
-    return '\n'.join([_decoded(answer), *lines])
+    return '\n'.join([_format_decoded(answer), *lines])
 
 
-DESCRIBED: dict[str, Callable[[Any], str]] = {
-    'abort': _stopped,
-    'calibrate': _calibrated,
-    'self_test': _tested,
+ANSWER_FORMATTERS: dict[str, Callable[[Any], str]] = {
+    'abort': _format_stopped,
+    'calibrate': _format_calibrated,
+    'self_test': _format_tested,
 }
-"""How answers are put into words, by procedure; others by `_found`."""
+"""How answers are put into words, by procedure; others by `_format_found`."""
 
-MORE = {
+HELP_TEXTS = {
     'abort': 'The answer comes once the element is at rest. The request that is stopped fails.',
     'calibrate': 'It writes every level: as long as some ten writes, longer with many levels.',
     'self_test': """\
@@ -145,7 +156,7 @@ longer with many levels. Exit status 0 means that every check passed.""",
 """The rest of their help, by procedure."""
 
 
-def whole(text: str) -> int:
+def parse_integer(text: str) -> int:
     """Return a number in decimal, or in hexadecimal as 0xa7."""
     try:
         return int(text, 0)
@@ -153,7 +164,7 @@ def whole(text: str) -> int:
         raise argparse.ArgumentTypeError(f'invalid int value: {text!r}') from None
 
 
-def _seconds(text: str) -> float:
+def _parse_seconds(text: str) -> float:
     try:
         if float(text) > 0.0:
             return float(text)
@@ -162,24 +173,24 @@ def _seconds(text: str) -> float:
     raise argparse.ArgumentTypeError(f'must be a time above 0 s; got {text!r}')
 
 
-def script(path: str) -> Any:
+def parse_script(path: str) -> Any:
     """Return the list of failures in a YAML file, as plain values.
 
     Raises:
         ArgumentTypeError: It cannot be read, or is none.
     """
-    from mlmem.instrument.fault_script import script_of
-    from mlmem.parsing import DecodeError, from_yaml, read
+    from mlmem.instrument.fault_script import decode_script
+    from mlmem.parsing import DecodeError, parse_yaml, read_file
 
     try:
-        found = from_yaml(read(path))
-        script_of(found)
+        found = parse_yaml(read_file(path))
+        decode_script(found)
     except DecodeError as error:
         raise argparse.ArgumentTypeError(str(DecodeError(f'{path}: {error}'))) from None
     return found
 
 
-def _script(given: argparse.Namespace) -> Any:
+def _collect_script(given: argparse.Namespace) -> Any:
     """Return the failures of a command line, or of its file; raises `ValueError`."""
     if given.script:
         return given.script
@@ -191,28 +202,30 @@ def _script(given: argparse.Namespace) -> Any:
     }]  # fmt: skip
 
 
-ENDLESS = dict.fromkeys(('calibrate', 'self_test', 'survey', 'write', 'erase'), math.inf)
+UNBOUNDED_TIMEOUTS = dict.fromkeys(
+    ('calibrate', 'self_test', 'survey', 'write', 'erase'), math.inf
+)
 """Work that takes the longer, the longer the element is: the node's end is noticed anyway."""
 
-TYPES: dict[str, Callable[[str], Any]] = {'int': whole, 'str': str}
+ARGUMENT_PARSERS: dict[str, Callable[[str], Any]] = {'int': parse_integer, 'str': str}
 
 
-def _procedure(name: str, row: Procedure) -> Command:
+def _build_procedure_command(name: str, row: Procedure) -> Command:
     """Return the command of a procedure: what it must be given is positional."""
 
-    def ask(client: MemoryClient, given: argparse.Namespace) -> Reply[Any]:
+    def send_procedure(client: MemoryClient, given: argparse.Namespace) -> Reply[Any]:
         wanted = {argument: getattr(given, argument) for argument, *_ in row.arguments}
-        if (timeout := given.timeout or ENDLESS.get(name)) is not None:
+        if (timeout := given.timeout or UNBOUNDED_TIMEOUTS.get(name)) is not None:
             wanted['timeout'] = timeout
         own = getattr(client, name, None)  # with the time-out that suits it
         return own(**wanted) if own is not None else client.procedure(name, **wanted)
 
     options = [
-        option(argument, type=TYPES[kind], help=description.text)
-        if argument in row.required
-        else option(
+        declare_option(argument, type=ARGUMENT_PARSERS[kind], help=description.text)
+        if argument in row.required_arguments
+        else declare_option(
             f'--{argument}',
-            type=TYPES[kind],
+            type=ARGUMENT_PARSERS[kind],
             default=default,
             choices=description.choices or None,
             metavar=argument.upper(),
@@ -220,43 +233,56 @@ def _procedure(name: str, row: Procedure) -> Command:
         )
         for argument, kind, default, description in row.arguments
     ]
-    until = 'as long as the node is there' if name in ENDLESS else 'as MemoryClient waits'
+    until = (
+        'as long as the node is there' if name in UNBOUNDED_TIMEOUTS else 'as MemoryClient waits'
+    )
     options.append(
-        option(
+        declare_option(
             '--timeout',
-            type=_seconds,
+            type=_parse_seconds,
             metavar='S',
             help=f'longest wait for the answer in seconds; default: {until}',
         )
     )
-    describe = DESCRIBED.get(name, _found)
-    return _request(row.meaning, ask, describe, *options, more=MORE.get(name, ''))
+    describe = ANSWER_FORMATTERS.get(name, _format_found)
+    return _build_request_command(
+        row.meaning, send_procedure, describe, *options, more=HELP_TEXTS.get(name, '')
+    )
 
 
-COMMANDS = {name: _procedure(name, row) for name, row in PROCEDURES.items()}
-COMMANDS['record'] = _request(
+COMMANDS = {name: _build_procedure_command(name, row) for name, row in PROCEDURES.items()}
+COMMANDS['record'] = _build_request_command(
     'make a running node start or end recording a session',
     # a node that only begins, and compiles, answers late
     lambda client, given: client.record(not given.stop, given.path or '', math.inf),
-    _recorded,
-    one_of(
-        option('path', nargs='?', help="path of the bag, on the node's machine"),
-        option('--stop', action='store_true', help='end the recording'),
+    _format_recorded,
+    declare_exclusive(
+        declare_option('path', nargs='?', help="path of the bag, on the node's machine"),
+        declare_option('--stop', action='store_true', help='end the recording'),
     ),
     more="""\
 The bag is on the machine of the node, below its `files.root`. If the path exists, the time is
 added to its name; without a path, the node takes its `record.path`.""",
 )
-COMMANDS['inject'] = _request(
+COMMANDS['inject'] = _build_request_command(
     'let parts of a running node fail, at once or by a script',
-    lambda client, given: client.inject(*_script(given)),
+    lambda client, given: client.inject(*_collect_script(given)),
     lambda _: 'injected',
-    option('unit', nargs='?', help='sensor, transducer, actuator or material'),
-    option('failure', nargs='?', help='off, stuck, garbage, wrong, slow, delayed ... or ok'),
-    option('--instance', type=int, default=0, help='sensor: 1 left, 2 right; material: the cell'),
-    option('--severity', type=float, help='in the unit of the fault; docs/faults.md has them'),
-    option(
-        '--script', type=script, metavar='FILE', help='YAML: a list of failures with their ticks'
+    declare_option('unit', nargs='?', help='sensor, transducer, actuator or material'),
+    declare_option(
+        'failure', nargs='?', help='off, stuck, garbage, wrong, slow, delayed ... or ok'
+    ),
+    declare_option(
+        '--instance', type=int, default=0, help='sensor: 1 left, 2 right; material: the cell'
+    ),
+    declare_option(
+        '--severity', type=float, help='in the unit of the fault; docs/faults.md has them'
+    ),
+    declare_option(
+        '--script',
+        type=parse_script,
+        metavar='FILE',
+        help='YAML: a list of failures with their ticks',
     ),
     more="""\
 A script is a list such as

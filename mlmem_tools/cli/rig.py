@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import laboratory
-from .command import JSON, Option, command, option
-from .output import complain, print_json
+from .command import JSON_OPTION, Option, declare_command, declare_option
+from .output import print_failure, print_json
 
 if TYPE_CHECKING:
     from mlmem import Driver, Preset
@@ -30,59 +30,63 @@ if TYPE_CHECKING:
 
     from ..rig.emulated import EmulatedRig
 
-RK4 = 'rk4'
+RK4_INTEGRATOR = 'rk4'
 
-FINER = 2
+STEP_REFINEMENT = 2
 """By how much steps are shorter than in a node: what stands for a real element has no step, and a
 fit would hear the errors of the usual one."""
 
 
-def _number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
-    return option(name, type=float, default=default, metavar=metavar, help=text)
+def _declare_number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
+    return declare_option(name, type=float, default=default, metavar=metavar, help=text)
 
 
-def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
-    return _number(name, f'scatter of the {of}, {unit}')
+def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
+    return _declare_number(name, f'scatter of the {of}, {unit}')
 
 
-@command(
+@declare_command(
     'run an emulated rig, for a node to drive over TCP',
-    option('--preset', default='case_2', help='shipped element'),
-    option('--host', default='127.0.0.1', help='address to listen on'),
-    option('--port', type=int, default=0, help='port to listen on; 0: any free one'),
-    option(
+    declare_option('--preset', default='case_2', help='shipped element'),
+    declare_option('--host', default='127.0.0.1', help='address to listen on'),
+    declare_option('--port', type=int, default=0, help='port to listen on; 0: any free one'),
+    declare_option(
         '--scale-time', type=float, metavar='S', help="s per time unit, by default the preset's"
     ),
-    _number('--latency', 'delay of every frame', 'S'),
-    _number('--jitter', 'additional random delay', 'S'),
-    _number('--loss', 'probability that a frame is lost', 'P'),
-    _number('--drift', 'fraction by which its clock is fast'),
-    _number('--restart', 'disconnect after this time; 0: never', 'S'),
-    option(
+    _declare_number('--latency', 'delay of every frame', 'S'),
+    _declare_number('--jitter', 'additional random delay', 'S'),
+    _declare_number('--loss', 'probability that a frame is lost', 'P'),
+    _declare_number('--drift', 'fraction by which its clock is fast'),
+    _declare_number('--restart', 'disconnect after this time; 0: never', 'S'),
+    declare_option(
         '--at-once',
         action='store_true',
         help='play set-points as they arrive: as fast as the machine can',
     ),
-    option('--no-actuator', action='store_true', help='it cannot strain its element, and says so'),
-    _deviation('--scatter', 'on-site stiffness of the cells'),
-    _deviation('--scatter-k-r', 'springs between the cells'),
-    _deviation('--scatter-s', 'stiffness of the substrate'),
-    _deviation('--scatter-mass', 'masses of the cells'),
-    _deviation('--scatter-offset', 'ground states of the cells', 'in cells'),
-    _deviation('--gain', 'gain of either transducer'),
-    _number('--noise', 'noise of a sample, in cells (s.d.)'),
-    _number('--sample-jitter', 'jitter of the time of a sample, in samples (s.d.)'),
-    option(
+    declare_option(
+        '--no-actuator', action='store_true', help='it cannot strain its element, and says so'
+    ),
+    _declare_deviation('--scatter', 'on-site stiffness of the cells'),
+    _declare_deviation('--scatter-k-r', 'springs between the cells'),
+    _declare_deviation('--scatter-s', 'stiffness of the substrate'),
+    _declare_deviation('--scatter-mass', 'masses of the cells'),
+    _declare_deviation('--scatter-offset', 'ground states of the cells', 'in cells'),
+    _declare_deviation('--gain', 'gain of either transducer'),
+    _declare_number('--noise', 'noise of a sample, in cells (s.d.)'),
+    _declare_number('--sample-jitter', 'jitter of the time of a sample, in samples (s.d.)'),
+    declare_option(
         '--integrator',
-        choices=('noh_bathe', 'pefrl', RK4),
+        choices=('noh_bathe', 'pefrl', RK4_INTEGRATOR),
         help="of the element, by default the preset's",
     ),
-    _number('--step', 'step of rk4 in time units, at most', default=0.0625),
-    _number('--friction', 'dry friction of a cell in k_r cells; with rk4'),
-    option('--relative-damping', action='store_true', help='damp v - V instead of v'),
-    option('--truth', metavar='FILE', help='write the element as it was drawn to this JSON file'),
-    option('--seed', type=int, default=0, help='seed of the random numbers'),
-    JSON,
+    _declare_number('--step', 'step of rk4 in time units, at most', default=0.0625),
+    _declare_number('--friction', 'dry friction of a cell in k_r cells; with rk4'),
+    declare_option('--relative-damping', action='store_true', help='damp v - V instead of v'),
+    declare_option(
+        '--truth', metavar='FILE', help='write the element as it was drawn to this JSON file'
+    ),
+    declare_option('--seed', type=int, default=0, help='seed of the random numbers'),
+    JSON_OPTION,
     text=__doc__,
 )
 def rig(arguments: argparse.Namespace) -> int:
@@ -93,7 +97,7 @@ def rig(arguments: argparse.Namespace) -> int:
     from ..rig.emulated import Line, Server
 
     try:
-        emulated, truth = _emulated(preset(arguments.preset), arguments)
+        emulated, truth = _build_rig(preset(arguments.preset), arguments)
         line = Line(
             arguments.latency, arguments.jitter, arguments.loss, arguments.restart, arguments.seed
         )
@@ -101,7 +105,7 @@ def rig(arguments: argparse.Namespace) -> int:
             Path(arguments.truth).write_text(json.dumps(truth) + '\n', encoding='utf-8')
         server = Server(emulated, line, arguments.host, arguments.port)
     except (DesignError, StateError, ValueError, OSError) as error:
-        return complain('rig', error, 2)
+        return print_failure('rig', error, 2)
     address = f'tcp://{arguments.host}:{server.port}'
     if arguments.json:
         print_json({'address': address})
@@ -112,20 +116,20 @@ def rig(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
+def _build_rig(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
     from mlmem.instrument.drivers import Simulation, steps_per_tick
     from mlmem.physics import Scatter, scattered
-    from mlmem.rng import Stream, generator
+    from mlmem.rng import Stream, make_generator
 
     from ..rig.emulated import EmulatedRig, Sensors
 
-    settings, own = chosen.settings, given.integrator == RK4
+    settings, own = chosen.settings, given.integrator == RK4_INTEGRATOR
     if given.scale_time is not None:
         settings = replace(settings, scale=replace(settings.scale, time=given.scale_time))
     if given.integrator and not own:
         settings = replace(settings, time=replace(settings.time, integrator=given.integrator))
     if not own and given.friction:
-        raise ValueError(f'--friction needs --integrator {RK4}')
+        raise ValueError(f'--friction needs --integrator {RK4_INTEGRATOR}')
     scatter = Scatter(
         given.scatter, given.scatter_k_r, given.scatter_s, given.scatter_mass,
         given.scatter_offset,
@@ -135,12 +139,12 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
     element: Driver
     if own:
         dt = settings.time.tick / steps_per_tick(chosen.design, settings.time)
-        element = laboratory.part('rk4_element')(
+        element = laboratory.load_part('rk4_element')(
             made, dt, step=given.step, friction=given.friction
         )
     else:
-        element = Simulation.of(made, settings.time, FINER)
-    left, right = 1.0 + given.gain * generator(given.seed, Stream.GAIN).standard_normal(2)
+        element = Simulation.of(made, settings.time, STEP_REFINEMENT)
+    left, right = 1.0 + given.gain * make_generator(given.seed, Stream.GAIN).standard_normal(2)
     sensors = Sensors(
         gain=(float(left), float(right)), noise=given.noise, jitter=given.sample_jitter,
         seed=given.seed,
@@ -154,10 +158,10 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
         at_once=given.at_once,
         actuator=not given.no_actuator,
     )
-    return emulated, _truth(made, emulated, given)
+    return emulated, _collect_truth(made, emulated, given)
 
 
-def _truth(made: Specimen, rig: EmulatedRig, given: argparse.Namespace) -> dict[str, Any]:
+def _collect_truth(made: Specimen, rig: EmulatedRig, given: argparse.Namespace) -> dict[str, Any]:
     """Return what is true of an emulated element; arrays as in `Specimen`, alpha as a whole."""
     return {
         'alpha': made.alpha.tolist(),

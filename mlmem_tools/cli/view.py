@@ -21,70 +21,72 @@ from contextlib import ExitStack
 from subprocess import Popen
 from typing import TYPE_CHECKING, Any
 
-from .command import JSON, NODE, command, option
-from .output import complain, print_json
+from .command import JSON_OPTION, NODE_OPTION, declare_command, declare_option
+from .output import print_failure, print_json
 
 if TYPE_CHECKING:
     from ..view.live import Live
 
-SMOOTH = 15
+PICTURE_INTERVAL_TICKS = 15
 """Ticks between two pictures of an element that --start starts: 33 a second."""
 
 
-@command(
+@declare_command(
     'show the element behind a running node, or sessions, in a browser',
-    option('session', nargs='*', help='one or two recorded sessions to show instead'),
-    NODE,
-    option(
+    declare_option('session', nargs='*', help='one or two recorded sessions to show instead'),
+    NODE_OPTION,
+    declare_option(
         '--start',
         nargs='?',
         const='',
         metavar='PRESET|FILE',
         help='also start a memory node of that name, of the default preset unless one is given',
     ),
-    option(
+    declare_option(
         '--host', default='127.0.0.1', help='address to listen on; other machines need the token'
     ),
-    option('--port', type=int, help='port (default: 8742, or a free one)'),
-    option('--browser', action='store_true', help='also open the page in the browser'),
-    JSON,
+    declare_option('--port', type=int, help='port (default: 8742, or a free one)'),
+    declare_option('--browser', action='store_true', help='also open the page in the browser'),
+    JSON_OPTION,
     text=__doc__,
 )
 def view(arguments: argparse.Namespace) -> int:
     """Serve the page; return the exit status."""
     start = arguments.start is not None
     if len(arguments.session) > 2 or (arguments.session and start):
-        return complain('view', 'give one or two sessions, or --start without any', 2)
+        return print_failure('view', 'give one or two sessions, or --start without any', 2)
     from mlmem_ros.bag.errors import BagError
     from mlmem_ros.parameter_file import ParameterFileError
 
     try:
-        ended = asyncio.run(_serve(arguments))
+        ended = asyncio.run(_serve_page(arguments))
     except OSError as error:
-        return complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1)
+        return print_failure(
+            'view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1
+        )
     except ParameterFileError as error:
-        return complain('view', error, 2)
+        return print_failure('view', error, 2)
     except BagError as error:
-        return complain('view', error, 1)
-    return complain('view', f'its node has ended with status {ended}', 1) if ended else 0
+        return print_failure('view', error, 1)
+    return print_failure('view', f'its node has ended with status {ended}', 1) if ended else 0
 
 
-async def _serve(arguments: argparse.Namespace) -> int:
+async def _serve_page(arguments: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C, or the end of the node that we started; return its status."""
     from mlmem_ros.contract import topics
-    from mlmem_ros.parameter_file import node_parameters
-    from mlmem_ros.ros.node_process import node_arguments, node_process
+    from mlmem_ros.parameter_file import build_node_parameters
+    from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
 
-    from ..view.server import LOOPBACK, Guard, Server, serve
+    from ..view.server import LOOPBACK_HOSTS, Guard, Server, run_server
 
     over = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, over.set)
-    token = '' if arguments.host in LOOPBACK else secrets.token_urlsafe(24)
+    token = '' if arguments.host in LOOPBACK_HOSTS else secrets.token_urlsafe(24)
 
-    def ready(port: int) -> None:
-        address = _address(arguments.host, port, token)
+    def announce_address(port: int) -> None:
+        address = _format_address(arguments.host, port, token)
         if arguments.json:
             print_json({'address': address})
         else:
@@ -92,7 +94,7 @@ async def _serve(arguments: argparse.Namespace) -> int:
         if arguments.browser:
             webbrowser.open(address)
 
-    async def until_end(node: Popen[bytes]) -> int:
+    async def wait_for_node(node: Popen[bytes]) -> int:
         status = await asyncio.to_thread(node.wait)
         over.set()
         return status
@@ -100,20 +102,22 @@ async def _serve(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         node = None
         if arguments.start is not None:
-            given: dict[str, Any] = {topic.interval: SMOOTH for topic in topics.PERIODIC}
-            chosen = node_parameters(arguments.start) if arguments.start else {}
+            given: dict[str, Any] = {
+                topic.interval: PICTURE_INTERVAL_TICKS for topic in topics.PERIODIC_TOPICS
+            }
+            chosen = build_node_parameters(arguments.start) if arguments.start else {}
             file = chosen if isinstance(chosen, str) else None
             given |= {} if isinstance(chosen, str) else chosen
-            started = node_process(node_arguments(arguments.node, given, file))
-            node = loop.create_task(until_end(stack.enter_context(started)))
-        live = None if arguments.session else _live(arguments.node, stack)
+            started = run_node_process(build_node_arguments(arguments.node, given, file))
+            node = loop.create_task(wait_for_node(stack.enter_context(started)))
+        live = None if arguments.session else _open_live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)
         await server.check()
-        await serve(server, arguments.host, arguments.port, ready, over)
+        await run_server(server, arguments.host, arguments.port, announce_address, over)
         return await node if node is not None and node.done() else 0
 
 
-def _address(host: str, port: int, token: str) -> str:
+def _format_address(host: str, port: int, token: str) -> str:
     """Return the page's address; on all interfaces, with this machine's name."""
     if host in ('0.0.0.0', '::'):
         host = socket.gethostname()
@@ -121,7 +125,7 @@ def _address(host: str, port: int, token: str) -> str:
     return f'http://{host}:{port}/' + (f'?token={token}' if token else '')
 
 
-def _live(node: str, stack: ExitStack) -> Live:
+def _open_live(node: str, stack: ExitStack) -> Live:
     from mlmem_ros.ros.client.client import standalone
 
     from ..view.live import Live

@@ -22,20 +22,20 @@ from typing import Any
 import numpy as np
 
 from mlmem import law_file
-from mlmem.parsing import DecodeError, read
+from mlmem.parsing import DecodeError, read_file
 from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
 from mlmem.physics.potential import Array
 from mlmem.schema import short_repr
 
-LENGTHS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
+LENGTH_UNITS = {'displacement_um': 1e-6, 'displacement_mm': 1e-3, 'displacement_cm': 1e-2,
            'displacement_m': 1.0}  # fmt: skip
-FORCES = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
+FORCE_UNITS = {'force_mN': 1e-3, 'force_N': 1.0, 'force_kN': 1e3}
 
-FEWEST = 16
+MIN_ROWS = 16
 """Fewest rows of a curve."""
 
-MOST_ROWS = 300_000
+MAX_ROWS = 300_000
 """Most rows of a file: minutes of a test machine, and a second of ours."""
 
 
@@ -66,7 +66,7 @@ class Run:
     def force(self, knots: Array) -> Array:
         """Return the mean force of both ways about each of equally spaced knots."""
         ways = [self.out, *([self.back] if self.back.size else [])]
-        return np.asarray(np.mean([_averaged(way, knots) for way in ways], axis=0))
+        return np.asarray(np.mean([_average_force(way, knots) for way in ways], axis=0))
 
     @property
     def lost(self) -> float | None:
@@ -84,46 +84,46 @@ def load_run(path: Path) -> Run:
     Raises:
         CurveError: It is none; the message names the line.
     """
-    first, names, rows = table(path, 'displacement_mm,force_N')
-    x, f = (column(path, first, names, known) for known in (LENGTHS, FORCES))
-    values = np.array([numbers(path, k, line, names, (x[0], f[0])) for k, line in rows])
-    if len(values) < FEWEST:
-        raise CurveError(f'{path}: it must have at least {FEWEST} rows; got {len(values)}')
+    first, names, rows = read_table(path, 'displacement_mm,force_N')
+    x, f = (find_column(path, first, names, known) for known in (LENGTH_UNITS, FORCE_UNITS))
+    values = np.array([parse_numbers(path, k, line, names, (x[0], f[0])) for k, line in rows])
+    if len(values) < MIN_ROWS:
+        raise CurveError(f'{path}: it must have at least {MIN_ROWS} rows; got {len(values)}')
     D, force = values.T * [[x[1]], [f[1]]]
     turn = int(np.argmax(D))
-    ways = _rising(D[: turn + 1], force[: turn + 1]), _rising(D[turn:], force[turn:])
-    if ways[0].shape[1] < FEWEST:
-        raise CurveError(f'{path}: its displacement must rise over at least {FEWEST} rows')
-    return Run(str(path), ways[0], ways[1] if ways[1].shape[1] >= FEWEST else np.empty((2, 0)))
+    ways = _sort_rising(D[: turn + 1], force[: turn + 1]), _sort_rising(D[turn:], force[turn:])
+    if ways[0].shape[1] < MIN_ROWS:
+        raise CurveError(f'{path}: its displacement must rise over at least {MIN_ROWS} rows')
+    return Run(str(path), ways[0], ways[1] if ways[1].shape[1] >= MIN_ROWS else np.empty((2, 0)))
 
 
-def table(path: Path, example: str) -> tuple[int, list[str], list[tuple[int, str]]]:
+def read_table(path: Path, example: str) -> tuple[int, list[str], list[tuple[int, str]]]:
     """Return the header's line and names, and the rows with their lines, but for comments.
 
     Raises:
         CurveError: The file cannot be read, or has no header.
     """
     try:
-        lines = read(path).splitlines()
+        lines = read_file(path).splitlines()
     except DecodeError as error:
         raise CurveError(f'{path}: {error}') from error
-    if len(lines) > MOST_ROWS:
-        raise CurveError(f'{path}: it must have at most {MOST_ROWS} lines; got {len(lines)}')
+    if len(lines) > MAX_ROWS:
+        raise CurveError(f'{path}: it must have at most {MAX_ROWS} lines; got {len(lines)}')
     rows = [(k, line) for k, line in enumerate(lines, 1) if line.strip() and line[:1] != '#']
     if not rows:
         raise CurveError(f'{path}: it must begin with a header, {example}; got none')
     (line, head), *rest = rows
-    return line, [name.strip() for name in _cells(path, line, head)], rest
+    return line, [name.strip() for name in _split_cells(path, line, head)], rest
 
 
-def _cells(path: Path, line: int, text: str) -> list[str]:
+def _split_cells(path: Path, line: int, text: str) -> list[str]:
     try:
         return next(csv.reader([text]))
     except csv.Error as error:
         raise CurveError(f'{path}, line {line}: it must be CSV; {error}') from error
 
 
-def column(
+def find_column(
     path: Path, line: int, names: Sequence[str], known: Mapping[str, float]
 ) -> tuple[int, float]:
     """Return the place of the one column whose name is known, and its unit.
@@ -140,7 +140,7 @@ def column(
     return found[0]
 
 
-def numbers(
+def parse_numbers(
     path: Path, line: int, text: str, names: Sequence[str], columns: Iterable[int]
 ) -> list[float]:
     """Return the numbers of a row in some columns.
@@ -148,7 +148,7 @@ def numbers(
     Raises:
         CurveError: It has other columns than the header, or one is no finite number.
     """
-    cells = _cells(path, line, text)
+    cells = _split_cells(path, line, text)
     if len(cells) != len(names):
         raise CurveError(
             f'{path}, line {line}: it must have {len(names)} values; got {len(cells)}'
@@ -168,13 +168,13 @@ def numbers(
     return found
 
 
-def _rising(D: Array, force: Array) -> Array:
+def _sort_rising(D: Array, force: Array) -> Array:
     """Return one way with rising displacements; of equal ones the mean force."""
     places, which = np.unique(D, return_inverse=True)
     return np.array([places, np.bincount(which, force) / np.bincount(which)])
 
 
-def _averaged(way: Array, knots: Array) -> Array:
+def _average_force(way: Array, knots: Array) -> Array:
     """Return the mean force in the interval about each knot, interpolated where none is in it."""
     D, force = way
     which = np.round((D - knots[0]) / (knots[1] - knots[0])).astype(np.int64)
@@ -210,16 +210,18 @@ class Measured:
     @cached_property
     def wells(self) -> list[dict[str, Any]]:
         """Place (m), stiffness (N/m) and energy (J) of every ground state, each with `_std`."""
-        return [self._told(_well, n) for n in range(len(self.curve.ground_states))]
+        return [self._add_spread(_measure_well, n) for n in range(len(self.curve.ground_states))]
 
     @cached_property
     def barriers(self) -> list[dict[str, Any]]:
         """From every ground state to the next: peak force (N), energies of the barrier and set
         free on passing (J), each with its `_std`.
         """
-        return [self._told(_barrier, n) for n in range(len(self.curve.ground_states) - 1)]
+        return [
+            self._add_spread(_measure_barrier, n) for n in range(len(self.curve.ground_states) - 1)
+        ]
 
-    def _told(self, quantities: Quantities, n: int) -> dict[str, Any]:
+    def _add_spread(self, quantities: Quantities, n: int) -> dict[str, Any]:
         found: dict[str, Any] = {**quantities(self.curve, n)}
         alike = len({len(one.ground_states) for one in (self.curve, *self.each)}) == 1
         each = [quantities(one, n) for one in self.each] if alike and len(self.each) > 1 else []
@@ -248,21 +250,21 @@ class Measured:
         }
 
 
-def _well(curve: Curve, n: int) -> dict[str, float]:
+def _measure_well(curve: Curve, n: int) -> dict[str, float]:
     D = curve.ground_state(n)
     return {
         'displacement': D, 'stiffness': float(curve.stiffness(D)), 'energy': float(curve.energy(D))
     }  # fmt: skip
 
 
-def _barrier(curve: Curve, n: int) -> dict[str, float]:
+def _measure_barrier(curve: Curve, n: int) -> dict[str, float]:
     start, top, end = curve.ground_state(n), curve.barrier(n), curve.ground_state(n + 1)
     energy, at_top, beyond = (float(curve.energy(D)) for D in (start, top, end))
     peak = float(curve.slope(np.linspace(start, top, 2_001)).max())
     return {'force': peak, 'barrier': at_top - energy, 'set_free': energy - beyond}
 
 
-def measured(runs: Sequence[Run], knots: int) -> Measured:
+def average_runs(runs: Sequence[Run], knots: int) -> Measured:
     """Return the law of some runs: their mean over the displacements that all have.
 
     Where it begins pushed, its force above zero, the curve is continued straight to where the
@@ -297,10 +299,10 @@ def measured(runs: Sequence[Run], knots: int) -> Measured:
     return Measured(runs, mean_curve, each, spread)
 
 
-def save(path: Path, found: Measured) -> None:
+def save_law(path: Path, found: Measured) -> None:
     """Write a law to a file, whole or not at all.
 
     Raises:
         OSError: It cannot be written.
     """
-    law_file.save(path, found.curve, () if len(found.runs) == 1 else found.std.tolist())
+    law_file.write_law_file(path, found.curve, () if len(found.runs) == 1 else found.std.tolist())

@@ -20,22 +20,22 @@ import numpy as np
 
 from mlmem import Driver, DriverError, Settings, SettingsError, threads
 from mlmem.instrument.drivers import Simulation
-from mlmem.parsing import DecodeError, decode, from_json
+from mlmem.parsing import DecodeError, decode_value, parse_json
 from mlmem.physics import Chain, Design, HeldCell, StateError
 from mlmem.physics.potential import Array
 from mlmem.schema import Description
 from mlmem_ros.rig.frames import (
-    NEEDED,
-    PLAY,
-    SAMPLES,
-    STRAIN,
-    VERSION,
+    PLAY_LAYOUT,
+    PROTOCOL_VERSION,
+    REQUIRED_CAPABILITIES,
+    SAMPLES_LAYOUT,
+    STRAIN_CAPABILITY,
     Hello,
     Kind,
     Parser,
-    encode,
+    encode_frame,
 )
-from mlmem_ros.rig.link import MOST, Link
+from mlmem_ros.rig.link import MAX_READ_BYTES, Link
 
 
 class Sensors:
@@ -81,7 +81,7 @@ class Sensors:
         self.noise, self.jitter = noise, jitter
         self._rng = np.random.default_rng(seed)
 
-    def readings(self, ends: Array) -> Array:
+    def measure_ends(self, ends: Array) -> Array:
         """Return what is read of displacements in cells, shape (2, n) both."""
         if self.jitter and ends.shape[1] > 1:
             late = self.jitter * self._rng.standard_normal(ends.shape)
@@ -98,13 +98,13 @@ class Sensors:
         return np.asarray((motion - zero) * self.unit / self.gain[end])
 
 
-BUFFER = 1 << 18
+MAX_BUFFER_SAMPLES = 1 << 18
 """Samples of set-points that it can hold."""
 
 RELEASE, SETTLE = 600.0, 2000.0
 """Time units in which it ramps its strain to zero without a client, and then rests."""
 
-FALLS_SILENT = 50_000.0
+MAX_IDLE_TIME = 50_000.0
 """Time units after which an idle element has come to rest and is no longer computed."""
 
 
@@ -149,11 +149,20 @@ class EmulatedRig:
         self._at_once = at_once
         self._strained = unit if actuator else 0.0  # cells of a unit of its set-points
         self._hello = Hello(
-            VERSION, 'emulated', dt, self._samples, dt * scale.time, unit * scale.length, BUFFER,
-            scale.stiffness * scale.length, self.sensors.zero, self.element.nodes, numbers,
-            (STRAIN, *NEEDED) if actuator else NEEDED,
-        )  # fmt: skip
-        self._begin(lambda data: None)
+            PROTOCOL_VERSION,
+            'emulated',
+            dt,
+            self._samples,
+            dt * scale.time,
+            unit * scale.length,
+            MAX_BUFFER_SAMPLES,
+            scale.stiffness * scale.length,
+            self.sensors.zero,
+            self.element.nodes,
+            numbers,
+            (STRAIN_CAPABILITY, *REQUIRED_CAPABILITIES) if actuator else REQUIRED_CAPABILITIES,
+        )
+        self._begin_client(lambda data: None)
 
     @property
     def chain(self) -> Chain:
@@ -165,14 +174,14 @@ class EmulatedRig:
         """Serve a new client, to which `send` puts bytes on the line; the set-points of the
         previous one are dropped.
         """
-        self.let_go()
-        self._begin(send)
+        self.release_strain()
+        self._begin_client(send)
 
-    def _begin(self, send: Callable[[bytes], object]) -> None:
+    def _begin_client(self, send: Callable[[bytes], object]) -> None:
         self._link = Link(send, answers=True)
-        self._restart(0.0)
+        self._reset_playback(0.0)
 
-    def _restart(self, ahead: float) -> None:
+    def _reset_playback(self, ahead: float) -> None:
         self._ahead = ahead
         self._ticks: deque[_Tick] = deque()
         self._due = self._waited = 0.0
@@ -180,7 +189,7 @@ class EmulatedRig:
         self._playing = self._stopped = False
         self._held: tuple[int, float] | None = None  # the held end and its position
 
-    def let_go(self) -> None:
+    def release_strain(self) -> None:
         """Ramp the strain to zero and let the element come to rest, unless it is beyond that."""
         element, nodes = self.element, len(self.element.nodes)
         falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / element.dt))
@@ -197,49 +206,53 @@ class EmulatedRig:
     def take(self, data: bytes) -> None:
         """Take bytes off the line; answer a frame that cannot be served with a FAULT."""
         for frame in self._link.feed(data):
-            with self._faults_reported():
+            with self._report_faults():
                 if frame.kind == Kind.HELLO:
-                    self._restart(_read_lead(frame.payload))
+                    self._reset_playback(_read_lead(frame.payload))
                     self._link.send(Kind.HELLO, self._hello.payload())
                 elif frame.kind == Kind.PLAY:
-                    self._store(frame.payload)
+                    self._store_set_points(frame.payload)
 
     @contextlib.contextmanager
-    def _faults_reported(self) -> Iterator[None]:
+    def _report_faults(self) -> Iterator[None]:
         """Stop and send a FAULT if the block raises what is wrong with a frame."""
         try:
             yield
         except ValueError as error:  # StateError and DecodeError, too
-            self._restart(0.0)
+            self._reset_playback(0.0)
             self._stopped = True
             self._link.send(Kind.FAULT, str(error).encode())
 
-    def _store(self, payload: bytes) -> None:
+    def _store_set_points(self, payload: bytes) -> None:
         """Keep the set-points of a PLAY until they are due.
 
         Raises:
             ValueError: They cannot be played.
         """
         nodes, itemsize = len(self._hello.nodes), np.dtype(self._hello.numbers).itemsize
-        if len(payload) < PLAY.size:
-            raise ValueError(f'a PLAY must have at least {PLAY.size} bytes; got {len(payload)}')
-        first, samples, site, driven = PLAY.unpack_from(payload)
+        if len(payload) < PLAY_LAYOUT.size:
+            raise ValueError(
+                f'a PLAY must have at least {PLAY_LAYOUT.size} bytes; got {len(payload)}'
+            )
+        first, samples, site, driven = PLAY_LAYOUT.unpack_from(payload)
         count = nodes * samples
-        if len(payload) - PLAY.size != (count + 2 * driven) * itemsize:
+        if len(payload) - PLAY_LAYOUT.size != (count + 2 * driven) * itemsize:
             raise ValueError(
                 f'a PLAY of {samples} samples and {driven} set-points of a held end must have '
-                f'{PLAY.size + (count + 2 * driven) * itemsize} bytes; got {len(payload)}'
+                f'{PLAY_LAYOUT.size + (count + 2 * driven) * itemsize} bytes; got {len(payload)}'
             )
         if first != self._next:
             raise ValueError(f'the next set-points must be those of {self._next}; got {first}')
         ticks, rest = divmod(samples, self._samples)
         if rest:
             raise ValueError(f'samples must be whole ticks of {self._samples}; got {samples}')
-        if len(self._ticks) * self._samples + samples > BUFFER:
-            raise ValueError(f'set-points of more than {BUFFER} samples are waiting')
+        if len(self._ticks) * self._samples + samples > MAX_BUFFER_SAMPLES:
+            raise ValueError(f'set-points of more than {MAX_BUFFER_SAMPLES} samples are waiting')
         if driven > count:
             raise ValueError(f'an end must be held for at most {count} set-points; got {driven}')
-        numbers = np.frombuffer(payload, self._hello.numbers, offset=PLAY.size).astype(np.float64)
+        numbers = np.frombuffer(payload, self._hello.numbers, offset=PLAY_LAYOUT.size).astype(
+            np.float64
+        )
         V_N, motion = numbers[:count], numbers[count:].reshape(2, driven)
         if site:
             motion = self.sensors.held(site, motion)
@@ -252,13 +265,13 @@ class EmulatedRig:
 
     def pass_time(self, seconds: float) -> None:
         """Advance by the time of an exact clock: play what is due and send the samples."""
-        with self._faults_reported():
+        with self._report_faults():
             if not self._stopped:
-                self._advance(seconds)
+                self._advance_clock(seconds)
 
-    def _advance(self, seconds: float) -> None:
+    def _advance_clock(self, seconds: float) -> None:
         if self._at_once:
-            self._play(len(self._ticks))
+            self._play_ticks(len(self._ticks))
             return
         self._due += seconds / self.tick_seconds
         due = int(self._due)
@@ -268,19 +281,21 @@ class EmulatedRig:
             ahead = len(self._ticks) * self.tick_seconds
             self._playing = max(ahead, self._waited) >= self._ahead
         played = min(due, len(self._ticks)) if self._playing else 0
-        self._play(played)
+        self._play_ticks(played)
         if not self._ticks:
             self._waited = 0.0
         if due > played:
             self._playing = False
-            self._idle(due - played)
+            self._hold_set_points(due - played)
 
-    def _play(self, ticks: int) -> None:
+    def _play_ticks(self, ticks: int) -> None:
         if not ticks:
             return
-        ends = np.concatenate([self._pass(self._ticks.popleft()) for _ in range(ticks)], axis=1)
-        readings, force = self.sensors.readings(ends), self.element.force()
-        head = SAMPLES.pack(
+        ends = np.concatenate(
+            [self._advance_tick(self._ticks.popleft()) for _ in range(ticks)], axis=1
+        )
+        readings, force = self.sensors.measure_ends(ends), self.element.force()
+        head = SAMPLES_LAYOUT.pack(
             self._played, ends.shape[1], min(self._missed, 2**32 - 1),
             float('nan') if force is None else force,
         )  # fmt: skip
@@ -288,7 +303,7 @@ class EmulatedRig:
         self._played += ends.shape[1]
         self._missed = 0
 
-    def _pass(self, tick: _Tick) -> Array:
+    def _advance_tick(self, tick: _Tick) -> Array:
         V_N, held_cell = tick
         whole = held_cell is not None and held_cell.motion.shape[1] == len(V_N)
         ends = self.element.advance(V_N, held_cell)
@@ -297,9 +312,9 @@ class EmulatedRig:
         )
         return ends
 
-    def _idle(self, ticks: int) -> None:
+    def _hold_set_points(self, ticks: int) -> None:
         """Hold the set-points while there is nothing to play; the element moves on."""
-        if self._missed * self.element.dt < FALLS_SILENT:
+        if self._missed * self.element.dt < MAX_IDLE_TIME:
             V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.element.V_N)
             held_cell = None
             if self._held is not None:
@@ -317,19 +332,21 @@ def _read_lead(payload: bytes) -> float:
     Raises:
         DecodeError: It is no such HELLO.
     """
-    greeting = from_json(payload)
+    greeting = parse_json(payload)
     if not isinstance(greeting, dict) or 'ahead' not in greeting:
         raise DecodeError("the driver's hello must be an object with ahead")
-    return float(decode(float, greeting['ahead'], 'ahead', Description('', low=0.0, high=1e9)))
+    return float(
+        decode_value(float, greeting['ahead'], 'ahead', Description('', low=0.0, high=1e9))
+    )
 
 
-WAKE = 0.002
+PLAY_PERIOD_S = 0.002
 """Seconds between two looks at the clock while set-points are played."""
 
-IDLE = 0.02
+IDLE_PERIOD_S = 0.02
 """Seconds between two looks otherwise."""
 
-LATE = 0.01
+MAX_LATENESS_S = 0.01
 """Seconds by which a look may be late; beyond that the rig's clock waits for a slow machine."""
 
 
@@ -367,7 +384,7 @@ class _Wire:
         last = self._under_way[-1][0] if self._under_way else 0.0
         self._under_way.append((max(last, due), data))
 
-    def come(self, now: float) -> bytes:
+    def receive_frames(self, now: float) -> bytes:
         """Return what has arrived by a time."""
         come = []
         while self._under_way and self._under_way[0][0] <= now:
@@ -407,7 +424,7 @@ class Server:
                 self.clients += 1
                 with connection, contextlib.suppress(OSError, DriverError):
                     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                    self._serve(connection)
+                    self._serve_client(connection)
 
     def close(self) -> None:
         """Stop serving; any thread may call it."""
@@ -417,24 +434,27 @@ class Server:
         """Disconnect, as a restarting rig does; any thread may call it."""
         self._restarts = True
 
-    def _serve(self, connection: socket.socket) -> None:
+    def _serve_client(self, connection: socket.socket) -> None:
         inward, outward = _Wire(self._line, self._rng), _Wire(self._line, self._rng)
         rig, parser = self._rig, Parser()
         rig.begin(outward.push)
         last = begun = threads.monotonic()
         self._restarts = False
         while not (self._ended or self._restarts):
-            wait = min(WAKE if rig.playing else IDLE, min(inward.due, outward.due) - last)
+            wait = min(
+                PLAY_PERIOD_S if rig.playing else IDLE_PERIOD_S,
+                min(inward.due, outward.due) - last,
+            )
             if select.select([connection], [], [], max(0.0, wait))[0]:
-                if not (data := connection.recv(MOST)):
+                if not (data := connection.recv(MAX_READ_BYTES)):
                     return
                 for frame in parser.feed(data):
-                    inward.push(encode(*frame))
+                    inward.push(encode_frame(*frame))
             now = threads.monotonic()
-            rig.take(inward.come(now))
-            rig.pass_time(min(now - last, max(0.0, wait) + LATE))
+            rig.take(inward.receive_frames(now))
+            rig.pass_time(min(now - last, max(0.0, wait) + MAX_LATENESS_S))
             last = now
-            if data := outward.come(now):
+            if data := outward.receive_frames(now):
                 connection.sendall(data)
             if 0.0 < self._line.restart < now - begun:
                 self.restart()

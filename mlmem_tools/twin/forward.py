@@ -23,21 +23,21 @@ from mlmem.physics import (
     find_walls,
     substep_times,
 )
-from mlmem.physics.equilibrium import relax, wall_profile
-from mlmem.physics.jit import kernel
+from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
+from mlmem.physics.jit import compile_kernel
 from mlmem.physics.potential import Array
 
 from . import tangent
-from .unknowns import SHARED, Unknowns, skewed
+from .unknowns import SHARED_UNKNOWNS, Unknowns, skew_law
 
-STEP = 0.35
+MAX_STEP = 0.35
 """Largest step in time units: the error is below 1e-6 cells then."""
 
-LONG = 0.5
+MAX_DERIVATIVE_STEP = 0.5
 """Largest step of the derivatives: they are a hundredth of their size off then, and a fit only
 descends along them; it compares with the motion alone."""
 
-NODES = 8
+INTERPOLATION_NODES = 8
 """Neighbours between which a waveform is interpolated."""
 
 
@@ -63,10 +63,10 @@ class Clock:
         """Return the clock for samples dt apart, of a simulated element or a real one."""
         if integrator is not None:
             return cls(integrator, 1, 1)
-        return cls(PEFRL, max(1, math.ceil(dt / STEP)), max(1, math.floor(STEP / dt)))
+        return cls(PEFRL, max(1, math.ceil(dt / MAX_STEP)), max(1, math.floor(MAX_STEP / dt)))
 
 
-def at_rest(specimen: Specimen, wall: float, strain: float) -> Array:
+def solve_equilibrium(specimen: Specimen, wall: float, strain: float) -> Array:
     """Return the displacements of an element at rest, shape (N,).
 
     Args:
@@ -79,7 +79,7 @@ def at_rest(specimen: Specimen, wall: float, strain: float) -> Array:
     design = specimen.design
     V = design.end_displacement(strain) * specimen.strain_shape
     v = wall_profile(design, wall) if wall else np.full(design.N, design.D_s1)
-    return relax(specimen, v + specimen.offsets + V, V)
+    return relax_to_equilibrium(specimen, v + specimen.offsets + V, V)
 
 
 class Forward:
@@ -110,7 +110,7 @@ class Forward:
         """
         key = shot.wall, shot.strain
         if key not in self._rest:
-            self._rest[key] = at_rest(self.specimen, *key)
+            self._rest[key] = solve_equilibrium(self.specimen, *key)
         return self._rest[key]
 
     def predict(self, shot: Shot, duration: float, held_off: float = 0.0) -> Array:
@@ -124,47 +124,49 @@ class Forward:
         """
         known = self._predicted.get(key := (id(shot), duration, held_off))
         if known is None or known[0] is not shot:  # an address of before it was pickled
-            known = self._predicted[key] = shot, self.exchanged([shot], duration, held_off)
+            known = self._predicted[key] = shot, self.predict_exchange([shot], duration, held_off)
         return known[1]
 
-    def exchanged(self, shots: Sequence[Shot], duration: float, held_off: float = 0.0) -> Array:
+    def predict_exchange(
+        self, shots: Sequence[Shot], duration: float, held_off: float = 0.0
+    ) -> Array:
         """Return what `predict` does for pulses one after the other into the same element; their
         samples end together.
 
         Raises:
             StateError, DesignError: As in `predict`.
         """
-        first, design, unit = shots[0], self.specimen.design, self._of('time_unit')
-        clock, steps = self._course(first, duration)
+        first, design, unit = shots[0], self.specimen.design, self._unknown_value('time_unit')
+        clock, steps = self._plan_steps(first, duration)
         dt = first.dt * clock.stride / clock.parts
-        late = self.unknowns.of_ends(self.x, 'late') / dt
-        further = _beyond(late)
-        chain = self._chain(dt * unit, clock.integrator)
+        late = self.unknowns.end_values(self.x, 'late') / dt
+        further = _count_extra_steps(late)
+        chain = self._build_chain(dt * unit, clock.integrator)
         v = self.rest(first)
         chain.place(v, design.end_displacement(first.strain))
         begins = [self.begin(first, shot) * clock.parts for shot in shots]
         parts = [v[[0, -1], None]]
         until = [*begins[1:], steps + further]
         for shot, begin, end in zip(shots, begins, until, strict=True):
-            motion = self._motion(shot, dt, end - begin, clock.integrator)
+            motion = self._driven_motion(shot, dt, end - begin, clock.integrator)
             site = shot.end.site(design)
-            gain = self.unknowns.of_ends(self.x, 'drive')[shot.end.row]
+            gain = self.unknowns.end_values(self.x, 'drive')[shot.end.row]
             held = gain * motion / np.array([[1.0], [unit]])
             held[0] += v[site - 1] + held_off
             V_N = np.full(clock.integrator.substeps * (end - begin), chain.V_N)
             parts.append(chain.advance(V_N, HeldCell(site, held)))
-        zero, gain = (self.unknowns.of_ends(self.x, what)[:, None] for what in ('zero', 'gain'))
+        zero, gain = (self.unknowns.end_values(self.x, what)[:, None] for what in ('zero', 'gain'))
         times = np.arange(0, steps + 1, clock.parts) - late[:, None]
-        ends = sampled(np.concatenate(parts, axis=1), times)
+        ends = sample_waveforms(np.concatenate(parts, axis=1), times)
         return np.asarray(zero + gain * ends)
 
-    def _chain(self, dt: float, integrator: Integrator) -> Chain:
+    def _build_chain(self, dt: float, integrator: Integrator) -> Chain:
         """Return the element as a chain, made once a step: its limits take longer than a shot."""
         if dt not in self._chains:
             chain = Chain(self.specimen.design, dt, integrator)
             chain.set_specimen(self.specimen)
             if self.unknowns.damping:
-                chain.damp(self._damped)
+                chain.set_damping(self._damping_ratios)
             self._chains[dt] = chain
         return self._chains[dt]
 
@@ -173,7 +175,7 @@ class Forward:
         late: int = first.samples.shape[1] - shot.samples.shape[1]
         return late // Clock.of(first.dt, self._integrator).stride
 
-    def linearised_exchange(
+    def linearise_exchange(
         self, shots: Sequence[Shot], duration: float
     ) -> tuple[Array, tangent.Single]:
         """Return `exchanged`, and its derivatives: waves of small pulses add up.
@@ -181,7 +183,7 @@ class Forward:
         Raises:
             StateError, DesignError: As in `predict`.
         """
-        predicted = self.exchanged(shots, duration)
+        predicted = self.predict_exchange(shots, duration)
         compared = np.arange(predicted.shape[1])
         total: tangent.Single | None = None
         for shot in shots:
@@ -208,8 +210,8 @@ class Forward:
         """
         predicted = self.predict(shot, duration)
         unknowns, design, made = self.unknowns, self.specimen.design, self.specimen
-        clock, steps = self._course(shot, duration)
-        unit, eta = self._of('time_unit'), self._of('eta')
+        clock, steps = self._plan_steps(shot, duration)
+        unit, eta = self._unknown_value('time_unit'), self._unknown_value('eta')
         V_N = design.end_displacement(shot.strain)
         origins = -np.ones((1, design.N))
         if V_N:
@@ -217,8 +219,8 @@ class Forward:
         material = tangent.Material(
             made.alpha * design.d,
             made.offsets + V_N * made.strain_shape + design.potential.origin,
-            made.masses + 0.0, made.k_r + 0.0, origins, self._law(), unit * unit,
-            unit * eta * self._damped,
+            made.masses + 0.0, made.k_r + 0.0, origins, self._build_law(), unit * unit,
+            unit * eta * self._damping_ratios,
         )  # fmt: skip
         if patterns is None:
             material = material._replace(
@@ -229,48 +231,55 @@ class Forward:
             material = material._replace(patterns=patterns)
         before = design.N if patterns is None else len(patterns)
 
-        def place(name: str) -> int:
-            return before + SHARED.index(name)
+        def find_column(name: str) -> int:
+            return before + SHARED_UNKNOWNS.index(name)
 
         samples, interval = steps // clock.parts, shot.dt * clock.stride
         # steps of a sample, or samples of a step
-        parts = float(math.ceil(interval / LONG)) if interval > LONG else 1.0 / (LONG // interval)
+        parts = (
+            float(math.ceil(interval / MAX_DERIVATIVE_STEP))
+            if interval > MAX_DERIVATIVE_STEP
+            else 1.0 / (MAX_DERIVATIVE_STEP // interval)
+        )
         dt = interval / parts
-        late = unknowns.of_ends(self.x, 'late') / dt
-        steps = math.ceil(samples * parts) + _beyond(late)
-        motion = self._motion(shot, dt, steps, PEFRL)
+        late = unknowns.end_values(self.x, 'late') / dt
+        steps = math.ceil(samples * parts) + _count_extra_steps(late)
+        motion = self._driven_motion(shot, dt, steps, PEFRL)
         motion = motion[:, : motion.shape[1] // 5 * 5]
-        gains = unknowns.of_ends(self.x, 'drive')
+        gains = unknowns.end_values(self.x, 'drive')
         source = tangent.Source(
             shot.end.site(design) - 1, np.ascontiguousarray(motion), float(gains[shot.end.row])
         )
-        raw = tangent.run(material, self.rest(shot), source, dt, steps)
-        raw = sampled(raw, parts * np.arange(samples + 1) - late[:, None])
-        J = self._by_unknowns(shot, raw, material, place)
+        raw = tangent.run_tangent(material, self.rest(shot), source, dt, steps)
+        raw = sample_waveforms(raw, parts * np.arange(samples + 1) - late[:, None])
+        J = self._derive_by_unknowns(shot, raw, material, find_column)
         for end, zero, gain in zip(
-            End, unknowns.of_ends(self.x, 'zero'), unknowns.of_ends(self.x, 'gain'), strict=True
+            End,
+            unknowns.end_values(self.x, 'zero'),
+            unknowns.end_values(self.x, 'gain'),
+            strict=True,
         ):
-            J[end.row, :, place(f'gain_{end}')] = (predicted[end.row] - zero) / gain
+            J[end.row, :, find_column(f'gain_{end}')] = (predicted[end.row] - zero) / gain
         if unknowns.latency:
             half, at = np.array(((0.5,), (0.5,))), np.arange(samples + 1)
-            later = sampled(predicted, at - half) - sampled(predicted, at + half)
+            later = sample_waveforms(predicted, at - half) - sample_waveforms(predicted, at + half)
             later /= interval
-            J[..., place(f'lag_{shot.end}')] = later
+            J[..., find_column(f'lag_{shot.end}')] = later
             for end in End:
-                J[end.row, :, place(f'late_{end}')] = later[end.row]
+                J[end.row, :, find_column(f'late_{end}')] = later[end.row]
         return predicted, J
 
-    def _by_unknowns(
+    def _derive_by_unknowns(
         self, shot: Shot, raw: tangent.Single, material: tangent.Material,
         place: Callable[[str], int],
     ) -> tangent.Single:  # fmt: skip
         """Return derivatives by the unknowns, from those by the quantities of a run."""
         unknowns, d = self.unknowns, np.float32(self.specimen.design.d)
-        unit, eta = self._of('time_unit'), self._of('eta')
+        unit, eta = self._unknown_value('time_unit'), self._unknown_value('eta')
         first, q, patterns = material.first, len(material.origins), len(material.patterns)
-        size = patterns + len(SHARED) if patterns else unknowns.size
+        size = patterns + len(SHARED_UNKNOWNS) if patterns else unknowns.size
         J = np.zeros((*raw.shape[:2], size), np.float32)
-        common = first + q + len(tangent.COMMON)
+        common = first + q + len(tangent.COMMON_DERIVATIVES)
         if patterns:
             J[..., :patterns] = d * raw[..., common:]
         else:
@@ -279,7 +288,7 @@ class Forward:
             J[..., unknowns.offset] = raw[..., material.offset_columns]
             J[..., unknowns.k_r] = raw[..., material.spring_columns]
         if material.damping:
-            J[..., unknowns.damped] = raw[..., material.damping_columns] / self._damped
+            J[..., unknowns.damped] = raw[..., material.damping_columns] / self._damping_ratios
         *of_law, forces, damping, friction, drive = np.moveaxis(
             raw[..., first + q : common], -1, 0
         )
@@ -296,42 +305,42 @@ class Forward:
         J[..., place(f'drive_{shot.end}')] = drive
         if unknowns.friction and not patterns:
             J[..., -1] = friction
-        J *= unknowns.of_ends(self.x, 'gain').astype(np.float32)[:, None, None]
+        J *= unknowns.end_values(self.x, 'gain').astype(np.float32)[:, None, None]
         for end in End:
             J[end.row, :, place(f'zero_{end}')] = 1.0
         return J
 
-    def _law(self) -> tangent.Phases | tangent.Spline:
+    def _build_law(self) -> tangent.Phases | tangent.Spline:
         """Return the on-site law as a tangent run takes it, per d."""
         law = self.specimen.design.law
         if law is None:
             return tangent.Phases(self.specimen.design.a, self.specimen.design.b)
-        skew = skewed(self.unknowns.design)
+        skew = skew_law(self.unknowns.design)
         return tangent.Spline(law.d * law.pieces, law.d * skew.pieces, 1.0 / law.step)
 
     @property
-    def _damped(self) -> Array:
+    def _damping_ratios(self) -> Array:
         """Damping of every cell over eta, shape (N,)."""
         if not self.unknowns.damping:
             return np.ones(self.specimen.design.N)
         return self.x[self.unknowns.damped]
 
-    def _of(self, name: str) -> float:
+    def _unknown_value(self, name: str) -> float:
         return float(self.x[self.unknowns.shared(name)])
 
-    def _course(self, shot: Shot, duration: float) -> tuple[Clock, int]:
+    def _plan_steps(self, shot: Shot, duration: float) -> tuple[Clock, int]:
         clock = Clock.of(shot.dt, self._integrator)
         samples = math.ceil(max(0.0, duration) / shot.dt)
         samples = min(samples, shot.samples.shape[1]) // clock.stride
         return clock, samples * clock.parts
 
-    def _motion(self, shot: Shot, dt: float, steps: int, integrator: Integrator) -> Array:
+    def _driven_motion(self, shot: Shot, dt: float, steps: int, integrator: Integrator) -> Array:
         """Return the motion of the driven end from its rest in the instrument's time, (2, m)."""
-        times = substep_times(steps, dt, integrator) - self._of(f'lag_{shot.end}')
+        times = substep_times(steps, dt, integrator) - self._unknown_value(f'lag_{shot.end}')
         return shot.pulse.at(times[times <= shot.pulse.duration])
 
 
-def sampled(waveforms: Waveforms, times: Array) -> Waveforms:
+def sample_waveforms(waveforms: Waveforms, times: Array) -> Waveforms:
     """Return waveforms of both ends, (2, n, ...), at times that count their steps, shape (2, m).
 
     Lagrange's polynomial through eight neighbours is exact to 1e-6 for a third of a radian a step,
@@ -342,8 +351,8 @@ def sampled(waveforms: Waveforms, times: Array) -> Waveforms:
     if not share.any():
         whole = np.clip(whole, 0, last)
         return np.stack([of_end[at] for of_end, at in zip(waveforms, whole, strict=True)])
-    nodes = np.arange(NODES) - NODES // 2 + 1
-    weights = np.ones((*times.shape, NODES), waveforms.dtype)
+    nodes = np.arange(INTERPOLATION_NODES) - INTERPOLATION_NODES // 2 + 1
+    weights = np.ones((*times.shape, INTERPOLATION_NODES), waveforms.dtype)
     for k, node in enumerate(nodes):
         for other in nodes[nodes != node]:
             weights[..., k] *= (share - other) / (node - other)
@@ -353,7 +362,7 @@ def sampled(waveforms: Waveforms, times: Array) -> Waveforms:
     return found
 
 
-@kernel
+@compile_kernel
 def _interpolate(
     rows: Array | tangent.Single,
     first: NDArray[np.int64],
@@ -372,16 +381,16 @@ def _interpolate(
                     to[p] += weight * row[p]
 
 
-def _beyond(late: Array) -> int:
+def _count_extra_steps(late: Array) -> int:
     """Return how many steps beyond the last sample its interpolation needs."""
-    return math.ceil(max(0.0, -float(late.min()))) + NODES // 2
+    return math.ceil(max(0.0, -float(late.min()))) + INTERPOLATION_NODES // 2
 
 
-NEAR = 6.0
+MAX_WALL_OFFSET_CELLS = 6.0
 """How far from where it is taken to be a wall may be, in cells."""
 
 
-def equilibria(forward: Forward, shot: Shot, sites: Array) -> list[float]:
+def find_equilibria(forward: Forward, shot: Shot, sites: Array) -> list[float]:
     """Return the positions at which a wall rests that is let go at any of some sites."""
     made = forward.specimen
     V = made.design.end_displacement(shot.strain) * made.strain_shape

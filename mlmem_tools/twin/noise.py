@@ -13,21 +13,22 @@ from mlmem.physics.potential import Array
 
 from .tangent import Single
 
-FLOOR = 1e-6
+MIN_NOISE_CELLS = 1e-6
 """Least standard deviation of a sample in cells: the error of the forward model's step."""
 
-ORDER = 12
+DIFFERENCE_ORDER = 12
 """Order of the difference of samples that measures noise."""
 
 
-def noise(shot: Shot) -> Array:
+def estimate_noise(shot: Shot) -> Array:
     """Return the standard deviation of a sample of either end after the pulse, shape (2,)."""
     after = math.ceil(shot.pulse.duration / shot.dt)
-    return np.array([noise_of(samples[after:]) for samples in shot.samples])
+    return np.array([estimate_sample_noise(samples[after:]) for samples in shot.samples])
 
 
-def noise_of(samples: Array) -> float:
-    """Return the standard deviation of white noise on a band-limited signal, at least `FLOOR`.
+def estimate_sample_noise(samples: Array) -> float:
+    """Return the standard deviation of white noise on a band-limited signal, at least
+    `MIN_NOISE_CELLS`.
 
     A difference of high order removes motion that is slow beside the samples. Its median size is
     that of noise alone, even if some samples are missing.
@@ -35,13 +36,13 @@ def noise_of(samples: Array) -> float:
     Args:
         samples: Shape (n,), equally spaced, at most 0.5 time units apart; NaN where missing.
     """
-    differences = np.abs(np.diff(samples, ORDER))
-    gain = math.sqrt(math.comb(2 * ORDER, ORDER))
+    differences = np.abs(np.diff(samples, DIFFERENCE_ORDER))
+    gain = math.sqrt(math.comb(2 * DIFFERENCE_ORDER, DIFFERENCE_ORDER))
     middle = float(np.nanmedian(differences)) if np.isfinite(differences).any() else 0.0
-    return max(FLOOR, middle / (0.674489750196 * gain))
+    return max(MIN_NOISE_CELLS, middle / (0.674489750196 * gain))
 
 
-def whitened(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:
+def whiten_waveforms(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:
     """Return weighted waveforms, (2, m), or (2, m, n), without slow changes of a transducer.
 
     It may have its zero anywhere, and a gain that drifts moves what is read of an end that rests:
@@ -55,10 +56,10 @@ def whitened(waveforms: Array | Single, weights: Array, held: int = 0) -> Array:
     """
     columns = waveforms.reshape(*waveforms.shape[:2], -1)
     found = np.asarray(weights[..., None] * columns)
-    return straightened(found, weights, held).reshape(waveforms.shape)
+    return remove_lines(found, weights, held).reshape(waveforms.shape)
 
 
-def straightened(found: Array, weights: Array, held: int) -> Array:
+def remove_lines(found: Array, weights: Array, held: int) -> Array:
     """Return weighted waveforms, (2, m, n), without these lines, which are taken out in place."""
     for part in (slice(1, 1 + held), slice(1 + held, None)):
         of_ends = found[:, part]

@@ -16,18 +16,18 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem.physics.equilibrium import solve
-from mlmem.physics.formulas import INVERSE_TURN, wave
-from mlmem.physics.jit import inlined, kernel
-from mlmem.physics.methods.pefrl import DRIFTS, KICKS
+from mlmem.physics.equilibrium import solve_tridiagonal
+from mlmem.physics.formulas import INVERSE_TURN, sine_of_turns
+from mlmem.physics.jit import compile_kernel, inline_function
+from mlmem.physics.methods.pefrl import DRIFT_FRACTIONS, KICK_FRACTIONS
 from mlmem.physics.potential import Array
 
 Single = NDArray[np.float32]
 
-WIDTH = 16
+VECTOR_WIDTH = 16
 """Single numbers in the widest vector: rows are padded to a multiple."""
 
-COMMON = ('first', 'second', 'forces', 'eta', 'friction', 'drive')
+COMMON_DERIVATIVES = ('first', 'second', 'forces', 'eta', 'friction', 'drive')
 """The last derivatives, by what all cells share: two of the potential (see `Phases` and `Spline`),
 a factor on all forces, damping, dry friction (the motion itself has none), and the amplitude of
 the driven end."""
@@ -44,7 +44,7 @@ class Spline(NamedTuple):
     """A law of its own (`physics.curve`).
 
     Its two derivatives are those by the logarithm of its length, stretched about its origin, and
-    by its skew (`unknowns.skewed`).
+    by its skew (`unknowns.skew_law`).
 
     Attributes:
         pieces: Of the force, as in `curve.Constants`.
@@ -57,7 +57,7 @@ class Spline(NamedTuple):
     per: float
 
 
-def _shape(law: Any, y: Any) -> Any:
+def _evaluate_law(law: Any, y: Any) -> Any:
     """Return the force of a unit height at y, and its derivatives by y and by two of the law."""
     if isinstance(law, Phases):
         a, b = law
@@ -75,18 +75,18 @@ def _shape(law: Any, y: Any) -> Any:
     return force, bend, -bend * y, skew
 
 
-@numba.extending.overload(_shape, inline='always')
-def _shape_in_a_loop(law: Any, y: Any) -> Any:
-    def of_phases(law: Any, y: Any) -> Any:
+@numba.extending.overload(_evaluate_law, inline='always')
+def _overload_evaluate_law(law: Any, y: Any) -> Any:
+    def evaluate_phases(law: Any, y: Any) -> Any:
         y2 = y * y
         turns = y * (law.a + law.b * y2) * INVERSE_TURN
         slope = law.a + 3.0 * law.b * y2
-        sine, cosine = wave(turns), wave(turns + 0.25)
+        sine, cosine = sine_of_turns(turns), sine_of_turns(turns + 0.25)
         bend = cosine * slope * slope + sine * 6.0 * law.b * y
         by_b = y2 * (cosine * y * slope + 3.0 * sine)
         return sine * slope, bend, cosine * y * slope + sine, by_b
 
-    def of_a_spline(law: Any, y: Any) -> Any:
+    def evaluate_spline(law: Any, y: Any) -> Any:
         place, p, q = y * law.per, law.pieces, law.skew
         k = int(min(max(place, 0.0), p.shape[1] - 1.0))
         t = place - k
@@ -95,7 +95,7 @@ def _shape_in_a_loop(law: Any, y: Any) -> Any:
         skew = q[0, k] + t * (q[1, k] + t * (q[2, k] + t * q[3, k]))
         return force, bend, -bend * y, skew
 
-    return of_a_spline if law.instance_class is Spline else of_phases
+    return evaluate_spline if law.instance_class is Spline else evaluate_phases
 
 
 class Material(NamedTuple):
@@ -164,8 +164,10 @@ class Material(NamedTuple):
 
     @property
     def columns(self) -> int:
-        """Number of derivatives: of cells and springs, by origins, `COMMON` and patterns."""
-        return self.first + len(self.origins) + len(COMMON) + len(self.patterns)
+        """Number of derivatives: of cells and springs, by origins, `COMMON_DERIVATIVES` and
+        patterns.
+        """
+        return self.first + len(self.origins) + len(COMMON_DERIVATIVES) + len(self.patterns)
 
 
 class Source(NamedTuple):
@@ -183,7 +185,7 @@ class Source(NamedTuple):
     amplitude: float
 
 
-def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> Single:
+def run_tangent(material: Material, v: Array, source: Source, dt: float, steps: int) -> Single:
     """Return the derivatives of the motion of both ends.
 
     Args:
@@ -195,8 +197,8 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
         At rest and after every step, shape (2, steps + 1, columns).
     """
     n, columns = len(v), material.columns
-    U = np.zeros((n, columns + -columns % WIDTH), np.float32)
-    U[:, :columns] = at_rest(material, v)
+    U = np.zeros((n, columns + -columns % VECTOR_WIDTH), np.float32)
+    U[:, :columns] = solve_equilibrium_derivatives(material, v)
     out = np.zeros((2, steps + 1, U.shape[1]), np.float32)
     springs = np.concatenate(([0.0], material.k_r, [0.0]))
     cells = material.height, material.origin, material.mass, springs, material.eta
@@ -206,18 +208,18 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
     pulls = material.spring_columns.start if material.springs else -1
     drags = material.damping_columns.start if material.damping else -1
     patterns = np.reshape(material.patterns, (-1, n)).astype(np.float32)
-    _run(
+    _run_steps(
         dt, (v.copy(), np.zeros(n)), (U, U.copy(), np.zeros_like(U)), cells, constants,
         (material.origins, patterns), (masses, offsets, pulls, drags, material.first), source, out,
-        (np.array(DRIFTS), np.array(KICKS)),
+        (np.array(DRIFT_FRACTIONS), np.array(KICK_FRACTIONS)),
     )  # fmt: skip
     return out[:, :, :columns]
 
 
-def at_rest(material: Material, v: Array) -> Array:
+def solve_equilibrium_derivatives(material: Material, v: Array) -> Array:
     """Return the derivatives of an equilibrium, shape (N, columns)."""
     n, q = len(v), len(material.origins)
-    force, bend, by_first, by_second = _shape(material.potential, v - material.origin)
+    force, bend, by_first, by_second = _evaluate_law(material.potential, v - material.origin)
     stiffness = material.height * bend
     pushes = np.zeros((material.columns, n))
     if material.heights:
@@ -234,12 +236,12 @@ def at_rest(material: Material, v: Array) -> Array:
     pushes[material.first + q] = -material.height * by_first
     pushes[material.first + q + 1] = -material.height * by_second
     diagonal = stiffness + np.append(material.k_r, 0.0) + np.append(0.0, material.k_r)
-    solve(diagonal, -material.k_r, pushes)
+    solve_tridiagonal(diagonal, -material.k_r, pushes)
     return pushes.T
 
 
-@inlined
-def _forces(
+@inline_function
+def _kick_cells(
     x: Array,
     v: Array,
     h: float,
@@ -261,7 +263,7 @@ def _forces(
     for j in range(n):
         here = x[j]
         left, right = x[max(j - 1, 0)], x[min(j + 1, n - 1)]
-        pull, bend, by_first, by_second = _shape(law, here - origin[j])
+        pull, bend, by_first, by_second = _evaluate_law(law, here - origin[j])
         stiffness = height[j] * bend
         from_left, from_right = left - here, right - here
         force = k_r[j] * from_left + k_r[j + 1] * from_right - height[j] * pull
@@ -289,8 +291,8 @@ def _forces(
         v[j] = decay * v[j] + kick * force
 
 
-@inlined
-def _carry(
+@inline_function
+def _carry_derivatives(
     to: Single, w: Single, left: Single, here: Single, right: Single,
     factors: tuple[np.float32, np.float32, np.float32, np.float32], drift: np.float32,
 ) -> None:  # fmt: skip
@@ -302,8 +304,8 @@ def _carry(
         to[p] = here[p] + drift * rate
 
 
-@kernel
-def _run(
+@compile_kernel
+def _run_steps(
     dt: float,
     state: tuple[Array, Array],
     tangents: tuple[Single, Single, Single],
@@ -338,13 +340,13 @@ def _run(
                 x[site] = rest + amplitude * motion[0, node]
                 U[site] = at_rest
                 U[site, drive] += np.float32(motion[0, node])
-            _forces(x, v, kicks[stage] * dt, cells, constants, origins, local, shared)
+            _kick_cells(x, v, kicks[stage] * dt, cells, constants, origins, local, shared)
             drift = np.float32(drifts[stage + 1] * dt)
             for j in range(n):
                 x[j] += drifts[stage + 1] * dt * v[j]
                 left, right = U[max(j - 1, 0)], U[min(j + 1, n - 1)]
                 factors = local[0, j], local[1, j], local[2, j], local[3, j]
-                _carry(T[j], W[j], left, U[j], right, factors, drift)
+                _carry_derivatives(T[j], W[j], left, U[j], right, factors, drift)
                 if len(patterns) == 0:
                     W[j, j] += local[4, j]
                     T[j, j] += drift * local[4, j]

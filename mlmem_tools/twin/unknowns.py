@@ -20,7 +20,7 @@ from mlmem.physics import Design, Specimen
 from mlmem.physics.curve import Curve
 from mlmem.physics.potential import Array
 
-SHARED = (
+SHARED_UNKNOWNS = (
     'D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'substrate_ratio', 'j_0',
     'zero_left', 'zero_right', 'gain_left', 'gain_right', 'drive_left', 'drive_right',
     'late_left', 'late_right', 'lag_left', 'lag_right',
@@ -55,7 +55,7 @@ class Unknowns:
             self.design.N * (1 + self.masses + self.offsets + self.damping)
             + (self.design.N - 1) * self.springs
         )
-        return cells + len(SHARED) + self.friction
+        return cells + len(SHARED_UNKNOWNS) + self.friction
 
     @property
     def alpha(self) -> slice:
@@ -64,12 +64,12 @@ class Unknowns:
 
     def shared(self, name: str) -> int:
         """Return where a shared unknown is."""
-        return self.design.N + SHARED.index(name)
+        return self.design.N + SHARED_UNKNOWNS.index(name)
 
     @property
     def shared_end(self) -> int:
         """Where the shared unknowns end."""
-        return self.design.N + len(SHARED)
+        return self.design.N + len(SHARED_UNKNOWNS)
 
     @property
     def mass(self) -> slice:
@@ -114,10 +114,10 @@ class Unknowns:
         """
         D_s1, D_s2, c = map(float, x[self.design.N : self.design.N + 3])
         if self.design.law is None:
-            a, b = phase_of(self.design, D_s1, D_s2, c)
+            a, b = solve_potential(self.design, D_s1, D_s2, c)
             law: dict[str, Any] = {'a': a, 'b': b, 'c': c}
         else:
-            law = {'law': stretched(self.design, D_s1, D_s2, c)}
+            law = {'law': stretch_law(self.design, D_s1, D_s2, c)}
         design = replace(
             self.design, **law, eta=float(x[self.shared('eta')]),
             s_max=self.design.s_min * float(x[self.shared('substrate_ratio')]),
@@ -146,7 +146,7 @@ class Unknowns:
             ])  # fmt: skip
         step = 1e-6
         up, down = (
-            np.array([phase_of(self.design, *(at + way * one)) for one in np.eye(3)])
+            np.array([solve_potential(self.design, *(at + way * one)) for one in np.eye(3)])
             for way in (step, -step)
         )
         rates = (up - down).T / (2.0 * step)
@@ -167,12 +167,12 @@ class Unknowns:
             rows.append((ends[0] - ends[1]) / (2.0 * step))
         return np.array(rows)
 
-    def of_ends(self, x: Array, what: str) -> Array:
+    def end_values(self, x: Array, what: str) -> Array:
         """Return the zero, gain or drive of both transducers, shape (2,)."""
         return x[[self.shared(f'{what}_{end}') for end in End]]
 
 
-def phase_of(design: Design, D_s1: float, D_s2: float, c: float) -> tuple[float, float]:
+def solve_potential(design: Design, D_s1: float, D_s2: float, c: float) -> tuple[float, float]:
     """Return a and b of the potential with these ground states and this c."""
     y1, y2 = D_s1 + c, D_s2 + c
     first, second = (2.0 * math.pi * (design.phase + k) / y for k, y in enumerate((y1, y2)))
@@ -180,27 +180,27 @@ def phase_of(design: Design, D_s1: float, D_s2: float, c: float) -> tuple[float,
     return float(first - b * y1 * y1), float(b)
 
 
-def stretched(design: Design, D_s1: float, D_s2: float, skew: float) -> Curve:
+def stretch_law(design: Design, D_s1: float, D_s2: float, skew: float) -> Curve:
     """Return a design's law with other ground states, and its force skewed about them."""
-    law, first, second = _law(design), design.D_s1, design.D_s2
+    law, first, second = _require_law(design), design.D_s1, design.D_s2
     factor = (D_s2 - D_s1) / (second - first)
     low, high = (D_s1 + factor * (each - first) for each in (law.low, law.high))
-    force = np.array(law.force) + skew * np.array(skewed(design).force)
+    force = np.array(law.force) + skew * np.array(skew_law(design).force)
     return replace(law, low=low, high=high, force=tuple(force.tolist()))
 
 
-def skewed(design: Design) -> Curve:
+def skew_law(design: Design) -> Curve:
     """Return the derivative of a design's law by its skew.
 
     A skew of 1 % makes the force 0.5 % stronger about the second ground state and as much weaker
     about the first, in proportion between and beyond; the ground states stay.
     """
-    law = _law(design)
+    law = _require_law(design)
     D = np.linspace(law.low, law.high, len(law.force))
     share = (D - design.D_s1) / (design.D_s2 - design.D_s1) - 0.5
     return replace(law, force=tuple((share * np.array(law.force)).tolist()))
 
 
-def _law(design: Design) -> Curve:
+def _require_law(design: Design) -> Curve:
     assert design.law is not None
     return design.law

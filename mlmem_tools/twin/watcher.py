@@ -14,7 +14,7 @@ from mlmem.physics import INTEGRATORS, DesignError, StateError
 from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.host.worker import ThrottledLog, Worker
 
-from .watching import MOST_CELLS, Comparison, Residuals, place
+from .watching import MAX_WATCHED_CELLS, Comparison, Residuals, locate_wall
 
 
 class Watcher:
@@ -34,7 +34,7 @@ class Watcher:
         self.compared = self.skipped = 0
         self.last: Comparison | None = None
         self._element, self._design = element, element.design
-        watched = element.register is None and element.design.N <= MOST_CELLS
+        watched = element.register is None and element.design.N <= MAX_WATCHED_CELLS
         self._residuals = Residuals(twin, integrator) if watched else None
         self._log = log
         self._worker = Worker('mlmem-twin', log)
@@ -50,7 +50,7 @@ class Watcher:
         ended = (event.procedure for event in events if isinstance(event, Outcome))
         procedure = PROCEDURES.get(next(ended, self._element.procedure))
         moved = procedure is not None and procedure.changes
-        self._wall = place(self._design, heard[-1].reading, self._wall, moved)
+        self._wall = locate_wall(self._design, heard[-1].reading, self._wall, moved)
         disturbed = any(event.echo.shaken or event.echo.spoiled for event in heard)
         shots.sort(key=lambda shot: -shot.samples.shape[1])
         known = self._wall is not None and len(shots) == len(heard)
@@ -58,21 +58,23 @@ class Watcher:
             self.skipped += 1
             return
         self._busy, wall = True, self._wall or 0.0
-        self._worker.do('comparing a read with its forecast', lambda: self._compare(shots, wall))
+        self._worker.do(
+            'comparing a read with its forecast', lambda: self._compare_read(shots, wall)
+        )
 
-    def _compare(self, shots: list[Shot], wall: float) -> None:
+    def _compare_read(self, shots: list[Shot], wall: float) -> None:
         assert self._residuals is not None
         try:
             self.last = self._residuals.compare(shots, wall)
         except (StateError, DesignError) as error:
-            self._tell(f'the twin has no forecast for a wall at {wall:.0f}: {error}')
+            self._set_text(f'the twin has no forecast for a wall at {wall:.0f}: {error}')
         else:
-            self._tell(self.last.text)
+            self._set_text(self.last.text)
             self.compared += 1
         finally:
             self._busy = False
 
-    def _tell(self, text: str) -> None:
+    def _set_text(self, text: str) -> None:
         if text and not self.text:
             self._log.warning(f'twin: {text}')
         self.text = text

@@ -24,11 +24,11 @@ from mlmem.physics import Design, Integrator
 from mlmem.physics.potential import Array
 from mlmem.readers.reading import UNDECODABLE, Reading
 
-from .forward import NEAR, Clock, Forward, equilibria
-from .noise import noise, whitened
+from .forward import MAX_WALL_OFFSET_CELLS, Clock, Forward, find_equilibria
+from .noise import estimate_noise, whiten_waveforms
 from .unknowns import Unknowns
 
-LINEAR = 0.3
+MAX_LINEAR_CHANGE = 0.3
 """Relative change of a cell up to which the residual is proportional to it."""
 
 
@@ -46,7 +46,9 @@ class Kind:
     least: float
 
 
-CELL = Kind(('cell {} has become {:.2g} % weaker', 'cell {} has become {:.2g} % stiffer'), 0.01)
+CELL_KIND = Kind(
+    ('cell {} has become {:.2g} % weaker', 'cell {} has become {:.2g} % stiffer'), 0.01
+)
 
 SHARED_KINDS = {
     'eta': Kind(('damping has fallen by {1:.2g} %', 'damping has risen by {1:.2g} %'), 0.05),
@@ -88,23 +90,23 @@ class Change:
     deviation: float
 
     def __str__(self) -> str:
-        if self.site and abs(self.amount) > LINEAR:
+        if self.site and abs(self.amount) > MAX_LINEAR_CHANGE:
             return f'cell {self.site} is not what it was at the survey: stuck, or broken'
-        kind = SHARED_KINDS.get(self.name, CELL)
+        kind = SHARED_KINDS.get(self.name, CELL_KIND)
         words = kind.words[int(self.amount > 0.0)]
         return f'{words.format(self.site, 100.0 * abs(self.amount))} since the survey'
 
 
-SPARSE = 1.0
+MIN_SAMPLE_SPACING = 1.0
 """Least time between two samples that are compared: the pass bands end well below its Nyquist."""
 
-LONGER = 4
+DURATION_MARGIN_PARTS = 4
 """A forecast lasts longer than the first read by one part in so many: others listen longer."""
 
-TINY = 1e-5
+STRAIN_STEP = 1e-5
 """Strain for a difference quotient."""
 
-KEPT = 32
+MAX_FORECASTS = 32
 """Forecasts that are kept, each of a megabyte or two."""
 
 
@@ -121,7 +123,7 @@ class Forecasts:
     """Makes the forecasts of an element, and keeps the latest."""
 
     def __init__(self, element: Element, integrator: Integrator | None) -> None:
-        self.forward = forward_of(element, integrator)
+        self.forward = build_forward(element, integrator)
         self._element = element
         self._integrator = integrator
         self._kept: OrderedDict[tuple[object, ...], Forecast] = OrderedDict()
@@ -132,30 +134,30 @@ class Forecasts:
         begins = tuple(first.samples.shape[1] - shot.samples.shape[1] for shot in shots)
         pulses = tuple((shot.end, shot.omega_c, shot.A, shot.sigma) for shot in shots)
         key = pulses, begins, first.wall, first.strain
-        every = max(1, math.floor(SPARSE / first.dt))
+        every = max(1, math.floor(MIN_SAMPLE_SPACING / first.dt))
         known = self._kept.pop(key, None)
         if known is None or known.waveforms.shape[1] < 1 + first.samples.shape[1] // every:
-            known = self._made(shots, every)
+            known = self._compute_forecast(shots, every)
         self._kept[key] = known
-        while len(self._kept) > KEPT:
+        while len(self._kept) > MAX_FORECASTS:
             self._kept.popitem(last=False)
         return known
 
-    def _made(self, shots: Sequence[Shot], every: int) -> Forecast:
+    def _compute_forecast(self, shots: Sequence[Shot], every: int) -> Forecast:
         unknowns = self.forward.unknowns
-        room = np.empty((2, shots[0].samples.shape[1] // LONGER))
+        room = np.empty((2, shots[0].samples.shape[1] // DURATION_MARGIN_PARTS))
         shots = [replace(s, samples=np.concatenate((s.samples, room), axis=1)) for s in shots]
         first = shots[0]
         duration = first.samples.shape[1] * first.dt
-        predicted, J = self.forward.linearised_exchange(shots, duration)
+        predicted, J = self.forward.linearise_exchange(shots, duration)
         clock = Clock.of(first.dt, self._integrator)
         sparse = max(1, every // clock.stride)
         columns = [J[:, ::sparse, unknowns.alpha] * self._element.specimen.alpha]
         for name in SHARED_KINDS:
             if name == 'strain':
-                strained = [replace(shot, strain=shot.strain + TINY) for shot in shots]
-                moved = self.forward.exchanged(strained, duration) - predicted
-                columns.append(moved[:, ::sparse, None] / TINY)
+                strained = [replace(shot, strain=shot.strain + STRAIN_STEP) for shot in shots]
+                moved = self.forward.predict_exchange(strained, duration) - predicted
+                columns.append(moved[:, ::sparse, None] / STRAIN_STEP)
                 continue
             column = J[:, ::sparse, unknowns.shared(name)] * self.forward.x[unknowns.shared(name)]
             if name.startswith('gain_'):  # less motion is driven where more is read
@@ -169,7 +171,7 @@ class Forecasts:
         )
 
 
-def forward_of(element: Element, integrator: Integrator | None) -> Forward:
+def build_forward(element: Element, integrator: Integrator | None) -> Forward:
     """Return the forward model of an element in a file."""
     made = element.specimen
     unknowns = Unknowns(
@@ -189,38 +191,38 @@ def forward_of(element: Element, integrator: Integrator | None) -> Forward:
     return Forward(unknowns, x, integrator)
 
 
-MOST_CELLS = 1000
+MAX_WATCHED_CELLS = 1000
 """Cells up to which an element is watched: the derivatives by all of them take memory and time."""
 
-WAVES = 5.0
+WAVE_NOISE_FACTOR = 5.0
 """How many times their size waves that were there before the pulse count as noise: they are in the
 band of the echo, which is a twentieth of what is sampled."""
 
-QUIET = 1.1
+MAX_QUIET_RATIO = 1.1
 """Departure from rest before a pulse, over the noise, up to which there are no waves."""
 
-LOUD = 3.0
+MAX_COMPARED_RATIO = 3.0
 """The same, from which a read is not compared: waves of what was before it look like a change."""
 
-ZERO = 1e-3
+ZERO_DRIFT_CELLS = 1e-3
 """Standard deviation of what a transducer reads at rest in cells: its zero may drift."""
 
-AGREEING = 2
+MIN_AGREEING_READS = 2
 """Reads in a row that must agree before a change is told."""
 
-SURE = 10.0
+MIN_SIGNIFICANCE = 10.0
 """Standard deviations from which a change is believed, half of it by either read: residuals that
 are left by a fit, and by its linearisation, reach 7."""
 
-EXPLAINS = 0.3
+MIN_EXPLAINED_SHARE = 0.3
 """Least share of the residual beyond noise and fit that a change must explain, or it is not what
 has happened."""
 
-UNEXPLAINED = 8.0
+MAX_UNEXPLAINED_RESIDUAL = 8.0
 """Residual, over that of noise and fit, from which one that no change explains is told: waves that
 are left of a write give more in a single read only."""
 
-LEAST = 1e-300
+MIN_DIVISOR = 1e-300
 """Keeps quotients finite where nothing is heard."""
 
 
@@ -260,7 +262,7 @@ class _Read(NamedTuple):
     wall: float
 
 
-def left_over(g: Array, H: Array, spread: Array) -> tuple[Array, Array, float]:
+def project_out_prior(g: Array, H: Array, spread: Array) -> tuple[Array, Array, float]:
     """Return normal equations of what remains if the first unknowns are fitted with a prior.
 
     Args:
@@ -296,14 +298,14 @@ class Residuals:
         """
         self.element = element
         self._forecasts = Forecasts(element, integrator)
-        self._reads: deque[_Read] = deque(maxlen=AGREEING)
+        self._reads: deque[_Read] = deque(maxlen=MIN_AGREEING_READS)
         self._N = element.specimen.design.N
         self._places: dict[float, float] = {}
         self._open = np.asarray(element.alpha_std / element.specimen.alpha)
 
     def quiet(self, shots: Sequence[Shot]) -> bool:
         """Return whether the element was at rest before a read; only then can it be compared."""
-        return bool(shots[0].unrest <= LOUD * noise(shots[0]).max())
+        return bool(shots[0].unrest <= MAX_COMPARED_RATIO * estimate_noise(shots[0]).max())
 
     def compare(self, shots: Sequence[Shot], wall: float) -> Comparison:
         """Compare a read with its forecast.
@@ -315,19 +317,29 @@ class Residuals:
         Raises:
             StateError, DesignError: There is no forecast: the twin holds no such wall.
         """
-        read = self._read(shots, self._places.get(wall, wall))
-        if read.excess > UNEXPLAINED:  # a defect may hold the wall at one of several places
+        read = self._fit_read(shots, self._places.get(wall, wall))
+        if (
+            read.excess > MAX_UNEXPLAINED_RESIDUAL
+        ):  # a defect may hold the wall at one of several places
             first = replace(shots[0], wall=wall)
-            near = np.arange(wall - NEAR, wall + NEAR + 1.0) if wall else np.empty(0)
+            near = (
+                np.arange(wall - MAX_WALL_OFFSET_CELLS, wall + MAX_WALL_OFFSET_CELLS + 1.0)
+                if wall
+                else np.empty(0)
+            )
             near = near[(near >= 2.0) & (near < self._N)]
-            places = equilibria(self._forecasts.forward, first, near)
-            others = (self._read(shots, place) for place in places if abs(place - wall) <= NEAR)
+            places = find_equilibria(self._forecasts.forward, first, near)
+            others = (
+                self._fit_read(shots, place)
+                for place in places
+                if abs(place - wall) <= MAX_WALL_OFFSET_CELLS
+            )
             read = min((read, *others), key=lambda each: each.excess)
             self._places[wall] = read.wall
         self._reads.append(read)
-        return Comparison(read.chi2, read.rms, read.wall, *self._judged())
+        return Comparison(read.chi2, read.rms, read.wall, *self._judge_reads())
 
-    def _read(self, shots: Sequence[Shot], wall: float) -> _Read:
+    def _fit_read(self, shots: Sequence[Shot], wall: float) -> _Read:
         """Return what a read says if its wall rests near a site."""
         shots = [replace(shot, wall=wall) for shot in shots]
         forecast, first = self._forecasts.of(shots), shots[0]
@@ -337,53 +349,57 @@ class Residuals:
         residual = measured[:, :m] - forecast.waveforms[:, :m]
         eta = self._forecasts.forward.specimen.eta
         fades = np.exp(-0.5 * eta * first.dt * every * np.arange(m))
-        white = noise(first)
-        waves = WAVES * math.sqrt(max(0.0, first.unrest**2 - (QUIET * white.max()) ** 2))
+        white = estimate_noise(first)
+        waves = WAVE_NOISE_FACTOR * math.sqrt(
+            max(0.0, first.unrest**2 - (MAX_QUIET_RATIO * white.max()) ** 2)
+        )
         spread = np.sqrt(white[:, None] ** 2 + (waves * fades) ** 2)
         weights = np.where(np.isfinite(residual), 1.0 / spread, 0.0)
-        weights[:, 0] = 1.0 / ZERO
-        r = whitened(np.where(weights > 0.0, residual, 0.0), weights)
+        weights[:, 0] = 1.0 / ZERO_DRIFT_CELLS
+        r = whiten_waveforms(np.where(weights > 0.0, residual, 0.0), weights)
         rms = np.sqrt(np.mean((spread * r)[:, 1:] ** 2, axis=1))
-        J = whitened(forecast.J[:, :m], weights)
+        J = whiten_waveforms(forecast.J[:, :m], weights)
         data, cost = max(1, int(np.count_nonzero(weights))), float(np.sum(r**2))
         J = J.reshape(-1, J.shape[2])
         g, H = J.T @ r.ravel(), J.T @ J
-        rest, alone, fitted = left_over(g, H, self._open)
-        explained = rest**2 / np.maximum(alone, LEAST)
+        rest, alone, fitted = project_out_prior(g, H, self._open)
+        explained = rest**2 / np.maximum(alone, MIN_DIVISOR)
         cost_then = cost - fitted
         trust = 1.0 / max(1.0, (cost_then - explained.max()) / data)  # little if disturbed
         return _Read(
             trust * g, trust * H,
             np.sign(rest) * np.sqrt(trust * explained),
-            explained / max(cost_then - data, explained.max(), LEAST),
+            explained / max(cost_then - data, explained.max(), MIN_DIVISOR),
             cost_then / data, cost / data, rms, wall,
         )  # fmt: skip
 
-    def _judged(self) -> tuple[Change | None, str]:
+    def _judge_reads(self) -> tuple[Change | None, str]:
         """Return what has changed, as the last reads agree, and in words."""
-        if len(self._reads) < AGREEING:
+        if len(self._reads) < MIN_AGREEING_READS:
             return None, ''
         g, H = (sum(getattr(read, name) for read in self._reads) for name in ('g', 'H'))
-        g, alone, _ = left_over(g, H, self._open)
-        alone = np.maximum(alone, LEAST)
+        g, alone, _ = project_out_prior(g, H, self._open)
+        alone = np.maximum(alone, MIN_DIVISOR)
         best = int(np.argmax(g**2 / alone))
         of_cell = best < self._N
         name, site = ('cell', best + 1) if of_cell else (list(SHARED_KINDS)[best - self._N], 0)
         change = Change(name, site, float(g[best] / alone[best]), float(alone[best] ** -0.5))
-        least = (CELL if of_cell else SHARED_KINDS[name]).least
-        believed = abs(change.amount) > max(least, SURE * change.deviation)
+        least = (CELL_KIND if of_cell else SHARED_KINDS[name]).least
+        believed = abs(change.amount) > max(least, MIN_SIGNIFICANCE * change.deviation)
         agree = min(
             math.copysign(read.z[best], change.amount * read.z[best]) for read in self._reads
         )
         explains = min(read.share[best] for read in self._reads)
-        if believed and agree > SURE / 2.0 and explains > EXPLAINS:
+        if believed and agree > MIN_SIGNIFICANCE / 2.0 and explains > MIN_EXPLAINED_SHARE:
             return change, str(change)
-        if min(read.excess for read in self._reads) > UNEXPLAINED:
+        if min(read.excess for read in self._reads) > MAX_UNEXPLAINED_RESIDUAL:
             return None, 'the echo is not as forecast, and no single change explains it'
         return None, ''
 
 
-def place(design: Design, reading: Reading, known: float | None, moved: bool) -> float | None:
+def locate_wall(
+    design: Design, reading: Reading, known: float | None, moved: bool
+) -> float | None:
     """Return the cell of the wall that was read, 0 without a wall, or None if it is not known.
 
     Args:
@@ -393,4 +409,4 @@ def place(design: Design, reading: Reading, known: float | None, moved: bool) ->
     """
     if reading.level == UNDECODABLE:
         return None if moved else known
-    return float(design.defect(reading.level)) if reading.level >= 0 else 0.0
+    return float(design.defect_site(reading.level)) if reading.level >= 0 else 0.0

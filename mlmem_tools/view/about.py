@@ -13,32 +13,32 @@ from typing import Any
 import numpy as np
 
 from mlmem import Faults
-from mlmem.law_file import curve_of
-from mlmem.parsing import decode
+from mlmem.law_file import parse_curve
+from mlmem.parsing import decode_value
 from mlmem.physics import Design
 from mlmem.physics.curve import Curve
-from mlmem.physics.waves import band
+from mlmem.physics.waves import pass_band
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.words import Code
-from mlmem.schema import descriptions
+from mlmem.schema import find_descriptions
 from mlmem.settings import ActuatorSettings, ScaleSettings
 
-ROWS = 512
+MAX_PICTURE_CELLS = 512
 """Most cells in a picture; of a longer chain every second, third ... one is shown."""
 
-FAULTS = tuple(f'faults.{each.name}' for each in fields(Faults))
+FAULT_PARAMETERS = tuple(f'faults.{each.name}' for each in fields(Faults))
 
-HEARD = 'omega_c', 'v_th', 'gain_decay'
+PROBE_SETTINGS = 'omega_c', 'v_th', 'gain_decay'
 """Settings of a probe that a page shows."""
 
-WANTED = (
-    *(f'design.{each.name}' for each, _ in descriptions(Design)),
+PAGE_PARAMETERS = (
+    *(f'design.{each.name}' for each, _ in find_descriptions(Design)),
     'design.law',
-    *FAULTS,
+    *FAULT_PARAMETERS,
     'actuator.max_strain',
     'actuator.max_rate',
     'actuator.hand_rate',
-    *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in HEARD),
+    *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in PROBE_SETTINGS),
     'register.spacing',
     'register.omega_c',
     'element.bad_cells',
@@ -50,7 +50,7 @@ WANTED = (
 """Parameters of a node that a page needs."""
 
 
-def grouped(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def group_parameters(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return parameters by group and name."""
     groups: dict[str, dict[str, Any]] = {}
     for name, value in parameters.items():
@@ -59,7 +59,7 @@ def grouped(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return groups
 
 
-def faults_of(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def describe_faults(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return every fault by name: its present `value`, `healthy` value, type and description."""
     return {
         field.name: {
@@ -68,7 +68,7 @@ def faults_of(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             'low': described.low, 'high': described.high,
             'cell': getattr(described, 'cell', False), 'choices': described.choices,
         }
-        for field, described in descriptions(Faults)
+        for field, described in find_descriptions(Faults)
     }  # fmt: skip
 
 
@@ -111,14 +111,14 @@ class About:
         """
         actuator, scale = ActuatorSettings(**groups['actuator']), ScaleSettings(**groups['scale'])
         given = dict(groups['design'])
-        given['law'] = _law(given.get('law'), scale)
+        given['law'] = _decode_law(given.get('law'), scale)
         design = Design(**given)
         register = groups['register']
         spacing = register['spacing']
         code = Code(design.levels, spacing) if spacing else None
         by_delays = not (spacing or groups['element']['bad_cells'])
         words = code.words if code else design.levels
-        stride = math.ceil(design.N / ROWS)
+        stride = math.ceil(design.N / MAX_PICTURE_CELLS)
         probes = {'left': groups['probe'], 'right': groups['probe_right']}
         json = {
             'node': node,
@@ -133,7 +133,7 @@ class About:
                 'tops': [b - a for a, b in pairwise((*code.each, code.words))],
                 'spacing': spacing,
             },
-            'defects': [design.defect(level) for level in range(design.levels)],
+            'defects': [design.defect_site(level) for level in range(design.levels)],
             'phases': [design.D_s1, design.D_s2],
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),
             'substrate': design.substrate,
@@ -145,13 +145,17 @@ class About:
                 }
                 for end, probe in probes.items()
             },
-            'bands': {'active': band(design.k_s2), 'inactive': band(design.k_s1)},
+            'bands': {'active': pass_band(design.k_s2), 'inactive': pass_band(design.k_s1)},
             'carriers': {end: probe['omega_c'] for end, probe in probes.items()}
             if by_delays
             else {'pulse': register['omega_c']},
-            'faults': faults_of(groups.get('faults', {})),
+            'faults': describe_faults(groups.get('faults', {})),
             'procedures': {
-                name: {'takes': row.required, 'changes': row.changes, 'title': row.meaning}
+                name: {
+                    'takes': row.required_arguments,
+                    'changes': row.changes,
+                    'title': row.meaning,
+                }
                 for name, row in PROCEDURES.items()
             },
             'speed': groups.get('time', {}).get('speed', 1.0),
@@ -159,9 +163,9 @@ class About:
         return cls(design, actuator, scale, stride, json)
 
 
-def _law(given: Any, scale: ScaleSettings) -> Curve | None:
+def _decode_law(given: Any, scale: ScaleSettings) -> Curve | None:
     """Return the on-site law of a node's parameter, a text, or of a session's header."""
     if isinstance(given, str):
-        return curve_of(given, scale.length, scale.stiffness) if given else None
-    law: Curve | None = decode(Curve | None, given)
+        return parse_curve(given, scale.length, scale.stiffness) if given else None
+    law: Curve | None = decode_value(Curve | None, given)
     return law

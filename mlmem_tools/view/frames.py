@@ -24,14 +24,14 @@ from mlmem_ros.contract import calls, topics
 
 from .about import About
 
-COUNTS = 8000
+ACTIVE_PHASE_COUNT = 8000
 """The active phase in a picture of integers; the inactive phase is 0."""
 
-SAMPLES = 1200
+MAX_ECHO_SAMPLES = 1200
 """Most samples of an echo on a page; of several the largest is kept."""
 
 
-def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
+def pack_frame(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
     """Return a frame, in whose header numbers that are not finite become null; integers are sent
     as int16, reals as float32.
     """
@@ -40,57 +40,59 @@ def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
         kind = '<i2' if body.dtype.kind == 'i' else '<f4'
         head = {**head, 'body': kind[1:]}
         data = np.ascontiguousarray(body, dtype=kind).tobytes()
-    text = json.dumps(finite(head), separators=(',', ':')).encode()
+    text = json.dumps(replace_nonfinite(head), separators=(',', ':')).encode()
     text += b' ' * (-len(text) % 4)
     return struct.pack('<I', len(text)) + text + data
 
 
-def finite(value: Any) -> Any:
+def replace_nonfinite(value: Any) -> Any:
     """Return a JSON value in which None stands for every number that JSON cannot express."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {str(key): finite(item) for key, item in value.items()}
+        return {str(key): replace_nonfinite(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [finite(item) for item in value]
+        return [replace_nonfinite(item) for item in value]
     return value
 
 
-def counts(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16]:
-    """Return a configuration Delta_j as integers: 0 inactive, `COUNTS` active; `phases` has that
-    of either.
+def scale_configuration(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16]:
+    """Return a configuration Delta_j as integers: 0 inactive, `ACTIVE_PHASE_COUNT` active;
+    `phases` has that of either.
     """
     inactive, active = phases
-    scaled = (np.asarray(field, dtype=np.float32) - inactive) * (COUNTS / (active - inactive))
+    scaled = (np.asarray(field, dtype=np.float32) - inactive) * (
+        ACTIVE_PHASE_COUNT / (active - inactive)
+    )
     return np.asarray(np.clip(np.nan_to_num(scaled), -32768, 32767), dtype=np.int16)
 
 
-def thinned(message: Any) -> NDArray[np.float32]:
+def thin_echo(message: Any) -> NDArray[np.float32]:
     """Return times and v_c of an echo, thinned out, of shape (2, n).
 
     Raises:
         ValueError: It is not an echo.
     """
-    t, _, v_c = calls.echo(message)
-    group = math.ceil(len(t) / SAMPLES)
+    t, _, v_c = calls.parse_echo(message)
+    group = math.ceil(len(t) / MAX_ECHO_SAMPLES)
     whole = len(t) // group * group
     t, v_c = t[:whole].reshape(-1, group)[:, -1], v_c[:whole].reshape(-1, group).max(axis=1)
     return np.stack((t, v_c)).astype(np.float32)
 
 
-PERIOD = 0.03
+PICTURE_PERIOD_S = 0.03
 """Least seconds between two pictures."""
 
-TOGETHER = 0.004
+TICK_ARRIVAL_S = 0.004
 """Seconds within which the streams of one tick arrive."""
 
-GAP = 0.2
+MAX_CLOCK_STEP_S = 0.2
 """Longest step of the picture's clock in seconds: without messages it stands still."""
 
-HELD = 0.25
+MAX_UNSENT_S = 0.25
 """Longest time in seconds for which a picture that is like the last one is not sent."""
 
-HISTORY = 1800
+MAX_HISTORY_PICTURES = 1800
 """Pictures that are kept for a page that opens: a minute."""
 
 
@@ -105,7 +107,7 @@ class Pictures:
         self._stamp = time.monotonic()
         self._newest: dict[topics.Topic, Any] = {}
         self._fresh = False
-        self._history: deque[tuple[float, float, Any]] = deque(maxlen=HISTORY)
+        self._history: deque[tuple[float, float, Any]] = deque(maxlen=MAX_HISTORY_PICTURES)
         self._shown: tuple[dict[str, Any], bytes] = ({}, b'')  # without its time
         self._held = 0.0  # until when nothing has changed since
 
@@ -114,7 +116,7 @@ class Pictures:
         self._newest[topic] = message
         if not self._fresh:
             self._fresh = True
-            self._loop.call_soon_threadsafe(self._arrange)
+            self._loop.call_soon_threadsafe(self._schedule_picture)
 
     def forget(self) -> None:
         """Discard the history: it was another element's."""
@@ -122,15 +124,18 @@ class Pictures:
 
     def make(self, about: About, doing: dict[str, Any]) -> bytes | None:
         """Return a picture of the newest messages; None if it is like that of a moment ago."""
-        field, joints = self._newest.get(topics.FIELD), self._newest.get(topics.JOINT_STATES)
-        strain = 0.0 if joints is None else calls.displacement(joints) / about.length
+        field, joints = (
+            self._newest.get(topics.FIELD_TOPIC),
+            self._newest.get(topics.JOINT_STATES_TOPIC),
+        )
+        strain = 0.0 if joints is None else calls.parse_displacement(joints) / about.length
         column = None  # a real element publishes none
         if field is not None and len(field.data) == about.design.N:
-            column = counts(np.asarray(field.data)[:: about.stride], about.phases)
+            column = scale_configuration(np.asarray(field.data)[:: about.stride], about.phases)
         shown = {'strain': strain, 'walls': self._walls(), **doing}
         bits = b'' if column is None else column.tobytes()
-        since = self._history[-1] if self._history else (self._held - HELD, 0.0, None)
-        if (shown, bits) == self._shown and self.clock - since[0] < HELD:
+        since = self._history[-1] if self._history else (self._held - MAX_UNSENT_S, 0.0, None)
+        if (shown, bits) == self._shown and self.clock - since[0] < MAX_UNSENT_S:
             self._held = self.clock
             return None
         self._shown = shown, bits
@@ -139,9 +144,9 @@ class Pictures:
             self._history.append((self._held, *since[1:]))
             head['held'] = self._held
         self._history.append((self.clock, strain, column))
-        return packed(head, column)
+        return pack_frame(head, column)
 
-    def past(self) -> bytes:
+    def pack_history(self) -> bytes:
         """Return the pictures of the last minute in one frame."""
         columns = [(t, column) for t, _, column in self._history if column is not None]
         head = {
@@ -150,20 +155,20 @@ class Pictures:
             'strain': [[t for t, *_ in self._history], [strain for _, strain, _ in self._history]],
             'walls': self._walls(),
         }
-        return packed(head, np.stack([column for _, column in columns]) if columns else None)
+        return pack_frame(head, np.stack([column for _, column in columns]) if columns else None)
 
     def _walls(self) -> list[float]:
-        walls = self._newest.get(topics.WALL)
+        walls = self._newest.get(topics.WALL_TOPIC)
         return [] if walls is None else list(walls.data)
 
-    def _arrange(self) -> None:
+    def _schedule_picture(self) -> None:
         """Schedule a picture, no sooner than a period after the last."""
-        wait = self._stamp + PERIOD - time.monotonic()
-        self._loop.call_later(max(wait, TOGETHER), self._make)
+        wait = self._stamp + PICTURE_PERIOD_S - time.monotonic()
+        self._loop.call_later(max(wait, TICK_ARRIVAL_S), self._end_picture_period)
 
-    def _make(self) -> None:
+    def _end_picture_period(self) -> None:
         self._fresh = False
         now = time.monotonic()
-        self.clock += min(now - self._stamp, GAP)
+        self.clock += min(now - self._stamp, MAX_CLOCK_STEP_S)
         self._stamp = now
         self._due()

@@ -16,22 +16,22 @@ from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import RequestError
-from mlmem_ros.contract.services import action_types
-from mlmem_ros.ros.middleware import RELIABLE
-from mlmem_tools.view.monitor import Status, components, listen
+from mlmem_ros.contract.services import load_action_types
+from mlmem_ros.ros.middleware import RELIABLE_PROFILE
+from mlmem_tools.view.monitor import Status, parse_components, subscribe_topic
 
-from .about import WANTED, About, grouped
-from .frames import Pictures, packed, thinned
+from .about import PAGE_PARAMETERS, About, group_parameters
+from .frames import Pictures, pack_frame, thin_echo
 from .requests import Activity, Requests
 
 if TYPE_CHECKING:
     from mlmem_ros.ros.client import MemoryClient
 
 
-KEPT = 64
+MAX_QUEUED_NEWS = 64
 """Most news items queued for a page; of pictures only the newest is queued."""
 
-MOST = 16
+MAX_PAGES = 16
 """Most pages served at a time."""
 
 
@@ -39,7 +39,7 @@ class Page:
     """The queue of one page."""
 
     def __init__(self) -> None:
-        self._news: deque[bytes] = deque(maxlen=KEPT)
+        self._news: deque[bytes] = deque(maxlen=MAX_QUEUED_NEWS)
         self._picture: bytes | None = None
         self._ready = asyncio.Event()
 
@@ -53,7 +53,7 @@ class Page:
         self._picture = frame
         self._ready.set()
 
-    async def frames(self) -> AsyncIterator[bytes]:
+    async def iterate_frames(self) -> AsyncIterator[bytes]:
         """Yield what there is to send, one item at a time."""
         while True:
             await self._ready.wait()
@@ -72,7 +72,7 @@ class Pages(set[Page]):
     @property
     def full(self) -> bool:
         """Whether no other page is served."""
-        return len(self) >= MOST
+        return len(self) >= MAX_PAGES
 
     def tell(self, frame: bytes) -> None:
         """Send news to all of them."""
@@ -85,20 +85,20 @@ class Pages(set[Page]):
             page.show(frame)
 
 
-PARAMETERS = topics.Topic(
+PARAMETER_EVENTS_TOPIC = topics.Topic(
     '/parameter_events',
     'rcl_interfaces/msg/ParameterEvent',
-    topics.EVERY_ONE,
+    topics.KEEP_ALL_QOS,
     'parameters that were set',
 )
 
-SILENCE = 2.5
+MAX_SILENCE_S = 2.5
 """Seconds of silence after which a node counts as gone; it reports its health every second."""
 
-BEHIND = 0.03
+OUTCOME_DELAY_S = 0.03
 """Seconds for which an outcome waits for the echo that it was decoded from."""
 
-LEAVE = 30.0
+STREAM_TIMEOUT_S = 30.0
 """Seconds after the last page has closed, during which the streams are still received; then they
 no longer cost the node time."""
 
@@ -115,24 +115,24 @@ class Live:
         self._activity = Activity()
         self.requests = Requests(client, self._activity)
         self._latest: dict[str, bytes] = {}  # what a new page gets first
-        self._pictures = Pictures(self._loop, self._show)
-        self._last_message, self._present, self._ticks = -SILENCE, False, 0.0
+        self._pictures = Pictures(self._loop, self._show_picture)
+        self._last_message, self._present, self._ticks = -MAX_SILENCE_S, False, 0.0
         self._meeting: asyncio.Task[None] | None = None
         self._left = time.monotonic()
         self._streams: list[Any] = []
-        self._listen()
-        self._watch(True)
-        self._keeper = self._loop.create_task(self._keep())
+        self._subscribe_topics()
+        self._watch_streams(True)
+        self._keeper = self._loop.create_task(self._supervise_node())
 
     # --- pages ---------------------------------------------------------------------------
 
     def open(self) -> Page:
         """Return a page that gets everything known so far, and whatever comes from now on."""
         page = Page()
-        self._watch(True)
+        self._watch_streams(True)
         for frame in self._latest.values():
             page.tell(frame)
-        page.tell(self._pictures.past())
+        page.tell(self._pictures.pack_history())
         self.pages.add(page)
         return page
 
@@ -144,29 +144,29 @@ class Live:
     def end(self) -> None:
         """Stop listening."""
         self._keeper.cancel()
-        self._watch(False)
+        self._watch_streams(False)
 
     # --- what the node publishes -------------------------------------------------------------
 
-    def _listen(self) -> None:
+    def _subscribe_topics(self) -> None:
         for topic, take in (
-            (topics.LEVEL, self._on_level),
-            (topics.CONTENT, self._on_content),
-            (topics.OUTCOME, self._on_outcome),
-            (topics.ECHO, self._on_echo),
-            (topics.DIAGNOSTICS, self._on_diagnostics),
-            (PARAMETERS, self._on_parameters),
+            (topics.LEVEL_TOPIC, self._on_level),
+            (topics.CONTENT_TOPIC, self._on_content),
+            (topics.OUTCOME_TOPIC, self._on_outcome),
+            (topics.ECHO_TOPIC, self._on_echo),
+            (topics.DIAGNOSTICS_TOPIC, self._on_diagnostics),
+            (PARAMETER_EVENTS_TOPIC, self._on_parameters),
         ):
-            listen(self._client, topic, self._in_loop(take))
-        for name, action in action_types().items():
+            subscribe_topic(self._client, topic, self._wrap_for_loop(take))
+        for name, action in load_action_types().items():
             self._client.node.create_subscription(
                 action.Impl.FeedbackMessage,
                 f'{self._client.name}/{name}/_action/feedback',
-                self._in_loop(partial(self._on_feedback, name)),
-                RELIABLE,
+                self._wrap_for_loop(partial(self._on_feedback, name)),
+                RELIABLE_PROFILE,
             )
 
-    def _in_loop(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
+    def _wrap_for_loop(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
         """Return a callback for the client's thread that hands messages over to the loop."""
 
         def hand_over(message: Any) -> None:
@@ -174,77 +174,79 @@ class Live:
 
         return hand_over
 
-    def _watch(self, on: bool) -> None:
+    def _watch_streams(self, on: bool) -> None:
         if on and not self._streams:
             self._streams = [
-                listen(self._client, topic, partial(self._pictures.take, topic))
-                for topic in topics.PERIODIC
+                subscribe_topic(self._client, topic, partial(self._pictures.take, topic))
+                for topic in topics.PERIODIC_TOPICS
             ]
         elif not on:
             while self._streams:
                 self._client.node.destroy_subscription(self._streams.pop())
 
     def _on_level(self, message: Any) -> None:
-        self._hear()
-        self._announce('level', {'level': message.data})
+        self._note_message()
+        self._announce_frame('level', {'level': message.data})
 
     def _on_content(self, message: Any) -> None:
-        self._hear()
-        self._announce('content', {**asdict(Status.of(message)), 't': self._pictures.clock})
+        self._note_message()
+        self._announce_frame('content', {**asdict(Status.of(message)), 't': self._pictures.clock})
 
     def _on_outcome(self, message: Any) -> None:
-        self._hear()
-        self._loop.call_later(BEHIND, self._end, Status.of(message))
+        self._note_message()
+        self._loop.call_later(OUTCOME_DELAY_S, self._end_procedure, Status.of(message))
 
-    def _end(self, outcome: Status) -> None:
+    def _end_procedure(self, outcome: Status) -> None:
         self._activity.ended(outcome.values.get('procedure', ''))
-        self._announce('outcome', {**asdict(outcome), 't': self._pictures.clock})
+        self._announce_frame('outcome', {**asdict(outcome), 't': self._pictures.clock})
 
     def _on_echo(self, message: Any) -> None:
-        self._hear()
-        data = thinned(message)
-        self._announce('echo', {'samples': data.shape[1]}, data)
+        self._note_message()
+        data = thin_echo(message)
+        self._announce_frame('echo', {'samples': data.shape[1]}, data)
 
     def _on_feedback(self, name: str, message: Any) -> None:
         self._activity.progress(name, message.feedback)
 
     def _on_parameters(self, message: Any) -> None:
         if message.node == self._client.name:
-            self._hear()
-            self._meet()
+            self._note_message()
+            self._schedule_meeting()
 
     def _on_diagnostics(self, message: Any) -> None:
-        parts = components(message, self._client.name)
+        parts = parse_components(message, self._client.name)
         if 'loop' not in parts:
             return
-        self._hear()
+        self._note_message()
         loop = parts['loop'].values
-        self._activity.reported(loop.get('procedure', ''))
+        self._activity.take_report(loop.get('procedure', ''))
         ticks = float(loop.get('ticks', 0.0))
         if ticks < self._ticks:  # another life of the node
-            self._meet()
+            self._schedule_meeting()
         self._ticks = ticks
-        self._announce('health', {'parts': {name: asdict(part) for name, part in parts.items()}})
+        self._announce_frame(
+            'health', {'parts': {name: asdict(part) for name, part in parts.items()}}
+        )
 
-    def _hear(self) -> None:
+    def _note_message(self) -> None:
         self._last_message = time.monotonic()
         if not self._present:
             self._present = True
-            self._meet()
+            self._schedule_meeting()
 
     # --- meeting a node ------------------------------------------------------------------
 
-    def _meet(self) -> None:
+    def _schedule_meeting(self) -> None:
         """Ask for the parameters that pages need; start again if they change meanwhile."""
         if self._meeting is not None:
             self._meeting.cancel()
-        self._meeting = self._loop.create_task(self._ask_parameters())
+        self._meeting = self._loop.create_task(self._request_parameters())
 
-    async def _ask_parameters(self) -> None:
+    async def _request_parameters(self) -> None:
         await asyncio.sleep(0.05)  # they change by the dozen
         try:
-            parameters = await self._client.parameters(*WANTED, timeout=3.0)
-            about = About.of(grouped(parameters), self._client.name)
+            parameters = await self._client.parameters(*PAGE_PARAMETERS, timeout=3.0)
+            about = About.of(group_parameters(parameters), self._client.name)
         except (RequestError, ValueError) as error:
             self._link(str(error))
             self._present = False
@@ -252,37 +254,37 @@ class Live:
         if self._about is not None and about.design != self._about.design:
             self._pictures.forget()
         self._about = self.requests.about = about
-        self._announce('element', about.json)
+        self._announce_frame('element', about.json)
         self._link('')
 
-    def _show(self) -> None:
-        self._hear()
+    def _show_picture(self) -> None:
+        self._note_message()
         if self._about is None:
             return
         picture = self._pictures.make(self._about, self._activity.now())
         if picture is not None:
             self.pages.show(picture)
 
-    async def _keep(self) -> None:
+    async def _supervise_node(self) -> None:
         """Notice a node that is gone, and streams that nobody watches."""
         self._link(f'waiting for {self._client.name}')
         while True:
             await asyncio.sleep(0.25)
             now = time.monotonic()
-            if self._present and now - self._last_message > SILENCE:
+            if self._present and now - self._last_message > MAX_SILENCE_S:
                 self._present = False
                 self._activity.ended()
                 self._link(f'{self._client.name} is silent')
-            if not self.pages and now - self._left > LEAVE:
-                self._watch(False)
+            if not self.pages and now - self._left > STREAM_TIMEOUT_S:
+                self._watch_streams(False)
 
     def _link(self, problem: str) -> None:
         """Announce whether the node answers: no problem, or the reason."""
-        self._announce('link', {'problem': problem})
+        self._announce_frame('link', {'problem': problem})
 
-    def _announce(self, kind: str, values: dict[str, Any], body: Any = None) -> None:
+    def _announce_frame(self, kind: str, values: dict[str, Any], body: Any = None) -> None:
         """Send to all pages, and to those that open later."""
-        frame = packed({'k': kind, **values}, body)
+        frame = pack_frame({'k': kind, **values}, body)
         self._latest.pop(kind, None)  # in the order of their latest values
         self._latest[kind] = frame
         self.pages.tell(frame)

@@ -10,7 +10,7 @@ from typing import Any
 
 from mlmem_ros.contract import calls, topics
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.middleware import SENSOR_DATA, profile
+from mlmem_ros.ros.middleware import SENSOR_DATA_PROFILE, build_qos_profile
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,10 @@ class Status:
     @classmethod
     def of(cls, message: Any) -> Status:
         """Return the status in a message."""
-        return cls(message.level[0], message.message, calls.values_of(message))
+        return cls(message.level[0], message.message, calls.extract_status_values(message))
 
 
-def components(message: Any, node: str) -> dict[str, Status]:
+def parse_components(message: Any, node: str) -> dict[str, Status]:
     """Return the status of every component of a node in a DiagnosticArray, by its name."""
     prefix = f'{node[1:]}: '
     return {
@@ -37,10 +37,10 @@ def components(message: Any, node: str) -> dict[str, Status]:
     }
 
 
-def listen(client: MemoryClient, topic: topics.Topic, take: Callable[[Any], None]) -> Any:
+def subscribe_topic(client: MemoryClient, topic: topics.Topic, take: Callable[[Any], None]) -> Any:
     """Subscribe to a topic of a client's memory node, of a stream to the newest message; `take` is
     called in the thread that spins the client's node.
     """
     name = topic.name if topic.name[0] == '/' else f'{client.name}/{topic.name}'
-    qos = SENSOR_DATA if topic.qos == topics.STREAM else profile(topic.qos)
+    qos = SENSOR_DATA_PROFILE if topic.qos == topics.STREAM_QOS else build_qos_profile(topic.qos)
     return client.node.create_subscription(topic.kind, name, take, qos)

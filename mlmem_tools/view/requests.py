@@ -15,12 +15,12 @@ from time import strftime
 from typing import TYPE_CHECKING, Any
 
 from mlmem import Faults, Refused
-from mlmem.loop.timetable import FASTEST, checked_speed
+from mlmem.loop.timetable import MAX_SPEED, check_speed
 from mlmem.procedure_table import PROCEDURES
-from mlmem.schema import descriptions, problems
+from mlmem.schema import find_descriptions, find_problems
 from mlmem_ros.contract.calls import NoAnswer, RequestError, RequestRefused
-from mlmem_ros.contract.commands import made
-from mlmem_ros.contract.services import REQUESTS
+from mlmem_ros.contract.commands import build_command
+from mlmem_ros.contract.services import REQUEST_ARGUMENTS
 
 from .about import About
 
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from mlmem_ros.ros.client.reply import Reply
 
 
-LATE = 0.3
+MAX_FEEDBACK_DELAY_S = 0.3
 """Seconds by which feedback may come after the outcome of its procedure."""
 
-STALE = 1.5
+MAX_REPORT_AGE_S = 1.5
 """Age in seconds that a report in the diagnostics may have; they come once a second."""
 
 
@@ -41,7 +41,7 @@ class Activity:
 
     def __init__(self) -> None:
         self._doing: dict[str, Any] = {}
-        self._begun = self._ended = -STALE
+        self._begun = self._ended = -MAX_REPORT_AGE_S
 
     def now(self) -> dict[str, Any]:
         """Return its description for a picture; empty if none runs."""
@@ -56,7 +56,7 @@ class Activity:
         name = asked.get('do')
         if name not in PROCEDURES or (self._doing and name != 'abort'):
             return False
-        self._begin(name, asked.get('level', asked.get('word')))
+        self._begin_procedure(name, asked.get('level', asked.get('word')))
         return True
 
     def refused(self) -> None:
@@ -67,8 +67,8 @@ class Activity:
         """Take the feedback of an action; what waits for its turn is not running."""
         if not feedback.attempts:
             return
-        if not self._doing and time.monotonic() - self._ended > LATE:
-            self._begin(name)
+        if not self._doing and time.monotonic() - self._ended > MAX_FEEDBACK_DELAY_S:
+            self._begin_procedure(name)
         if self._doing.get('name') == name:
             self._doing |= {
                 'phase': feedback.phase,
@@ -76,12 +76,12 @@ class Activity:
                 'attempts': feedback.attempts,
             }
 
-    def reported(self, name: str) -> None:
+    def take_report(self, name: str) -> None:
         """Take the name of the running procedure, if any, from the diagnostics."""
         now = time.monotonic()
-        if name and not self._doing and now - self._ended > STALE:
-            self._begin(name)
-        elif not name and now - self._begun > STALE:
+        if name and not self._doing and now - self._ended > MAX_REPORT_AGE_S:
+            self._begin_procedure(name)
+        elif not name and now - self._begun > MAX_REPORT_AGE_S:
             self._doing = {}
 
     def ended(self, name: str = '') -> None:
@@ -90,7 +90,7 @@ class Activity:
             self._doing = {}
             self._ended = time.monotonic()
 
-    def _begin(self, name: str, level: Any = None) -> None:
+    def _begin_procedure(self, name: str, level: Any = None) -> None:
         self._doing = {'name': name, 'level': level if isinstance(level, int) else None}
         self._begun = time.monotonic()
 
@@ -98,15 +98,17 @@ class Activity:
 Asked = Mapping[str, Any]
 """A page's message: `do`, which names the request, and its arguments."""
 
-PATIENCE = 600.0
+PROCEDURE_TIMEOUT_S = 600.0
 """Longest wait in seconds for procedures; some write every level."""
 
-HASTE = 1.65
+DRAG_DURATION_RATIO = 1.65
 """Duration of a drag's move, relative to the least for a straight one; a smooth one needs 1.5."""
 
-LOG = logging.getLogger(__name__)
+REQUEST_LOG = logging.getLogger(__name__)
 
-HEALTHY = {f'faults.{name}': value for name, value in asdict(Faults()).items() if name != 'seed'}
+HEALTHY_FAULTS = {
+    f'faults.{name}': value for name, value in asdict(Faults()).items() if name != 'seed'
+}
 
 
 class Requests:
@@ -127,16 +129,16 @@ class Requests:
     async def ask(self, asked: Asked) -> dict[str, Any]:
         """Do what a page asks for; return the reply, whatever the result."""
         try:
-            return await self._ask(asked)
+            return await self._try_request(asked)
         except Exception as error:
-            LOG.exception('a request of a page failed; this is a fault in the software')
+            REQUEST_LOG.exception('a request of a page failed; this is a fault in the software')
             return {
                 'ok': False,
                 'kind': 'failed',
                 'text': f'a fault in the software: {error!r}'[:200],
             }
 
-    async def _ask(self, asked: Asked) -> dict[str, Any]:
+    async def _try_request(self, asked: Asked) -> dict[str, Any]:
         try:
             reply = self.send(asked)
         except ValueError as error:
@@ -172,20 +174,20 @@ class Requests:
         client = self._client
         match asked.get('do'):
             case str(name) if name in PROCEDURES:
-                return client.procedure(name, PATIENCE, **_arguments(asked))
+                return client.procedure(name, PROCEDURE_TIMEOUT_S, **_check_arguments(asked))
             case 'strain':
-                return self._strain(_number(asked, 'strain', -1.0, 1.0))
+                return self._drag_strain(_check_number(asked, 'strain', -1.0, 1.0))
             case 'pause':
                 return client.pause(asked.get('hold') is not False)
             case 'step':
                 return client.step()
             case 'speed':
-                speed = _number(asked, 'speed', 0.0, FASTEST)
-                return client.set_parameters({'time.speed': checked_speed(speed)})
+                speed = _check_number(asked, 'speed', 0.0, MAX_SPEED)
+                return client.set_parameters({'time.speed': check_speed(speed)})
             case 'fault':
-                return client.set_parameters(_fault(asked))
+                return client.set_parameters(_check_fault(asked))
             case 'heal':
-                return client.set_parameters(HEALTHY)
+                return client.set_parameters(HEALTHY_FAULTS)
             case 'record':
                 on = asked.get('on') is not False
                 path = str(self.folder / f'view-{strftime("%Y%m%d-%H%M%S")}')
@@ -193,7 +195,7 @@ class Requests:
             case other:
                 raise ValueError(f'there is no request {str(other)[:40]!r}')
 
-    def _strain(self, strain: float) -> Reply[Any]:
+    def _drag_strain(self, strain: float) -> Reply[Any]:
         """Drag the strain: a smooth move, in the time of the longest one.
 
         A set-point on `~/strain` would do the same, but be refused silently.
@@ -201,11 +203,13 @@ class Requests:
         if self.about is None:
             raise ValueError('the element is not known yet')
         actuator, scale = self.about.actuator, self.about.scale
-        seconds = HASTE * 2.0 * actuator.max_strain / actuator.by_hand * scale.time
+        seconds = (
+            DRAG_DURATION_RATIO * 2.0 * actuator.max_strain / actuator.hand_rate_limit * scale.time
+        )
         return self._client.follow([seconds], [strain], [0.0])
 
 
-def _number(asked: Asked, name: str, low: float, high: float) -> float:
+def _check_number(asked: Asked, name: str, low: float, high: float) -> float:
     value = asked.get(name)
     if (
         not isinstance(value, int | float)
@@ -216,25 +220,25 @@ def _number(asked: Asked, name: str, low: float, high: float) -> float:
     return float(value)
 
 
-def _arguments(asked: Asked) -> dict[str, Any]:
+def _check_arguments(asked: Asked) -> dict[str, Any]:
     name = asked['do']
-    given = {each: asked[each] for each in REQUESTS[name] if each in asked}
+    given = {each: asked[each] for each in REQUEST_ARGUMENTS[name] if each in asked}
     try:
-        command = made(name, given)
+        command = build_command(name, given)
     except Refused as refusal:
         raise ValueError(str(refusal)) from refusal
-    if wrong := problems(command):
+    if wrong := find_problems(command):
         raise ValueError('; '.join(wrong))
     return given
 
 
-def _fault(asked: Asked) -> dict[str, Any]:
-    kinds = {field.name: str(field.type) for field, _ in descriptions(Faults)}
+def _check_fault(asked: Asked) -> dict[str, Any]:
+    kinds = {field.name: str(field.type) for field, _ in find_descriptions(Faults)}
     name, value = str(asked.get('name')), asked.get('value')
     if name not in kinds:
         raise ValueError('name must be the name of a fault')
     if kinds[name] == 'float' and isinstance(value, int):
-        value = _number(asked, 'value', -1e6, 1e6)
+        value = _check_number(asked, 'value', -1e6, 1e6)
     given: dict[str, Any] = {name: value}
     Faults(**given)  # refuses it with the reason
     return {f'faults.{name}': value}

@@ -22,14 +22,14 @@ from aiohttp.http_exceptions import HttpProcessingError
 
 from mlmem_ros.bag.errors import BagError
 
-from .frames import finite, packed
+from .frames import pack_frame, replace_nonfinite
 from .live import Live, Page
-from .session_frame import SessionFrame, differences, load
+from .session_frame import SessionFrame, compare_sessions, load_frame
 
-LOOPBACK = ('127.0.0.1', 'localhost', '::1')
-COOKIE = 'mlmem_view'
+LOOPBACK_HOSTS = ('127.0.0.1', 'localhost', '::1')
+COOKIE_NAME = 'mlmem_view'
 
-HEADERS = {
+SECURITY_HEADERS = {
     'Content-Security-Policy': (
         "default-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
         "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
@@ -60,16 +60,16 @@ class Guard:
         """Return the server's first handler."""
 
         @web.middleware
-        async def guarded(request: web.Request, handler: Handler) -> web.StreamResponse:
+        async def guard_request(request: web.Request, handler: Handler) -> web.StreamResponse:
             self._check_origin(request)
-            if self.token and not self._known(request.cookies.get(COOKIE, '')):
-                raise self._admitted(request)
+            if self.token and not self._is_token(request.cookies.get(COOKIE_NAME, '')):
+                raise self._admit_token(request)
             response = await handler(request)
             if not response.prepared:
-                response.headers.update(HEADERS)
+                response.headers.update(SECURITY_HEADERS)
             return response
 
-        return guarded
+        return guard_request
 
     def _check_origin(self, request: web.Request) -> None:
         """Refuse requests from another site, by its origin or by a foreign host name."""
@@ -77,8 +77,10 @@ class Guard:
             name = request.url.host or ''
         except ValueError as error:  # a port that is none
             raise web.HTTPBadRequest(text=f'Host: {error}') from error
-        if not self.token and name not in LOOPBACK:  # a foreign name that resolves to us
-            raise web.HTTPForbidden(text=f'this server answers only as {", ".join(LOOPBACK)}')
+        if not self.token and name not in LOOPBACK_HOSTS:  # a foreign name that resolves to us
+            raise web.HTTPForbidden(
+                text=f'this server answers only as {", ".join(LOOPBACK_HOSTS)}'
+            )
         origin = request.headers.get('Origin')
         if origin is None:
             if request.headers.get('Upgrade', '').lower() == 'websocket':
@@ -86,34 +88,34 @@ class Guard:
         elif origin != f'{request.scheme}://{request.host}':
             raise web.HTTPForbidden(text='another site must not drive the element')
 
-    def _known(self, token: str) -> bool:
+    def _is_token(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(), self.token.encode())
 
-    def _admitted(self, request: web.Request) -> web.HTTPSeeOther:
+    def _admit_token(self, request: web.Request) -> web.HTTPSeeOther:
         """Admit a request with the token: a cookie then keeps it out of the address."""
-        if not self._known(request.query.get('token', '')):
+        if not self._is_token(request.query.get('token', '')):
             raise web.HTTPForbidden(text='open the address that the server has printed')
         response = web.HTTPSeeOther('/')
-        response.set_cookie(COOKIE, self.token, httponly=True, samesite='Strict')
-        response.headers.update(HEADERS)
+        response.set_cookie(COOKIE_NAME, self.token, httponly=True, samesite='Strict')
+        response.headers.update(SECURITY_HEADERS)
         return response
 
 
-STATIC = Path(__file__).parent / 'static'
+STATIC_FOLDER = Path(__file__).parent / 'static'
 
 DEFAULT_PORT = 8742
 """The page's port, unless it is taken."""
 
-MESSAGE = 4096
+MAX_MESSAGE_BYTES = 4096
 """Longest message of a page in bytes."""
 
-UNDER_WAY = 8
+MAX_OPEN_REQUESTS = 8
 """Most requests of a page under way."""
 
-RATE = 30.0
+MAX_REQUEST_RATE_HZ = 30.0
 """Requests that are taken from a page per second; further ones wait."""
 
-PATIENCE = 10.0
+SEND_TIMEOUT_S = 10.0
 """Seconds after which a page that reads nothing is disconnected."""
 
 
@@ -123,19 +125,19 @@ class Server:
     def __init__(self, guard: Guard, live: Live | None, sessions: Sequence[str] = ()) -> None:
         self._live = live
         self._sessions = list(sessions)
-        self._load = lru_cache(maxsize=4)(load)
+        self._load = lru_cache(maxsize=4)(load_frame)
         self.application = web.Application(
-            middlewares=[guard.middleware()], client_max_size=MESSAGE
+            middlewares=[guard.middleware()], client_max_size=MAX_MESSAGE_BYTES
         )
         self.application.add_routes(
             [
-                web.get('/', self._page),
+                web.get('/', self._serve_page),
                 web.get('/about', self._about),
-                web.get('/live', self._socket),
-                web.get('/sessions/{number}', self._session),
+                web.get('/live', self._serve_socket),
+                web.get('/sessions/{number}', self._serve_session),
                 web.get('/sessions/{number}/bag.zip', self._bag),
-                web.get('/differences/{left}/{right}', self._differences),
-                web.static('/static', STATIC),
+                web.get('/differences/{left}/{right}', self._serve_differences),
+                web.static('/static', STATIC_FOLDER),
             ]
         )
 
@@ -150,8 +152,8 @@ class Server:
 
     # --- the page ------------------------------------------------------------------------
 
-    async def _page(self, _: web.Request) -> web.StreamResponse:
-        return web.FileResponse(STATIC / 'index.html')
+    async def _serve_page(self, _: web.Request) -> web.StreamResponse:
+        return web.FileResponse(STATIC_FOLDER / 'index.html')
 
     async def _about(self, _: web.Request) -> web.StreamResponse:
         about = {'live': self._live is not None, 'sessions': len(self._sessions)}
@@ -159,32 +161,34 @@ class Server:
 
     # --- a running element ---------------------------------------------------------------
 
-    async def _socket(self, request: web.Request) -> web.StreamResponse:
+    async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
         live = self._live
         if live is None:
             raise web.HTTPNotFound(text='there is no running element')
         if live.pages.full:
             raise web.HTTPServiceUnavailable(text='too many pages are open')
-        socket = web.WebSocketResponse(heartbeat=PATIENCE, max_msg_size=MESSAGE, compress=False)
+        socket = web.WebSocketResponse(
+            heartbeat=SEND_TIMEOUT_S, max_msg_size=MAX_MESSAGE_BYTES, compress=False
+        )
         await socket.prepare(request)
         page = live.open()
-        sender = asyncio.create_task(_send(request, socket, page))
+        sender = asyncio.create_task(_send_frames(request, socket, page))
         under_way = set[asyncio.Task[None]]()
         try:
             async for message in socket:
                 if message.type != WSMsgType.TEXT:
                     break
-                asked = _parsed(message.data)
+                asked = _parse_request(message.data)
                 if asked is None:
                     break
-                if len(under_way) >= UNDER_WAY:
+                if len(under_way) >= MAX_OPEN_REQUESTS:
                     refusal = {'ok': False, 'kind': 'refused', 'text': 'too many requests at once'}
-                    page.tell(_answer(asked, refusal))
+                    page.tell(_pack_answer(asked, refusal))
                 else:
-                    task = asyncio.create_task(_serve(live, page, asked))
+                    task = asyncio.create_task(_serve_request(live, page, asked))
                     under_way.add(task)
                     task.add_done_callback(under_way.discard)
-                await asyncio.sleep(1.0 / RATE)
+                await asyncio.sleep(1.0 / MAX_REQUEST_RATE_HZ)
         finally:
             live.close(page)
             sender.cancel()
@@ -192,17 +196,17 @@ class Server:
 
     # --- sessions ------------------------------------------------------------------------
 
-    async def _session(self, request: web.Request) -> web.StreamResponse:
-        session = await self._loaded(request.match_info['number'])
+    async def _serve_session(self, request: web.Request) -> web.StreamResponse:
+        session = await self._load_session(request.match_info['number'])
         return web.Response(body=session.frame, content_type='application/octet-stream')
 
-    async def _differences(self, request: web.Request) -> web.StreamResponse:
-        left = await self._loaded(request.match_info['left'])
-        right = await self._loaded(request.match_info['right'])
-        return web.json_response(finite(differences(left, right)))
+    async def _serve_differences(self, request: web.Request) -> web.StreamResponse:
+        left = await self._load_session(request.match_info['left'])
+        right = await self._load_session(request.match_info['right'])
+        return web.json_response(replace_nonfinite(compare_sessions(left, right)))
 
     async def _bag(self, request: web.Request) -> web.StreamResponse:
-        path = self._path(request.match_info['number'])
+        path = self._find_path(request.match_info['number'])
         if not path.exists():
             raise web.HTTPNotFound(text=f'{path} is not on this machine')
         with tempfile.TemporaryDirectory() as folder:
@@ -215,14 +219,14 @@ class Server:
             await response.prepare(request)
         return response
 
-    async def _loaded(self, number: str) -> SessionFrame:
-        path = self._path(number)
+    async def _load_session(self, number: str) -> SessionFrame:
+        path = self._find_path(number)
         try:
             return await asyncio.to_thread(self._load, str(path))
         except BagError as error:
             raise web.HTTPNotFound(text=str(error)) from error
 
-    def _path(self, number: str) -> Path:
+    def _find_path(self, number: str) -> Path:
         """Return the path of a session: one that was given, or `r0`, `r1` ... of pages."""
         recordings = self._live.requests.recordings if self._live else []
         paths = recordings if number.startswith('r') else self._sessions
@@ -235,11 +239,11 @@ class Server:
             raise web.HTTPNotFound(text='there is no such session') from None
 
 
-async def _send(request: web.Request, socket: web.WebSocketResponse, page: Page) -> None:
+async def _send_frames(request: web.Request, socket: web.WebSocketResponse, page: Page) -> None:
     """Send a page its queue as fast as it reads; disconnect one that reads nothing."""
     try:
-        async for frame in page.frames():
-            await asyncio.wait_for(socket.send_bytes(frame), PATIENCE)
+        async for frame in page.iterate_frames():
+            await asyncio.wait_for(socket.send_bytes(frame), SEND_TIMEOUT_S)
     except (ConnectionError, RuntimeError):
         return
     except asyncio.TimeoutError:
@@ -247,16 +251,16 @@ async def _send(request: web.Request, socket: web.WebSocketResponse, page: Page)
             request.transport.abort()  # a close message would not be read either
 
 
-async def _serve(live: Live, page: Page, asked: dict[str, Any]) -> None:
-    page.tell(_answer(asked, await live.requests.ask(asked)))
+async def _serve_request(live: Live, page: Page, asked: dict[str, Any]) -> None:
+    page.tell(_pack_answer(asked, await live.requests.ask(asked)))
 
 
-def _answer(asked: dict[str, Any], answer: dict[str, Any]) -> bytes:
+def _pack_answer(asked: dict[str, Any], answer: dict[str, Any]) -> bytes:
     number = asked.get('id')
-    return packed({'k': 'answer', 'id': number if isinstance(number, int) else None, **answer})
+    return pack_frame({'k': 'answer', 'id': number if isinstance(number, int) else None, **answer})
 
 
-def _parsed(text: str) -> dict[str, Any] | None:
+def _parse_request(text: str) -> dict[str, Any] | None:
     try:
         asked = json.loads(text)
     except (ValueError, RecursionError):
@@ -264,20 +268,20 @@ def _parsed(text: str) -> dict[str, Any] | None:
     return asked if isinstance(asked, dict) else None
 
 
-def running(server: Server) -> web.AppRunner:
+def create_runner(server: Server) -> web.AppRunner:
     """Return what runs a server. It logs its own failures, not those of whoever speaks to it."""
     log = logging.getLogger(__name__)
-    log.addFilter(_of_ours)
+    log.addFilter(_is_own_failure)
     return web.AppRunner(server.application, access_log=None, logger=log, shutdown_timeout=1.0)
 
 
-def _of_ours(record: logging.LogRecord) -> bool:
+def _is_own_failure(record: logging.LogRecord) -> bool:
     """Return whether a failure is not that of a malformed request, which is answered with 400."""
     error = record.exc_info[1] if record.exc_info else None
     return not isinstance(error, HttpProcessingError)
 
 
-async def serve(
+async def run_server(
     server: Server, host: str, port: int | None, ready: Callable[[int], None], over: asyncio.Event
 ) -> None:
     """Serve at a port, or at `DEFAULT_PORT` or another one if that is taken, until it is `over`;
@@ -286,7 +290,7 @@ async def serve(
     Raises:
         OSError: The port is not available.
     """
-    runner = running(server)
+    runner = create_runner(server)
     await runner.setup()
     try:
         site = web.TCPSite(runner, host, DEFAULT_PORT if port is None else port)

@@ -31,21 +31,28 @@ from mlmem.schema import short_repr
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import calls, topics
-from mlmem_ros.contract.commands import OF_REQUEST
-from mlmem_ros.session.data import timed
-from mlmem_ros.session.records import COMMAND, HEADER, Header, naming, read_command, read_header
+from mlmem_ros.contract.commands import REQUEST_COMMANDS
+from mlmem_ros.session.data import iterate_timed
+from mlmem_ros.session.records import (
+    COMMAND_TOPIC,
+    HEADER_TOPIC,
+    Header,
+    name_errors,
+    read_command,
+    read_header,
+)
 
 from .about import About
-from .frames import counts, packed, thinned
+from .frames import pack_frame, scale_configuration, thin_echo
 
-COLUMNS = 12_000
+MAX_COLUMNS = 12_000
 """Most configurations shown; of a longer session every second, fourth ... one."""
 
-EVENTS = 5000
+MAX_EVENTS = 5000
 """Most commands, outcomes and echoes shown, of each kind."""
 
-NAMES: dict[type[Any], str] = {
-    **{kind: name for name, kind in OF_REQUEST.items()},
+COMMAND_NAMES: dict[type[Any], str] = {
+    **{kind: name for name, kind in REQUEST_COMMANDS.items()},
     SetStrain: 'strain',
     SetFaults: 'faults',
     SetMethod: 'write.method',
@@ -81,20 +88,20 @@ class Columns:
         if self._count % self._every == 0:
             self.t.append(t)
             self.rows.append(row)
-            if len(self.t) > COLUMNS:
+            if len(self.t) > MAX_COLUMNS:
                 del self.t[1::2], self.rows[1::2]
                 self._every *= 2
         self._count += 1
 
 
-def load(path: str | Path) -> SessionFrame:
+def load_frame(path: str | Path) -> SessionFrame:
     """Read a session.
 
     Raises:
         BagError: It cannot be read, or holds no session.
     """
     reader = BagReader(path)
-    node, header = _header(reader)
+    node, header = _read_first_header(reader)
     groups = {'design': header.design.as_dict(), **header.settings.as_dict()}
     about, known = About.of(groups, node), header.calibration
     collector = _Collector(about)
@@ -115,12 +122,12 @@ def load(path: str | Path) -> SessionFrame:
     return SessionFrame(parameters, collector.events, collector.frame(head))
 
 
-def _header(reader: BagReader) -> tuple[str, Header]:
-    names = [name for name in reader.topics if name.endswith(f'/{HEADER}')]
+def _read_first_header(reader: BagReader) -> tuple[str, Header]:
+    names = [name for name in reader.topics if name.endswith(f'/{HEADER_TOPIC}')]
     for message in reader.messages(names):
-        with naming(message.topic):
+        with name_errors(message.topic):
             header = read_header(reader.deserialize(message).data)
-        return message.topic.removesuffix(f'/{HEADER}'), header
+        return message.topic.removesuffix(f'/{HEADER_TOPIC}'), header
     raise BagError(
         f'{reader.path} must hold a session of a memory node, as made by `mlmem record`; '
         f'got {short_repr(sorted(reader.topics), 300)}'
@@ -141,20 +148,20 @@ class _Collector:
     def take(self, reader: BagReader) -> None:
         """Take all messages."""
         takers = {
-            topics.FIELD.name: self._field,
-            topics.JOINT_STATES.name: self._joints,
-            topics.WALL.name: self._wall,
-            topics.LEVEL.name: self._level,
-            topics.CONTENT.name: self._content,
-            topics.ECHO.name: self._echo,
-            topics.OUTCOME.name: self._outcome,
-            COMMAND: self._command,
+            topics.FIELD_TOPIC.name: self._take_field,
+            topics.JOINT_STATES_TOPIC.name: self._take_joints,
+            topics.WALL_TOPIC.name: self._take_wall,
+            topics.LEVEL_TOPIC.name: self._take_level,
+            topics.CONTENT_TOPIC.name: self._take_content,
+            topics.ECHO_TOPIC.name: self._take_echo,
+            topics.OUTCOME_TOPIC.name: self._take_outcome,
+            COMMAND_TOPIC: self._take_command,
         }
         node = self._about.json['node']
         takers = {f'{node}/{name}': take for name, take in takers.items()}
-        for seconds, message in timed(reader, node, takers):
+        for seconds, message in iterate_timed(reader, node, takers):
             self.duration = seconds
-            with naming(f'{message.topic} at {seconds:.3f} s'):
+            with name_errors(f'{message.topic} at {seconds:.3f} s'):
                 takers[message.topic](seconds, reader.deserialize(message))
 
     def frame(self, head: dict[str, Any]) -> bytes:
@@ -167,52 +174,52 @@ class _Collector:
             'events': self.events,
             'echoes': self._echoes,
         }
-        return packed(head, np.stack(self._fields.rows) if self._fields.rows else None)
+        return pack_frame(head, np.stack(self._fields.rows) if self._fields.rows else None)
 
-    def _field(self, t: float, message: Any) -> None:
+    def _take_field(self, t: float, message: Any) -> None:
         if len(message.data) != self._about.design.N:
             raise ValueError(f'data must have {self._about.design.N} cells')
         data = np.asarray(message.data)[:: self._about.stride]
-        self._fields.add(t, counts(data, self._about.phases))
+        self._fields.add(t, scale_configuration(data, self._about.phases))
 
-    def _joints(self, t: float, message: Any) -> None:
-        self._strains.add(t, round(calls.displacement(message) / self._about.length, 6))
+    def _take_joints(self, t: float, message: Any) -> None:
+        self._strains.add(t, round(calls.parse_displacement(message) / self._about.length, 6))
 
-    def _wall(self, t: float, message: Any) -> None:
+    def _take_wall(self, t: float, message: Any) -> None:
         self._walls.add(t, [round(float(site), 3) for site in message.data])
 
-    def _level(self, t: float, message: Any) -> None:
-        if len(self._levels) < EVENTS:
+    def _take_level(self, t: float, message: Any) -> None:
+        if len(self._levels) < MAX_EVENTS:
             self._levels.append((t, int(message.data)))
 
-    def _content(self, t: float, message: Any) -> None:
-        values = calls.values_of(message)
+    def _take_content(self, t: float, message: Any) -> None:
+        values = calls.extract_status_values(message)
         if 'since' in values:
-            self._event(t, 'content', message.message, ok=False, values=values)
+            self._add_event(t, 'content', message.message, ok=False, values=values)
 
-    def _echo(self, t: float, message: Any) -> None:
-        x, y = thinned(message)
+    def _take_echo(self, t: float, message: Any) -> None:
+        x, y = thin_echo(message)
         self._echoes.append({'t': t, 'x': np.round(x, 2).tolist(), 'y': y.tolist()})
-        if len(self._echoes) > EVENTS // 10:
+        if len(self._echoes) > MAX_EVENTS // 10:
             del self._echoes[1::2]
 
-    def _outcome(self, t: float, message: Any) -> None:
-        values, ok = calls.values_of(message), message.level == 0
+    def _take_outcome(self, t: float, message: Any) -> None:
+        values, ok = calls.extract_status_values(message), message.level == 0
         text = message.message if ok else f'{values["procedure"]} failed: {message.message}'
-        self._event(t, 'outcome', text, ok=ok, values=values)
+        self._add_event(t, 'outcome', text, ok=ok, values=values)
 
-    def _command(self, t: float, message: Any) -> None:
+    def _take_command(self, t: float, message: Any) -> None:
         _, command = read_command(message.data)
         if not isinstance(command, Disturb):  # there are too many
-            self._event(t, 'command', _words(command))
+            self._add_event(t, 'command', _describe_command(command))
 
-    def _event(self, t: float, kind: str, text: str, **more: Any) -> None:
-        if len(self.events) < EVENTS:
+    def _add_event(self, t: float, kind: str, text: str, **more: Any) -> None:
+        if len(self.events) < MAX_EVENTS:
             self.events.append({'t': round(t, 4), 'kind': kind, 'text': text, **more})
 
 
-def _words(command: Command) -> str:
-    name = NAMES[type(command)]
+def _describe_command(command: Command) -> str:
+    name = COMMAND_NAMES[type(command)]
     match command:
         case Write(level=level):
             return f'{name} {level}'
@@ -223,7 +230,7 @@ def _words(command: Command) -> str:
         case Read(end=end) if end:
             return f'{name} from {end}'
         case SetFaults(faults=faults):
-            return f'{name} {", ".join(faults.active()) or "healed"}'
+            return f'{name} {", ".join(faults.list_active()) or "healed"}'
         case Inject(script=script):
             return f'{name} {script}'
         case SetMethod(method=method):
@@ -232,47 +239,49 @@ def _words(command: Command) -> str:
             return name
 
 
-MOST = 200
+MAX_LISTED_LINES = 200
 """Lines shown of each kind."""
 
 
-def differences(left: SessionFrame, right: SessionFrame) -> dict[str, Any]:
+def compare_sessions(left: SessionFrame, right: SessionFrame) -> dict[str, Any]:
     """Return how two sessions differ.
 
     Returns:
         `parameters`: name, value left, value right. `events`: those without a counterpart, in
         order; pairs of one of either side, or None. `alike`: how many events agree. `more`: how
-        many lines beyond `MOST` of either kind are left out.
+        many lines beyond `MAX_LISTED_LINES` of either kind are left out.
     """
     names = sorted({*left.parameters, *right.parameters})
     values = ([name, left.parameters.get(name), right.parameters.get(name)] for name in names)
     parameters = [each for each in values if each[1] != each[2]]
     events: list[tuple[Any, Any]] = []
     alike = 0
-    a, b = ([_text(event) for event in each.events] for each in (left, right))
+    a, b = ([_format_event(event) for event in each.events] for each in (left, right))
     matcher = SequenceMatcher(a=a, b=b, autojunk=False)
     for tag, i, j, k, end in matcher.get_opcodes():
         if tag == 'equal':
             alike += j - i
         else:
-            events += zip_longest(map(_shown, left.events[i:j]), map(_shown, right.events[k:end]))
+            events += zip_longest(
+                map(_shorten_event, left.events[i:j]), map(_shorten_event, right.events[k:end])
+            )
     return {
-        'parameters': parameters[:MOST],
-        'events': events[:MOST],
+        'parameters': parameters[:MAX_LISTED_LINES],
+        'events': events[:MAX_LISTED_LINES],
         'alike': alike,
-        'more': sum(max(0, len(each) - MOST) for each in (parameters, events)),
+        'more': sum(max(0, len(each) - MAX_LISTED_LINES) for each in (parameters, events)),
     }
 
 
-def _text(event: dict[str, Any]) -> str:
+def _format_event(event: dict[str, Any]) -> str:
     """Return the part of an event that must agree: not its time or its delay."""
     values = event.get('values', {})
     kept = [values[key] for key in ('level', 'attempts') if key in values]
     return ' '.join([event['kind'], event['text'], *kept])
 
 
-def _shown(event: dict[str, Any]) -> dict[str, Any]:
+def _shorten_event(event: dict[str, Any]) -> dict[str, Any]:
     values, text = event.get('values', {}), event['text']
     if 'level' in values:
-        text = f'{text}, {describe_level(calls.level_of(values))}'
+        text = f'{text}, {describe_level(calls.parse_level(values))}'
     return {'t': event['t'], 'kind': event['kind'], 'text': text}

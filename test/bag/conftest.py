@@ -5,7 +5,7 @@
 import pytest
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.contents import LATCHED, Message, offered
+from mlmem_ros.bag.contents import LATCHED_QOS, Message, format_qos
 from mlmem_ros.bag.writer import BagWriter
 
 LEVEL = '/mlmem/level', 'std_msgs/msg/Int16'
@@ -14,7 +14,7 @@ PROBE = '/mlmem/probe', 'std_msgs/msg/Empty'
 
 
 def cdr(type_name, **values):
-    return jazzy.serialize(jazzy.message(type_name, **values))
+    return jazzy.serialize_message(jazzy.make_message(type_name, **values))
 
 
 @pytest.fixture
@@ -36,8 +36,8 @@ def record(tmp_path, messages):
 
     def record(name='bag', latch=False, sync_each=False, **options):
         with BagWriter(tmp_path / name, **options) as writer:
-            writer.add_topic(*LEVEL, LATCHED, latch=latch)
-            writer.add_topic(*RANGE, offered('best_effort'))
+            writer.add_topic(*LEVEL, LATCHED_QOS, latch=latch)
+            writer.add_topic(*RANGE, format_qos('best_effort'))
             writer.add_topic(*PROBE)
             for message in messages:
                 writer.write(message.topic, message.cdr, message.log_time, message.publish_time)

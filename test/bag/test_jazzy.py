@@ -37,7 +37,7 @@ NODE_TYPES = [
 
 def test_a_definition_holds_all_that_it_depends_on():
     rule = '=' * 80
-    assert jazzy.definition('sensor_msgs/msg/JointState').text == (
+    assert jazzy.find_definition('sensor_msgs/msg/JointState').text == (
         'std_msgs/Header header\n'
         'string[] name\n'
         'float64[] position\n'
@@ -62,61 +62,69 @@ def test_hashes_are_those_of_the_installed_interfaces(type_name):
         item['type_name']: item['hash_string']
         for item in json.loads(file.read_text())['type_hashes']
     }
-    assert jazzy.definition(type_name).hash == hashes[type_name]
+    assert jazzy.find_definition(type_name).hash == hashes[type_name]
 
 
 def test_an_unknown_type_is_refused():
-    for use in (jazzy.definition, jazzy.message, lambda name: jazzy.trim(b'', name)):
+    for use in (
+        jazzy.find_definition,
+        jazzy.make_message,
+        lambda name: jazzy.trim_message(b'', name),
+    ):
         with pytest.raises(BagError, match="must be one of ROS 2 Jazzy; got 'demo_msgs/msg/No'"):
             use('demo_msgs/msg/No')
 
 
 def test_a_message_survives_cdr():
-    dimension = jazzy.message('std_msgs/msg/MultiArrayDimension', label='sample', size=3, stride=3)
-    layout = jazzy.message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
+    dimension = jazzy.make_message(
+        'std_msgs/msg/MultiArrayDimension', label='sample', size=3, stride=3
+    )
+    layout = jazzy.make_message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
     data = np.array([0.1, -0.2, np.inf], dtype=np.float32)
-    message = jazzy.message('std_msgs/msg/Float32MultiArray', layout=layout, data=data)
-    back = jazzy.deserialize(jazzy.serialize(message), 'std_msgs/msg/Float32MultiArray')
+    message = jazzy.make_message('std_msgs/msg/Float32MultiArray', layout=layout, data=data)
+    back = jazzy.deserialize_message(
+        jazzy.serialize_message(message), 'std_msgs/msg/Float32MultiArray'
+    )
     assert back.layout == layout
     np.testing.assert_array_equal(back.data, data)
 
 
 def test_cdr_is_that_of_ros():
     # Encapsulation (little endian), then a double.
-    message = jazzy.message('std_msgs/msg/Float64', data=1.0)
-    assert jazzy.serialize(message) == bytes.fromhex('00010000 000000000000f03f')
+    message = jazzy.make_message('std_msgs/msg/Float64', data=1.0)
+    assert jazzy.serialize_message(message) == bytes.fromhex('00010000 000000000000f03f')
 
 
 def test_bytes_after_the_message_are_ignored_and_cut_off():
     # A Float64MultiArray without data: header, two empty sequences and an offset, 16 bytes.
     cdr = bytes([0, 1, 0, 0]) + bytes(12)
     stray = b'\xde\xad\xbe\xef'
-    assert jazzy.deserialize(cdr + stray, 'std_msgs/msg/Float64MultiArray').data.size == 0
-    assert jazzy.trim(cdr + stray, 'std_msgs/msg/Float64MultiArray') == cdr
+    assert jazzy.deserialize_message(cdr + stray, 'std_msgs/msg/Float64MultiArray').data.size == 0
+    assert jazzy.trim_message(cdr + stray, 'std_msgs/msg/Float64MultiArray') == cdr
     # A type without a sequence of 8-byte numbers has no stray bytes to look for.
     image = bytes(10_000)
-    assert jazzy.trim(image, 'sensor_msgs/msg/Image') is image
+    assert jazzy.trim_message(image, 'sensor_msgs/msg/Image') is image
 
 
 @pytest.mark.parametrize('cdr', [b'', b'\0\1\0', b'\1\1\0\0' + bytes(8), b'\0\2\0\0' + bytes(8)])
 def test_bytes_without_a_cdr_header_are_refused(cdr):
     with pytest.raises(BagError, match=r'Float64 must begin with a CDR header; got'):
-        jazzy.deserialize(cdr, 'std_msgs/msg/Float64')
+        jazzy.deserialize_message(cdr, 'std_msgs/msg/Float64')
 
 
 def test_wrong_fields_are_refused():
     with pytest.raises(BagError, match='fields must be those of std_msgs/msg/Int16'):
-        jazzy.message('std_msgs/msg/Int16', value=1)
+        jazzy.make_message('std_msgs/msg/Int16', value=1)
 
 
 def test_a_value_out_of_range_is_refused():
-    message = jazzy.message('std_msgs/msg/UInt8', data=300)
+    message = jazzy.make_message('std_msgs/msg/UInt8', data=300)
     with pytest.raises(BagError, match='must be a valid std_msgs/msg/UInt8'):
-        jazzy.serialize(message)
+        jazzy.serialize_message(message)
 
 
 @settings(deadline=None)
 @given(st.sampled_from(NODE_TYPES), st.binary(max_size=200))
 def test_any_bytes_decode_or_raise_a_bag_error(type_name, noise):
     with suppress(BagError):
-        jazzy.deserialize(b'\x00\x01\x00\x00' + noise, type_name)
+        jazzy.deserialize_message(b'\x00\x01\x00\x00' + noise, type_name)

@@ -26,7 +26,7 @@ def whole(tmp_path):
     path = tmp_path / 'bag_0.mcap'
     file = McapFile(path)
     file.write_metadata('version: 9')
-    definition = jazzy.definition('std_msgs/msg/UInt8')
+    definition = jazzy.find_definition('std_msgs/msg/UInt8')
     channel = file.add_channel('/n', definition, 'cdr', {'topic_type_hash': definition.hash})
     for i in range(5):
         file.write(channel, count(i), i, i)
@@ -36,7 +36,7 @@ def whole(tmp_path):
 
 
 def count(i):
-    return jazzy.serialize(jazzy.message('std_msgs/msg/UInt8', data=i))
+    return jazzy.serialize_message(jazzy.make_message('std_msgs/msg/UInt8', data=i))
 
 
 def found(part):

@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mlmem_ros.bag.contents import (
-    LATCHED,
-    RELIABLE,
+    LATCHED_QOS,
+    RELIABLE_QOS,
     FileInfo,
     TopicInfo,
-    metadata_text,
-    offered,
+    format_metadata,
+    format_qos,
     parse_metadata,
     read_metadata,
-    renewed,
+    renew_qos,
 )
 from mlmem_ros.bag.errors import BagError
 
@@ -110,7 +110,7 @@ rosbag2_bagfile_information:
 CUSTOM = {'seed': '42', 'design': '{"a": 1}', 'note': 'plain words, and: no', 'two': 'x\ny'}
 BAG = (
     (
-        TopicInfo('/level', 'std_msgs/msg/Int16', 'cdr', LATCHED, 'RIHS01_abc', 3),
+        TopicInfo('/level', 'std_msgs/msg/Int16', 'cdr', LATCHED_QOS, 'RIHS01_abc', 3),
         TopicInfo('/bare', 'std_msgs/msg/Int16'),
     ),
     (FileInfo('bag_0.mcap', 1000, 1500, 3),),
@@ -157,19 +157,19 @@ def said(text):
 
 
 def test_an_empty_bag_is_described_as_by_rosbag2():
-    assert said(metadata_text((), (FileInfo('bag_0.mcap'),), {})) == said(EMPTY_TEXT)
+    assert said(format_metadata((), (FileInfo('bag_0.mcap'),), {})) == said(EMPTY_TEXT)
 
 
 def test_a_bag_is_described_as_by_rosbag2():
-    assert said(metadata_text(*BAG)) == said(TEXT)
+    assert said(format_metadata(*BAG)) == said(TEXT)
 
 
 def test_the_mcap_record_holds_the_same_without_the_root():
     (root,) = json.loads(said(TEXT)).values()
-    assert said(metadata_text(*BAG, root=False)) == json.dumps(root)
+    assert said(format_metadata(*BAG, root=False)) == json.dumps(root)
 
 
-@pytest.mark.parametrize('text', [TEXT, metadata_text(*BAG), metadata_text(*BAG, root=False)])
+@pytest.mark.parametrize('text', [TEXT, format_metadata(*BAG), format_metadata(*BAG, root=False)])
 def test_what_is_written_is_read(text):
     metadata = parse_metadata(text)
     assert metadata.files == ('bag_0.mcap',)
@@ -198,7 +198,7 @@ def test_compression_is_recognized(mode, compressed):
 @given(st.dictionaries(st.text(max_size=20), st.text(), max_size=3), st.text())
 def test_any_text_comes_back(custom_data, name):
     topics = (TopicInfo(name, name, message_count=7),)
-    metadata = parse_metadata(metadata_text(topics, (), custom_data))
+    metadata = parse_metadata(format_metadata(topics, (), custom_data))
     assert metadata.custom_data == custom_data
     assert metadata.message_counts == {name: 7}
 
@@ -208,7 +208,7 @@ def test_any_text_comes_back(custom_data, name):
     ['42', '0.5', 'true', 'null', '~', '', ' padded ', 'a: b', '- a', 'x\ny', '\ufeff', '😀'],
 )
 def test_a_text_is_a_text_to_every_reader(text):
-    (root,) = yaml.safe_load(metadata_text((), (), {'key': text})).values()
+    (root,) = yaml.safe_load(format_metadata((), (), {'key': text})).values()
     assert root['custom_data'] == {'key': text}
 
 
@@ -264,13 +264,15 @@ VERSION_4_TEXT = """\
 """
 
 
-@pytest.mark.parametrize('text', [RELIABLE, LATCHED, offered('best_effort'), RELIABLE + '\n'])
+@pytest.mark.parametrize(
+    'text', [RELIABLE_QOS, LATCHED_QOS, format_qos('best_effort'), RELIABLE_QOS + '\n']
+)
 def test_what_we_write_is_what_jazzy_writes(text):
-    assert renewed(text) == text.rstrip('\n')
+    assert renew_qos(text) == text.rstrip('\n')
 
 
 def test_numbers_of_version_4_become_words():
-    words = renewed(VERSION_4_TEXT).split()
+    words = renew_qos(VERSION_4_TEXT).split()
     for name, value in (
         ('history', 'keep_last'),
         ('depth', '10'),
@@ -282,9 +284,9 @@ def test_numbers_of_version_4_become_words():
 
 
 def test_an_unknown_policy_is_unknown():
-    assert 'durability: unknown' in renewed(LATCHED.replace('transient_local', 'engraved'))
+    assert 'durability: unknown' in renew_qos(LATCHED_QOS.replace('transient_local', 'engraved'))
 
 
 @pytest.mark.parametrize('text', ['', '{', 'word', '- 1', '- history: 1', '- {depth: x}'])
 def test_an_invalid_list_of_profiles_is_empty(text):
-    assert renewed(text) in ('', '[]')
+    assert renew_qos(text) in ('', '[]')

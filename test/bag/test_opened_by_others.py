@@ -10,10 +10,10 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosReliability
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.contents import LATCHED, RELIABLE, offered
+from mlmem_ros.bag.contents import LATCHED_QOS, RELIABLE_QOS, format_qos
 from mlmem_ros.bag.writer import BagWriter
 
-message = jazzy.message
+message = jazzy.make_message
 stamp = message('builtin_interfaces/msg/Time', sec=1, nanosec=2)
 header = message('std_msgs/msg/Header', stamp=stamp, frame_id='substrate')
 layout = message(
@@ -69,12 +69,12 @@ def bag(tmp_path_factory):
     path = tmp_path_factory.mktemp('others') / 'bag'
     with BagWriter(path, max_duration=5e-9, custom_data={'a': '1'}) as writer:
         for topic, item in PUBLISHED.items():
-            latched = f'{LATCHED}\n{RELIABLE}'
-            qos = latched if topic == '/mlmem/level' else offered('best_effort')
+            latched = f'{LATCHED_QOS}\n{RELIABLE_QOS}'
+            qos = latched if topic == '/mlmem/level' else format_qos('best_effort')
             writer.add_topic(topic, item.__msgtype__, qos)
         for time in range(10):
             for topic, item in PUBLISHED.items():
-                writer.write(topic, jazzy.serialize(item), time)
+                writer.write(topic, jazzy.serialize_message(item), time)
     return path
 
 
@@ -88,8 +88,8 @@ def test_rosbags_decodes_every_message(bag):
     expected = [(topic, time, item) for time in range(10) for topic, item in PUBLISHED.items()]
     assert [entry[:2] for entry in found] == [entry[:2] for entry in expected]
     # Classes differ, for rosbags builds its own from our definitions; so compare CDR.
-    assert [jazzy.serialize(entry[2]) for entry in found] == [
-        jazzy.serialize(entry[2]) for entry in expected
+    assert [jazzy.serialize_message(entry[2]) for entry in found] == [
+        jazzy.serialize_message(entry[2]) for entry in expected
     ]
 
 
@@ -125,7 +125,7 @@ def test_rosbag2_reads_every_message(bag):
         topic, data, time = reader.read_next()
         found.append((topic, time, bytes(data)))
     assert sorted(found) == sorted(
-        (topic, time, bytes(jazzy.serialize(item)))
+        (topic, time, bytes(jazzy.serialize_message(item)))
         for time in range(10)
         for topic, item in PUBLISHED.items()
     )
@@ -136,9 +136,9 @@ def test_rclpy_reads_our_cdr_and_we_read_its():
     for item in PUBLISHED.values():
         package, _, name = item.__msgtype__.split('/')
         kind = getattr(import_module(f'{package}.msg'), name)
-        ours = jazzy.serialize(item)
+        ours = jazzy.serialize_message(item)
         theirs = serialization.serialize_message(serialization.deserialize_message(ours, kind))
-        assert jazzy.serialize(jazzy.deserialize(theirs, item.__msgtype__)) == ours
+        assert jazzy.serialize_message(jazzy.deserialize_message(theirs, item.__msgtype__)) == ours
 
 
 def test_stray_bytes_of_rclpy_are_cut_off():
@@ -146,9 +146,9 @@ def test_stray_bytes_of_rclpy_are_cut_off():
     serialization = pytest.importorskip('rclpy.serialization')
     sensor_msgs = pytest.importorskip('sensor_msgs.msg')
     raw = serialization.serialize_message(sensor_msgs.JointState(name=['a'], position=[1.0]))
-    trimmed = jazzy.trim(raw, 'sensor_msgs/msg/JointState')
+    trimmed = jazzy.trim_message(raw, 'sensor_msgs/msg/JointState')
     assert raw.startswith(trimmed)
     # Compared by length, for the padding between fields is unwritten memory as well.
-    back = jazzy.deserialize(raw, 'sensor_msgs/msg/JointState')
-    assert len(trimmed) == len(jazzy.serialize(back))
+    back = jazzy.deserialize_message(raw, 'sensor_msgs/msg/JointState')
+    assert len(trimmed) == len(jazzy.serialize_message(back))
     assert (back.name, back.position.tolist(), back.effort.size) == (['a'], [1.0], 0)

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.bag.contents import DROPPED
+from mlmem_ros.bag.contents import DROPPED_KEY
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.reader import BagReader
@@ -20,7 +20,7 @@ TOPIC = '/mlmem/dropped'
 
 
 def level(i):
-    return jazzy.serialize(jazzy.message('std_msgs/msg/Int16', data=i % 1000))
+    return jazzy.serialize_message(jazzy.make_message('std_msgs/msg/Int16', data=i % 1000))
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_all_that_was_put_is_in_the_bag(make):
         (i, i + 5, level(i)) for i in range(1000)
     ]
     assert reader.topics[TOPIC].message_count == 0  # stands there, and says: nothing dropped
-    assert DROPPED not in reader.custom_data
+    assert DROPPED_KEY not in reader.custom_data
 
 
 def test_several_threads_may_put(make):
@@ -161,7 +161,7 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
     (count,) = reader.messages([TOPIC])
     assert reader.deserialize(count).data == 5
     assert count.log_time == 15  # that of the last message that is missing
-    assert reader.custom_data[DROPPED] == '5'
+    assert reader.custom_data[DROPPED_KEY] == '5'
 
 
 def test_the_queue_is_bounded_in_bytes_too(make, monkeypatch):

@@ -13,7 +13,7 @@ from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag import jazzy, mcap_part
-from mlmem_ros.bag.contents import Definition, Message, offered, renewed
+from mlmem_ros.bag.contents import Definition, Message, format_qos, renew_qos
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
@@ -54,8 +54,8 @@ def test_messages_come_back_in_order(record, messages):
 def test_topics_have_type_qos_and_hash(record):
     topic = BagReader(record()).topics['/mlmem/range']
     assert topic.type == FLOAT
-    assert topic.offered_qos == offered('best_effort')
-    assert topic.type_hash == jazzy.definition(FLOAT).hash
+    assert topic.offered_qos == format_qos('best_effort')
+    assert topic.type_hash == jazzy.find_definition(FLOAT).hash
     assert topic.message_count == 10
 
 
@@ -263,7 +263,7 @@ def test_a_path_without_a_bag_is_refused(tmp_path):
 
 def test_the_qos_of_an_sqlite_bag_is_understood(tmp_path):
     """rosbags parses it."""
-    profile = parse_qos(offered('best_effort'))
+    profile = parse_qos(format_qos('best_effort'))
     store = get_typestore(Stores.ROS2_JAZZY)
     with Writer(tmp_path / 'other', version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
         for topic in ('/x', '/y'):
@@ -272,7 +272,7 @@ def test_the_qos_of_an_sqlite_bag_is_understood(tmp_path):
             )
             writer.write(connection, 1, store.serialize_cdr(store.types[FLOAT](data=2.0), FLOAT))
     reader = BagReader(tmp_path / 'other')
-    assert reader.topics['/x'].offered_qos == offered('best_effort')
+    assert reader.topics['/x'].offered_qos == format_qos('best_effort')
     assert [message.topic for message in reader.messages(['/y'])] == ['/y']
 
 
@@ -286,7 +286,7 @@ def test_a_channel_with_qos_that_cannot_be_parsed_is_read(tmp_path):
         writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
         writer.finish()
     reader = BagReader(path)
-    assert renewed(reader.topics['/x'].offered_qos) == ''
+    assert renew_qos(reader.topics['/x'].offered_qos) == ''
     assert values(reader) == [0.0]
 
 

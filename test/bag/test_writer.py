@@ -25,7 +25,7 @@ SECOND = 1_000_000_000
 
 
 def level(i):
-    return jazzy.serialize(jazzy.message('std_msgs/msg/Int16', data=i))
+    return jazzy.serialize_message(jazzy.make_message('std_msgs/msg/Int16', data=i))
 
 
 @pytest.fixture
@@ -316,7 +316,7 @@ def test_chunks_have_a_crc(record):
 def test_a_long_recording_is_cut_into_small_chunks(tmp_path):
     file = McapFile(tmp_path / 'long.mcap')
     channel = file.add_channel(
-        '/noise', jazzy.definition('std_msgs/msg/ByteMultiArray'), 'cdr', {}
+        '/noise', jazzy.find_definition('std_msgs/msg/ByteMultiArray'), 'cdr', {}
     )
     for i in range(10):
         file.write(channel, bytes(100_000), i, i)  # 1 MB in chunks of at least 256 KiB

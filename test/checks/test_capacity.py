@@ -8,7 +8,7 @@ import pytest
 
 from mlmem import preset
 from mlmem_tools import checks
-from mlmem_tools.checks.capacity import Capacity, capacities
+from mlmem_tools.checks.capacity import Capacity, list_capacities
 from mlmem_tools.cli.main import main
 
 
@@ -21,13 +21,13 @@ from mlmem_tools.cli.main import main
 )
 def test_distances_and_words_of_presets(name, kicks):
     """As prototypes found them at rest."""
-    one, *many = capacities(*preset(name))
+    one, *many = list_capacities(*preset(name))
     assert one.words == preset(name).design.levels + 1
     assert [(each.distance, each.words) for each in many] == [kicks]
 
 
 def test_it_follows_the_check_of_a_design(capsys, monkeypatch):
-    monkeypatch.setattr(checks, 'CONCERNS', ())  # which take a second
+    monkeypatch.setattr(checks, 'CHECK_MODULES', ())  # which take a second
     assert main(['design', 'check', 'register_4', '--json']) == 0
     found = {each['way']: each for each in json.loads(capsys.readouterr().out)['capacity']}
     assert found['kicks'] == {

@@ -14,9 +14,9 @@ from scipy.integrate import quad
 
 from mlmem import MemoryElement, Settings, factory_calibration, preset
 from mlmem.instrument.end import End
-from mlmem.parsing import decode
+from mlmem.parsing import decode_value
 from mlmem.physics import CASE_II, Specimen
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls
 from mlmem.settings import ActuatorSettings, ProbeSettings
 from mlmem_tools import checks
@@ -32,9 +32,9 @@ from mlmem_tools.checks import (
     schedule,
     steps,
 )  # fmt: skip
-from mlmem_tools.checks.concern import Subject, sample
+from mlmem_tools.checks.concern import Subject, sample_levels
 from mlmem_tools.checks.echoes import echo_strength, forecast_echo
-from mlmem_tools.checks.launch import launched
+from mlmem_tools.checks.launch import simulate_launch
 
 
 @pytest.fixture(scope='module')
@@ -55,7 +55,7 @@ def spoiled(design=SHORT, settings=None, **changes):
     """Return the report on a changed design but for read disturb, half of its time, which has
     tests of its own.
     """
-    return part([each for each in checks.CONCERNS if each is not disturb], design, settings,
+    return part([each for each in checks.CHECK_MODULES if each is not disturb], design, settings,
                 **changes)  # fmt: skip
 
 
@@ -153,7 +153,7 @@ def test_levels_between_the_samples_are_told_apart_or_not_too(monkeypatch):
     subject = Subject(*preset('bits_4'))
     assert not {4, 5} & set(subject.levels)
     known = factory_calibration(*preset('bits_4'))
-    monkeypatch.setattr(echoes, 'calibration_of', lambda *_: alike(known, 4))
+    monkeypatch.setattr(echoes, 'compute_calibration', lambda *_: alike(known, 4))
     found = Report(tuple(echoes.check(subject)))['apart']
     assert found.verdict is Verdict.FAIL
     assert 'the left end hardly tells level 4 from another' in found.text
@@ -162,7 +162,7 @@ def test_levels_between_the_samples_are_told_apart_or_not_too(monkeypatch):
 def test_what_is_too_large_to_calibrate_says_that_levels_were_sampled(monkeypatch):
     subject = Subject(*preset('bits_2'))
     assert 'sampled' not in Report(tuple(echoes.check(subject)))['apart'].text
-    monkeypatch.setattr(echoes, 'CALIBRATED', 0.0)
+    monkeypatch.setattr(echoes, 'MAX_CALIBRATION_CELL_STEPS', 0.0)
     found = Report(tuple(echoes.check(subject)))['apart']
     assert found.verdict is Verdict.PASS
     assert found.text.startswith('as far as levels were sampled')
@@ -219,7 +219,7 @@ def test_deep_defects_let_nothing_go():
 
 
 def test_weak_peaks_move_nothing():
-    settings = decode(
+    settings = decode_value(
         Settings, {**Settings().as_dict(), 'write': {'compression': -0.019, 'tension': 0.048}}
     )
     report = spoiled(settings=settings)
@@ -239,7 +239,7 @@ def test_erase_settling_is_judged_only_where_strain_erases():
 
 
 def test_a_short_ramp_of_an_erase_is_a_warning():
-    settings = decode(Settings, {**Settings().as_dict(), 'erase': {'ramp': 300.0}})
+    settings = decode_value(Settings, {**Settings().as_dict(), 'erase': {'ramp': 300.0}})
     ramps = part((schedule,), CASE_II, settings)['erase_ramps']
     assert ramps.verdict is Verdict.WARN
     assert 'leave kink and wall ringing' in ramps.text
@@ -247,7 +247,7 @@ def test_a_short_ramp_of_an_erase_is_a_warning():
 
 def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
     """A smooth ramp of t moves the end by N e with the acceleration 6 N e / t^2 at its ends."""
-    settings = decode(Settings, {**Settings().as_dict(), 'erase': {'ramp': 500.0}})
+    settings = decode_value(Settings, {**Settings().as_dict(), 'erase': {'ramp': 500.0}})
     report = part((schedule,), CASE_II, settings)
     shake = report['erase_shake']
     assert shake.values['far end'] == pytest.approx(6 * 225 * 0.042 / 500**2, rel=0.01)
@@ -257,7 +257,7 @@ def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
 
 def test_steps_that_fail_near_the_operating_point_are_a_warning():
     """A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not."""
-    settings = decode(Settings, {**Settings().as_dict(), 'write': {'tension': 0.04}})
+    settings = decode_value(Settings, {**Settings().as_dict(), 'write': {'tension': 0.04}})
     found = part((steps,), CASE_II, settings)['write_steps']
     assert found.verdict is Verdict.WARN
     assert '0.85 and 0.85, 1.15 and 0.85 times their values' in found.text
@@ -278,13 +278,13 @@ def test_a_trap_too_near_the_end_loses_the_launched_wall():
     """The device also loses it: the wall swings back and out of the free end."""
     near = dataclasses.replace(CASE_II, J=10, J_s=20, j_0=6.8)
     assert 'launch_write' in failed(part((launch,), near))
-    assert math.isnan(launched(Subject(near, Settings()), 'write'))
+    assert math.isnan(simulate_launch(Subject(near, Settings()), 'write'))
 
 
 @pytest.mark.parametrize('strain', [0.015, 0.035, 0.05])
 def test_a_launch_on_the_first_cells_is_that_of_the_element(strain):
-    settings = decode(Settings, {**Settings().as_dict(), 'write': {'start_strain': strain}})
-    assert launched(Subject(CASE_II, settings), 'write') == pytest.approx(25.0, abs=0.3)
+    settings = decode_value(Settings, {**Settings().as_dict(), 'write': {'start_strain': strain}})
+    assert simulate_launch(Subject(CASE_II, settings), 'write') == pytest.approx(25.0, abs=0.3)
 
 
 def test_the_actuators_rate_stretches_the_durations(case_ii):
@@ -303,19 +303,21 @@ def test_the_echoes_of_the_device_are_forecast():
     known = factory_calibration(CASE_II, settings)
     for end, probe in ((End.LEFT, settings.probe), (End.RIGHT, settings.probe_right)):
         for level in (0, 3, 7):
-            echo = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end, 0.5)
+            echo = forecast_echo(
+                CASE_II, find_pinned_wall(Specimen(CASE_II), level), probe, end, 0.5
+            )
             assert echo.delay == pytest.approx(known.table(end).delays[level], abs=2.0)
 
 
 def test_a_forecast_margin_is_that_of_the_device():
     element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
-    element.chain.place(resting_wall(Specimen(CASE_II), 7))
-    element.transducer.assume_rest()
+    element.chain.place(find_pinned_wall(Specimen(CASE_II), 7))
+    element.transducer.assume_equilibrium()
     detector = element.transducer.fire(End.LEFT)
     while detector.time < 1200.0:
         element.advance()
     echo = forecast_echo(
-        CASE_II, resting_wall(Specimen(CASE_II), 7), Settings().probe, End.LEFT, 0.5
+        CASE_II, find_pinned_wall(Specimen(CASE_II), 7), Settings().probe, End.LEFT, 0.5
     )
     assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
 
@@ -331,7 +333,7 @@ def test_the_range_by_closed_forms_is_close_to_the_forecast():
         (End.LEFT, settings.probe, CASE_II.k_s2, 3.5),
         (End.RIGHT, settings.probe_right, CASE_II.k_s1, 1.25),
     ):
-        held = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), 3), probe, end, 0.5)
+        held = forecast_echo(CASE_II, find_pinned_wall(Specimen(CASE_II), 3), probe, end, 0.5)
         heard = held.v_c[held.t > 150.0].max()
         distance = 100.0 if end == 'left' else 125.0
         (_, (bound,)) = echo_strength(CASE_II, probe, k_s, np.array([distance]))
@@ -372,9 +374,9 @@ def test_a_report_finds_its_findings_by_name(case_ii):
 
 
 def test_levels_are_sampled_in_pairs():
-    assert sample(5) == [0, 1, 2, 3, 4]
-    assert sample(256) == [0, 1, 128, 129, 254, 255]
-    assert sample(0) == []
+    assert sample_levels(5) == [0, 1, 2, 3, 4]
+    assert sample_levels(256) == [0, 1, 128, 129, 254, 255]
+    assert sample_levels(0) == []
 
 
 @pytest.mark.slow

@@ -21,8 +21,8 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.physics import Specimen, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import Specimen, find_level
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem_tools.checks import Verdict, disturb
 from mlmem_tools.checks.concern import Subject
 
@@ -54,11 +54,11 @@ def test_pulses_as_loud_as_forecast_move_nothing_and_louder_ones_do(name, end, l
     for share in (1.0, 1.6):
         louder = as_loud(name, end, min(0.5, share * limit))
         element = new_element(*louder, factory_calibration(*preset(name)))
-        element.chain.place(resting_wall(Specimen(element.design), level))
-        element.transducer.assume_rest()
+        element.chain.place(find_pinned_wall(Specimen(element.design), level))
+        element.transducer.assume_equilibrium()
         element.perform(Read())
         element.advance(500)
-        stayed.append(level_of(element.design, element.chain.configuration) == level)
+        stayed.append(find_level(element.design, element.chain.configuration) == level)
     assert stayed == [True, False]
 
 
@@ -82,9 +82,9 @@ def test_of_many_walls_nothing_is_said():
 def test_a_pulse_that_may_move_the_wall_is_refused_and_changes_nothing(command):
     element = new_element(*as_loud('case_2', End.LEFT, 0.4))
     element.loudest = {End.LEFT: 0.28, End.RIGHT: 0.2}
-    before = snapshot.take(element)
+    before = snapshot.take_snapshot(element)
     with pytest.raises(Refused, match=r'probe.A must be at most 0.28'):
         element.apply(command)
-    assert snapshot.take(element) == before
+    assert snapshot.take_snapshot(element) == before
     element.apply(SetStrain(0.001))
     assert element.perform(Abort()).success

@@ -10,17 +10,17 @@ import pytest
 
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Chain, HeldCell, Scatter, Specimen, scattered, substep_times
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.methods import NOH_BATHE
 from mlmem.physics.waves import wavenumber
-from mlmem_tools.checks.echoes import echo_response, propagation
+from mlmem_tools.checks.echoes import echo_response, solve_propagation
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
 
 
 def test_theta_is_that_of_the_dispersion():
     omega = np.array([0.3, 1.0, 2.0, 2.5])
-    theta = propagation(2.0 + UNIFORM.k_s2 - omega**2 + 1e-9j)
+    theta = solve_propagation(2.0 + UNIFORM.k_s2 - omega**2 + 1e-9j)
     kappa = wavenumber(omega, UNIFORM.k_s2)
     assert np.abs(np.log(theta).real) == pytest.approx(kappa.imag, abs=1e-8)
     assert np.abs(np.angle(theta)) == pytest.approx(kappa.real, abs=1e-8)
@@ -31,12 +31,12 @@ def test_the_free_far_end_of_a_uniform_chain():
     omega = np.linspace(0.9, 2.0, 12)
     ratio = echo_response(Specimen(UNIFORM), np.full(UNIFORM.N, UNIFORM.D_s2), omega, End.LEFT)
     trace = 2.0 + UNIFORM.k_s2 - omega**2 + 1j * UNIFORM.eta * omega
-    theta = propagation(trace)
+    theta = solve_propagation(trace)
     assert np.abs(ratio - theta ** (2 * UNIFORM.N - 1) * (1.0 + theta)).max() < 1e-10
 
 
 def test_the_right_end_is_the_left_end_of_the_mirror_image():
-    v = resting_wall(Specimen(CASE_II), 3)
+    v = find_pinned_wall(Specimen(CASE_II), 3)
     omega = np.linspace(0.5, 2.0, 5)
     flat_v = np.where(CASE_II.sites < 100, UNIFORM.D_s2, UNIFORM.D_s1)
     right = echo_response(Specimen(UNIFORM), flat_v, omega, End.RIGHT)
@@ -94,7 +94,7 @@ def test_the_chain_returns_what_the_linear_waves_say(k_r):
     """
     dt, duration, sigma, carrier = 0.25, 420.0, 8.0, 2.0
     made = scattered(CASE_II, Scatter(k_r=k_r), 3)
-    v = resting_wall(made, 1)
+    v = find_pinned_wall(made, 1)
 
     def pulse(t):
         x = (t - 48.0) / sigma

@@ -56,7 +56,7 @@ def test_legal_designs_are_judged():
 
 def test_legal_designs_are_judged_by_closed_forms(monkeypatch):
     """Without the simulations and landscapes, which take ten times as long."""
-    monkeypatch.setattr(checks, 'CONCERNS', QUICK)
+    monkeypatch.setattr(checks, 'CHECK_MODULES', QUICK)
     verdicts = {judge_seed(seed, drawn=False) for seed in (121, *range(124, 133), 142)}
     assert verdicts >= {Verdict.FAIL, Verdict.WARN, None}
 
@@ -74,14 +74,16 @@ def test_many_legal_designs_are_judged(drawn):
 def test_no_damping_and_no_defects_are_judged(changes, monkeypatch):
     """Without read disturb, half of the time: it has tests of its own."""
     monkeypatch.setattr(
-        checks, 'CONCERNS', [each for each in checks.CONCERNS if each is not checks.disturb]
+        checks,
+        'CHECK_MODULES',
+        [each for each in checks.CHECK_MODULES if each is not checks.disturb],
     )
     design, settings = preset('bits_1')
     assert judge(dataclasses.replace(design, **changes), settings) is Verdict.FAIL
 
 
 def test_a_carrier_that_does_not_propagate_is_judged_without_a_gain(monkeypatch):
-    monkeypatch.setattr(checks, 'CONCERNS', QUICK)
+    monkeypatch.setattr(checks, 'CHECK_MODULES', QUICK)
     design, settings = preset('bits_1')
     probe = dataclasses.replace(settings.probe, omega_c=5.0, gain_decay=0.0)
     assert judge(design, dataclasses.replace(settings, probe=probe)) is Verdict.FAIL
@@ -89,9 +91,9 @@ def test_a_carrier_that_does_not_propagate_is_judged_without_a_gain(monkeypatch)
 
 def test_runs_that_would_take_too_long_are_skipped(monkeypatch):
     """The slowest legal actuator takes a thousand million time units for a ramp."""
-    monkeypatch.setattr(checks, 'CONCERNS', (checks.launch, checks.steps))
+    monkeypatch.setattr(checks, 'CHECK_MODULES', (checks.launch, checks.steps))
     settings = Settings(actuator=ActuatorSettings(max_rate=1e-9))
-    assert Cycle.planned(settings.write, 0.048, 1e-9).duration > 1e8
+    assert Cycle.plan_cycle(settings.write, 0.048, 1e-9).duration > 1e8
     report = check(CASE_II, settings)
     for name in ('launch_write', 'launch_erase', 'write_steps'):
         assert report[name].verdict is Verdict.WARN

@@ -11,19 +11,19 @@ import pytest
 from scipy.optimize import minimize
 
 from mlmem.physics import CASE_I, CASE_II, Specimen, StateError
-from mlmem.physics.equilibrium import relax, resting_wall
-from mlmem.physics.held_wall import excerpt, hold_walls
+from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
+from mlmem.physics.held_wall import cut_excerpt, hold_walls
 from mlmem_tools.checks.quasistatic import (
-    depinning_strain,
-    held_landscape,
-    lattice_ripple,
-    self_energy,
+    compute_held_landscape,
+    compute_lattice_ripple,
+    compute_self_energy,
+    find_depinning_strain,
 )
 
 
 @pytest.mark.parametrize(('low', 'high'), [(30, 60), (110, 140), (190, 224)])
 def test_an_excerpt_has_the_cells_of_the_element(low, high):
-    part = excerpt(CASE_II, low, high)
+    part = cut_excerpt(CASE_II, low, high)
     cells = slice(part.before, part.before + part.design.N)
     assert part.before % CASE_II.J == 0  # the defects stay where they are
     assert part.before < low
@@ -34,13 +34,13 @@ def test_an_excerpt_has_the_cells_of_the_element(low, high):
 
 
 def test_an_excerpt_of_a_short_element_is_the_element():
-    part = excerpt(CASE_I, 1, 200)
+    part = cut_excerpt(CASE_I, 1, 200)
     assert (part.before, part.design) == (0, CASE_I)
 
 
 def test_a_wall_in_an_excerpt_is_that_of_the_element():
     """The error is exp(-DECAY) = 6e-6 of the strain's effect on a free edge."""
-    part = held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
+    part = compute_held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
     V = CASE_II.end_displacement(0.02) * CASE_II.strain_shape
     whole = hold_walls(Specimen(CASE_II), part.X, V).energy
     assert np.ptp(whole) > 4e-3
@@ -61,7 +61,7 @@ def test_the_ripple_of_the_lattice_by_scipys_minimiser():
         force = lambda v: -oracle.forces(flat, v, np.zeros(60))[0]  # noqa: E731
         return minimize(energy, guess, jac=force, method='L-BFGS-B', options=options).fun
 
-    ripple = lattice_ripple(CASE_II)
+    ripple = compute_lattice_ripple(CASE_II)
     assert ripple.energy[-1] == pytest.approx(0.0, abs=1e-10)  # a whole cell on
     held = hold_walls(Specimen(flat), np.array([30.5]), np.zeros(60)).energy[0]
     lowest = held + (ripple.energy.min() - ripple.energy[16])
@@ -78,17 +78,17 @@ def test_the_ripple_of_the_lattice_by_scipys_minimiser():
     ],
 )
 def test_the_strains_that_free_a_wall(level, sign, kink, expected):
-    found = depinning_strain(CASE_II, level, sign, 0.1, kink=kink, tolerance=1e-4)
+    found = find_depinning_strain(CASE_II, level, sign, 0.1, kink=kink, tolerance=1e-4)
     assert found == pytest.approx(expected, abs=3e-4)
 
 
 def test_a_pinned_wall_is_an_equilibrium_of_the_whole_element_just_below_that_strain_only():
-    strain = depinning_strain(CASE_II, 0, -1.0, 0.1)
-    v, V = resting_wall(Specimen(CASE_II), 0), np.zeros(CASE_II.N)
+    strain = find_depinning_strain(CASE_II, 0, -1.0, 0.1)
+    v, V = find_pinned_wall(Specimen(CASE_II), 0), np.zeros(CASE_II.N)
     moved = []
     for e in (*np.arange(-0.002, strain, -0.002), strain + 1e-5, strain - 1e-4):
         V, before = CASE_II.end_displacement(e) * CASE_II.strain_shape, V
-        v = relax(Specimen(CASE_II), v + V - before, V)
+        v = relax_to_equilibrium(Specimen(CASE_II), v + V - before, V)
         inside = v - V > CASE_II.D_barrier
         moved.append(int(inside.sum()) - CASE_II.J)
     assert max(map(abs, moved[:-1])) <= 1
@@ -97,18 +97,18 @@ def test_a_pinned_wall_is_an_equilibrium_of_the_whole_element_just_below_that_st
 
 def test_no_strain_frees_a_wall_from_a_very_soft_defect():
     deep = dataclasses.replace(CASE_II, beta=-0.6)
-    assert math.isnan(depinning_strain(deep, 0, -1.0, 0.04))
+    assert math.isnan(find_depinning_strain(deep, 0, -1.0, 0.04))
 
 
 def test_a_stiff_defect_holds_no_wall():
     with pytest.raises(StateError, match=r'the defect at j = 25 pins no wall'):
-        depinning_strain(dataclasses.replace(CASE_II, beta=0.2), 0, -1.0, 0.1)
+        find_depinning_strain(dataclasses.replace(CASE_II, beta=0.2), 0, -1.0, 0.1)
 
 
 def test_what_a_wall_gains_from_the_substrate_is_half_its_energy_over_s():
     """In a uniform substrate: the springs hold half the wall's energy, sum v'^2 = E."""
     even = dataclasses.replace(CASE_II, s_min=500.0, s_max=500.0)
-    _, gain = self_energy(even)
+    _, gain = compute_self_energy(even)
     flat = dataclasses.replace(even, gamma=0.0, beta=0.0)
     (total,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(flat.N)).energy
     assert np.ptp(gain) < 1e-12
@@ -116,6 +116,6 @@ def test_what_a_wall_gains_from_the_substrate_is_half_its_energy_over_s():
 
 
 def test_the_softest_place_draws_the_wall():
-    X, gain = self_energy(CASE_II)
+    X, gain = compute_self_energy(CASE_II)
     assert abs(X[gain.argmin()] - CASE_II.j_0) <= 0.5
     assert abs(X[gain.argmax()] - (CASE_II.j_0 + 25)) <= 0.5

@@ -11,7 +11,7 @@ from mlmem.instrument.end import Kick
 from mlmem.instrument.instrument import Units
 from mlmem.physics import PEFRL, Chain
 from mlmem.physics.energy import energy
-from mlmem.presets import written_by_kicks
+from mlmem.presets import use_kicks
 from mlmem_tools.checks import Verdict, transducer
 from mlmem_tools.checks.concern import Subject
 
@@ -22,23 +22,23 @@ def test_the_force_of_a_kick_does_the_work_that_is_stored():
     chain = Chain(replace(design, eta=1e-9), 0.05, PEFRL)
     kick = Kick(chain.end(1), design.D_s2, 0.1, replace(settings.kick, hold=0.0))
     before, powers = energy(chain).total, []
-    asked = transducer.demand(chain, 1, kick, powers)
+    asked = transducer.measure_demand(chain, 1, kick, powers)
     put_in = energy(chain).total - before
     assert sum(powers) * chain.dt == pytest.approx(put_in, rel=0.01)
     assert max(map(abs, powers)) == asked.power <= asked.force * asked.speed
     assert asked.stroke == pytest.approx(design.D_s2 - design.D_s1, rel=1e-5)
-    assert asked.speed == pytest.approx(0.1 * settings.kick.fastest, rel=1e-3)
+    assert asked.speed == pytest.approx(0.1 * settings.kick.peak_speed_ratio, rel=1e-3)
 
 
 def test_a_check_says_it_in_si_and_warns_of_what_is_not_made():
-    design, settings = written_by_kicks(preset('case_2'))
+    design, settings = use_kicks(preset('case_2'))
     found = {each.name: each for each in transducer.check(Subject(design, settings))}
     units = Units(design, settings.scale)
     assert found['transducer_stroke'].values['write'] == pytest.approx(
         units.length * (design.D_s2 - design.D_s1)
     )
     assert found['transducer_speed'].values['erase'] == pytest.approx(
-        units.speed * settings.kick.fastest * settings.kick.erase_speed, rel=0.02
+        units.speed * settings.kick.peak_speed_ratio * settings.kick.erase_speed, rel=0.02
     )
     assert {each.verdict for each in found.values()} == {Verdict.PASS}
     slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.3))

@@ -13,9 +13,15 @@ import pytest
 
 from mlmem import Outcome, Reading, describe_level
 from mlmem_ros.contract import answers, calls, values
-from mlmem_ros.contract.answers import Calibrated, Decoded, ended, held, told
-from mlmem_ros.contract.calls import fitted
-from mlmem_ros.contract.services import ACTIONS
+from mlmem_ros.contract.answers import (
+    Calibrated,
+    Decoded,
+    declare_field,
+    describe_fields,
+    outcome_to_dict,
+)
+from mlmem_ros.contract.calls import convert_field
+from mlmem_ros.contract.services import ACTION_TYPE_NAMES
 from mlmem_tools.cli import request
 
 DEFINITIONS = Path(__file__).parents[2] / 'mlmem_interfaces' / 'action'
@@ -24,7 +30,7 @@ DEFINITIONS = Path(__file__).parents[2] / 'mlmem_interfaces' / 'action'
 def test_an_outcome_becomes_plain_values():
     reading = Reading(5, '101', 'left', 694.25004, 0.93841234, 2.14264321, 149.0)
     outcome = Outcome('write', True, '', reading, 2, 100, 368)
-    assert json.loads(answers.answer(outcome, asked=5)) == {
+    assert json.loads(answers.format_answer(outcome, asked=5)) == {
         'procedure': 'write', 'level': 5, 'code': '101', 'delay': 694.25, 'asked': 5,
         'level_margin': 0.9384, 'margin': 0.9384, 'threshold_margin': 2.1426,
         'confidence': 0.5333, 'end': 'left', 'attempts': 2, 'ticks': 268,
@@ -33,22 +39,22 @@ def test_an_outcome_becomes_plain_values():
 
 def test_the_readings_of_both_ends_are_reported():
     reading = Reading(5, '101', 'both', 694.25, 0.9, 2.1, 149.0, walls=2, right_delay=84.12344)
-    values = ended(Outcome('read', True, '', reading, 1, 0, 60))
+    values = outcome_to_dict(Outcome('read', True, '', reading, 1, 0, 60))
     assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
 
 
 def test_a_failure_is_reported_with_its_reason_and_without_infinity():
     reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
     outcome = Outcome('read', False, 'no echo came back', reading, 1, 7, 9)
-    found = ended(outcome)
+    found = outcome_to_dict(outcome)
     assert found['error'] == found['reason'] == 'no echo came back'
     assert found['delay'] is None
     json.dumps(found, allow_nan=False)
-    assert 'delay' not in values.told(outcome)[1]
+    assert 'delay' not in values.describe_outcome(outcome)[1]
 
 
 def test_an_outcome_without_a_reading_is_short():
-    values = ended(Outcome('abort', True, '', None, 1, 3, 8))
+    values = outcome_to_dict(Outcome('abort', True, '', None, 1, 3, 8))
     assert values == {'procedure': 'abort', 'attempts': 1, 'ticks': 5}
 
 
@@ -67,8 +73,8 @@ def result_type(kind):
     """Return what stands for the type of an action whose result has all that `kind` holds."""
     fields = {
         name: {'float64': 0.0, 'string': '', 'float64[]': []}.get(row.wire, 0)
-        for answer, row in held(kind)
-        for name, _ in answers.on_wire(answer, row)
+        for answer, row in describe_fields(kind)
+        for name, _ in answers.wire_fields(answer, row)
     }
 
     def result(**given):
@@ -82,22 +88,26 @@ def test_a_field_more_is_declared_once_and_follows_everywhere(monkeypatch):
     class Warmed(Decoded):
         """Decoded, with a temperature for each end, and one of the substrate."""
 
-        warmth: float | None = told('float64', 'of it', 'K', default=None, absent=math.nan)
-        warmths: dict[str, tuple[float, ...]] = told('float64[]', 'ends', 'K', default=None)
+        warmth: float | None = declare_field(
+            'float64', 'of it', 'K', default=None, absent=math.nan
+        )
+        warmths: dict[str, tuple[float, ...]] = declare_field(
+            'float64[]', 'ends', 'K', default=None
+        )
 
-    monkeypatch.setitem(answers.ANSWERS, 'read', Warmed)
+    monkeypatch.setitem(answers.ANSWER_TYPES, 'read', Warmed)
     measured = {'warmth': 293.5, 'warmths': {'left': [1.0, 2.0], 'right': [3.0]}}
     outcome = Outcome('read', True, '', READING, 1, 0, 60, found=measured)
-    _, texts = values.told(outcome)
+    _, texts = values.describe_outcome(outcome)
     assert (texts['warmth'], texts['warmths_left']) == ('293.5', '1 2')
-    by_service = calls.parse(Warmed, True, answers.answer(outcome))
-    result = answers.result_of(result_type(Warmed), outcome, 0)
+    by_service = calls.parse_answer(Warmed, True, answers.format_answer(outcome))
+    result = answers.build_result(result_type(Warmed), outcome, 0)
     assert (result.warmth, result.left_warmths, result.right_warmths) == (293.5, [1.0, 2.0], [3.0])
-    by_action = calls.answer_of('read', Warmed, result, SimpleNamespace())
+    by_action = calls.parse_result('read', Warmed, result, SimpleNamespace())
     for answer in (by_service, by_action):
         assert (answer.warmth, answer.warmths['right'], answer.level) == (293.5, (3.0,), 5)
-        assert 'warmth 293.5' in request._found(answer)
-    assert [name for name, _ in held(Warmed)][-2:] == ['warmth', 'warmths']
+        assert 'warmth 293.5' in request._format_found(answer)
+    assert [name for name, _ in describe_fields(Warmed)][-2:] == ['warmth', 'warmths']
 
 
 @pytest.mark.parametrize(
@@ -106,10 +116,12 @@ def test_a_field_more_is_declared_once_and_follows_everywhere(monkeypatch):
 )
 def test_a_result_says_what_a_service_says(reading, delays):
     outcome = Outcome('calibrate', True, '', reading, 1, 0, 60, delays=delays)
-    result = answers.result_of(result_type(Calibrated), outcome, 0)
+    result = answers.build_result(result_type(Calibrated), outcome, 0)
     assert (result.left_delays, result.right_delays) == (list(delays.get('left', ())), [])
-    said = calls.said('calibrate', result)
-    assert said.items() >= (json.loads(answers.answer(outcome)).items() if reading else set())
+    said = calls.extract_values('calibrate', result)
+    assert said.items() >= (
+        json.loads(answers.format_answer(outcome)).items() if reading else set()
+    )
     assert said['level'] == (5 if reading else -2)
 
 
@@ -120,30 +132,36 @@ def test_a_result_says_what_a_service_says(reading, delays):
 def test_what_few_elements_find_or_lack_is_told(name, found, more):
     """A byte learns no delays; only a blank element tells of a stuck cell."""
     outcome = Outcome(name, True, '', READING, 1, 0, 60, found=found)
-    answer = calls.parse(answers.ANSWERS[name], True, answers.answer(outcome))
-    tell = request.DESCRIBED.get(name, request._found)
+    answer = calls.parse_answer(answers.ANSWER_TYPES[name], True, answers.format_answer(outcome))
+    tell = request.ANSWER_FORMATTERS.get(name, request._format_found)
     assert tell(answer).splitlines()[1:] == more
 
 
 def test_what_is_absent_from_a_result_is_none():
-    result = answers.failed(result_type(Decoded), 1, 'no echo')
+    result = answers.build_failed_result(result_type(Decoded), 1, 'no echo')
     assert (result.level, result.walls) == (-2, -1)
     assert math.isnan(result.delay)
     assert math.isnan(result.right_delay)
-    assert calls.said('read', result).items() >= {'delay': None, 'error': 'no echo'}.items()
-    assert {'walls', 'right_delay', 'reason'}.isdisjoint(calls.said('read', result))
+    assert (
+        calls.extract_values('read', result).items() >= {'delay': None, 'error': 'no echo'}.items()
+    )
+    assert {'walls', 'right_delay', 'reason'}.isdisjoint(calls.extract_values('read', result))
 
 
-@pytest.mark.parametrize('name', [name for name in ACTIONS if name != 'self_test'])
+@pytest.mark.parametrize('name', [name for name in ACTION_TYPE_NAMES if name != 'self_test'])
 def test_the_definition_of_an_action_holds_what_is_declared(name):
     """In this order, with these types and comments; by end, a field for each."""
-    text = (DEFINITIONS / f'{ACTIONS[name]}.action').read_text(encoding='utf-8').split('---\n')[1]
+    text = (
+        (DEFINITIONS / f'{ACTION_TYPE_NAMES[name]}.action')
+        .read_text(encoding='utf-8')
+        .split('---\n')[1]
+    )
     lines = [line.partition('#') for line in text.splitlines() if '=' not in line.split('#')[0]]
     found = [(code.split(), comment.strip()) for code, _, comment in lines][2:]  # an error
     wanted = [
         ([row.wire, field], row)
-        for each, row in held(answers.ANSWERS.get(name, Decoded))
-        for field, _ in answers.on_wire(each, row)
+        for each, row in describe_fields(answers.ANSWER_TYPES.get(name, Decoded))
+        for field, _ in answers.wire_fields(each, row)
     ]
     assert [code for code, _ in found] == [code for code, _ in wanted]
     for (_, comment), (_, row) in zip(found, wanted, strict=True):
@@ -159,11 +177,11 @@ def test_the_definition_of_an_action_holds_what_is_declared(name):
     [('uint8', 0, 255), ('uint16', 0, 65535), ('int8', -128, 127), ('int64', -(2**63), 2**63 - 1)],
 )
 def test_whole_numbers_stay_in_their_range(kind, low, high):
-    assert fitted('level', kind, low) == low
-    assert fitted('level', kind, high) == high
+    assert convert_field('level', kind, low) == low
+    assert convert_field('level', kind, high) == high
     for value in (low - 1, high + 1, 2**70):
         with pytest.raises(ValueError, match=f'level must be a whole number from {low} to {high}'):
-            fitted('level', kind, value)
+            convert_field('level', kind, value)
 
 
 @pytest.mark.parametrize(
@@ -179,9 +197,9 @@ def test_whole_numbers_stay_in_their_range(kind, low, high):
 def test_values_of_another_type_are_refused(kind, values):
     for value in values:
         with pytest.raises(ValueError, match=r'^it must be .*; got '):
-            fitted('it', kind, value)
+            convert_field('it', kind, value)
 
 
 def test_numbers_of_numpy_are_taken():
-    assert type(fitted('it', 'uint16', np.int64(5))) is int
-    assert fitted('it', 'sequence<double>', [np.float32(0.5), 1]) == [0.5, 1.0]
+    assert type(convert_field('it', 'uint16', np.int64(5))) is int
+    assert convert_field('it', 'sequence<double>', [np.float32(0.5), 1]) == [0.5, 1.0]

@@ -15,7 +15,7 @@ def climb():
     element = rig.device()
     seen = []
     for level in range(rig.DESIGN.levels):
-        seen.append((rig.events(element, Write(level)), snapshot.take(element)))
+        seen.append((rig.events(element, Write(level)), snapshot.take_snapshot(element)))
     return seen
 
 
@@ -25,7 +25,7 @@ def written(climb):
 
     def written(level, **settings):
         element = rig.device(**settings)
-        snapshot.restore(element, climb[level][1])
+        snapshot.restore_snapshot(element, climb[level][1])
         return element
 
     return written

@@ -9,7 +9,7 @@ import numpy as np
 
 from mlmem import MemoryElement, Outcome, Settings, factory_calibration, snapshot
 from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: 60 cases, the same in every run; a loaded machine is no finding."""
@@ -37,8 +37,8 @@ def device(level=None, *, design=DESIGN, calibration=None, **settings):
     calibration = calibration or factory_calibration(design, Settings())
     element = MemoryElement(design, Settings(**settings), calibration)
     if level is not None:
-        element.chain.place(resting_wall(Specimen(design), level))
-        element.transducer.assume_rest()
+        element.chain.place(find_pinned_wall(Specimen(design), level))
+        element.transducer.assume_equilibrium()
     return element
 
 
@@ -126,19 +126,19 @@ def holds(element, level):
     position = wall(element)
     if level is None or position is None:
         return level is position
-    return abs(position - element.design.defect(level)) < 1.0
+    return abs(position - element.design.defect_site(level)) < 1.0
 
 
 def bits(element):
     """Return all that a command could change, for an exact comparison."""
     actuator, transducer = element.actuator, element.transducer
     return (
-        snapshot.digest(element),
+        snapshot.hash_state(element),
         actuator.strain,
         actuator.elapsed,
         actuator.motion,
         transducer.recent.tobytes(),
-        transducer.driving,
+        transducer.is_driving,
         not transducer.detectors,
         element.procedure,
         element.reading,

@@ -21,7 +21,7 @@ def abort(element):
     begun = element.ticks
     element.apply(Abort())
     told = element.advance()
-    assert not element.transducer.driving, 'a held cell is let go at once'
+    assert not element.transducer.is_driving, 'a held cell is let go at once'
     while element.procedure:
         told += element.advance()
     outcomes = [event for event in told if isinstance(event, Outcome)]
@@ -32,8 +32,8 @@ def abort(element):
     assert outcomes[-1].success
     assert element.ticks - begun <= 61  # 1200 time units of release
     assert element.actuator.strain == element.chain.V_N == 0.0
-    assert not element.actuator.moving
-    assert not element.transducer.driving
+    assert not element.actuator.is_moving
+    assert not element.transducer.is_driving
     assert element.procedure == ''
 
 
@@ -55,7 +55,7 @@ def test_an_abort_while_a_wall_is_launched(content, command):
     """The boundary cell moves for 40 time units, so for 2 or 3 ticks; then the wall runs."""
     element = rig.device(content)
     element.apply(command)
-    while not (element.transducer.driving and not element.transducer.detectors):
+    while not (element.transducer.is_driving and not element.transducer.detectors):
         element.advance()
     launched = element.ticks
     caught = []
@@ -63,7 +63,7 @@ def test_an_abort_while_a_wall_is_launched(content, command):
         element = rig.device(content)
         element.apply(command)
         rig.ticks(element, tick)
-        caught.append(element.transducer.driving)
+        caught.append(element.transducer.is_driving)
         abort(element)
         assert rig.succeed(element, Write(1)).level == 1
         assert rig.holds(element, 1)

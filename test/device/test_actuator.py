@@ -29,7 +29,7 @@ def actuator():
 def record(moved, ticks=None):
     """Return the strain after every step until the actuator stands still, or for some ticks."""
     trace = []
-    while moved.moving if ticks is None else len(trace) < ticks:
+    while moved.is_moving if ticks is None else len(trace) < ticks:
         trace.append(moved.advance(TICK))
     return np.concatenate(trace)
 
@@ -49,7 +49,7 @@ def test_a_set_point_is_reached_smoothly_at_the_rate_limit():
     # the first step's mean rate, of order (rate of change of rate) x step / 2
     assert rate[0] < 6.0 * 0.05 / 750.0**2 * STEP
     assert moved.strain == 0.05  # exactly
-    assert not moved.moving
+    assert not moved.is_moving
 
 
 def test_a_set_point_is_kept():
@@ -119,7 +119,7 @@ def test_no_sequence_of_moves_exceeds_the_rate_limit_or_overshoots(moves):
             assert np.abs(rates(before, trace)).max() <= RATE + 1e-16 / STEP
             assert min(start, target) - 1e-17 <= trace.min()
             assert trace.max() <= max(start, target) + 1e-17
-        if not moved.moving and ticks:
+        if not moved.is_moving and ticks:
             assert moved.strain == target
 
 
@@ -135,7 +135,7 @@ def test_a_move_to_the_present_strain_takes_no_time():
     moved = actuator()
     for move in (moved.slew_to, lambda strain: moved.ramp_to(strain, 0.0)):
         move(0.0)
-        assert not moved.moving
+        assert not moved.is_moving
         assert set(moved.advance(TICK)) == {0.0}
 
 
@@ -182,7 +182,7 @@ def test_the_actuator_strains_the_material():
     element = rig.device()
     element.apply(SetStrain(0.01))
     speeds = []
-    while element.actuator.moving or not speeds:
+    while element.actuator.is_moving or not speeds:
         element.advance()
         speeds.append(element.substrate_speed)
         stretched = element.chain.V_N

@@ -26,9 +26,9 @@ from mlmem import (
     preset,
 )
 from mlmem.instrument.end import End
-from mlmem.moves.planner import moves_from
-from mlmem.physics import Specimen, level_of
-from mlmem.readers.register import resting
+from mlmem.moves.planner import find_moves
+from mlmem.physics import Specimen, find_level
+from mlmem.readers.register import pin_walls
 from mlmem.settings import ElementSettings
 from mlmem_tools import checks
 from mlmem_tools.checks import Verdict
@@ -55,13 +55,13 @@ def element_with(name, cells, faults, method='strain'):
 
 def place(element, *levels):
     """Put walls at rest at some levels of the material as it is."""
-    element.chain.place(resting(element.chain.specimen, levels))
-    element.transducer.assume_rest()
+    element.chain.place(pin_walls(element.chain.specimen, levels))
+    element.transducer.assume_equilibrium()
     element.forget('placed')
 
 
 def true_level(element):
-    return level_of(element.design, element.chain.configuration, 0.5 * element.design.J)
+    return find_level(element.design, element.chain.configuration, 0.5 * element.design.J)
 
 
 def written(element, level):
@@ -106,7 +106,7 @@ def test_a_weak_cell_behind_all_levels_costs_none():
 def test_no_move_crosses_a_stuck_cell():
     design, settings = told('case_2', str(BESIDE), 'kick')
     targets = {
-        move.target for start in range(-1, 4) for move in moves_from(design, settings, start)
+        move.target for start in range(-1, 4) for move in find_moves(design, settings, start)
     }
     assert targets == {BLANK, 0, 1, 2, 3}  # level 3 itself is before the cell
 
@@ -222,10 +222,12 @@ def test_the_cell_in_an_element_file_is_simulated_and_judged(tmp_path, monkeypat
     """A file keeps the stuck cell; `mlmem design check --element` says which levels are left."""
     design, settings = told('case_2', '')
     made = Specimen(design, stuck=(BESIDE,))
-    element_file.save(tmp_path / 'element.yaml', element_file.Element(made, np.zeros(design.N)))
-    element = element_file.of_design(tmp_path / 'element.yaml', design)
+    element_file.write_element_file(
+        tmp_path / 'element.yaml', element_file.Element(made, np.zeros(design.N))
+    )
+    element = element_file.read_matching_element(tmp_path / 'element.yaml', design)
     assert element.specimen.stuck == (BESIDE,)
-    monkeypatch.setattr(checks, 'CONCERNS', (checks.launch,))  # all else takes a second
+    monkeypatch.setattr(checks, 'CHECK_MODULES', (checks.launch,))  # all else takes a second
     finding = checks.check(design, settings, element)['bad_cells']
     assert (finding.verdict, finding.values['usable levels']) == (Verdict.WARN, 3.0)
     assert 'level 4 cannot be reached: cell 104 is stuck' in finding.text
@@ -254,4 +256,4 @@ def test_what_is_no_cell_or_leaves_no_level_is_refused(cells, text):
 def test_a_register_has_no_bad_cells():
     with pytest.raises(SettingsError, match='must be empty for an element with many walls'):
         told('byte', '104')
-    assert Settings().with_stuck((3, 7)).element.stuck == (3, 7)
+    assert Settings().add_stuck_cells((3, 7)).element.stuck == (3, 7)

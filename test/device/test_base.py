@@ -12,7 +12,7 @@ import pytest
 
 from mlmem import Disturb, MemoryElement, Read, Refused, Settings, factory_calibration, snapshot
 from mlmem.instrument.base import Base, BaseState
-from mlmem.physics import CASE_II, Chain, StateError, level_of
+from mlmem.physics import CASE_II, Chain, StateError, find_level
 from mlmem.settings import DisturbanceSettings, ScaleSettings
 
 from . import rig
@@ -24,7 +24,7 @@ PROGRESS = np.array([0.25, 0.5, 0.75, 1.0])
 def test_a_base_without_messages_is_at_rest():
     base = Base(DisturbanceSettings(), TICK)
     assert base.advance(PROGRESS) is None
-    assert not base.harmful()
+    assert not base.find_harmful_tick()
 
 
 def test_the_acceleration_ramps_linearly_to_a_message_and_holds():
@@ -107,7 +107,7 @@ def kept(omega, amplitude):
     for level in LEVELS:
         element = rig.device(level)
         shaken(element, omega, amplitude)
-        count += level_of(element.design, element.chain.configuration) == level
+        count += find_level(element.design, element.chain.configuration) == level
     return count
 
 
@@ -141,7 +141,7 @@ def test_a_shaken_device_restored_goes_on_to_the_bit(written):
     rig.ticks(first, 1)
     first.apply(Disturb(-2e-4))
     rig.ticks(first, 3)
-    snapshot.restore(second, json.loads(json.dumps(snapshot.take(first))))
+    snapshot.restore_snapshot(second, json.loads(json.dumps(snapshot.take_snapshot(first))))
     assert second.base.state == first.base.state
     for element in (first, second):
         rig.ticks(element, 100)  # the time-out is within
@@ -160,7 +160,7 @@ def test_an_acceleration_that_makes_all_cells_slide_is_refused():
         element.apply(Disturb(1.01 * hold))
     element.apply(Disturb(0.5 * hold))  # met within a tick: the cells swing about where they rest
     rig.ticks(element, 100)
-    assert level_of(design, element.chain.configuration) == -1
+    assert find_level(design, element.chain.configuration) == -1
 
 
 @pytest.mark.parametrize(('share', 'slides'), [(0.95, False), (1.05, True)])
@@ -172,4 +172,4 @@ def test_the_holding_force_holds_a_uniform_element(share, slides, sign):
     course = np.minimum(np.linspace(0.0, 2.0, 40_000), 1.0)
     with pytest.raises(StateError) if slides and sign > 0.0 else contextlib.nullcontext():
         chain.advance(np.zeros(40_000), shake=sign * share * design.holding_force * course)
-    assert level_of(design, chain.configuration) == -1
+    assert find_level(design, chain.configuration) == -1

@@ -26,7 +26,7 @@ from mlmem import (
     factory_calibration,
 )
 from mlmem.instrument.drivers import Driver
-from mlmem.instrument.instrument import LONGEST_RUN
+from mlmem.instrument.instrument import MAX_RUN_TICKS
 from mlmem.physics import CASE_II
 
 from . import rig
@@ -84,7 +84,7 @@ def test_every_procedure_works_blindfolded(commands):
         for element in (blind, seeing):
             element.apply(command)
             while element.procedure:
-                element.advance(LONGEST_RUN)
+                element.advance(MAX_RUN_TICKS)
     assert chain.state().tobytes() == seeing.chain.state().tobytes()
     assert blind.reading == seeing.reading
     assert blind.ticks == seeing.ticks

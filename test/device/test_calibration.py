@@ -26,7 +26,7 @@ from mlmem import (
 )
 from mlmem.instrument.end import End
 from mlmem.move_settings import WriteSettings
-from mlmem.parsing import decode
+from mlmem.parsing import decode_value
 from mlmem.procedures import calibrating
 from mlmem.settings import ReadSettings
 
@@ -168,7 +168,7 @@ def test_the_distance_is_interpolated_between_the_levels(table):
 
 @pytest.mark.parametrize('table', [RISING, FALLING, SHAPED])
 def test_a_table_survives_a_file(table):
-    assert decode(DelayTable, json.loads(json.dumps(table.as_dict()))) == table
+    assert decode_value(DelayTable, json.loads(json.dumps(table.as_dict()))) == table
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_a_table_survives_a_file(table):
 )
 def test_data_that_are_not_a_table_are_refused(data, message):
     with pytest.raises(ValueError, match=message):
-        decode(DelayTable, data)
+        decode_value(DelayTable, data)
 
 
 def test_a_calibration_has_a_table_for_each_end():

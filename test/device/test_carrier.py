@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from mlmem import Settings
 from mlmem.instrument.end import End
-from mlmem.readers.echo import EchoDetector, carried, weights
+from mlmem.readers.echo import EchoDetector, compute_weights, filter_carrier
 
 from . import rig
 
@@ -29,7 +29,10 @@ SAMPLED = pytest.mark.parametrize('dt', STEPS)
 def passes(end, dt, omega):
     """Return the amplitude that is left of a wave of amplitude 1, whatever its phase."""
     t = np.arange(6000) * dt
-    parts = [carried(wave(omega * t), weights(PROBES[end], dt)) for wave in (np.sin, np.cos)]
+    parts = [
+        filter_carrier(wave(omega * t), compute_weights(PROBES[end], dt))
+        for wave in (np.sin, np.cos)
+    ]
     amplitudes = np.hypot(*parts)
     assert np.ptp(amplitudes) < 1e-9, 'every part of a wave passes alike'
     return amplitudes.mean()
@@ -38,19 +41,19 @@ def passes(end, dt, omega):
 @AT_ENDS
 @SAMPLED
 def test_the_carrier_passes_unchanged_and_in_phase(end, dt):
-    kernel = weights(PROBES[end], dt)
+    kernel = compute_weights(PROBES[end], dt)
     n = len(kernel) // 2
     wave = np.sin(PROBES[end].omega_c * np.arange(2000) * dt + 0.4)
-    np.testing.assert_allclose(carried(wave, kernel), wave[n:-n], atol=1e-13)
+    np.testing.assert_allclose(filter_carrier(wave, kernel), wave[n:-n], atol=1e-13)
 
 
 @AT_ENDS
 @SAMPLED
 def test_a_constant_does_not_pass(end, dt):
     """Nor the displacement of a strained end, of hundreds of cells."""
-    kernel = weights(PROBES[end], dt)
+    kernel = compute_weights(PROBES[end], dt)
     assert abs(kernel.sum()) < 1e-15
-    np.testing.assert_allclose(carried(np.full(2000, 500.0), kernel), 0.0, atol=1e-13)
+    np.testing.assert_allclose(filter_carrier(np.full(2000, 500.0), kernel), 0.0, atol=1e-13)
 
 
 @SAMPLED
@@ -98,20 +101,20 @@ def test_two_pulses_at_once_are_told_apart(end):
 
 
 def test_too_few_samples_give_nothing():
-    kernel = weights(PROBES[End.LEFT], 0.5)
+    kernel = compute_weights(PROBES[End.LEFT], 0.5)
     for n in (0, 3, len(kernel) - 1):
-        assert carried(np.ones(n), kernel).shape == (0,)
-    assert carried(np.ones(len(kernel)), kernel).shape == (1,)
+        assert filter_carrier(np.ones(n), kernel).shape == (0,)
+    assert filter_carrier(np.ones(len(kernel)), kernel).shape == (1,)
 
 
 @rig.unhurried
 @given(st.lists(st.integers(0, 400), max_size=5), st.integers(0, 2**32 - 1))
 def test_the_bits_do_not_depend_on_how_samples_are_cut(cuts, seed):
     v = np.random.default_rng(seed).normal(0.0, 1e-3, 400)
-    kernel = weights(PROBES[End.LEFT], 0.5)
-    whole, before = carried(v, kernel), len(kernel) - 1
+    kernel = compute_weights(PROBES[End.LEFT], 0.5)
+    whole, before = filter_carrier(v, kernel), len(kernel) - 1
     edges = sorted({before, 400, *(max(before, cut) for cut in cuts)})
-    parts = [carried(v[a - before : b], kernel) for a, b in itertools.pairwise(edges)]
+    parts = [filter_carrier(v[a - before : b], kernel) for a, b in itertools.pairwise(edges)]
     assert np.concatenate(parts).tobytes() == whole.tobytes()
 
 
@@ -129,6 +132,8 @@ def test_a_detector_hears_the_same_bits_however_the_samples_come(cuts):
     assert first.delay == second.delay
     assert first.v_m.tobytes() == second.v_m.tobytes()
     assert first.v_c.tobytes() == second.v_c.tobytes()
-    kernel = weights(PROBES[End.LEFT], 0.5)
+    kernel = compute_weights(PROBES[End.LEFT], 0.5)
     known = np.concatenate((past[-(len(kernel) // 2) :], v))
-    np.testing.assert_array_equal(first.v_m, np.abs(carried(known, kernel))[: len(first.v_m)])
+    np.testing.assert_array_equal(
+        first.v_m, np.abs(filter_carrier(known, kernel))[: len(first.v_m)]
+    )

@@ -8,16 +8,21 @@ import json
 import pytest
 
 from mlmem import Calibrate, Calibration, Settings, Write, new_element, preset, snapshot
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, corrected, schedule_of
-from mlmem.parsing import decode
-from mlmem.physics import Scatter, StateError, level_of, scattered
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.moves.corrections import (
+    PulseCorrection,
+    PulseCorrections,
+    apply_correction,
+    hash_schedule,
+)
+from mlmem.parsing import decode_value
+from mlmem.physics import Scatter, StateError, find_level, scattered
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.procedures import calibrating
 from mlmem_ros.host import state_file
 
 BITS_2 = preset('bits_2')
 STRONGER = PulseCorrection(1.3, 1.6)
-PLAN = PulseCorrections((PulseCorrection(), *[STRONGER] * 3), schedule_of(BITS_2.settings))
+PLAN = PulseCorrections((PulseCorrection(), *[STRONGER] * 3), hash_schedule(BITS_2.settings))
 """Pulses that reach every level of the scattered element."""
 
 
@@ -35,7 +40,7 @@ def failed_writes(element):
         level
         for level in range(element.design.levels)
         if not element.perform(Write(level)).success
-        or level_of(element.design, element.chain.configuration) != level
+        or find_level(element.design, element.chain.configuration) != level
     ]
 
 
@@ -78,7 +83,7 @@ def test_calibration_of_a_wall_one_level_too_far_fails(monkeypatch):
     def go_too_far(element, place, level, **options):
         yield from go_to_level(element, place, level, **options)
         if level == 1:
-            element.chain.place(resting_wall(element.chain.specimen, 2))
+            element.chain.place(find_pinned_wall(element.chain.specimen, 2))
 
     monkeypatch.setattr(calibrating, 'go_to_level', go_too_far)
     outcome = element.perform(Calibrate())
@@ -91,7 +96,7 @@ def test_corrections_outlive_the_process_to_the_bit(planned, tmp_path):
     kept = state_file.load_calibration(tmp_path / 'file', 'key', BITS_2.design.levels)
     assert kept == planned.calibration
     again = scattered_element()
-    snapshot.restore(again, json.loads(json.dumps(snapshot.take(planned))))
+    snapshot.restore_snapshot(again, json.loads(json.dumps(snapshot.take_snapshot(planned))))
     assert again.calibration == planned.calibration
 
 
@@ -108,11 +113,11 @@ def test_corrections_of_another_schedule_are_ignored():
 
 
 def test_correction_scales_strains_within_the_actuators_limit():
-    settings = corrected(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
+    settings = apply_correction(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
     assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
     assert settings.write.ease_to == BITS_2.settings.write.ease_to
     assert settings.write.compression == -BITS_2.settings.actuator.max_strain
-    assert corrected(BITS_2.settings, PulseCorrection()) == BITS_2.settings
+    assert apply_correction(BITS_2.settings, PulseCorrection()) == BITS_2.settings
 
 
 @pytest.mark.parametrize(
@@ -138,18 +143,21 @@ def test_correction_scales_strains_within_the_actuators_limit():
 def test_file_with_invalid_pulse_corrections_is_rejected(planned, tmp_path, corrections, message):
     values = {**planned.calibration.as_dict(), 'pulse_corrections': corrections}
     with pytest.raises(ValueError, match=message):
-        decode(Calibration, values).check(BITS_2.design.levels)
+        decode_value(Calibration, values).check(BITS_2.design.levels)
     path = tmp_path / 'file'
     path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
     with pytest.raises(StateError, match=f'{message}|NaN is not JSON'):
         state_file.load_calibration(path, 'key', BITS_2.design.levels)
-    taken = {**snapshot.take(planned), 'calibration': values}
+    taken = {**snapshot.take_snapshot(planned), 'calibration': values}
     with pytest.raises(StateError, match='not a snapshot of a device'):
-        snapshot.restore(scattered_element(), taken)
+        snapshot.restore_snapshot(scattered_element(), taken)
 
 
 def test_corrections_survive_json():
     corrections = PulseCorrections(
-        (PulseCorrection(), PulseCorrection(1.3, 1.6)), schedule_of(Settings())
+        (PulseCorrection(), PulseCorrection(1.3, 1.6)), hash_schedule(Settings())
     )
-    assert decode(PulseCorrections, json.loads(json.dumps(corrections.as_dict()))) == corrections
+    assert (
+        decode_value(PulseCorrections, json.loads(json.dumps(corrections.as_dict())))
+        == corrections
+    )

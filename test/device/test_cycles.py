@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from mlmem import Abort, SetStrain, Write, new_element, preset
-from mlmem_ros.parameter_file import load
+from mlmem_ros.parameter_file import load_preset
 
 from .rig import run, succeed
 
@@ -34,11 +34,11 @@ def test_a_cycle_pauses_on_the_way_back_and_takes_the_stated_time():
 
 def test_an_abort_releases_the_strain_as_slowly_as_an_erase():
     """The way back of a fast write takes a tick, which would be a jerk from the peak."""
-    design, settings = load('bits_2')
+    design, settings = load_preset('bits_2')
     assert settings.write.release == settings.time.tick
     element = new_element(design, settings)
     element.apply(SetStrain(0.02))
-    while element.actuator.moving:
+    while element.actuator.is_moving:
         element.advance()
     outcome = run(element, Abort())
     assert (outcome.end_tick - outcome.start_tick) * element.tick >= settings.erase.release

@@ -27,7 +27,7 @@ from mlmem import (
     SetStrain,
     Write,
 )
-from mlmem.loop.timetable import LONGEST_REST
+from mlmem.loop.timetable import MAX_DEFERRAL_S
 
 from . import rig
 from .loops import until
@@ -106,7 +106,7 @@ def lived(seed):
     ticks = [call.result(20.0) for call in calls][-1]
     loop.stop()
     refused = {id(each.asked) for each in answers if each.answer.exception(1.0) is not None}
-    most = LONGEST_REST if not streams else 0.0 if every % batch == 0 else batch * PERIOD
+    most = MAX_DEFERRAL_S if not streams else 0.0 if every % batch == 0 else batch * PERIOD
     for tick in range(every, ticks + 1, every) if every else ():
         assert tick in seen, 'somebody waits for it'
         assert abs(seen[tick] - tick * PERIOD) < most + 2 * PERIOD
@@ -137,7 +137,7 @@ def test_any_life_in_a_loop_is_as_if_every_tick_had_been_computed(seeds):
                 continue  # of the accelerations in a tick the newest counts
             tick, at = heard[id(command)]
             assert abs(tick * PERIOD - when) < PERIOD + 1e-9, 'it took effect in another tick'
-            assert at - when < LONGEST_REST + 2 * PERIOD, 'it was told too late'
+            assert at - when < MAX_DEFERRAL_S + 2 * PERIOD, 'it was told too late'
         seen = []
         for tick in range(quick.ticks):
             for stamp, command in taken:

@@ -10,7 +10,7 @@ import time
 import pytest
 
 from mlmem import Disturb, Faults, SetStrain, Write, snapshot
-from mlmem.loop.timetable import WAKING, SteadyPacer
+from mlmem.loop.timetable import WAKE_UP_TIME_S, SteadyPacer
 
 from . import rig
 from .loops import PATIENCE, PERIOD, Clock, restless, result, until
@@ -99,7 +99,7 @@ def test_a_listener_is_called_at_published_ticks_with_the_same_bits(start):
         if tick == 60:
             other.apply(SetStrain(0.03))
         other.advance()
-    assert snapshot.take(element) == snapshot.take(other)
+    assert snapshot.take_snapshot(element) == snapshot.take_snapshot(other)
 
 
 @pytest.mark.parametrize('faults', [Faults(), Faults(sensor_noise=1e-5, seed=3)])
@@ -116,7 +116,7 @@ def test_ticks_of_a_rest_equal_single_ticks(faults):
         rested.advance(ticks)
         for _ in range(ticks):
             other.advance()
-        assert snapshot.take(rested) == snapshot.take(other)
+        assert snapshot.take_snapshot(rested) == snapshot.take_snapshot(other)
         assert rested.substrate_speed == other.substrate_speed == 0.0
 
 
@@ -233,7 +233,7 @@ def test_an_acceleration_wakes_a_device_at_rest(start):
         if other.ticks == 40 + 502:
             other.apply(Disturb(1e-6))
         other.advance()
-    assert snapshot.take(element) == snapshot.take(other)
+    assert snapshot.take_snapshot(element) == snapshot.take_snapshot(other)
     assert loop.statistics.overruns == 0
 
 
@@ -322,5 +322,5 @@ def test_deferred_ticks_are_done_just_as_the_next_is_due(start):
     loop = start(element, listen, pacer=clock, speed=1.0, batch=10, stream_period=lambda: 10)
     until(lambda: element.ticks == 30)
     loop.stop()
-    expected = [0.016, 0.018, 0.0371 - WAKING, 0.038, 0.0571 - WAKING, 0.058]
+    expected = [0.016, 0.018, 0.0371 - WAKE_UP_TIME_S, 0.038, 0.0571 - WAKE_UP_TIME_S, 0.058]
     assert begun == pytest.approx(expected, abs=1e-12)

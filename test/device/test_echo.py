@@ -17,7 +17,14 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.transducer import Transducer
 from mlmem.physics import CASE_II, Chain
-from mlmem.readers.echo import FAINTEST, EchoDetector, blanking, pulse_duration, threshold, window
+from mlmem.readers.echo import (
+    MIN_THRESHOLD_CELLS,
+    EchoDetector,
+    blanking_time,
+    detection_threshold,
+    pulse_duration,
+    window_width,
+)
 from mlmem.settings import ProbeSettings, Settings
 
 from . import rig
@@ -70,9 +77,9 @@ def burst(n, at, amplitude, omega=2.1, width=8.0):
 
 
 def test_the_times_of_a_pulse():
-    assert window(PROBE) == pytest.approx(23.93594, abs=1e-5)  # 16 pi / 2.1
+    assert window_width(PROBE) == pytest.approx(23.93594, abs=1e-5)  # 16 pi / 2.1
     assert pulse_duration(PROBE) == 96.0  # 2 t_0 = 12 sigma
-    assert blanking(PROBE) == pytest.approx(96.0 + 11.96797, abs=1e-5)
+    assert blanking_time(PROBE) == pytest.approx(96.0 + 11.96797, abs=1e-5)
 
 
 CHUNKS = st.lists(st.integers(1, 300), min_size=1, max_size=5)
@@ -143,7 +150,9 @@ def test_no_echo_is_detected_while_the_window_overlaps_the_pulse():
 def test_the_threshold_decays_with_the_damping():
     """Echoes that fade as exp(-eta t / 2) are detected equally well early and late."""
     t = times(8000)
-    np.testing.assert_allclose(threshold(PROBE, t), 1.6e-4 * np.exp(-0.002 * t), rtol=1e-15)
+    np.testing.assert_allclose(
+        detection_threshold(PROBE, t), 1.6e-4 * np.exp(-0.002 * t), rtol=1e-15
+    )
     margins = []
     for at in (200.0, 700.0, 1200.0):
         v = np.where(np.abs(t - at) < 50.0, 3.2e-4 * np.exp(-0.002 * t), 0.0)
@@ -186,8 +195,8 @@ def test_the_threshold_never_falls_below_rounding(gain_decay):
     echo = detector.echo(End.LEFT)
     assert echo.delay is None
     assert echo.threshold_margin < 1.0
-    assert threshold(probe, np.array(1e9)) == FAINTEST
-    assert dataclasses.replace(echo, floor=1e-9).raised < 1e5
+    assert detection_threshold(probe, np.array(1e9)) == MIN_THRESHOLD_CELLS
+    assert dataclasses.replace(echo, floor=1e-9).threshold_factor < 1e5
 
 
 def test_an_element_at_rest_gives_no_echo_at_any_gain():

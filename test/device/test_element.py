@@ -138,7 +138,7 @@ def test_a_set_point_where_the_strain_is_makes_nothing_unknown(written):
     """As a loop sends it just after a procedure, whose strain it saw last."""
     element = written(3)
     element.apply(SetStrain(0.0))
-    assert not element.actuator.moving
+    assert not element.actuator.is_moving
     assert element.advance() == []
     assert element.reading.level == 3
 
@@ -211,19 +211,19 @@ def test_the_phases_of_the_ends_are_known_under_strain(written):
 
 def test_a_released_device_runs_nothing_and_has_no_strain(written):
     element = written(2)
-    assert element.released
+    assert element.is_released
     element.apply(SetStrain(0.004))  # two ticks
-    assert not element.released
+    assert not element.is_released
     rig.ticks(element, 3)
-    assert not element.actuator.moving
-    assert not element.released
+    assert not element.actuator.is_moving
+    assert not element.is_released
     element.apply(SetStrain(0.0))
     rig.ticks(element, 3)
-    assert element.released
+    assert element.is_released
     element.apply(Read())
-    assert not element.released
+    assert not element.is_released
     rig.ticks(element, 300)
-    assert element.released
+    assert element.is_released
 
 
 # --- what is told -----------------------------------------------------------------------------
@@ -280,7 +280,7 @@ def play(stamped, ticks=700):
             if when == tick:
                 element.apply(command)
         element.advance()
-        digests.append(snapshot.digest(element))
+        digests.append(snapshot.hash_state(element))
     return digests
 
 

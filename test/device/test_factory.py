@@ -12,9 +12,9 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.procedures import listening
-from mlmem.procedures.blocks import run
+from mlmem.procedures.blocks import run_procedure
 from mlmem.settings import ProbeSettings, ReadSettings
 from mlmem_tools.checks.echoes import forecast_echo
 
@@ -60,7 +60,7 @@ def test_the_delays_are_those_of_linear_waves(end):
     settings = Settings()
     delays = factory_calibration(CASE_II, settings).table(end).delays
     for level, delay in enumerate(delays):
-        wall = resting_wall(Specimen(CASE_II), level)
+        wall = find_pinned_wall(Specimen(CASE_II), level)
         exact = forecast_echo(CASE_II, wall, end.probe(settings), end, dt=0.0).delay
         assert delay == pytest.approx(exact, abs=1.5), level
 
@@ -72,9 +72,9 @@ def test_the_delays_are_the_same_at_half_the_step(level):
     known = factory_calibration(CASE_II, settings)
     driver = Simulation(Chain(CASE_II, 0.25, PEFRL))
     twin = Instrument(CASE_II, settings, driver)
-    twin.chain.place(resting_wall(Specimen(CASE_II), level))
-    twin.transducer.assume_rest()
-    for end, echo in run(twin, listening.pulse_echo(twin, tuple(End))).items():
+    twin.chain.place(find_pinned_wall(Specimen(CASE_II), level))
+    twin.transducer.assume_equilibrium()
+    for end, echo in run_procedure(twin, listening.probe_ends(twin, tuple(End))).items():
         assert echo.delay == pytest.approx(known.table(end).delays[level], abs=1.5)
 
 
@@ -125,7 +125,7 @@ def test_an_ideal_element_that_cannot_be_probed_is_refused_without_waiting(monke
         raise ProcedureFailed('the left end does not come to rest')
         yield
 
-    monkeypatch.setattr(listening, 'quiet', restless)
+    monkeypatch.setattr(listening, 'wait_for_decay', restless)
     with pytest.raises(
         SettingsError, match='cannot be probed: the left end does not come to rest'
     ):

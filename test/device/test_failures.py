@@ -19,10 +19,17 @@ from mlmem import (
     preset,
     snapshot,
 )
-from mlmem.instrument.fault_script import KINDS, MEANINGS, UNITS, Failure, course, of
-from mlmem.instrument.faults import Sensors, moved
+from mlmem.instrument.fault_script import (
+    FAILURE_KINDS,
+    FAULT_MEANINGS,
+    FAULT_UNITS,
+    Failure,
+    list_fault_fields,
+    schedule_faults,
+)
+from mlmem.instrument.faults import Sensors, apply_transducer_faults
 from mlmem.physics import HeldCell
-from mlmem.rng import Stream, normal
+from mlmem.rng import Stream, draw_normal
 
 CELL = {'instance': 40}
 
@@ -36,18 +43,20 @@ def element():
     return new_element(preset('bits_1'))
 
 
-@pytest.mark.parametrize(('unit', 'failure'), MEANINGS, ids=' '.join)
+@pytest.mark.parametrize(('unit', 'failure'), FAULT_MEANINGS, ids=' '.join)
 def test_a_failure_is_a_fault_of_its_unit_and_ok_heals_it(unit, failure):
-    cell = CELL if MEANINGS[unit, failure].cell else {}
+    cell = CELL if FAULT_MEANINGS[unit, failure].cell else {}
     faults = Failure(unit, failure, **cell).on(Faults(seed=3))
-    assert faults.active()
-    assert set(faults.active()) <= set(of(unit))
+    assert faults.list_active()
+    assert set(faults.list_active()) <= set(list_fault_fields(unit))
     assert Failure(unit, 'ok').on(faults) == Faults(seed=3)
 
 
 def test_what_has_no_counterpart_is_refused_and_said():
-    others = {(unit, kind) for unit in UNITS for kind in KINDS} - {(u, 'ok') for u in UNITS}
-    for unit, kind in others - MEANINGS.keys():
+    others = {(unit, kind) for unit in FAULT_UNITS for kind in FAILURE_KINDS} - {
+        (u, 'ok') for u in FAULT_UNITS
+    }
+    for unit, kind in others - FAULT_MEANINGS.keys():
         with pytest.raises(Refused, match=f'{unit} cannot be {kind}, only .*, or ok'):
             Failure(unit, kind).on(Faults())
 
@@ -72,10 +81,10 @@ def test_what_has_no_counterpart_is_refused_and_said():
     ],
 )  # fmt: skip
 def test_a_script_with_a_mistake_is_refused_and_changes_nothing(element, failures, message):
-    before = snapshot.take(element)
+    before = snapshot.take_snapshot(element)
     with pytest.raises(Refused, match=message):
         element.apply(script(*failures))
-    assert snapshot.take(element) == before
+    assert snapshot.take_snapshot(element) == before
 
 
 def test_signals_are_late_slow_and_wrong_as_stated():
@@ -86,7 +95,7 @@ def test_signals_are_late_slow_and_wrong_as_stated():
         sensors, last, found = Sensors(0.5), np.zeros(2), []
         for tick in range(10):
             part = ends[:, 40 * tick : 40 * tick + 40]
-            found.append(sensors.sense(part, last, Faults(**faults), tick))
+            found.append(sensors.apply_sensor_faults(part, last, Faults(**faults), tick))
             last = found[-1][:, -1]
         return np.concatenate(found, axis=1)
 
@@ -101,7 +110,9 @@ def test_signals_are_late_slow_and_wrong_as_stated():
     assert behind == pytest.approx(10.0 - 0.25, rel=3e-4)
     # Noise is that of the samples: it does not pass through the lag, from tick to tick neither.
     noisy = sensed(sensor_lag=10.0, sensor_noise=0.1) - sensed(sensor_lag=10.0)
-    noise = np.concatenate([normal((2, 40), 0, tick, Stream.NOISE) for tick in range(10)], axis=1)
+    noise = np.concatenate(
+        [draw_normal((2, 40), 0, tick, Stream.NOISE) for tick in range(10)], axis=1
+    )
     assert noisy == pytest.approx(0.1 * noise, abs=1e-15)
 
 
@@ -140,23 +151,26 @@ def test_a_motion_is_made_in_part_from_where_it_begins():
     """A kick by half from -1 to 1 ends at 0; its speed is halved, too."""
     asked = HeldCell(1, np.array(((-1.0, 0.0, 1.0), (0.0, 0.3, 0.0))))
     start = asked.motion[:, :1]
-    half = moved(asked, start, Faults(transducer_gain=0.5))
+    half = apply_transducer_faults(asked, start, Faults(transducer_gain=0.5))
     assert half.motion == pytest.approx(np.array(((-1.0, -0.5, 0.0), (0.0, 0.15, 0.0))))
-    assert moved(asked, start, Faults(transducer_gain=0.5, transducer_end='right')) is asked
-    assert moved(asked, start, Faults(transducer_off=True)) is None
-    assert moved(asked, start, Faults(weak_cell=40)) is asked
+    assert (
+        apply_transducer_faults(asked, start, Faults(transducer_gain=0.5, transducer_end='right'))
+        is asked
+    )
+    assert apply_transducer_faults(asked, start, Faults(transducer_off=True)) is None
+    assert apply_transducer_faults(asked, start, Faults(weak_cell=40)) is asked
 
 
 def test_slow_and_noisy_signals_go_on_from_a_snapshot(element):
     element.apply(SetFaults(Faults(sensor_lag=25.0, sensor_noise=0.01, sensor_dropout=0.3)))
     element.apply(SetStrain(0.001))
     element.advance(5)
-    kept = snapshot.take(element)
+    kept = snapshot.take_snapshot(element)
     other = new_element(preset('bits_1'))
-    snapshot.restore(other, json.loads(json.dumps(kept)))
+    snapshot.restore_snapshot(other, json.loads(json.dumps(kept)))
     for each in (element, other):
         each.advance(5)
-    assert snapshot.take(other) == snapshot.take(element)
+    assert snapshot.take_snapshot(other) == snapshot.take_snapshot(element)
 
 
 @pytest.mark.parametrize('after', [0.0, 10.0], ids=['healed', 'sooner'])
@@ -166,10 +180,10 @@ def test_signals_that_are_late_no_more_are_restored(element, after):
     element.advance(10)
     element.apply(SetFaults(Faults(sensor_delay=after)))
     assert element.at_rest == (after == 0.0)
-    kept = snapshot.take(element)
+    kept = snapshot.take_snapshot(element)
     other = new_element(preset('bits_1'))
-    snapshot.restore(other, json.loads(json.dumps(kept)))
-    assert snapshot.take(other) == kept
+    snapshot.restore_snapshot(other, json.loads(json.dumps(kept)))
+    assert snapshot.take_snapshot(other) == kept
 
 
 FAILING = (
@@ -189,7 +203,7 @@ def test_a_script_takes_effect_in_its_ticks_however_time_is_cut():
         element.apply(Write(0))
         while element.ticks < 400:
             element.advance(min(cut, 400 - element.ticks))
-        return snapshot.take(element)
+        return snapshot.take_snapshot(element)
 
     assert lived(400) == lived(1)
 
@@ -199,11 +213,11 @@ def test_a_script_goes_on_in_a_restored_device(element):
     while element.ticks < 50:
         element.advance(50 - element.ticks)
     other = new_element(preset('bits_1'))
-    snapshot.restore(other, json.loads(json.dumps(snapshot.take(element))))
+    snapshot.restore_snapshot(other, json.loads(json.dumps(snapshot.take_snapshot(element))))
     for each in (element, other):
         while each.ticks < 200:
             each.advance(200 - each.ticks)
-    assert snapshot.take(other) == snapshot.take(element)
+    assert snapshot.take_snapshot(other) == snapshot.take_snapshot(element)
     assert other.faults == Faults(damping_factor=1.5)
 
 
@@ -217,4 +231,4 @@ def test_faults_that_are_set_end_a_script(element):
 
 def test_a_later_line_of_the_same_tick_wins():
     lines = Failure('sensor', 'off', tick=4), Failure('sensor', 'ok', tick=4)
-    assert course(lines, Faults(), 100) == [(104, Faults())]
+    assert schedule_faults(lines, Faults(), 100) == [(104, Faults())]

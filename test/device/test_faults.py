@@ -27,13 +27,13 @@ from mlmem import (
 )
 from mlmem.instrument.actuator import TransmissionState
 from mlmem.instrument.end import End
-from mlmem.instrument.faults import OfMaterial, with_faults
+from mlmem.instrument.faults import OfMaterial, apply_faults
 from mlmem.move_settings import WriteSettings
 from mlmem.physics import CASE_II, Specimen, StateError, find_walls
 from mlmem.presets import preset
-from mlmem.readers.register import resting
-from mlmem.rng import Stream, happens, normal
-from mlmem.schema import descriptions
+from mlmem.readers.register import pin_walls
+from mlmem.rng import Stream, draw_event, draw_normal
+from mlmem.schema import find_descriptions
 
 from . import rig
 from .test_register import NIBBLE
@@ -64,16 +64,19 @@ def strains(element, n):
 
 
 def test_a_healthy_device_has_no_active_faults():
-    assert Faults().active() == {}
-    assert Faults(seed=3, weak_factor=0.1).active() == {}
+    assert Faults().list_active() == {}
+    assert Faults(seed=3, weak_factor=0.1).list_active() == {}
 
 
 def test_active_faults_are_reported_by_name():
-    assert Faults(sensor_noise=1e-3, weak_cell=7, seed=3).active() == {
+    assert Faults(sensor_noise=1e-3, weak_cell=7, seed=3).list_active() == {
         'sensor_noise': 1e-3,
         'weak_cell': 7,
     }
-    assert Faults(weak_cell=7, weak_factor=0.1).active() == {'weak_cell': 7, 'weak_factor': 0.1}
+    assert Faults(weak_cell=7, weak_factor=0.1).list_active() == {
+        'weak_cell': 7,
+        'weak_factor': 0.1,
+    }
 
 
 @pytest.mark.parametrize(
@@ -112,21 +115,21 @@ def test_faults_of_another_design_are_refused_and_change_nothing(wrong, message)
 @pytest.mark.parametrize('field', dataclasses.fields(Faults), ids=lambda field: field.name)
 def test_a_fault_of_the_material_is_declared_as_one_and_changes_it(field):
     """And no other does."""
-    (row,) = (row for each, row in descriptions(Faults) if each.name == field.name)
+    (row,) = (row for each, row in find_descriptions(Faults) if each.name == field.name)
     others = {'weak_cell': 7} if field.name == 'weak_factor' else {}
     last = (row.high, *row.choices)[-1]
     value = {'bool': True, 'int': 7}.get(field.type, last)
     faults = Faults(**{**others, field.name: value})
     made = Specimen(CASE_II)
-    before = with_faults(made, Faults(**others))
-    after = with_faults(made, faults)
+    before = apply_faults(made, Faults(**others))
+    after = apply_faults(made, faults)
     changed = any(
         np.any(getattr(before, name) != getattr(after, name))
         for name in ('alpha_factor', 'k_r_factor', 's_factor', 'stuck', 'eta_factor')
     )
     assert changed == isinstance(row, OfMaterial)
-    assert faults.same_material(Faults(**others)) != changed
-    assert (field.name in faults.of_the_material()) == changed
+    assert faults.has_same_material(Faults(**others)) != changed
+    assert (field.name in faults.list_material_faults()) == changed
 
 
 def test_a_specimen_that_needs_a_shorter_step_is_refused():
@@ -142,7 +145,9 @@ def test_a_specimen_that_needs_a_shorter_step_is_refused():
 
 def test_noise_has_the_stated_statistics():
     """Mean 0, deviation 1, no correlation from tick to tick: within five standard errors."""
-    x = np.concatenate([normal((2, 500), 3, tick, Stream.NOISE).ravel() for tick in range(100)])
+    x = np.concatenate(
+        [draw_normal((2, 500), 3, tick, Stream.NOISE).ravel() for tick in range(100)]
+    )
     n = len(x)
     assert abs(x.mean()) < 5 / math.sqrt(n)
     assert x.std() == pytest.approx(1.0, abs=5 / math.sqrt(2 * n))
@@ -153,7 +158,7 @@ def test_noise_has_the_stated_statistics():
 
 def test_random_events_have_their_stated_probability():
     for probability in (0.0, 0.3, 1.0):
-        seen = np.mean([happens(probability, 1, tick, Stream.SLIP) for tick in range(2000)])
+        seen = np.mean([draw_event(probability, 1, tick, Stream.SLIP) for tick in range(2000)])
         assert seen == pytest.approx(probability, abs=5 * 0.5 / math.sqrt(2000))
 
 
@@ -161,16 +166,16 @@ def test_the_random_numbers_of_a_seed_and_tick_never_change():
     """Philox4x64-10, whose raw numbers numpy promises; they must not depend on its version."""
     raw = np.random.Philox(key=7, counter=[0, 42, Stream.NOISE, 0]).random_raw(4)
     assert [int(x) for x in raw] == PHILOX
-    (x,) = normal((1,), 7, 42, Stream.NOISE)
+    (x,) = draw_normal((1,), 7, 42, Stream.NOISE)
     halves = [(word >> shift) & 0xFFFF for word in PHILOX for shift in (0, 16, 32, 48)]
     expected = (sum(halves) - 8 * 0xFFFF) / math.sqrt(16 * (2**32 - 1) / 12)
     assert x == pytest.approx(expected, rel=1e-15)
 
 
 def test_seed_tick_and_purpose_each_change_the_numbers():
-    base = normal((4,), 1, 1, Stream.NOISE)
+    base = draw_normal((4,), 1, 1, Stream.NOISE)
     for other in ((2, 1, Stream.NOISE), (1, 2, Stream.NOISE), (1, 1, Stream.SLIP)):
-        assert (normal((4,), *other) != base).all()
+        assert (draw_normal((4,), *other) != base).all()
 
 
 # --- sensors ----------------------------------------------------------------------------------
@@ -184,7 +189,7 @@ def test_seed_tick_and_purpose_each_change_the_numbers():
 def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(kind, end, gain):
     """It is driven about its rest: elsewhere the pulse began with a jump, and the wall left."""
     element = new_element(kind)
-    element.chain.place(resting(Specimen(element.design), (0,)))
+    element.chain.place(pin_walls(Specimen(element.design), (0,)))
     suffering(element, sensor_gain=gain, sensor_end=end)
     for _ in range(3):
         element.advance(50)
@@ -192,7 +197,7 @@ def test_a_read_drives_no_end_that_seems_to_rest_in_neither_phase(kind, end, gai
     assert 'rests in neither phase' in outcome.error
     assert outcome.reading.level == UNDECODABLE
     wall = find_walls(element.design, element.chain.configuration)[0]
-    assert wall.position == pytest.approx(element.design.defect(0), abs=1.0)
+    assert wall.position == pytest.approx(element.design.defect_site(0), abs=1.0)
 
 
 @pytest.mark.parametrize('kind', [preset('kick_2'), NIBBLE], ids=['kick_2', 'nibble'])
@@ -208,7 +213,7 @@ def test_noise_is_heard_and_moves_nothing():
     noisy, plain = suffering(rig.device(2), sensor_noise=1e-3), rig.device(2)
     for element in (noisy, plain):
         rig.ticks(element, 20)
-    assert snapshot.digest(noisy) == snapshot.digest(plain)
+    assert snapshot.hash_state(noisy) == snapshot.hash_state(plain)
     heard = noisy.transducer.recent - plain.transducer.recent
     # 80 steps a tick: the whole of the recent samples, two rows of some 300, is noisy
     assert heard.std() == pytest.approx(1e-3, rel=0.15)
@@ -301,7 +306,7 @@ def test_the_largest_offset_may_come_and_go_without_a_lost_tick():
     """A compression by 0.1 at the highest rate left no cell where a step is stable."""
     settings = preset('case_2').settings
     element = suffering(rig.device(3, **settings.groups()), actuator_offset=-0.1)
-    one_way = math.ceil(0.1 / settings.actuator.by_hand / element.tick)
+    one_way = math.ceil(0.1 / settings.actuator.hand_rate_limit / element.tick)
     assert strains(element, one_way)[-1] == pytest.approx(-0.1)
     element.apply(HEALTHY)
     assert strains(element, one_way)[-1] == pytest.approx(0.0)
@@ -337,7 +342,7 @@ def test_a_write_repeats_a_missed_cycle(written):
 
 
 def test_the_material_is_worn_at_the_stated_cells():
-    specimen = with_faults(
+    specimen = apply_faults(
         Specimen(CASE_II), Faults(weak_cell=7, weak_factor=0.3, stuck_cell=9, damping_factor=2)
     )
     factor = np.ones(CASE_II.N)
@@ -349,7 +354,7 @@ def test_the_material_is_worn_at_the_stated_cells():
 
 def test_disorder_depends_on_the_seed():
     one, same, other = (
-        with_faults(
+        apply_faults(
             Specimen(CASE_II),
             Faults(disorder_alpha=0.1, disorder_k_r=0.1, disorder_s=0.1, seed=seed),
         )
@@ -427,10 +432,10 @@ def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
     first, second = suffering(written(1, **once), **dataclasses.asdict(ILL)), rig.device(**once)
     first.apply(SetStrain(0.03))
     rig.ticks(first, 9)
-    taken = json.loads(json.dumps(snapshot.take(first), allow_nan=False))
-    snapshot.restore(second, taken)
+    taken = json.loads(json.dumps(snapshot.take_snapshot(first), allow_nan=False))
+    snapshot.restore_snapshot(second, taken)
     assert second.faults == ILL
-    assert snapshot.take(second) == taken
+    assert snapshot.take_snapshot(second) == taken
     for element in (first, second):
         rig.ticks(element, 40)
         element.apply(SetStrain(0.0))
@@ -463,7 +468,7 @@ def test_a_snapshot_with_impossible_faults_is_refused(part, values):
     element = rig.device(1)
     before = rig.bits(element), element.faults
     with pytest.raises(StateError):
-        snapshot.restore(element, {**snapshot.take(rig.device(2)), part: values})
+        snapshot.restore_snapshot(element, {**snapshot.take_snapshot(rig.device(2)), part: values})
     assert (rig.bits(element), element.faults) == before
 
 

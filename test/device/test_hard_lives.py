@@ -49,8 +49,8 @@ def assert_sound(element):
     assert np.isfinite(element.transducer.recent).all()
     assert np.isfinite(energy(element.chain).total)
     if not element.procedure:
-        taken = snapshot.take(element)
-        snapshot.restore(element, json.loads(json.dumps(taken, allow_nan=False)))
+        taken = snapshot.take_snapshot(element)
+        snapshot.restore_snapshot(element, json.loads(json.dumps(taken, allow_nan=False)))
 
 
 def lost(seeds):
@@ -81,7 +81,7 @@ def test_a_device_can_be_saved_and_goes_on_after_a_lost_tick():
         rig.ticks(element, 5)
     assert element.still
     assert rig.holds(element, 3)
-    snapshot.restore(other, snapshot.take(element))
+    snapshot.restore_snapshot(other, snapshot.take_snapshot(element))
     for each in (element, other):
         rig.ticks(each, 20)
     assert rig.bits(other)[0] == rig.bits(element)[0]

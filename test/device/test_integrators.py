@@ -7,10 +7,10 @@ import pytest
 from mlmem import Erase, Read, Settings, Write, new_element
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, INTEGRATORS, Specimen, StateError
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.calibration import calibration_key
 from mlmem.settings import TimeSettings
-from mlmem.snapshot import digest, restore, take
+from mlmem.snapshot import hash_state, restore_snapshot, take_snapshot
 from mlmem_ros.host.design_check import Verdict
 from mlmem_tools.checks import Report, material
 from mlmem_tools.checks.concern import Subject
@@ -45,8 +45,8 @@ def test_the_delays_are_free_of_numerical_dispersion():
     assert paper.calibration == fourth.calibration
     heard = {}
     for element in (paper, fourth):
-        element.chain.place(resting_wall(Specimen(CASE_II), 7))
-        element.transducer.assume_rest()
+        element.chain.place(find_pinned_wall(Specimen(CASE_II), 7))
+        element.transducer.assume_equilibrium()
         heard[element] = run(element, Read()).reading.left_delay
     exact = forecast_echo(CASE_II, element.chain.v, FOURTH.probe, End.LEFT, dt=0.0).delay
     assert heard[fourth] == pytest.approx(exact, abs=1.0)  # two samples
@@ -57,10 +57,10 @@ def test_a_snapshot_of_the_other_integrator_is_refused():
     element = new_element(DESIGN, PAPER)
     rig.ticks(element, 5)
     other = new_element(DESIGN, FOURTH)
-    before = digest(other)
+    before = hash_state(other)
     with pytest.raises(StateError, match=r'steps per tick \(time.tick, time.integrator\)'):
-        restore(other, take(element))
-    assert digest(other) == before
+        restore_snapshot(other, take_snapshot(element))
+    assert hash_state(other) == before
 
 
 def test_delays_of_one_integrator_do_not_apply_to_the_other():

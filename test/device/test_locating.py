@@ -17,8 +17,8 @@ from mlmem import (
     preset,
 )
 from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.physics.equilibrium import relax
-from mlmem.readers.register import resting
+from mlmem.physics.equilibrium import relax_to_equilibrium
+from mlmem.readers.register import pin_walls
 
 from . import rig
 
@@ -35,8 +35,8 @@ def with_walls(*positions, design=CASE_II, first_active=True, **options):
         rise = 0.5 * (1.0 + np.tanh((design.sites - position - 0.3) / 3.0))
         v += (-step if down else step) * rise
     element = rig.device(design=design, **options)
-    element.chain.place(relax(Specimen(design), v, np.zeros(design.N)))
-    element.transducer.assume_rest()
+    element.chain.place(relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
+    element.transducer.assume_equilibrium()
     return element
 
 
@@ -135,9 +135,9 @@ def test_one_late_sensor_is_refused_or_within_the_error(name, level, delay):
 def at_level(name, level, faults):
     """Return a shipped element at rest at a level, with faults."""
     element = new_element(preset(name))
-    element.chain.place(resting(Specimen(element.design), () if level == BLANK else (level,)))
+    element.chain.place(pin_walls(Specimen(element.design), () if level == BLANK else (level,)))
     element.set_faults(faults)
-    element.transducer.assume_rest()
+    element.transducer.assume_equilibrium()
     return element
 
 

@@ -24,7 +24,7 @@ from mlmem import (
     Write,
     snapshot,
 )
-from mlmem.loop.mailbox import MOST
+from mlmem.loop.mailbox import MAX_PENDING_REQUESTS
 from mlmem.physics import StateError
 from mlmem.settings import ScaleSettings
 
@@ -165,8 +165,8 @@ def test_a_function_is_called_between_ticks_in_the_loops_thread(start):
     loop = start(rig.device())
     here = threading.get_ident()
     assert result(loop.call(threading.get_ident)) != here
-    taken = result(loop.call(lambda: snapshot.take(loop.element)))
-    snapshot.restore(rig.device(), taken)
+    taken = result(loop.call(lambda: snapshot.take_snapshot(loop.element)))
+    snapshot.restore_snapshot(rig.device(), taken)
     with pytest.raises(ZeroDivisionError):
         result(loop.call(lambda: 1 / 0))
     assert loop.failure is None, 'it is the failure of who called'
@@ -242,7 +242,7 @@ def test_a_loop_finished_while_single_ticks_wait_releases_the_strain(start):
         steps = [loop.step().answer for _ in range(50)]
         loop.finish()
         assert loop.failure is None
-        assert loop.element.released
+        assert loop.element.is_released
         assert loop.element.actuator.strain == 0.0
         assert all(step.done() for step in steps)
 
@@ -347,11 +347,11 @@ def test_finishing_a_paused_or_failed_loop_ends_too(start):
 def test_too_many_pending_commands_are_refused(start):
     loop = start(rig.device())
     hold(loop)
-    answers = [loop.submit(SetStrain(0.0)) for _ in range(MOST + 5)]
-    for late in answers[MOST:]:
+    answers = [loop.submit(SetStrain(0.0)) for _ in range(MAX_PENDING_REQUESTS + 5)]
+    for late in answers[MAX_PENDING_REQUESTS:]:
         assert refusal(late) == '1000 requests are already waiting'
     loop.pause(False)
-    assert all(result(answer) is None for answer in answers[:MOST])
+    assert all(result(answer) is None for answer in answers[:MAX_PENDING_REQUESTS])
 
 
 def test_a_newer_acceleration_replaces_a_pending_one(start):

@@ -10,10 +10,10 @@ import pytest
 from mlmem import Settings
 from mlmem.instrument.actuator import Actuator
 from mlmem.instrument.instrument import Instrument
-from mlmem.instrument.motion import Cycle, Ramp, shaped
+from mlmem.instrument.motion import Cycle, Ramp, shape_ramp
 from mlmem.move_settings import CycleSettings
 from mlmem.physics import CASE_II
-from mlmem.procedures.blocks import play, run
+from mlmem.procedures.blocks import play_cycle, run_procedure
 from mlmem.settings import ActuatorSettings
 
 PEAK = -0.03
@@ -27,10 +27,10 @@ def test_a_planned_cycle_equals_that_of_the_device(times, max_rate):
     """At every tick, with an actuator that follows and with one too slow for the ramps."""
     settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
     instrument, seen = Instrument(CASE_II, settings), []
-    procedure = play(instrument, Cycle.planned(times, PEAK))
-    run(instrument, procedure, lambda: seen.append(instrument.actuator.strain))
+    procedure = play_cycle(instrument, Cycle.plan_cycle(times, PEAK))
+    run_procedure(instrument, procedure, lambda: seen.append(instrument.actuator.strain))
     seen = [*seen[1:], instrument.actuator.strain]
-    told = Cycle.planned(times, PEAK, max_rate)
+    told = Cycle.plan_cycle(times, PEAK, max_rate)
     assert len(seen) * instrument.tick == pytest.approx(told.duration, abs=3 * instrument.tick)
     if max_rate == 2e-3:  # nothing is put off to the next tick
         assert told.duration == 1000.0 + times.ease
@@ -40,12 +40,12 @@ def test_a_planned_cycle_equals_that_of_the_device(times, max_rate):
 
 def test_a_slow_actuator_prolongs_ramps_but_not_waits():
     """The peak rate is 1.5 times the mean: 1.5 x 0.03 / 1e-5 for each ramp."""
-    told = Cycle.planned(PLAIN, PEAK, 1e-5)
+    told = Cycle.plan_cycle(PLAIN, PEAK, 1e-5)
     assert told.duration == pytest.approx(2 * 4500.0 + 200.0 + 100.0)
 
 
 def test_waits_of_zero_length_are_skipped():
-    told = Cycle.planned(dataclasses.replace(PLAIN, hold=0.0, settle=0.0), PEAK)
+    told = Cycle.plan_cycle(dataclasses.replace(PLAIN, hold=0.0, settle=0.0), PEAK)
     assert told.duration == 700.0
     assert told.strain(np.array([0.0, 400.0, 700.0])) == pytest.approx([0.0, PEAK, 0.0])
 
@@ -53,7 +53,7 @@ def test_waits_of_zero_length_are_skipped():
 def test_a_pulse_of_any_shape_is_a_cycle_and_one_profile():
     """Up, hold, fast to a small opposite strain, and to zero: each leg is a smooth ramp."""
     legs = [(PEAK, 400.0), (PEAK, 60.0), (-0.1 * PEAK, 20.0), (0.0, 20.0)]
-    pulse = Cycle.through(legs)
+    pulse = Cycle.build_from_targets(legs)
     t = np.linspace(0.0, 520.0, 5201)
     seen = pulse.strain(t)
     assert pulse.duration == 500.0
@@ -71,7 +71,7 @@ def test_a_pulse_of_any_shape_is_a_cycle_and_one_profile():
 def test_a_move_in_two_half_steps_is_the_mean_of_two_moves(delay):
     """Also if the second begins after the first has ended."""
     ramp, t = Ramp(0.01, PEAK, 40.0), np.linspace(0.0, 120.0, 1201)
-    moved = shaped(ramp, delay)
+    moved = shape_ramp(ramp, delay)
     assert moved.duration == 40.0 + delay
     assert moved.target == PEAK
     late = np.where(t < delay, ramp.start, ramp.strain(np.maximum(t - delay, 0.0)))
@@ -86,13 +86,13 @@ def test_two_half_steps_leave_an_oscillator_of_their_period_at_rest():
     def rings(motion, omega):
         return abs(np.sum(np.gradient(motion.strain(t)) * np.exp(1j * omega * t)))
 
-    assert rings(shaped(ramp, delay), np.pi / delay) < 1e-4 * rings(ramp, np.pi / delay)
-    assert rings(shaped(ramp, delay), 0.1) > 0.9 * rings(ramp, 0.1)
+    assert rings(shape_ramp(ramp, delay), np.pi / delay) < 1e-4 * rings(ramp, np.pi / delay)
+    assert rings(shape_ramp(ramp, delay), 0.1) > 0.9 * rings(ramp, 0.1)
 
 
 def test_an_actuator_makes_a_move_in_two_half_steps_in_the_same_time():
     actuator = Actuator(ActuatorSettings(max_rate=1.0))
     actuator.ramp_to(PEAK, 40.0, 6.7)
-    assert actuator.remaining == pytest.approx(40.0)
+    assert actuator.remaining_time == pytest.approx(40.0)
     actuator.ramp_to(0.0, 5.0, 6.7)  # too short for it
-    assert actuator.remaining == 5.0
+    assert actuator.remaining_time == 5.0

@@ -7,14 +7,14 @@ import itertools
 import pytest
 
 from mlmem import PRESETS, preset
-from mlmem.moves.planner import How, moves_from, paper_way, route
+from mlmem.moves.planner import How, disable_kicks, find_moves, find_route
 from mlmem.physics import CASE_II
 from mlmem.readers.reading import BLANK
 from mlmem.settings import Settings
 
 
 def ways(design, settings, start, target):
-    return [move.how for move in route(design, settings, start, target)]
+    return [move.how for move in find_route(design, settings, start, target)]
 
 
 @pytest.mark.parametrize('name', PRESETS)
@@ -22,7 +22,7 @@ def test_every_place_can_be_reached(name):
     design, settings = preset(name)
     places = [BLANK, 0, design.levels // 2, design.levels - 1]
     for start, target in itertools.permutations(set(places), 2):
-        way = route(design, settings, start, target)
+        way = find_route(design, settings, start, target)
         assert [move.start for move in way] == [start, *(move.target for move in way[:-1])]
         assert way[-1].target == target
 
@@ -34,9 +34,9 @@ def test_no_route_is_longer_than_a_move_and_the_route_from_there():
         return sum(move.time for move in way)
 
     for start, target in ((15, 14), (14, 13), (15, 7), (3, 2), (BLANK, 5)):
-        shortest = time(route(design, settings, start, target))
-        for move in moves_from(design, settings, start):
-            rest = time(route(design, settings, move.target, target))
+        shortest = time(find_route(design, settings, start, target))
+        for move in find_moves(design, settings, start):
+            rest = time(find_route(design, settings, move.target, target))
             assert shortest <= move.time + rest
 
 
@@ -48,5 +48,5 @@ def test_a_route_upward_is_one_step_per_level():
 
 def test_the_papers_route_has_only_steps_up_and_a_kink():
     design, settings = preset('bits_4')
-    assert ways(design, paper_way(settings), 3, 2) == [How.ERASE, How.LAUNCH, *[How.STEP] * 2]
+    assert ways(design, disable_kicks(settings), 3, 2) == [How.ERASE, How.LAUNCH, *[How.STEP] * 2]
     assert ways(CASE_II, Settings(), 1, 0) == [How.ERASE, How.LAUNCH]

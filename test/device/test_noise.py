@@ -12,7 +12,7 @@ from sampled import sampled
 from mlmem import UNDECODABLE, EchoReceived, Faults, Read, SelfTest, SetFaults, Write
 from mlmem.instrument.end import End
 from mlmem.procedures import listening
-from mlmem.readers.echo import EchoDetector, threshold, weights
+from mlmem.readers.echo import EchoDetector, compute_weights, detection_threshold
 from mlmem.settings import ProbeSettings
 
 from . import rig
@@ -78,7 +78,9 @@ def test_a_quiet_sensor_raises_no_threshold(written):
 def test_noise_raises_the_threshold_in_quadrature():
     probe, t = ProbeSettings(), np.array([0.0, 500.0, 1000.0])
     plain = 1.6e-4 * np.exp(-0.002 * t)
-    np.testing.assert_allclose(threshold(probe, t, 5e-5), np.hypot(plain, 5e-5), rtol=1e-14)
+    np.testing.assert_allclose(
+        detection_threshold(probe, t, 5e-5), np.hypot(plain, 5e-5), rtol=1e-14
+    )
 
 
 def test_a_detector_hears_no_echo_in_pure_noise():
@@ -87,7 +89,7 @@ def test_a_detector_hears_no_echo_in_pure_noise():
     What is left has only some independent values in a window, so that v_c varies by 27 % (and by
     6 % without the filter): of 100 runs of 1500 time units none exceeds 2.4 times its mean.
     """
-    left = math.sqrt(float(np.square(weights(ProbeSettings(), 0.25)).sum()))
+    left = math.sqrt(float(np.square(compute_weights(ProbeSettings(), 0.25)).sum()))
     assert left == pytest.approx(0.217, abs=1e-3)
     for seed in range(30):
         v = np.random.default_rng(seed).normal(0.0, 2e-4 / left, 6000)
@@ -152,7 +154,7 @@ def test_the_noise_after_the_echo_raises_the_threshold_in_time_for_the_reading()
         if isinstance(event, EchoReceived) and event.echo.end == 'left'
     )
     assert left.floor == pytest.approx(1.5 * MEAN_SIZE * 0.307 * 1e-4, rel=0.3)
-    assert left.raised > 1.4
+    assert left.threshold_factor > 1.4
     assert told[-1].error.startswith('the noise at the left end hides when the echo began')
 
 

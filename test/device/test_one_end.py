@@ -24,11 +24,11 @@ from mlmem import (
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.presets import PRESETS
 from mlmem.readers.calibration import DelayTable
-from mlmem.readers.decoding import decode, exchanged
-from mlmem.readers.echo import Echo, threshold
+from mlmem.readers.decoding import decode_echoes, find_exchanged_levels
+from mlmem.readers.echo import Echo, detection_threshold
 
 from . import rig
 
@@ -61,8 +61,8 @@ def late(name, level, end, by):
     calibration = factory_calibration(design, settings)
     driver = Late(design, settings.time, end, by)
     element = new_element(design, settings, calibration, driver)
-    driver.place(resting_wall(Specimen(design), level), design)
-    element.transducer.assume_rest()
+    driver.place(find_pinned_wall(Specimen(design), level), design)
+    element.transducer.assume_equilibrium()
     return element
 
 
@@ -82,7 +82,10 @@ def test_no_calibration_that_ships_lets_one_end_change_a_level(name):
     calibration = factory_calibration(design, settings)
     for names in NAMES:
         read = dataclasses.replace(settings.read, end=names)
-        assert exchanged(design, dataclasses.replace(settings, read=read), calibration) == []
+        assert (
+            find_exchanged_levels(design, dataclasses.replace(settings, read=read), calibration)
+            == []
+        )
 
 
 def heard(end, probe, crossings):
@@ -93,7 +96,7 @@ def heard(end, probe, crossings):
         low, delay, high = crossings
         for time, least in ((low, 0.9), (delay, 1.1), (high, 3.0)):
             ratio[t >= (delay if time is None else time)] = least
-    v_c = ratio * threshold(probe, t)
+    v_c = ratio * detection_threshold(probe, t)
     over = ratio > 1.0
     delay = float(t[over.argmax()]) if over.any() else None
     return Echo(end, probe, t, v_c, v_c, delay, float(ratio.max()))
@@ -114,14 +117,14 @@ def test_whatever_one_end_hears_a_level_is_read_as_it_is_or_not_at_all(name, nam
         honest, table = wrong.opposite, calibration.table(wrong)
         probes = {end: end.probe(settings) for end in End}
         sweep = [(t - 2.0, t, t + 3.0) for t in np.arange(60.0, table.longest + 60.0, 3.0)]
-        sweep += [table.crossings(level) for level in range(design.levels)]
+        sweep += [table.find_crossings(level) for level in range(design.levels)]
         said = [(each, heard(wrong, probes[wrong], each)) for each in (None, *sweep)]
         for true in range(0, design.levels, max(1, design.levels // 4)):
-            sound = calibration.table(honest).crossings(true)
+            sound = calibration.table(honest).find_crossings(true)
             good = heard(honest, probes[honest], sound)
             for each, bad in said:
                 echoes = {honest: good, wrong: bad}
-                level = decode(design, read, calibration, echoes, (1, 0)).level
+                level = decode_echoes(design, read, calibration, echoes, (1, 0)).level
                 assert level in (true, UNDECODABLE), (wrong, true, each)
                 right += level == true
     assert right > 0
@@ -142,7 +145,7 @@ def test_no_table_at_all_lets_one_end_change_a_level(left, right, margin, names)
     other = DelayTable(tuple(900.0 - float(sum(right[:k])) for k in range(n)))
     _, settings = preset('case_2')
     read = dataclasses.replace(settings.read, end=names, min_margin=margin)
-    found = exchanged(
+    found = find_exchanged_levels(
         dataclasses.replace(design, N=25 * (n + 1)),
         dataclasses.replace(settings, read=read),
         Calibration(one, other),
@@ -160,7 +163,7 @@ def test_levels_that_sound_the_same_at_an_end_are_told_of_and_not_read():
         shapes=(known.left.shapes[0], *known.left.shapes[:1], *known.left.shapes[2:]),
     )
     calibration = dataclasses.replace(known, left=alike)
-    found = exchanged(design, settings, calibration)
+    found = find_exchanged_levels(design, settings, calibration)
     assert {(end, true) for end, said, true in found if said == UNDECODABLE} == {
         (End.RIGHT, 0), (End.RIGHT, 1),
     }  # fmt: skip
@@ -172,7 +175,7 @@ def test_a_calibration_of_one_end_alone_proves_nothing():
     """Its error turns any level into any other, and none confirms it."""
     design, settings = preset('bits_2')
     known = factory_calibration(design, settings)
-    found = exchanged(design, settings, dataclasses.replace(known, left=None))
+    found = find_exchanged_levels(design, settings, dataclasses.replace(known, left=None))
     assert {(said, true) for _, said, true in found} == set(itertools.permutations(range(4), 2))
     assert {end for end, *_ in found} == {End.RIGHT}
 

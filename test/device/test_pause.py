@@ -23,7 +23,7 @@ def test_a_paused_device_does_not_move(start):
     ticks = hold(loop)
     assert loop.paused
     before = rig.bits(loop.element)
-    assert loop.element.actuator.moving
+    assert loop.element.actuator.is_moving
     time.sleep(0.05)
     assert loop.element.ticks == ticks
     assert rig.bits(loop.element) == before
@@ -70,9 +70,9 @@ def test_a_script_that_is_injected_during_a_pause_begins_with_the_next_tick(star
     loop, script = start(rig.device()), '[{"unit": "actuator", "failure": "stuck"}]'
     hold(loop)
     assert result(loop.submit(Inject(script))) is None
-    assert not loop.element.faults.active()
+    assert not loop.element.faults.list_active()
     result(loop.step().answer)
-    assert loop.element.faults.active() == {'actuator_stuck': True}
+    assert loop.element.faults.list_active() == {'actuator_stuck': True}
 
 
 def test_a_pause_counts_the_tick_in_progress(start):
@@ -147,7 +147,7 @@ def test_a_command_waits_for_the_single_tick(start):
     result(loop.step().answer)
     assert result(answer) is None
     assert stamped == [(ticks, SetStrain(0.01))]
-    assert loop.element.actuator.moving
+    assert loop.element.actuator.is_moving
 
 
 def test_a_single_tick_of_a_running_loop_is_refused(start):

@@ -19,10 +19,10 @@ from mlmem import (
     preset,
 )
 from mlmem.instrument.end import End
-from mlmem.physics import CASE_I, DesignError, Specimen, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_I, DesignError, Specimen, find_level
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.calibration import DelayTable
-from mlmem.schema import descriptions
+from mlmem.schema import find_descriptions
 
 EVERY = pytest.mark.parametrize('name', PRESETS)
 SOME = 'case_2', 'bits_2'
@@ -36,16 +36,16 @@ def test_a_strain_by_hand_keeps_the_content(name):
     table = DelayTable(tuple(range(design.levels)), None)  # nothing is read here
     element = MemoryElement(design, settings, Calibration(table, table))
     for level in {0, design.levels // 2, design.levels - 1}:
-        wall = resting_wall(Specimen(design), level)
+        wall = find_pinned_wall(Specimen(design), level)
         for strain in (0.005, -0.005):
             element.chain.place(wall)
             for each in (strain, 0.0):
                 element.apply(SetStrain(each))
-                while element.actuator.moving:
+                while element.actuator.is_moving:
                     element.advance()
             for _ in range(math.ceil(1000.0 / element.tick)):
                 element.advance()
-            assert level_of(design, element.chain.configuration) == level
+            assert find_level(design, element.chain.configuration) == level
 
 
 @EVERY
@@ -59,7 +59,7 @@ def test_a_preset_says_nothing_of_the_robot(name):
 @EVERY
 def test_every_number_has_the_type_that_its_parameter_is_declared_with(name):
     for group in (preset(name).design, *preset(name).settings.groups().values()):
-        for field, _ in descriptions(group):
+        for field, _ in find_descriptions(group):
             assert type(getattr(group, field.name)).__name__ == field.type, field.name
 
 

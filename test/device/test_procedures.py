@@ -31,9 +31,9 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.move_settings import WriteSettings
 from mlmem.physics import CASE_II, Specimen
-from mlmem.physics.equilibrium import relax, wall_profile
+from mlmem.physics.equilibrium import relax_to_equilibrium, wall_profile
 from mlmem.settings import ActuatorSettings, ReadSettings
-from mlmem_ros.contract.answers import ended
+from mlmem_ros.contract.answers import outcome_to_dict
 
 from . import rig
 
@@ -109,7 +109,7 @@ def test_an_unknown_content_is_read_before_anything_moves(before):
     element.apply(Write(3))
     while not (heard := [told for told in element.advance() if isinstance(told, EchoReceived)]):
         assert element.actuator.strain == 0.0
-        assert not element.actuator.moving
+        assert not element.actuator.is_moving
     assert heard[0].reading.level == (BLANK if before is None else before)
     while element.procedure:
         *_, outcome = element.advance(100) or [None]
@@ -139,7 +139,7 @@ def test_a_failing_write_has_a_bounded_number_of_attempts():
     trace, (*_, outcome) = rig.strains(element, Write(3))
     assert not outcome.success
     assert outcome.attempts == attempts
-    assert ended(outcome)['attempts'] == attempts
+    assert outcome_to_dict(outcome)['attempts'] == attempts
     seen = ', '.join(['level 1'] * attempts)
     expected = f'level 3 was not reached in {attempts} attempts; read instead: {seen}'
     assert outcome.error == expected
@@ -275,9 +275,9 @@ def test_a_wall_that_has_left_the_element_is_reported(written):
     """All cells are active, including the right end."""
     element = rig.device()
     element.chain.place(
-        relax(Specimen(DESIGN), np.full(DESIGN.N, DESIGN.D_s2), np.zeros(DESIGN.N))
+        relax_to_equilibrium(Specimen(DESIGN), np.full(DESIGN.N, DESIGN.D_s2), np.zeros(DESIGN.N))
     )
-    element.transducer.assume_rest()
+    element.transducer.assume_equilibrium()
     outcome = rig.run(element, Read())
     assert outcome.error == 'the right end is active: the wall has left the element'
     assert rig.succeed(element, Write(1)).level == 1  # and a write finds a way back
@@ -306,9 +306,9 @@ def test_a_read_waits_until_the_strain_stands_still(written, strain, rate):
     rig.ticks(element, 1)
     element.apply(Read())
     while element.procedure:
-        moving = element.actuator.moving
+        moving = element.actuator.is_moving
         told = element.advance()
-        assert not (moving and element.transducer.driving)
+        assert not (moving and element.transducer.is_driving)
     assert told[-1].success
     assert element.actuator.strain == strain
 
@@ -334,7 +334,7 @@ def test_the_wait_for_a_restless_element_is_bounded():
     assert not outcome.success
     assert outcome.error.startswith('the element does not come to rest: waves of 0.0')
     assert outcome.end_tick - outcome.start_tick == 300
-    assert not element.transducer.driving
+    assert not element.transducer.is_driving
 
 
 # --- erase ------------------------------------------------------------------------------------
@@ -405,8 +405,8 @@ def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
     side = 1.0 if end == 'right' else -1.0
     guess = guess + 0.5 * beyond * (1.0 + side * np.tanh((DESIGN.sites - at) / 1.5))
     element = rig.device()
-    element.chain.place(relax(Specimen(DESIGN), guess, np.zeros(DESIGN.N)))
-    element.transducer.assume_rest()
+    element.chain.place(relax_to_equilibrium(Specimen(DESIGN), guess, np.zeros(DESIGN.N)))
+    element.transducer.assume_equilibrium()
     assert element.phase(end) is None
     outcome = rig.run(element, Read())
     assert outcome.error.startswith(f'the {end} end rests in neither phase')

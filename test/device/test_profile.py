@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 from mlmem import FollowTrajectory, Refused, SetStrain, Write, snapshot
-from mlmem.instrument.actuator import MOST_POINTS, planned
+from mlmem.instrument.actuator import MAX_PROFILE_POINTS, plan_profile
 from mlmem.settings import ActuatorSettings, ScaleSettings
 
 from . import rig
@@ -29,7 +29,7 @@ def followed(command, ticks=None):
     element = rig.device()
     element.apply(command)
     trace = []
-    while element.actuator.moving if ticks is None else len(trace) < ticks:
+    while element.actuator.is_moving if ticks is None else len(trace) < ticks:
         element.advance()
         trace.append(element.actuator.strain)
     return np.array(trace)
@@ -66,7 +66,7 @@ def test_the_profile_starts_from_the_present_strain():
     element.apply(SetStrain(0.02))  # as a set-point does
     rig.ticks(element, 8)
     assert element.actuator.strain == 0.02
-    assert not element.actuator.moving
+    assert not element.actuator.is_moving
 
 
 def test_a_trajectory_can_write_like_the_procedure():
@@ -100,10 +100,10 @@ def test_exactly_the_profiles_within_both_limits_are_taken(points, with_rates):
     assume(abs(over - 1.0) > 1e-3)
     if over > 1.0:
         with pytest.raises(Refused, match=r'must stay within .* \(actuator\.max_'):
-            planned(command, 0.0, LIMITS, UNIT)
+            plan_profile(command, 0.0, LIMITS, UNIT)
     else:
         np.testing.assert_allclose(
-            planned(command, 0.0, LIMITS, UNIT).strain(t / UNIT), oracle, atol=1e-14
+            plan_profile(command, 0.0, LIMITS, UNIT).strain(t / UNIT), oracle, atol=1e-14
         )
 
 
@@ -116,8 +116,8 @@ def test_the_limits_themselves_are_allowed():
 
 def test_a_cubic_is_judged_only_within_its_segment():
     """It would go on to 0.109 at 1.6 times its width, and is 0.075 at its end."""
-    rising = planned(FollowTrajectory((0.12,), (0.075,), (0.8,)), 0.0, LIMITS, UNIT)
-    strains, rates = rising.extremes()
+    rising = plan_profile(FollowTrajectory((0.12,), (0.075,), (0.8,)), 0.0, LIMITS, UNIT)
+    strains, rates = rising.find_extremes()
     assert strains == pytest.approx([0.075])
     assert rates * 1e4 == pytest.approx([0.856], abs=1e-3)  # at 0.8 of its width
 
@@ -143,10 +143,12 @@ BAD = [
     (FollowTrajectory((0.1,), (0.08,), (0.0,)), r'it reaches 0\.000119\d+ between 0 s'),
     (FollowTrajectory((5e-324,), (0.01,)), 'rate must stay within'),
     (
-        FollowTrajectory(tuple(0.01 * n for n in range(1, MOST_POINTS + 2)), (0.0,) * 10_001),
+        FollowTrajectory(
+            tuple(0.01 * n for n in range(1, MAX_PROFILE_POINTS + 2)), (0.0,) * 10_001
+        ),
         'must have 1 to 10000 points; got 10001',
     ),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(('command', 'message'), BAD)
@@ -171,8 +173,8 @@ def test_a_snapshot_on_the_way_goes_on_to_the_bit():
     element, other = rig.device(), rig.device()
     element.apply(WAVE)
     rig.ticks(element, 60)
-    taken = json.loads(json.dumps(snapshot.take(element)))
-    snapshot.restore(other, taken)
+    taken = json.loads(json.dumps(snapshot.take_snapshot(element)))
+    snapshot.restore_snapshot(other, taken)
     for device in (element, other):
         rig.ticks(device, 100)
     assert rig.bits(other) == rig.bits(element)
@@ -194,25 +196,25 @@ def test_a_damaged_profile_in_a_snapshot_is_refused(change):
     element = rig.device()
     element.apply(WAVE)
     rig.ticks(element, 10)
-    taken = snapshot.take(element)
+    taken = snapshot.take_snapshot(element)
     taken['actuator'] |= change
     with pytest.raises(snapshot.StateError, match='not a snapshot of a device'):
-        snapshot.restore(rig.device(), taken)
+        snapshot.restore_snapshot(rig.device(), taken)
 
 
 def test_the_largest_number_of_points_is_taken():
-    times = tuple(0.001 * n for n in range(1, MOST_POINTS + 1))
-    command = FollowTrajectory(times, (0.0,) * MOST_POINTS)
-    assert planned(command, 0.0, LIMITS, UNIT).duration == pytest.approx(10.0 / UNIT)
+    times = tuple(0.001 * n for n in range(1, MAX_PROFILE_POINTS + 1))
+    command = FollowTrajectory(times, (0.0,) * MAX_PROFILE_POINTS)
+    assert plan_profile(command, 0.0, LIMITS, UNIT).duration == pytest.approx(10.0 / UNIT)
 
 
 def test_a_trajectory_without_end_is_refused():
     """In time units it would end at infinity, which no snapshot can hold."""
     with pytest.raises(Refused, match=r'must end within 1e\+08 s; got 1e\+300 s'):
-        planned(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
+        plan_profile(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
 
 
 def test_a_trajectory_of_almost_no_time_does_not_overflow():
-    hold = planned(FollowTrajectory((1e-310,), (0.0,)), 0.0, LIMITS, 1e-4)
+    hold = plan_profile(FollowTrajectory((1e-310,), (0.0,)), 0.0, LIMITS, 1e-4)
     with np.errstate(all='raise'):
         assert (hold.strain(np.array([0.0, 20.0, 1e9])) == 0.0).all()

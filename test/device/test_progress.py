@@ -7,7 +7,13 @@ import itertools
 import pytest
 
 from mlmem import Abort, Read, SelfTest, Write, new_element, preset, snapshot
-from mlmem.commands import LAUNCHING, LISTENING, SETTLING, STRAINING, Progress
+from mlmem.commands import (
+    PHASE_LAUNCHING,
+    PHASE_LISTENING,
+    PHASE_SETTLING,
+    PHASE_STRAINING,
+    Progress,
+)
 from mlmem.move_settings import WriteSettings
 
 from . import rig
@@ -26,16 +32,16 @@ def phases(told):
 
 def test_a_write_goes_through_its_phases(written):
     told, _ = watched(written(0), Write(1))
-    assert phases(told)[:2] == [STRAINING, SETTLING]
-    assert phases(told)[-1] == LISTENING
-    strained = [each.strain for each in told if each.phase == STRAINING]
+    assert phases(told)[:2] == [PHASE_STRAINING, PHASE_SETTLING]
+    assert phases(told)[-1] == PHASE_LISTENING
+    strained = [each.strain for each in told if each.phase == PHASE_STRAINING]
     assert max(map(abs, strained)) > 0.02
     assert told[-1].strain == 0.0
 
 
 def test_from_a_blank_element_it_launches():
     told, _ = watched(rig.device(), Write(0))
-    assert LAUNCHING in phases(told)
+    assert PHASE_LAUNCHING in phases(told)
 
 
 @pytest.mark.parametrize('command', [Write(2), Write(1), Write(3), Read('both')])
@@ -70,10 +76,10 @@ def test_a_failed_attempt_is_counted_and_prolongs_the_write(written):
 
 def test_a_late_procedure_has_a_share_of_one():
     progress = Progress('read', 100)
-    progress.expect(110)
+    progress.expect_end(110)
     assert progress.share(105) == 0.5
     assert progress.share(110) == progress.share(200) == 1.0
-    progress.expect(300)
+    progress.expect_end(300)
     assert progress.share(200) == 0.5
 
 
@@ -99,4 +105,4 @@ def test_feedback_changes_no_bit(written):
     plain, looked_at = written(1), written(1)
     plain.perform(Write(2))
     watched(looked_at, Write(2))
-    assert snapshot.take(plain) == snapshot.take(looked_at)
+    assert snapshot.take_snapshot(plain) == snapshot.take_snapshot(looked_at)

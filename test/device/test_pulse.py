@@ -96,7 +96,7 @@ def test_the_end_is_free_after_the_pulse(end, omega_c, rest):
     np.testing.assert_allclose(v[held], printed(t, omega_c)[held], atol=1e-14)
     # it would be within 0.01 exp(-18) = 1.5e-10 of rest if it were still held
     assert np.abs(v[~held]).max() > 1e-7
-    assert not element.transducer.driving
+    assert not element.transducer.is_driving
     assert element.advance() == []
 
 
@@ -122,7 +122,7 @@ def test_the_cell_is_moved_at_constant_speed_and_let_go(end):
     t = np.arange(1, samples + 1) * element.driver.dt
     v = element.transducer.recent[row, -samples:]
     np.testing.assert_allclose(v[:-1], start + 0.05 * t[:-1], atol=1e-14)
-    assert not element.transducer.driving
+    assert not element.transducer.is_driving
     element.advance()
     later = element.transducer.recent[row, -samples:]
     assert np.abs(later - v[-1]).max() > 1e-3, 'it is still held'

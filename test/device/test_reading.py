@@ -12,8 +12,8 @@ import pytest
 from mlmem import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II
-from mlmem.readers.decoding import decode, phase_of
-from mlmem.readers.echo import TAIL, Echo, threshold
+from mlmem.readers.decoding import decode_echoes, find_phase
+from mlmem.readers.echo import ECHO_TAIL_TIME, Echo, detection_threshold
 from mlmem.settings import ReadSettings
 
 CALIBRATION = Calibration(
@@ -30,7 +30,7 @@ PROBES = {end: end.probe(Settings()) for end in End}
 
 def echo(delay, end=End.LEFT, margin=3.0, **values):
     t = np.zeros(0) if delay is None else np.array([delay])
-    v_c = margin * threshold(PROBES[end], t, values.get('floor', 0.0))
+    v_c = margin * detection_threshold(PROBES[end], t, values.get('floor', 0.0))
     return Echo(end, PROBES[end], t, v_c, v_c, delay, margin, **values)
 
 
@@ -38,7 +38,7 @@ def decoded(delay, end=End.LEFT, phases=STORED, right=CALIBRATION.right, **setti
     """Decode an echo at one end alone."""
     calibration = dataclasses.replace(CALIBRATION, right=right)
     echoes = {end: echo(delay, end)}
-    return decode(CASE_II, ReadSettings(**settings), calibration, echoes, phases)
+    return decode_echoes(CASE_II, ReadSettings(**settings), calibration, echoes, phases)
 
 
 def both(left, right, names='left', calibration=CALIBRATION, end='', **settings):
@@ -48,7 +48,7 @@ def both(left, right, names='left', calibration=CALIBRATION, end='', **settings)
         for each, given in zip(End, (left, right), strict=True)
     }
     chosen = ReadSettings(end=names, **settings)
-    return decode(CASE_II, chosen, calibration, echoes, STORED, end)
+    return decode_echoes(CASE_II, chosen, calibration, echoes, STORED, end)
 
 
 # --- one end ----------------------------------------------------------------------------------
@@ -105,7 +105,7 @@ def test_what_is_heard_when_listening_begins_is_no_level():
     near = dataclasses.replace(CALIBRATION, left=DelayTable((108.5, *range(300, 1000, 100))))
     for delay, level in ((108.5, 0), (108.0, UNDECODABLE)):
         echoes = {End.LEFT: echo(delay)}
-        assert decode(CASE_II, ReadSettings(), near, echoes, STORED).level == level
+        assert decode_echoes(CASE_II, ReadSettings(), near, echoes, STORED).level == level
 
 
 def test_blank_is_an_answer():
@@ -269,7 +269,7 @@ def bumps(early, late):
     """An echo in two bumps, at 400 and 500, of heights in thresholds; they are 2 wide."""
     t = np.arange(1.0, 1000.0)
     height = np.where(np.abs(t - 400.0) < 2.0, early, np.where(np.abs(t - 500.0) < 2.0, late, 0.0))
-    v_c = height * threshold(PROBES[End.LEFT], t)
+    v_c = height * detection_threshold(PROBES[End.LEFT], t)
     delay = float(t[np.argmax(height > 1.0)])
     return dataclasses.replace(echo(delay), t=t, v_m=v_c, v_c=v_c)
 
@@ -319,9 +319,9 @@ def test_an_echo_much_louder_than_calibrated_is_not_that_of_the_wall_alone(end):
 def test_a_late_echo_is_not_louder_for_being_heard_longer():
     """It grows to 3 thresholds, but to 2 until the end of what the calibration heard."""
     t, known = np.array([510.0, 640.0, 655.0]), ((None, None, 2.0),) * 8
-    v_c = np.array([1.1, 2.0, 3.0]) * threshold(PROBES[End.LEFT], t)
+    v_c = np.array([1.1, 2.0, 3.0]) * detection_threshold(PROBES[End.LEFT], t)
     late = dataclasses.replace(echo(510.0), t=t, v_c=v_c)
-    assert late.loudness(500.0 + TAIL) == pytest.approx(2.0)
+    assert late.measure_amplitude(500.0 + ECHO_TAIL_TIME) == pytest.approx(2.0)
     table = dataclasses.replace(CALIBRATION.left, shapes=known)
     right = echo(420.0, End.RIGHT)
     right = dataclasses.replace(right, t=np.append(right.t, t[-1]), v_c=np.repeat(right.v_c, 2))
@@ -402,4 +402,4 @@ def test_confidence_is_zero_if_nothing_is_decoded():
 )  # fmt: skip
 def test_the_phase_of_an_end_follows_from_its_rest(share, phase):
     """A quarter of the way from a ground state to the next (-0.998 to 1.003) it counts."""
-    assert phase_of(CASE_II, -0.99790 + share * 2.00076) == phase
+    assert find_phase(CASE_II, -0.99790 + share * 2.00076) == phase

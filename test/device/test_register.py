@@ -31,8 +31,8 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.physics import Scatter, Specimen, find_walls, scattered
-from mlmem.physics.equilibrium import resting_walls
-from mlmem.readers.register import forecasts_of, levels_of, resting
+from mlmem.physics.equilibrium import find_pinned_walls
+from mlmem.readers.register import find_wall_levels, forecast_words, pin_walls
 from mlmem.readers.words import Code
 
 BYTE = preset('byte')
@@ -66,16 +66,16 @@ def nibble():
 def place(element, word):
     """Put walls where those of a word rest; all else is at rest."""
     made = Specimen(element.design)
-    element.chain.place(resting(made, element.register.code.walls(word)))
-    element.transducer.assume_rest()
+    element.chain.place(pin_walls(made, element.register.code.walls(word)))
+    element.transducer.assume_equilibrium()
 
 
 def levels(element):
     """Return the levels at which a wall or a kink is, within a cell; None for others."""
     design, found = element.design, []
     for wall in find_walls(design, element.chain.configuration):
-        near = min(range(design.levels), key=lambda n: abs(design.defect(n) - wall.position))
-        found.append(near if abs(design.defect(near) - wall.position) < 1.0 else None)
+        near = min(range(design.levels), key=lambda n: abs(design.defect_site(n) - wall.position))
+        found.append(near if abs(design.defect_site(near) - wall.position) < 1.0 else None)
     return sorted(found)
 
 
@@ -107,7 +107,7 @@ def test_every_word_rests(words):
     """All 256 patterns are equilibria whose walls are within two cells of their defects."""
     made = Specimen(BYTE.design)
     for word in words:
-        resting(made, Code(8, 1).walls(word))
+        pin_walls(made, Code(8, 1).walls(word))
 
 
 SOME = (0, 0x10, 0xA7, 0xFF)
@@ -123,15 +123,15 @@ def test_forecasts_are_what_the_kernel_does(words, amplitude, error):
     settings = replace(BYTE.settings, register=register)
     scatter = Scatter(alpha=1e-3, k_r=1e-3, mass=1e-3, offset=1e-3)
     made = scattered(BYTE.design, scatter, 3)
-    found = forecasts_of(made, settings)
+    found = forecast_words(made, settings)
     for word in words:
         twin = Instrument(BYTE.design, settings, Simulation.of(made, settings.time))
-        twin.chain.place(resting(made, found.code.walls(word)))
-        twin.transducer.assume_rest()
-        recorder = twin.transducer.shoot(End.LEFT, register.probe)
+        twin.chain.place(pin_walls(made, found.code.walls(word)))
+        twin.transducer.assume_equilibrium()
+        recorder = twin.transducer.record_pulse(End.LEFT, register.probe)
         twin.pass_ticks(found.listener.ticks)
         shot = recorder.shot(0.0, 0.0, twin.driver.dt)
-        heard = found.listener.part(shot.samples - shot.rest[:, None], shot.dt)
+        heard = found.listener.project_band(shot.samples - shot.rest[:, None], shot.dt)
         off = np.linalg.norm(found.parts[word] - heard) / np.linalg.norm(heard)
         assert off < error, word
 
@@ -208,7 +208,7 @@ def test_a_word_beyond_the_last_is_refused(byte):
 def test_the_content_survives_in_a_snapshot(nibble):
     nibble.perform(Write(0xB))
     other = new_element(NIBBLE)
-    snapshot.restore(other, snapshot.take(nibble))
+    snapshot.restore_snapshot(other, snapshot.take_snapshot(nibble))
     assert other.reading.level == 0xB
     assert other.perform(Read()).reading.level == 0xB
 
@@ -278,7 +278,7 @@ def test_a_late_end_changes_no_word(heard, end, late):
 @pytest.mark.parametrize('cell', [33, 58, 109, 180])
 def test_a_wall_that_the_lattice_pins_between_two_levels_is_no_word(byte, cell):
     """Weak cells pull it for 10 to 15 cells; beyond, the lattice alone holds it."""
-    byte.chain.place(resting_walls(Specimen(byte.design), [cell, 150.3]))
+    byte.chain.place(find_pinned_walls(Specimen(byte.design), [cell, 150.3]))
     read = byte.perform(Read())
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
     found = find_walls(byte.design, byte.chain.configuration)
@@ -291,8 +291,8 @@ def test_few_words_may_leave_no_more_than_walls_between_levels(cells):
     these walls were read as words.
     """
     element = new_element(NIBBLE)
-    element.chain.place(resting_walls(Specimen(NIBBLE.design), cells))
-    assert levels_of(NIBBLE.design, element.chain.configuration) is None
+    element.chain.place(find_pinned_walls(Specimen(NIBBLE.design), cells))
+    assert find_wall_levels(NIBBLE.design, element.chain.configuration) is None
     read = element.perform(Read())
     assert (read.success, read.reading.level) == (False, UNDECODABLE)
 
@@ -300,7 +300,7 @@ def test_few_words_may_leave_no_more_than_walls_between_levels(cells):
 def test_where_nothing_rests_between_words_these_may_leave_as_much():
     """A word that is alone with its phase may leave a share of the pulse."""
     register = replace(NIBBLE.settings.register, spacing=4)
-    found = forecasts_of(Specimen(NIBBLE.design), replace(NIBBLE.settings, register=register))
+    found = forecast_words(Specimen(NIBBLE.design), replace(NIBBLE.settings, register=register))
     assert found.nearest[0] <= np.linalg.norm(found.parts[0])
 
 
@@ -327,7 +327,7 @@ def test_an_element_at_rest_is_heard_at_once(nibble):
         for _ in range(rest):
             nibble.advance()
         waits.append(nibble.perform(Read()).ticks - listening)
-    passage = nibble.passage(End.LEFT) / nibble.tick
+    passage = nibble.passage_time(End.LEFT) / nibble.tick
     assert waits[0] == waits[3] == 0
     assert min(waits[1:3]) > passage - 1.0
 
@@ -381,6 +381,6 @@ def test_an_element_that_lies_in_another_ground_state_is_written_again(state):
     """
     element = new_element(NIBBLE)
     element.chain.place(np.full(element.design.N, state))
-    element.transducer.assume_rest()
+    element.transducer.assume_equilibrium()
     assert any(element.perform(Write(5)).success for _ in range(2))
     assert element.perform(Read()).reading.level == 5

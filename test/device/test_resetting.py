@@ -21,7 +21,7 @@ def lost():
     design = element.design
     beyond = 2.0 * design.D_s2 - design.D_s1
     element.chain.place(np.full(design.N, beyond))
-    element.transducer.assume_rest()
+    element.transducer.assume_equilibrium()
     element.apply(SetStrain(0.001))
     rig.ticks(element, 20)
     return element
@@ -54,10 +54,10 @@ def test_a_reset_fails_if_the_new_element_is_not_heard(lost):
 
 def test_a_reset_is_repeated_to_the_bit(lost):
     twin = rig.device()
-    snapshot.restore(twin, snapshot.take(lost))
+    snapshot.restore_snapshot(twin, snapshot.take_snapshot(lost))
     for element in (lost, twin):
         rig.run(element, Reset())
-    assert snapshot.digest(twin) == snapshot.digest(lost)
+    assert snapshot.hash_state(twin) == snapshot.hash_state(lost)
 
 
 def test_a_real_element_is_replaced_by_hand():
@@ -76,8 +76,8 @@ def test_faults_stay(lost):
 
 
 def test_states_of_before_know_no_resets(lost):
-    taken = snapshot.take(lost)
+    taken = snapshot.take_snapshot(lost)
     del taken['statistics']['resets']
     other = rig.device()
-    snapshot.restore(other, taken)
+    snapshot.restore_snapshot(other, taken)
     assert other.statistics.resets == 0

@@ -24,7 +24,7 @@ from mlmem.instrument.end import End, Pulse
 from mlmem.instrument.faults import Faults
 from mlmem.instrument.instrument import Instrument
 from mlmem.physics import Specimen
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 
 from . import rig
 
@@ -68,12 +68,12 @@ def test_a_snapshot_carries_the_rest():
     element = rig.device(1)
     rig.ticks(element, 10)
     twin = rig.device()
-    snapshot.restore(twin, snapshot.take(element))
+    snapshot.restore_snapshot(twin, snapshot.take_snapshot(element))
     computed = count(twin)
     rig.ticks(element, 100)
     rig.ticks(twin, 100)
     assert computed == []
-    assert snapshot.take(twin) == snapshot.take(element)
+    assert snapshot.take_snapshot(twin) == snapshot.take_snapshot(element)
 
 
 def test_rest_moves_no_delay():
@@ -127,7 +127,7 @@ def test_any_rest_is_as_if_it_had_been_computed(seeds):
                     told = [[*map(rig.plain, rig.ticks(each, 7))] for each in (quick, slow)]
                     assert told[0] == told[1]
                 rested += quick.at_rest
-                assert snapshot.take(quick) == snapshot.take(slow)
+                assert snapshot.take_snapshot(quick) == snapshot.take_snapshot(slow)
                 assert quick.substrate_speed == slow.substrate_speed
         lives_that_rest += rested > 0
     assert lives_that_rest >= 0.9 * len(seeds)  # one of the hundred is shaken to its end
@@ -146,8 +146,8 @@ SHORT = dataclasses.replace(preset('bits_1').design, eta=0.2)
 def instrument(kind, level):
     """Return an instrument with a wall at rest."""
     made = kind(SHORT, preset('bits_1').settings)
-    made.chain.place(resting_wall(Specimen(SHORT), level))
-    made.transducer.assume_rest()
+    made.chain.place(find_pinned_wall(Specimen(SHORT), level))
+    made.transducer.assume_equilibrium()
     return made
 
 
@@ -161,7 +161,7 @@ def drawn(chance):
 
     def pulse(made):
         probe = dataclasses.replace(made.transducer.probes[end], A=A, sigma=2.0)
-        made.transducer._hold(end, Pulse(made.transducer.rest(end), probe))
+        made.transducer._hold_cell(end, Pulse(made.transducer.rest(end), probe))
 
     def stay(made):
         """Hold an end where it is."""
@@ -170,7 +170,7 @@ def drawn(chance):
     return chance.choice((
         pulse, stay,
         lambda made: stay(made) if faint else made.transducer.fire(end),
-        lambda made: made.transducer.shoot(end, made.transducer.probes[end]),
+        lambda made: made.transducer.record_pulse(end, made.transducer.probes[end]),
         lambda made: made.transducer.listen(end),
         lambda made: made.actuator.slew_to(strain),
         lambda made: made.base.disturb(shake),
@@ -191,7 +191,7 @@ def whole(made):
     return (
         made.ticks, made.last_moved, made.substrate_speed, made.base.state, made.actuator.state,
         made.transmission.state, chain.state().tobytes(), chain.V_N, chain.steps_done,
-        transducer.recent.tobytes(), transducer.held is None, transducer.remaining,
+        transducer.recent.tobytes(), transducer.held is None, transducer.remaining_time,
         {end: each.returns for end, each in transducer.reverberation.items()},
         {end: (each.time, each.delay) for end, each in transducer.detectors.items()},
         [each.shot(0.0, 0.0, 0.5).samples.tobytes() for each in transducer.recorders],

@@ -11,10 +11,10 @@ import pytest
 
 from mlmem import Abort, Read, SetStrain, Settings, Write, snapshot
 from mlmem.instrument.end import End
-from mlmem.instrument.transducer import LONG_AGO, Returns, Reverberation
+from mlmem.instrument.transducer import UNLIMITED_SAMPLES, Returns, Reverberation
 from mlmem.physics import CASE_II
-from mlmem.procedures.listening import is_quiet
-from mlmem.readers.echo import carried, weights
+from mlmem.procedures.listening import has_decayed
+from mlmem.readers.echo import compute_weights, filter_carrier
 
 from . import rig
 
@@ -41,7 +41,7 @@ def wave(samples, amplitude=1e-3, omega=0.7):
 
 def test_nothing_is_expected_at_an_end_that_rests():
     reverberation = follower()
-    assert reverberation.returns == Returns(bound=0.0, since=LONG_AGO, seen=0)
+    assert reverberation.returns == Returns(bound=0.0, since=UNLIMITED_SAMPLES, seen=0)
     fed(reverberation, np.zeros(100 * TICK))
     assert reverberation.returns.bound == 0.0
 
@@ -51,8 +51,8 @@ def test_the_bound_is_the_greatest_mean_of_a_tick_and_fades_as_waves_do():
     reverberation = follower()
     v = np.concatenate((wave(20 * TICK), np.zeros(60 * TICK)))
     fed(reverberation, v)
-    kernel = weights(Settings().probe_right, DT)
-    loud = np.abs(carried(np.concatenate((np.zeros(reverberation.memory), v)), kernel))
+    kernel = compute_weights(Settings().probe_right, DT)
+    loud = np.abs(filter_carrier(np.concatenate((np.zeros(reverberation.memory), v)), kernel))
     means = loud.reshape(-1, TICK).mean(axis=1)
     fade = math.exp(-0.5 * CASE_II.eta * 20.0)
     expected = max(mean * fade ** (len(means) - 1 - n) for n, mean in enumerate(means))
@@ -68,20 +68,20 @@ def test_the_bound_stays_without_damping():
     before = reverberation.returns.bound
     fed(reverberation, np.zeros(500 * TICK))
     assert reverberation.returns.bound == before
-    assert reverberation.fades(0.5 * before) == LONG_AGO
+    assert reverberation.count_fading_samples(0.5 * before) == UNLIMITED_SAMPLES
 
 
 def test_it_is_foreseen_when_the_bound_has_faded():
     reverberation = follower()
     fed(reverberation, wave(20 * TICK))
     limit = 0.1 * reverberation.returns.bound
-    samples = reverberation.fades(limit)
+    samples = reverberation.count_fading_samples(limit)
     assert samples * DT == pytest.approx(math.log(10.0) * 2.0 / CASE_II.eta, abs=DT)
     fed(reverberation, np.zeros(samples // TICK * TICK))
     assert reverberation.returns.bound >= limit
     fed(reverberation, np.zeros(TICK))
     assert reverberation.returns.bound <= limit
-    assert reverberation.fades(limit) == 0
+    assert reverberation.count_fading_samples(limit) == 0
 
 
 def test_an_end_ignores_its_own_drive_but_for_what_returns():
@@ -133,7 +133,7 @@ def test_hardly_more_is_seen_than_was_foretold_once_the_pulses_have_come_back(le
     """
     element = rig.paper(level)
     rig.succeed(element, Read())
-    rig.ticks(element, math.ceil(max(element.passage(end) for end in End) / element.tick))
+    rig.ticks(element, math.ceil(max(element.passage_time(end) for end in End) / element.tick))
     bounds, heard = [], []
     for _ in range(300):
         element.advance()
@@ -148,8 +148,8 @@ def test_hardly_more_is_seen_than_was_foretold_once_the_pulses_have_come_back(le
 def seen(element, end):
     """Return the magnitude of the carrier at an end, in the samples that are kept."""
     v = element.transducer.recent[end.row]
-    kernel = weights(end.probe(element.settings), DT)
-    return np.abs(carried(np.concatenate((np.full(TICK, v.mean()), v)), kernel))
+    kernel = compute_weights(end.probe(element.settings), DT)
+    return np.abs(filter_carrier(np.concatenate((np.full(TICK, v.mean()), v)), kernel))
 
 
 def test_a_pulse_is_fired_only_when_the_last_one_has_died_out():
@@ -160,7 +160,7 @@ def test_a_pulse_is_fired_only_when_the_last_one_has_died_out():
     rig.succeed(element, Read())
     done = element.ticks
     element.apply(Read())
-    while not element.transducer.driving:
+    while not element.transducer.is_driving:
         element.advance()
     for end, each in element.transducer.reverberation.items():
         probe = element.transducer.probes[end]
@@ -173,9 +173,9 @@ def test_a_strain_set_by_hand_is_waited_for_at_both_ends():
     element = rig.device(3)
     element.apply(SetStrain(0.01))
     element.apply(Read())
-    while not element.transducer.driving:
+    while not element.transducer.is_driving:
         element.advance()
-    longest = max(element.passage(end) for end in End)
+    longest = max(element.passage_time(end) for end in End)
     assert (element.ticks - element.last_moved) * element.tick >= 0.5 * longest
 
 
@@ -192,9 +192,9 @@ def test_an_aborted_pulse_is_waited_for_by_the_next_read(moment):
     fired = 0
     while element.procedure:
         told = element.advance()
-        fired = fired or (element.ticks if element.transducer.driving else 0)
+        fired = fired or (element.ticks if element.transducer.is_driving else 0)
     assert told[-1].reading.level == 3
-    assert (fired - moment) * element.tick > element.passage(End.RIGHT) - 12.0 * 8.0
+    assert (fired - moment) * element.tick > element.passage_time(End.RIGHT) - 12.0 * 8.0
 
 
 # --- kept ---------------------------------------------------------------------------------------
@@ -208,10 +208,10 @@ def test_a_restored_device_goes_on_to_the_bit_amid_reverberation(moment):
     rig.ticks(first, moment)
     first.apply(Abort())
     rig.ticks(first, 1)
-    assert not is_quiet(first)
-    snapshot.restore(second, json.loads(json.dumps(snapshot.take(first))))
+    assert not has_decayed(first)
+    snapshot.restore_snapshot(second, json.loads(json.dumps(snapshot.take_snapshot(first))))
     for element in (first, second):
-        assert not is_quiet(element)
+        assert not has_decayed(element)
         element.told = [rig.plain(told) for told in rig.events(element, Read('both'))]
         element.told += [rig.plain(rig.run(element, Write(3)))]
     assert first.told == second.told

@@ -20,14 +20,14 @@ from mlmem import (
     snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.parsing import decode
-from mlmem_ros.parameter_file import load
+from mlmem.parsing import decode_value
+from mlmem_ros.parameter_file import load_preset
 
 from .rig import run
 
 
 def device(**changes):
-    element = new_element(*load('bits_1'))
+    element = new_element(*load_preset('bits_1'))
     element.calibration = dataclasses.replace(element.calibration, **changes)
     return element
 
@@ -78,23 +78,23 @@ def test_a_calibration_of_the_right_end_alone_is_read_from_there():
 def test_its_state_is_kept():
     element, other = device(), device()
     run(element, Write(1))
-    state = snapshot.take(element)
-    assert decode(Calibration, state['calibration']) == element.calibration
-    snapshot.restore(other, state)
-    assert snapshot.digest(other) == snapshot.digest(element)
+    state = snapshot.take_snapshot(element)
+    assert decode_value(Calibration, state['calibration']) == element.calibration
+    snapshot.restore_snapshot(other, state)
+    assert snapshot.hash_state(other) == snapshot.hash_state(element)
     assert run(other, Read()).reading.level == 1
 
 
 def test_a_rest_is_waited_for_before_a_pulse():
     """Of two equal devices one waits 400 time units, 20 ticks, longer."""
-    design, settings = load('bits_1')
+    design, settings = load_preset('bits_1')
     fired = []
     for rest in (0.0, 400.0):
         read = dataclasses.replace(settings.read, rest=rest)
         changed = dataclasses.replace(settings, read=read)
         element = new_element(design, changed, factory_calibration(design, settings))
         element.apply(Read())
-        while not element.transducer.driving:
+        while not element.transducer.is_driving:
             element.advance()
         fired.append(element.ticks)
     assert fired[1] - fired[0] == 20

@@ -25,7 +25,7 @@ from mlmem import (
     preset,
     snapshot,
 )
-from mlmem.instrument.instrument import LONGEST_RUN
+from mlmem.instrument.instrument import MAX_RUN_TICKS
 from mlmem.physics import StateError
 
 from . import lives, rig
@@ -87,7 +87,7 @@ def end(element):
     element.apply(Abort())
     while element.procedure:
         element.advance()
-    return repr(snapshot.take(element)), element.substrate_speed
+    return repr(snapshot.take_snapshot(element)), element.substrate_speed
 
 
 @pytest.mark.parametrize('name', STORIES)
@@ -122,7 +122,7 @@ def test_any_life_is_the_same_in_runs(seeds):
         assert element.chain.state().tobytes() == alone.chain.state().tobytes()
         for each in (element, alone):
             each._stop('only an idle device has a snapshot')
-        assert repr(snapshot.take(element)) == repr(snapshot.take(alone))
+        assert repr(snapshot.take_snapshot(element)) == repr(snapshot.take_snapshot(alone))
 
 
 @pytest.mark.parametrize('rested', [0, 1000], ids=['swinging', 'at rest'])
@@ -164,10 +164,10 @@ def test_an_acceleration_is_felt_before_a_procedure_looks(begin):
 
 def test_an_impossible_acceleration_within_a_run_changes_nothing():
     element = rig.device(1)
-    before = snapshot.take(element)
+    before = snapshot.take_snapshot(element)
     with pytest.raises(Refused, match='acceleration must be'):
         element.advance(5, {0: 1e-6, 3: 1.0})
-    assert snapshot.take(element) == before
+    assert snapshot.take_snapshot(element) == before
 
 
 @pytest.mark.parametrize('lost', [3, 4, 40])
@@ -207,7 +207,7 @@ def test_predictable_ticks_are_computed_in_one_call():
     outcome = element.perform(Write(3))
     assert outcome.success
     assert sum(asked) == element.ticks
-    assert max(asked) == LONGEST_RUN
+    assert max(asked) == MAX_RUN_TICKS
     assert len(asked) < 0.2 * element.ticks
 
 
@@ -217,4 +217,4 @@ def test_every_procedure_of_a_preset_is_the_same_in_runs():
     for command in (Write(last), Write(0), Calibrate(), Erase(), Read()):
         outcomes = devices[0].perform(command), devices[1].perform(command, lambda: None)
         assert repr(outcomes[0]) == repr(outcomes[1])
-    assert snapshot.take(devices[0]) == snapshot.take(devices[1])
+    assert snapshot.take_snapshot(devices[0]) == snapshot.take_snapshot(devices[1])

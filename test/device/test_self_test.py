@@ -20,10 +20,10 @@ from mlmem import (
 )
 from mlmem.commands import SetFaults
 from mlmem.instrument.end import End
-from mlmem.instrument.faults import HEALTHY, Faults
+from mlmem.instrument.faults import NO_FAULTS, Faults
 from mlmem.move_settings import WriteSettings
 from mlmem.physics import CASE_II
-from mlmem_ros.contract.answers import ended
+from mlmem_ros.contract.answers import outcome_to_dict
 
 from . import rig
 
@@ -45,8 +45,8 @@ def test_a_sound_element_passes_and_keeps_its_content(written, level):
     assert outcome.reading.level == (-1 if level is None else level)
     heard = [event.reading for event in told if isinstance(event, EchoReceived)]
     assert {reading.level for reading in heard if reading.walls == 1} == set(range(4))
-    assert ended(outcome)['checks']['level 3'] == 'read'
-    assert ended(outcome)['checks']['erase'] == 'blank'
+    assert outcome_to_dict(outcome)['checks']['level 3'] == 'read'
+    assert outcome_to_dict(outcome)['checks']['erase'] == 'blank'
 
 
 def test_the_delays_at_both_ends_are_told():
@@ -104,8 +104,8 @@ def test_a_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     assert rig.run(element, SelfTest()).error == 'failed: actuator'
     assert element.actuator.motion.target == 0.0
     rig.ticks(element, 100)
-    assert element.released
-    element.apply(SetFaults(HEALTHY))
+    assert element.is_released
+    element.apply(SetFaults(NO_FAULTS))
     rig.ticks(element, 10)
     assert element.chain.V_N == 0.0
     assert rig.holds(element, level)

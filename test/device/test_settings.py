@@ -10,14 +10,14 @@ import pytest
 
 from mlmem import Settings, SettingsError
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.parsing import DecodeError, decode
-from mlmem.schema import descriptions
+from mlmem.parsing import DecodeError, decode_value
+from mlmem.schema import find_descriptions
 from mlmem.settings import ActuatorSettings, ReadSettings
 
 EVERY = [
     (group.name, field.name)
     for group in dataclasses.fields(Settings)
-    for field, _ in descriptions(getattr(Settings(), group.name))
+    for field, _ in find_descriptions(getattr(Settings(), group.name))
 ]
 
 
@@ -43,7 +43,9 @@ def test_every_setting_is_checked():
 def test_the_bounds_of_every_number_are_legal():
     for group, name in EVERY:
         ((_, description),) = [
-            found for found in descriptions(getattr(Settings(), group)) if found[0].name == name
+            found
+            for found in find_descriptions(getattr(Settings(), group))
+            if found[0].name == name
         ]
         if description.choices or description.low is None:
             continue
@@ -100,4 +102,4 @@ def test_an_end_is_left_or_right_or_both():
 )
 def test_data_that_are_not_settings_are_refused(data):
     with pytest.raises(DecodeError):
-        decode(Settings, data)
+        decode_value(Settings, data)

@@ -25,7 +25,7 @@ from mlmem import (
 )
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen, StateError
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ActuatorSettings, TimeSettings
 
 from . import rig
@@ -37,7 +37,7 @@ def midlife():
     rig.succeed(element, Write(3))
     element.apply(SetStrain(0.03))
     rig.ticks(element, 7)
-    assert element.actuator.moving
+    assert element.actuator.is_moving
     return element
 
 
@@ -45,7 +45,7 @@ def all_active():
     """Return a device whose wall has left, so that its distance is infinite."""
     element = rig.device()
     element.chain.place(np.full(rig.DESIGN.N, CASE_II.D_s2))
-    element.transducer.assume_rest()
+    element.transducer.assume_equilibrium()
     assert not rig.run(element, Read()).success
     assert element.reading.distance == math.inf
     return element
@@ -64,12 +64,12 @@ def test_a_restored_device_goes_on_to_the_bit(substrate, after):
     design = dataclasses.replace(rigid, substrate=substrate)
     known = factory_calibration(rigid, Settings())
     first, second = (MemoryElement(design, Settings(), known) for _ in range(2))
-    first.chain.place(resting_wall(Specimen(design), 1))
-    first.transducer.assume_rest()
+    first.chain.place(find_pinned_wall(Specimen(design), 1))
+    first.transducer.assume_equilibrium()
     first.apply(SetStrain(-0.03))
     rig.ticks(first, 7)
-    assert first.actuator.moving
-    snapshot.restore(second, through_json(snapshot.take(first)))
+    assert first.actuator.is_moving
+    snapshot.restore_snapshot(second, through_json(snapshot.take_snapshot(first)))
     assert rig.bits(second) == rig.bits(first)
     for element in (first, second):
         rig.ticks(element, 30)
@@ -87,16 +87,16 @@ def test_a_restored_device_gives_the_same_snapshot(written, state):
         'undecodable': all_active,
         'midlife': midlife,
     }[state]()
-    values = snapshot.take(element)
+    values = snapshot.take_snapshot(element)
     other = rig.device(0)
-    snapshot.restore(other, through_json(values))
-    assert snapshot.take(other) == values
+    snapshot.restore_snapshot(other, through_json(values))
+    assert snapshot.take_snapshot(other) == values
     assert other.reading == element.reading
 
 
 def test_a_snapshot_is_a_copy():
     element = rig.device(2)
-    values = snapshot.take(element)
+    values = snapshot.take_snapshot(element)
     kept = copy.deepcopy(values)
     rig.ticks(element, 5)
     rig.succeed(element, Erase())
@@ -104,10 +104,10 @@ def test_a_snapshot_is_a_copy():
 
 
 def test_a_restored_device_does_not_write_into_the_snapshot(written):
-    values = snapshot.take(written(2))
+    values = snapshot.take_snapshot(written(2))
     kept = copy.deepcopy(values)
     element = rig.device()
-    snapshot.restore(element, values)
+    snapshot.restore_snapshot(element, values)
     rig.succeed(element, Write(0))
     assert values == kept
 
@@ -123,7 +123,7 @@ def test_the_calibration_travels_with_the_content(written):
     )
     element.calibration = shifted
     other = rig.device()
-    snapshot.restore(other, through_json(snapshot.take(element)))
+    snapshot.restore_snapshot(other, through_json(snapshot.take_snapshot(element)))
     assert other.calibration == shifted
 
 
@@ -131,13 +131,13 @@ def test_a_restored_device_stops_what_it_was_doing():
     element = rig.device(3)
     element.transducer.fire(End.LEFT)
     element.advance()
-    snapshot.restore(element, snapshot.take(rig.device(2)))
-    assert not element.transducer.driving
+    snapshot.restore_snapshot(element, snapshot.take_snapshot(rig.device(2)))
+    assert not element.transducer.is_driving
     assert not element.transducer.detectors
 
 
 def test_a_busy_device_is_neither_taken_nor_restored(written):
-    idle = snapshot.take(written(1))
+    idle = snapshot.take_snapshot(written(1))
     element = written(2)
     element.apply(Write(3))
     rig.ticks(element, 3)
@@ -145,9 +145,9 @@ def test_a_busy_device_is_neither_taken_nor_restored(written):
     with pytest.raises(
         Refused, match='busy: write is running; only an idle device has a snapshot'
     ):
-        snapshot.take(element)
+        snapshot.take_snapshot(element)
     with pytest.raises(Refused, match='busy: write is running'):
-        snapshot.restore(element, idle)
+        snapshot.restore_snapshot(element, idle)
     assert rig.bits(element) == before
 
 
@@ -202,35 +202,35 @@ def alive():
 
 
 def test_a_damaged_snapshot_is_refused_and_nothing_is_changed(written, alive):
-    whole, before = snapshot.take(written(2)), rig.bits(alive)
+    whole, before = snapshot.take_snapshot(written(2)), rig.bits(alive)
     for path, value in DAMAGE:
         with pytest.raises(StateError):
-            snapshot.restore(alive, damaged(whole, path, value))
+            snapshot.restore_snapshot(alive, damaged(whole, path, value))
         assert rig.bits(alive) == before, (path, value)
-    assert alive.actuator.moving
+    assert alive.actuator.is_moving
 
 
 def test_statistics_nested_to_exhaust_the_stack_are_refused():
-    values = snapshot.take(rig.device(2))
+    values = snapshot.take_snapshot(rig.device(2))
     nested = []
     for _ in range(900):
         nested = [nested]
     values['statistics']['level_writes'] = nested
     with pytest.raises(StateError, match=r'level_writes\[0\] must be a whole number'):
-        snapshot.restore(rig.device(1), values)
+        snapshot.restore_snapshot(rig.device(1), values)
 
 
 @pytest.mark.parametrize('what', ['state', 'recent'])
 @pytest.mark.parametrize('bad', [NAN, INF])
 def test_values_that_are_not_finite_are_refused(written, alive, what, bad):
-    values = snapshot.take(written(2))
+    values = snapshot.take_snapshot(written(2))
     numbers = np.frombuffer(bytearray(base64.b64decode(values[what]['f8'])), '<f8')
     numbers[100] = bad
     values[what]['f8'] = base64.b64encode(numbers.tobytes()).decode()
     element = alive
     before = rig.bits(element)
     with pytest.raises(StateError):
-        snapshot.restore(element, values)
+        snapshot.restore_snapshot(element, values)
     assert rig.bits(element) == before
 
 
@@ -239,7 +239,7 @@ def test_values_that_are_not_a_snapshot_are_refused(values):
     element = rig.device(1)
     before = rig.bits(element)
     with pytest.raises(StateError, match='this is not a snapshot of a device'):
-        snapshot.restore(element, values)
+        snapshot.restore_snapshot(element, values)
     assert rig.bits(element) == before
 
 
@@ -263,7 +263,7 @@ def test_the_snapshot_of_another_device_is_refused(alive, other):
     element = alive
     before = rig.bits(element)
     with pytest.raises(StateError):
-        snapshot.restore(element, snapshot.take(foreign))
+        snapshot.restore_snapshot(element, snapshot.take_snapshot(foreign))
     assert rig.bits(element) == before
 
 
@@ -276,7 +276,7 @@ def test_a_strain_beyond_this_actuators_limit_is_refused(alive):
         **rig.with_group('erase', start_strain=-0.01, **weak),
     )
     with pytest.raises(StateError, match=r'actuator\.max_strain'):
-        snapshot.restore(element, snapshot.take(alive))
+        snapshot.restore_snapshot(element, snapshot.take_snapshot(alive))
 
 
 # --- the digest -------------------------------------------------------------------------------
@@ -284,7 +284,7 @@ def test_a_strain_beyond_this_actuators_limit_is_refused(alive):
 
 def test_the_digest_depends_on_every_bit_of_material_and_clock():
     element = rig.device(2)
-    digests = {snapshot.digest(element)}
+    digests = {snapshot.hash_state(element)}
     for change in (
         lambda: element.chain.v.__setitem__(124, np.nextafter(element.chain.v[124], 9.0)),
         lambda: element.chain.velocity.__setitem__(0, 5e-324),
@@ -293,21 +293,21 @@ def test_the_digest_depends_on_every_bit_of_material_and_clock():
         lambda: setattr(element.chain, 'steps_done', 1),
     ):
         change()
-        digests.add(snapshot.digest(element))
+        digests.add(snapshot.hash_state(element))
     assert len(digests) == 6
     assert {len(digest) for digest in digests} == {32}
-    assert snapshot.digest(element) in digests
+    assert snapshot.hash_state(element) in digests
 
 
 def test_a_calibration_for_other_pulses_is_not_restored(written):
     """A state file outlives a change of the probe, but then its delays are meaningless."""
-    values = json.loads(json.dumps(snapshot.take(written(3))))
+    values = json.loads(json.dumps(snapshot.take_snapshot(written(3))))
     changed = rig.device(**rig.with_group('probe_right', v_th=8e-4))
     own = changed.calibration
     values['calibration']['left']['delays'][0] += 1.0
-    snapshot.restore(changed, values)
+    snapshot.restore_snapshot(changed, values)
     assert changed.calibration is own
     assert rig.holds(changed, 3)
     same = rig.device()
-    snapshot.restore(same, values)
+    snapshot.restore_snapshot(same, values)
     assert same.calibration != own

@@ -12,8 +12,8 @@ import pytest
 from sampled import sampled
 
 from mlmem import Faults, Read, SetFaults, Write, new_element, preset
-from mlmem.physics import Specimen, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import Specimen, find_level
+from mlmem.physics.equilibrium import find_pinned_wall
 
 NEAR = (-12, -4, -2, 2, 4, 12)
 """Places of the stuck cell, from the wall's defect."""
@@ -28,14 +28,14 @@ def four_levels(name):
 def stuck(kind, level, cell):
     """Return an element whose wall rests at a level, and a cell of which then sticks."""
     element = new_element(kind)
-    element.chain.place(resting_wall(Specimen(element.design), level))
-    element.transducer.assume_rest()
+    element.chain.place(find_pinned_wall(Specimen(element.design), level))
+    element.transducer.assume_equilibrium()
     element.apply(SetFaults(Faults(stuck_cell=cell)))
     return element
 
 
 def true_level(element):
-    return level_of(element.design, element.chain.configuration)
+    return find_level(element.design, element.chain.configuration)
 
 
 @pytest.mark.parametrize('end', ['left', 'right'])
@@ -49,7 +49,7 @@ def true_level(element):
 def test_no_read_names_another_level(name, level, end):
     kind = four_levels(name)
     design = kind.design
-    for cell in (*(design.defect(level) + n for n in NEAR), 3, design.N - 2):
+    for cell in (*(design.defect_site(level) + n for n in NEAR), 3, design.N - 2):
         if not 1 < cell < design.N:
             continue
         outcome = stuck(kind, level, cell).perform(Read(end))
@@ -75,7 +75,7 @@ def test_a_stuck_cell_is_reported():
 def test_no_write_is_acknowledged_that_was_not_done(name, n):
     """A wall that has to pass the cell, or may be taken for it."""
     kind = four_levels(name)
-    element = stuck(kind, 1, kind.design.defect(2) + n)
+    element = stuck(kind, 1, kind.design.defect_site(2) + n)
     outcome = element.perform(Write(2))
     assert not outcome.success or true_level(element) == 2
 

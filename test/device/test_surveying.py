@@ -68,9 +68,9 @@ def test_survey_without_actuator_kicks_and_restores_the_level():
     assert rig.holds(element, 2)
     assert element.chain.V_N == 0.0
     shots = shots_of(events)
-    assert len(shots) == estimates.SHOTS
+    assert len(shots) == estimates.SURVEY_SHOTS
     assert {shot.strain for shot in shots} == {0.0}
-    for wall in (0, *map(design.defect, (0, 2, 3))):
+    for wall in (0, *map(design.defect_site, (0, 2, 3))):
         assert {shot.end for shot in shots if shot.wall == wall} == set(End)
 
 
@@ -86,12 +86,12 @@ def test_survey_without_actuator_and_kicks_is_refused():
 
 
 def test_all_shots_are_foreseen():
-    assert len(BLANK_SHOTS + FIRST_SHOTS + MIDDLE_SHOTS + LAST_SHOTS) == estimates.SHOTS
+    assert len(BLANK_SHOTS + FIRST_SHOTS + MIDDLE_SHOTS + LAST_SHOTS) == estimates.SURVEY_SHOTS
 
 
 def test_samples_after_an_interruption_are_not_there():
     element = new_element(preset('bits_1'))
-    recorder = element.transducer.shoot(End.LEFT, element.transducer.probes[End.LEFT])
+    recorder = element.transducer.record_pulse(End.LEFT, element.transducer.probes[End.LEFT])
     element.pass_ticks(2)
     element.driver.interrupted = True
     element.pass_ticks(1)

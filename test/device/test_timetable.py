@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mlmem.loop.mailbox import Mailbox
-from mlmem.loop.timetable import WAKING, LoopStatistics, SteadyPacer, Timetable
+from mlmem.loop.timetable import WAKE_UP_TIME_S, LoopStatistics, SteadyPacer, Timetable
 from mlmem.settings import Settings
 
 PERIOD = 0.002
@@ -61,15 +61,15 @@ def test_unheard_ticks_of_a_rest_end_at_a_published_one_unless_nobody_watches():
     """40 ms are 20 ticks and 2 s are 1000, which end anywhere then."""
     times, *_ = timetable(heard=False, ticks=3)
     assert times.deferred(0.0, Mailbox(1.0)) == 17  # to 20
-    assert times.together(17) == 7
+    assert times.limit_run(17) == 7
     times, *_ = timetable(heard=False, stream_period=100, ticks=200)
     assert times.deferred(0.0, Mailbox(1.0)) == 20  # of which none is published
     times, *_ = timetable(heard=False, stream_period=0, ticks=3)
-    assert times.deferred(0.0, Mailbox(1.0)) == times.together(20) == 20
+    assert times.deferred(0.0, Mailbox(1.0)) == times.limit_run(20) == 20
     times, *_ = timetable(heard=False, stream_period=0, ticks=3, at_rest=True)
     assert times.deferred(0.0, Mailbox(1.0)) == 1000
-    assert times.sleeps(1000)
-    assert not times.sleeps(20)
+    assert times.can_sleep(1000)
+    assert not times.can_sleep(20)
 
 
 def test_deferred_ticks_begin_so_early_that_the_next_is_on_time():
@@ -79,13 +79,15 @@ def test_deferred_ticks_begin_so_early_that_the_next_is_on_time():
     times, _, statistics = timetable()
     assert times.wake(1.0, 0) == 1.0
     assert times.wake(1.0, 10) == pytest.approx(1.0 + 9 * PERIOD)
-    times.took(5e-5)
+    times.record_duration(5e-5)
     statistics.count(0.0, 1e-9, 10_000)
-    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 5e-4 - WAKING)
+    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 5e-4 - WAKE_UP_TIME_S)
     assert times.wake(1.0, 100) == pytest.approx(1.0 + 99 * PERIOD)  # its last is due then
     for _ in range(30):
-        times.took(1e-4)
-    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 1e-3 - WAKING, abs=1e-6)
+        times.record_duration(1e-4)
+    assert times.wake(1.0, 10) == pytest.approx(
+        1.0 + 10 * PERIOD - 1e-3 - WAKE_UP_TIME_S, abs=1e-6
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,9 @@ from mlmem import PRESETS, SettingsError
 from mlmem.commands import SetStrain
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, Pulse
-from mlmem.instrument.transducer import Transducer, upper_edge
+from mlmem.instrument.transducer import Transducer, find_upper_edge
 from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell
-from mlmem.physics.waves import band
+from mlmem.physics.waves import pass_band
 from mlmem.settings import ProbeSettings, Settings
 
 from . import rig
@@ -33,7 +33,7 @@ def test_a_new_device_assumes_that_its_ends_rest():
     for end in End:
         assert element.transducer.rest(end) == pytest.approx(element.design.D_s1, abs=1e-14)
         assert element.transducer.unrest(end) < 1e-14
-    assert not element.transducer.driving
+    assert not element.transducer.is_driving
     assert not element.transducer.detectors
 
 
@@ -54,7 +54,7 @@ def test_the_drive_does_not_depend_on_the_division_of_time(piece):
     expected = Pulse(transducer.rest(End.LEFT), transducer.probes[End.LEFT]).at(t)
     assert motion.shape == expected.shape == (2, 960)
     np.testing.assert_allclose(motion, expected, atol=1e-15)  # rounding of the times
-    assert not transducer.driving
+    assert not transducer.is_driving
 
 
 def test_a_move_may_end_within_a_step():
@@ -76,7 +76,7 @@ def test_release_frees_the_cell_at_once_and_stops_listening():
     element.transducer.fire(End.LEFT)
     element.advance()
     element.transducer.release()
-    assert not element.transducer.driving
+    assert not element.transducer.is_driving
     assert element.transducer.held_cell(80) is None
     assert not element.transducer.detectors
     element.advance()  # nothing is fed to a detector that is gone
@@ -155,10 +155,10 @@ def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
 @pytest.mark.parametrize('preset', PRESETS)
 def test_the_upper_edge_is_above_the_bands_of_both_phases(preset):
     design = PRESETS[preset].design
-    tops = [band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
-    assert max(tops) <= upper_edge(design) < max(tops) + 0.1
+    tops = [pass_band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
+    assert max(tops) <= find_upper_edge(design) < max(tops) + 0.1
     if preset != 'case_1':  # all others are of Case II's cells
-        assert upper_edge(design) == 2.2
+        assert find_upper_edge(design) == 2.2
 
 
 @pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
@@ -171,7 +171,7 @@ def test_noise_is_distinguished_from_motion_in_a_stiff_element(method):
         chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain)
     )
     t = chain.dt * np.arange(transducer.recent.shape[1])
-    wave = 1e-3 * np.sin(band(design.k_s2)[1] * t)
+    wave = 1e-3 * np.sin(pass_band(design.k_s2)[1] * t)
     transducer.record(np.stack((wave, wave)))
     assert transducer.unrest(End.LEFT) > 5e-4
     assert transducer.noise(End.LEFT) < 1e-6

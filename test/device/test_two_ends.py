@@ -10,7 +10,7 @@ import pytest
 from mlmem import UNDECODABLE, EchoReceived, Read, SelfTest, SetStrain, Write, new_element, preset
 from mlmem.instrument.end import End
 from mlmem.physics import Specimen, find_walls
-from mlmem.physics.equilibrium import relax
+from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.settings import ReadSettings
 
 from . import rig
@@ -26,8 +26,8 @@ def with_walls(*defects, first_active=True, **settings):
         rise = 0.5 * (1.0 + np.tanh((design.sites - defect - 0.3) / 3.0))
         v += (-step if down else step) * rise
     element = rig.device(**settings)
-    element.chain.place(relax(Specimen(design), v, np.zeros(design.N)))
-    element.transducer.assume_rest()
+    element.chain.place(relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
+    element.transducer.assume_equilibrium()
     found = [wall.position for wall in find_walls(design, element.chain.configuration)]
     assert found == pytest.approx(defects, abs=1.0), 'it does not rest there'
     return element
@@ -163,7 +163,7 @@ def test_what_writes_listens_first_as_a_read_does(written, command):
     element = written(2)
     for strain in (0.03, 0.0):
         element.apply(SetStrain(strain))
-        while element.actuator.moving:
+        while element.actuator.is_moving:
             element.advance()
     cycles, readings = element.statistics.cycles, []
     element.apply(command)

@@ -139,9 +139,9 @@ def test_a_failed_write_is_counted():
 def test_the_counts_are_kept_with_the_content(written):
     element = written(3)
     assert element.statistics.level_writes == [1, 1, 1, 1]
-    kept = json.loads(json.dumps(snapshot.take(element)))
+    kept = json.loads(json.dumps(snapshot.take_snapshot(element)))
     other = rig.device()
-    snapshot.restore(other, kept)
+    snapshot.restore_snapshot(other, kept)
     assert other.statistics == element.statistics
     rig.run(other, Read())
     assert element.statistics.reads == 0, 'it is a copy'

@@ -10,7 +10,7 @@ import pytest
 
 from mlmem import Faults, factory, new_element, preset
 from mlmem.loop.timetable import SteadyPacer
-from mlmem.presets import written_by_kicks
+from mlmem.presets import use_kicks
 from mlmem_ros.host import Host, SessionPlan, ThrottledLog
 from mlmem_ros.host.settings import (
     FileSettings,
@@ -20,7 +20,7 @@ from mlmem_ros.host.settings import (
     StateSettings,
 )
 
-ELEMENT = written_by_kicks(preset('case_2'))
+ELEMENT = use_kicks(preset('case_2'))
 """Eight levels as the paper's, written by kicks."""
 
 

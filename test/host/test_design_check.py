@@ -20,7 +20,7 @@ def test_a_design_is_checked_only_once(monkeypatch, throttled, log):
         return Report((found,))
 
     monkeypatch.setattr(checks, 'check', check)
-    monkeypatch.setattr(design_check, '_path', lambda: None)
+    monkeypatch.setattr(design_check, '_cache_path', lambda: None)
     one, other = (Settings(scale=ScaleSettings(time=time)) for time in (0.123, 0.124))
     for settings in (one, one, other, one):
         check_design(CASE_II, settings, 'refuse', throttled)
@@ -43,24 +43,24 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
         return Report(found)
 
     def asked_anew(design):
-        design_check.findings.cache_clear()
+        design_check.load_findings.cache_clear()
         before = len(checked)
-        warned, disturb = design_check.findings(design, Settings())
+        warned, disturb = design_check.load_findings(design, Settings())
         assert tuple(warned) == ('carrier', 'warn', 'text', {})
         assert tuple(disturb) == ('read_disturb', 'pass', 'text', {'left': 0.25})
         return len(checked) > before
 
     monkeypatch.setattr(checks, 'check', check)
-    monkeypatch.setattr(design_check, '_path', lambda: path)
+    monkeypatch.setattr(design_check, '_cache_path', lambda: path)
     assert [asked_anew(design) for design in (CASE_II, CASE_II, CASE_I)] == [True, False, True]
     with monkeypatch.context() as changed:
-        changed.setattr(design_check, '_source', lambda: 'changed')
+        changed.setattr(design_check, '_hash_source', lambda: 'changed')
         assert asked_anew(CASE_II)
     assert not asked_anew(CASE_II)
     for damaged in ('{', '[1]'):
         path.write_text(damaged)
         assert asked_anew(CASE_II)
-    design_check.findings.cache_clear()
+    design_check.load_findings.cache_clear()
 
 
 def test_the_loudest_pulse_that_moves_nothing_is_known_from_the_start(throttled):

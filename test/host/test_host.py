@@ -28,8 +28,8 @@ from mlmem_ros.host.settings import (
     RecordSettings,
     StateSettings,
 )
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 
 SOON = 30.0
 
@@ -47,7 +47,7 @@ def kept(file):
 @pytest.fixture
 def hung(monkeypatch):
     """Let waits for the disk end after a moment; set the event to let the disk go on."""
-    monkeypatch.setattr(worker_module, 'PATIENCE', 0.2)
+    monkeypatch.setattr(worker_module, 'WORK_TIMEOUT_S', 0.2)
     monkeypatch.setattr(worker_module.Worker.wait, '__defaults__', (0.2,))
     event = threading.Event()
     yield event
@@ -68,20 +68,20 @@ def test_a_write_is_on_the_disk_before_it_is_answered(serve, file, kept):
     host = serve(**kept).activate()
     outcome = host.submit(Write(0)).answer.result(SOON)
     assert outcome.success
-    saved = state_file.load(file)
+    saved = state_file.load_snapshot(file)
     assert saved['reading']['level'] == 0
     assert saved['statistics']['writes'] == 1
 
 
 def test_the_loops_thread_takes_the_state_however_slow_the_caller(serve, file, kept, monkeypatch):
     """Before the caller goes on, the write has ended: its outcome is saved all the same."""
-    take, takers = snapshot.take, []
+    take, takers = snapshot.take_snapshot, []
 
     def watched(element):
         takers.append(threading.current_thread().name)
         return take(element)
 
-    monkeypatch.setattr(snapshot, 'take', watched)
+    monkeypatch.setattr(snapshot, 'take_snapshot', watched)
     host = serve(**kept).activate()
     request = host.submit(Write(0))
     until(host, request.answer.done)
@@ -89,7 +89,7 @@ def test_the_loops_thread_takes_the_state_however_slow_the_caller(serve, file, k
     request.answer.add_done_callback(lambda done: told.append(done.result().success))
     assert told == [True]
     assert takers == ['mlmem-loop']
-    assert state_file.load(file)['reading']['level'] == 0
+    assert state_file.load_snapshot(file)['reading']['level'] == 0
 
 
 def test_a_write_is_saved_before_the_next_command_takes_effect(serve, file, kept):
@@ -103,7 +103,7 @@ def test_a_write_is_saved_before_the_next_command_takes_effect(serve, file, kept
     host.pause(False)
     outcome = write.answer.result(SOON)
     assert outcome.success
-    assert state_file.load(file)['ticks'] == outcome.end_tick + 1
+    assert state_file.load_snapshot(file)['ticks'] == outcome.end_tick + 1
 
 
 def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
@@ -111,7 +111,7 @@ def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
         raise StateError('the state cannot be saved in element.json: No space left on device')
 
     host = serve(**kept).activate()
-    monkeypatch.setattr(state_file, 'save', full)
+    monkeypatch.setattr(state_file, 'save_snapshot', full)
     outcome = host.submit(Write(0)).answer.result(SOON)
     assert not outcome.success
     assert outcome.reading.level == 0
@@ -121,7 +121,7 @@ def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
 
 def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
     host = serve(**kept).activate()
-    monkeypatch.setattr(state_file, 'save', lambda *_: hung.wait())
+    monkeypatch.setattr(state_file, 'save_snapshot', lambda *_: hung.wait())
     answer = host.submit(Write(0)).answer
     until(host, answer.done)
     assert 'the disk does not answer' in answer.result().error
@@ -130,7 +130,7 @@ def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
 
 def test_a_node_that_ends_with_a_hung_disk_says_what_is_lost(serve, kept, monkeypatch, hung, log):
     host = serve(**kept).activate()
-    monkeypatch.setattr(state_file, 'save', lambda *_: hung.wait())
+    monkeypatch.setattr(state_file, 'save_snapshot', lambda *_: hung.wait())
     host.close()
     assert host.lost
     assert any('the disk does not answer' in text for text in log.of('error'))
@@ -146,14 +146,14 @@ def test_a_later_save_makes_good_what_one_could_not(serve, file, kept, monkeypat
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
     with monkeypatch.context() as patch:
-        patch.setattr(state_file, 'save', full)
+        patch.setattr(state_file, 'save_snapshot', full)
         host.deactivate()
     assert host.lost
     host.release()
     service.activate()
     host.close()
     assert not host.lost
-    assert state_file.load(file)['reading']['level'] == 0
+    assert state_file.load_snapshot(file)['reading']['level'] == 0
 
 
 def test_a_command_is_refused_with_a_state_file_too(serve, kept):
@@ -185,7 +185,7 @@ def test_a_device_that_fails_is_released_and_its_state_file_is_kept(serve, kept,
     service = serve(**kept)
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
-    before = state_file.load(file)
+    before = state_file.load_snapshot(file)
     poison(host)
     assert service.failed.wait(SOON)
     with pytest.raises(Refused, match='the device has stopped'):
@@ -195,7 +195,7 @@ def test_a_device_that_fails_is_released_and_its_state_file_is_kept(serve, kept,
     assert host.loop is None
     with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf'):
         host.submit(Read()).answer.result(SOON)
-    assert state_file.load(file)['reading'] == before['reading']
+    assert state_file.load_snapshot(file)['reading'] == before['reading']
     assert any('configure and activate to go on' in text for text in log.of('error'))
     assert service.activate().submit(Read()).answer.result(SOON).reading.level == 0
 
@@ -267,7 +267,7 @@ def test_one_of_many_starts_and_stops_at_once_succeeds(serve, record):
     stopped = [host.record(None) for _ in range(20)]
     assert sum(future.exception(SOON) is None for future in stopped) == 1
     assert host.refused == 38
-    assert replay(load(record.path)).exact
+    assert run_replay(load_session(record.path)).exact
     assert host.sessions.state is State.IDLE
 
 
@@ -291,7 +291,7 @@ def test_the_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active
     path = host.record(None).result(SOON)
     assert path.parent == tmp_path
     assert re.fullmatch(r'session-\d{8}-\d{6}', path.name)
-    assert replay(load(path)).exact
+    assert run_replay(load_session(path)).exact
     assert not any((tmp_path / 'session').iterdir())
 
 
@@ -343,7 +343,7 @@ def test_a_session_without_ticks_has_a_state_that_agrees(serve, record):
     host = service.activate()
     host.pause(True).result(SOON)
     host.record(service.plan(record)).result(SOON)
-    report = replay(load(host.record(None).result(SOON)))
+    report = run_replay(load_session(host.record(None).result(SOON)))
     assert (report.ticks, report.hashes, report.equal_hashes) == (0, 1, 1)
     assert report.passed
 
@@ -435,16 +435,16 @@ def test_the_content_survives_release_and_configuration(serve, kept):
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
     host.deactivate()
-    digest = snapshot.digest(host.element)
+    digest = snapshot.hash_state(host.element)
     host.release()
-    assert snapshot.digest(service.host.configure(service.given)) == digest
+    assert snapshot.hash_state(service.host.configure(service.given)) == digest
     assert not host.lost
 
 
 def test_the_content_is_saved_at_intervals(serve, file, monkeypatch):
     host = serve(state=StateSettings(path=str(file), interval=1e-3)).activate()
     until(host, file.exists)
-    assert state_file.load(file)['ticks'] > 0
+    assert state_file.load_snapshot(file)['ticks'] > 0
 
 
 def test_a_recording_that_failed_makes_room_and_is_not_forgotten(serve, tmp_path):

@@ -11,8 +11,8 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import recording
 from mlmem_ros.host.recording import PreTriggerBuffer
 from mlmem_ros.host.settings import RecordSettings
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 
 SOON = 30.0
 LONG = RecordSettings(last_seconds=3600.0)
@@ -25,7 +25,7 @@ def recorded(service, path):
     host = service.host
     bag = host.record(service.plan(RecordSettings(path=str(path)))).result(SOON)
     host.record(None).result(SOON)
-    return load(bag)
+    return load_session(bag)
 
 
 def begun(session):
@@ -49,10 +49,10 @@ def test_a_session_begins_with_the_last_seconds(serve, tmp_path):
     path = host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
     assert reading.result(SOON).reading.level == 5
     assert host.record(None).result(SOON) == path
-    session = load(path)
+    session = load_session(path)
     assert begun(session) == 0
     assert commands(session) == [Write(5), Read()]
-    report = replay(session)
+    report = run_replay(session)
     assert report.exact
     assert [outcome.reading.level for outcome in report.outcomes] == [5, 5]
 
@@ -72,9 +72,9 @@ def test_a_session_begins_when_it_is_requested_not_when_there_is_a_bag(
     monkeypatch.setattr(recording, 'opened', opened_late)
     host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
     assert asked[0].answer.result(SOON).success
-    session = load(host.record(None).result(SOON))
+    session = load_session(host.record(None).result(SOON))
     assert commands(session) == [Write(3)]
-    assert replay(session).exact
+    assert run_replay(session).exact
 
 
 def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):
@@ -88,9 +88,9 @@ def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatc
     host.fail()
     (bag,) = tmp_path.glob('session-*')
     assert any(str(bag) in line for line in log.of('info'))
-    session = load(bag)
+    session = load_session(bag)
     assert commands(session) == [Write(2), SetStrain(0.01)]
-    report = replay(session)
+    report = run_replay(session)
     assert report.exact
     assert report.outcomes[0].reading.level == 2
     assert host.recording is None
@@ -102,7 +102,7 @@ def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path)
     for level in (1, 6):
         assert host.submit(Write(level)).answer.result(SOON).success
     session = recorded(service, tmp_path / 'written')
-    (outcome,) = replay(session).outcomes
+    (outcome,) = run_replay(session).outcomes
     assert outcome.reading.level == 6
     assert 0 <= outcome.start_tick - begun(session) <= 250 + 50
     idle = max(each.tick for each in session.hashes) + 600
@@ -112,7 +112,7 @@ def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path)
     session = recorded(service, tmp_path / 'idle')
     assert session.stamped == []
     assert begun(session) >= idle - 320
-    assert replay(session).exact
+    assert run_replay(session).exact
 
 
 def test_it_starts_over_after_a_session(serve, tmp_path):
@@ -124,7 +124,7 @@ def test_it_starts_over_after_a_session(serve, tmp_path):
     second = recorded(service, tmp_path / 'second')
     assert begun(second) >= max(each.tick for each in first.hashes)
     assert commands(second) == [Read()]
-    assert replay(second).exact
+    assert run_replay(second).exact
 
 
 def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
@@ -136,12 +136,12 @@ def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
         recorded(service, tmp_path / 'file' / 'session')
     session = recorded(service, tmp_path / 'session')
     assert commands(session) == [Write(4)]
-    assert replay(session).exact
+    assert run_replay(session).exact
 
 
 def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     """A write fills more than the limit: what is kept begins after it."""
-    monkeypatch.setattr(recording, 'MOST_BYTES', 20_000)
+    monkeypatch.setattr(recording, 'MAX_BUFFER_BYTES', 20_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()
     ended = host.submit(Write(1)).answer.result(SOON).end_tick
@@ -150,7 +150,7 @@ def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch)
     assert host.sessions.buffer.kept['last_bytes'] <= 20_000
     session = recorded(service, tmp_path / 'session')
     assert begun(session) >= ended
-    assert replay(session).exact
+    assert run_replay(session).exact
 
 
 def filled(seconds, ticks, every=1):
@@ -171,7 +171,7 @@ def test_a_buffer_reaches_as_far_back_as_it_should_and_begins_with_a_state():
     (header, *kept), number = filled(8.0, 100).content()
     assert number == 100
     assert [stamp for *_, stamp in kept] == list(range(header[2], 100))
-    assert 8 <= 100 - header[2] <= 8 + 8 / recording.SEGMENTS
+    assert 8 <= 100 - header[2] <= 8 + 8 / recording.SEGMENT_COUNT
 
 
 @pytest.mark.parametrize('opened', [25, 200])
@@ -184,7 +184,7 @@ def test_what_comes_while_a_bag_is_opened_follows_without_a_gap(opened):
     assert stamps == list(range(stamps[0], opened))
     buffer.release()
     fill(buffer, range(opened, opened + 20))
-    assert buffer.kept['last_seconds'] <= 8 + 8 / recording.SEGMENTS
+    assert buffer.kept['last_seconds'] <= 8 + 8 / recording.SEGMENT_COUNT
 
 
 @pytest.mark.parametrize('how', ['dropped', 'cleared'])
@@ -192,7 +192,7 @@ def test_a_gap_is_refused(how, monkeypatch):
     buffer = filled(8.0, 20)
     _, number = buffer.content()
     if how == 'dropped':
-        monkeypatch.setattr(recording, 'MOST_BYTES', 100)
+        monkeypatch.setattr(recording, 'MAX_BUFFER_BYTES', 100)
     else:
         buffer.clear()
     buffer.put('topic', b'lost', 20)

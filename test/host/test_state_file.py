@@ -24,22 +24,22 @@ def test_a_device_goes_on_to_the_bit_where_its_file_was_saved(tmp_path):
     path = tmp_path / 'new' / 'folder' / 'element.json'
     element = rig.device(3)
     rig.ticks(element, 7)
-    state_file.save(path, snapshot.take(element))
+    state_file.save_snapshot(path, snapshot.take_snapshot(element))
     other = rig.device()
-    snapshot.restore(other, state_file.load(path))
-    assert snapshot.digest(other) == snapshot.digest(element)
+    snapshot.restore_snapshot(other, state_file.load_snapshot(path))
+    assert snapshot.hash_state(other) == snapshot.hash_state(element)
     assert other.ticks == 7
 
 
 def test_a_second_save_replaces_the_first(tmp_path):
-    state_file.save(tmp_path / 'element.json', {'ticks': 1})
-    state_file.save(tmp_path / 'element.json', {'ticks': 2})
-    assert state_file.load(tmp_path / 'element.json') == {'ticks': 2}
+    state_file.save_snapshot(tmp_path / 'element.json', {'ticks': 1})
+    state_file.save_snapshot(tmp_path / 'element.json', {'ticks': 2})
+    assert state_file.load_snapshot(tmp_path / 'element.json') == {'ticks': 2}
     assert [path.name for path in tmp_path.iterdir()] == ['element.json']
 
 
 def test_without_a_file_nothing_is_restored(tmp_path):
-    assert state_file.load(tmp_path / 'element.json') is None
+    assert state_file.load_snapshot(tmp_path / 'element.json') is None
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_a_damaged_file_is_refused_and_kept(tmp_path, text, told):
     path = tmp_path / 'element.json'
     path.write_bytes(text.encode('latin-1'))
     with pytest.raises(StateError, match=rf'element\.json {told}'):
-        state_file.load(path)
+        state_file.load_snapshot(path)
     assert path.read_bytes() == text.encode('latin-1')
 
 
@@ -71,7 +71,7 @@ def test_a_huge_file_is_refused_before_it_fills_the_memory(tmp_path):
     tracemalloc.start()
     try:
         with pytest.raises(StateError, match='is damaged: it is larger than 33554432 bytes'):
-            state_file.load(path)
+            state_file.load_snapshot(path)
         assert tracemalloc.get_traced_memory()[1] < 80e6  # twice what is read
     finally:
         tracemalloc.stop()
@@ -80,20 +80,20 @@ def test_a_huge_file_is_refused_before_it_fills_the_memory(tmp_path):
 @pytest.mark.parametrize('path', ['/tmp/\0', '/proc/nowhere/state.json', f'/tmp/{"x" * 300}'])
 def test_a_path_that_cannot_be_written_is_refused(path):
     with pytest.raises(StateError, match='cannot be saved in'):
-        state_file.save(Path(path), {})
+        state_file.save_snapshot(Path(path), {})
 
 
 def test_a_file_that_cannot_be_read_or_written_is_reported_with_the_reason(tmp_path):
     """A folder in place of the file, and a file in place of its folder."""
     with pytest.raises(StateError, match=r'cannot be read from .*: Is a directory'):
-        state_file.load(tmp_path)
+        state_file.load_snapshot(tmp_path)
     (tmp_path / 'file').write_text('')
     with pytest.raises(StateError, match=r'cannot be saved in .*: (File exists|Not a directory)'):
-        state_file.save(tmp_path / 'file' / 'element.json', {})
+        state_file.save_snapshot(tmp_path / 'file' / 'element.json', {})
 
 
 def test_the_file_is_plain_json(tmp_path):
-    state_file.save(tmp_path / 'element.json', {'ticks': 5})
+    state_file.save_snapshot(tmp_path / 'element.json', {'ticks': 5})
     content = json.loads((tmp_path / 'element.json').read_text())
     assert content == {'format': 1, 'snapshot': {'ticks': 5}}
 
@@ -104,11 +104,11 @@ OTHER = Calibration(DelayTable((1.0, 2.0)), DelayTable((2.0, 1.0)))
 
 @pytest.fixture
 def path(tmp_path):
-    return state_file.calibrations_beside(tmp_path / 'folder' / 'element.json')
+    return state_file.calibration_path(tmp_path / 'folder' / 'element.json')
 
 
 def test_it_lies_beside_the_state(tmp_path):
-    found = state_file.calibrations_beside(tmp_path / 'element.json')
+    found = state_file.calibration_path(tmp_path / 'element.json')
     assert found == tmp_path / 'element.calibration.json'
 
 
@@ -124,11 +124,11 @@ def test_what_was_saved_is_loaded_to_the_bit_and_by_its_key(path):
 
 
 def test_the_oldest_calibrations_are_dropped(path):
-    for number in range(state_file.KEPT + 2):
+    for number in range(state_file.MAX_CALIBRATIONS + 2):
         state_file.save_calibration(path, str(number), OTHER)
         state_file.save_calibration(path, 'a', THIRDS)  # kept young
     kept = json.loads(path.read_text())['calibrations']
-    assert len(kept) == state_file.KEPT
+    assert len(kept) == state_file.MAX_CALIBRATIONS
     assert '2' not in kept
     assert '3' in kept
     assert state_file.load_calibration(path, 'a', 2) == THIRDS

@@ -52,7 +52,7 @@ def test_a_kept_state_is_on_the_disk_before_the_answer(file, kept):
     for _ in range(3):
         element.advance()
         assert store.keep(element).result(20.0) is None
-        assert state_file.load(file)['ticks'] == element.ticks
+        assert state_file.load_snapshot(file)['ticks'] == element.ticks
 
 
 def test_a_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
@@ -61,7 +61,7 @@ def test_a_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
     element.advance()
     kept(link).keep(element).result(20.0)
     assert link.is_symlink()
-    assert state_file.load(file)['ticks'] == 1
+    assert state_file.load_snapshot(file)['ticks'] == 1
     loop = tmp_path / 'loop.json'
     loop.symlink_to(loop)
     with pytest.raises(StateError, match=r'loop\.json'):
@@ -71,13 +71,13 @@ def test_a_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
 def test_states_are_saved_in_order(file, monkeypatch, kept):
     """A disk that is slow once does not restore an older state."""
     element, store, slow = new_element(CASE_II), kept(file), threading.Event()
-    save = state_file.save
+    save = state_file.save_snapshot
 
     def slowly(path, taken):
         slow.wait(20.0)
         save(path, taken)
 
-    monkeypatch.setattr(state_file, 'save', slowly)
+    monkeypatch.setattr(state_file, 'save_snapshot', slowly)
     older = store.keep(element)
     element.advance()
     newer = store.keep(element)
@@ -85,7 +85,7 @@ def test_states_are_saved_in_order(file, monkeypatch, kept):
     slow.set()
     assert newer.result(20.0) is None
     assert store.close()
-    assert state_file.load(file)['ticks'] == element.ticks == 1
+    assert state_file.load_snapshot(file)['ticks'] == element.ticks == 1
 
 
 def test_a_state_that_cannot_be_saved_is_reported(tmp_path, kept):
@@ -190,11 +190,11 @@ def test_a_state_with_other_pulses_restores_content_but_no_delays(file, kept):
         element.calibration,
         right=DelayTable(tuple(1000.0 - level for level in range(8)), blank=2000.0),
     )
-    saved = snapshot.take(element)
+    saved = snapshot.take_snapshot(element)
     saved['calibration_key'] = 'of another pulse'
-    state_file.save(file, saved)
+    state_file.save_snapshot(file, saved)
     store = kept(file)
     restored = store.new_element(CASE_II, Settings())
     store.restore(restored)
-    assert snapshot.digest(restored) == snapshot.digest(element)
+    assert snapshot.hash_state(restored) == snapshot.hash_state(element)
     assert restored.calibration == new_element(CASE_II).calibration

@@ -5,7 +5,7 @@
 import itertools
 
 from mlmem import threads
-from mlmem_ros.host.worker import AT_ONCE, LONGEST
+from mlmem_ros.host.worker import MAX_BURST_LINES, MAX_LINE_CHARACTERS
 
 
 def test_a_flood_of_refusals_is_one_line_a_second(throttled, log, monkeypatch):
@@ -14,9 +14,9 @@ def test_a_flood_of_refusals_is_one_line_a_second(throttled, log, monkeypatch):
     for _ in range(10 * 1024):
         throttled.refused('~/strain', 'it is not finite')
     told = log.of('warning')
-    assert len(told) == AT_ONCE + 9
-    assert set(told[:AT_ONCE]) == {'~/strain refused: it is not finite'}
-    more = told[AT_ONCE + 1].removeprefix('~/strain refused: it is not finite ')
+    assert len(told) == MAX_BURST_LINES + 9
+    assert set(told[:MAX_BURST_LINES]) == {'~/strain refused: it is not finite'}
+    more = told[MAX_BURST_LINES + 1].removeprefix('~/strain refused: it is not finite ')
     assert more == '(and 1023 more since the last line)'
 
 
@@ -32,14 +32,14 @@ def test_a_log_line_is_short_whatever_came_in(throttled, log):
         '~/strain_trajectory', f'the joint must be substrate; got {"j" * 5_000_000}!'
     )
     (told,) = log.of('warning')
-    assert len(told) < LONGEST + 20
+    assert len(told) < MAX_LINE_CHARACTERS + 20
     assert told.startswith('~/strain_trajectory refused: the joint must be substrate')
     assert told.endswith('jjj!')
 
 
 def test_a_fault_in_the_software_is_logged_with_its_traceback_and_counted(throttled, log):
     for _ in range(3):
-        with throttled.guarded('the test'):
+        with throttled.guard_errors('the test'):
             raise ZeroDivisionError('by hand')
     assert throttled.caught == 3
     told = log.of('error')[0]
@@ -54,4 +54,4 @@ def test_causes_are_thinned_by_kind_whatever_their_text_is(throttled, log):
             raise RuntimeError(f'tick {number}') from ZeroDivisionError('by hand')
         except RuntimeError as error:
             throttled.cause(error)
-    assert len(log.of('error')) == AT_ONCE
+    assert len(log.of('error')) == MAX_BURST_LINES

@@ -9,7 +9,7 @@ import pytest
 from mlmem import Refused, threads
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import Overdue
-from mlmem_ros.host.worker import PATIENCE, Worker
+from mlmem_ros.host.worker import WORK_TIMEOUT_S, Worker
 
 SOON = 60.0
 """Longest wait in seconds, on a loaded machine."""
@@ -32,7 +32,7 @@ def disk():
 def later(monkeypatch):
     """Let the patience of a worker end at once."""
     now = threads.monotonic
-    return lambda: monkeypatch.setattr(threads, 'monotonic', lambda: now() + PATIENCE)
+    return lambda: monkeypatch.setattr(threads, 'monotonic', lambda: now() + WORK_TIMEOUT_S)
 
 
 def alive(name='test'):

@@ -56,7 +56,7 @@ def test_shipped_element_has_the_same_bits(name):
     assert element.name == name
     assert (element.design, element.settings) == preset(name)
     assert preset(name).digest == DIGESTS[name]
-    assert element.specimen.ideal
+    assert element.specimen.is_ideal
 
 
 def test_shipped_elements_of_the_paper_are_table_i():
@@ -101,7 +101,7 @@ def test_element_file_keeps_a_fitted_element_with_its_settings(tmp_path):
     settings = replace(settings, element=ElementSettings('7 12:0.5'))
     path = tmp_path / 'leg.yaml'
     saved = Element(made, 1e-4 * alpha, time_unit=1.01, chi2=1.1, data=99, settings=settings)
-    element_file.save(path, saved)
+    element_file.write_element_file(path, saved)
     element = mlmem.load_element(path)
     assert element.settings == settings
     assert element.specimen.stuck == (7,)

@@ -22,7 +22,7 @@ from mlmem import (
 )
 from mlmem.element_file import Element
 from mlmem.physics import default_step, find_walls
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 
 
 def double_well(D):
@@ -38,7 +38,7 @@ def test_element_is_made_and_written_by_its_name():
     assert outcome.reading.content == 2
     assert 0 == outcome.start_tick < outcome.end_tick
     (wall,) = find_walls(element.design, element.chain.configuration)
-    assert wall.position == pytest.approx(element.design.defect(2), abs=1.0)
+    assert wall.position == pytest.approx(element.design.defect_site(2), abs=1.0)
 
 
 def test_blank_element_reads_minus_one():
@@ -59,7 +59,7 @@ def test_fitted_element_is_simulated_as_fitted(tmp_path):
     factor = np.linspace(0.99, 1.01, shipped.design.N)
     made = Specimen(shipped.design, factor)
     fitted = Element(made, 1e-4 * factor, time_unit=1.001, settings=shipped.settings)
-    element_file.save(tmp_path / 'leg.yaml', fitted)
+    element_file.write_element_file(tmp_path / 'leg.yaml', fitted)
     element = MemoryElement(mlmem.load_element(tmp_path / 'leg.yaml'))
     assert element.settings == shipped.settings
     assert element.chain.specimen.alpha == pytest.approx(made.alpha)
@@ -81,10 +81,10 @@ def test_chain_that_is_no_memory_is_simulated_but_no_element(changes):
 def test_functions_of_a_specimen_take_a_design():
     ideal = Specimen(CASE_II)
     assert default_step(CASE_II) == default_step(ideal)
-    assert (resting_wall(CASE_II, 3) == resting_wall(ideal, 3)).all()
+    assert (find_pinned_wall(CASE_II, 3) == find_pinned_wall(ideal, 3)).all()
     chain = Chain(CASE_II, 0.1)
     chain.set_specimen(CASE_II)
-    assert chain.specimen.ideal
+    assert chain.specimen.is_ideal
 
 
 # --- a potential of one's own -----------------------------------------------------------------

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mlmem.physics import CASE_II, Chain, Specimen, StateError, find_walls
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.simulation import simulate, wall_at, walls_at
 
 KICK_SPEED = 0.0793
@@ -28,12 +28,12 @@ def test_simulate_pinned_wall_stays_at_its_defect():
     assert run.t == pytest.approx(np.arange(21) * 100.0)
     assert run.configuration.shape == (21, CASE_II.N)
     assert run.wall_positions.shape == (21, 1)
-    assert run.wall_positions == pytest.approx(CASE_II.defect(3), abs=0.1)
+    assert run.wall_positions == pytest.approx(CASE_II.defect_site(3), abs=0.1)
 
 
 def test_simulate_boundary_kick_reaches_the_level_of_its_speed():
     run = simulate(CASE_II, duration=2500.0, drive={1: kick})
-    assert run.wall_positions[-1, 0] == pytest.approx(CASE_II.defect(4), abs=0.5)
+    assert run.wall_positions[-1, 0] == pytest.approx(CASE_II.defect_site(4), abs=0.5)
     assert len(find_walls(CASE_II, run.configuration[0])) == 0
 
 
@@ -64,7 +64,7 @@ def test_simulate_scalar_function_gives_the_same_bits_as_an_array_function():
 
 def test_simulate_end_taken_later_agrees_with_a_chain_by_hand():
     """The end is free for 10 time units; then it is held where it is, in steps of 0.25."""
-    start = resting_wall(Specimen(CASE_II), 0)
+    start = find_pinned_wall(Specimen(CASE_II), 0)
     start[0] += 0.05
     run = simulate(
         CASE_II, initial=start, duration=20.0, save_every=20.0, dt=0.25,
@@ -80,7 +80,7 @@ def test_simulate_end_taken_later_agrees_with_a_chain_by_hand():
 
 
 def test_simulate_damping_overrides_that_of_the_design():
-    ringing = resting_wall(Specimen(CASE_II), 2) + 1e-3
+    ringing = find_pinned_wall(Specimen(CASE_II), 2) + 1e-3
     runs = [
         simulate(design, initial=ringing, duration=300.0, eta=eta)
         for design, eta in ((CASE_II, 0.02), (replace(CASE_II, eta=0.02), None))
@@ -90,12 +90,12 @@ def test_simulate_damping_overrides_that_of_the_design():
 
 def test_simulate_several_walls_rest_at_their_levels():
     run = simulate(CASE_II, initial=walls_at([1, 4, 6]), duration=100.0)
-    expected = [CASE_II.defect(level) for level in (1, 4, 6)]
+    expected = [CASE_II.defect_site(level) for level in (1, 4, 6)]
     assert run.wall_positions[-1] == pytest.approx(expected, abs=1.0)
 
 
 def test_simulate_agrees_with_a_chain_that_is_advanced_by_hand():
-    start = resting_wall(Specimen(CASE_II), 3) + 0.01
+    start = find_pinned_wall(Specimen(CASE_II), 3) + 0.01
     run = simulate(CASE_II, initial=start, duration=25.0, save_every=25.0, dt=0.25)
     from mlmem.physics import PEFRL
 

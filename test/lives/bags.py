@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 from mlmem_ros.bag.contents import read_metadata
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 
 FOLDER = '/disk'
 
@@ -69,6 +69,6 @@ def _findings(bag, whole):
     topics = reader.topics
     if not any(name.endswith('/session') and info.message_count for name, info in topics.items()):
         return  # no session has begun, or its beginning was not synced
-    report = replay(load(reader))
+    report = run_replay(load_session(reader))
     if not report.exact or report.refused:
         yield f'{bag.name} does not replay: {report.difference}, refused: {report.refused}'

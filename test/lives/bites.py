@@ -57,14 +57,14 @@ def division_by_zero_at_full_speed(_):
 @_bite((loop.Loop, '_end'), (mailbox.Mailbox, 'take'))
 def queue_cleared_between_look_and_pop(end, _):
     def hasty_end(self, ending):
-        self._box.close(Refused(loop.SHUT_DOWN))
+        self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
         end(self, ending)
 
     def take(self, queue):
         if queue:
             threads.monotonic()
             request = queue.popleft()
-            return request if request.taken_up() else None
+            return request if request.take_up() else None
         return None
 
     return hasty_end, take
@@ -119,7 +119,7 @@ def a_refused_command_forgets_the_reading(apply):
 
 @_bite((loop.Loop, '_release'))
 def strain_is_left_on_at_the_end(_):
-    return lambda self: self._box.close(Refused(loop.SHUT_DOWN))
+    return lambda self: self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
 
 
 # --- the recording -----------------------------------------------------------------------
@@ -212,7 +212,7 @@ def answer_before_it_is_saved(resolve):
 @_bite((store.Store, 'keep'))
 def newer_state_overwritten_by_an_older_one(keep):
     def keep_at_once(self, element):
-        taken, saved = store.snapshot.take(element), threads.Future()
+        taken, saved = store.snapshot.take_snapshot(element), threads.Future()
 
         def run():
             try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 from mlmem import Faults, MemoryElement, Settings, Write, factory_calibration, preset, snapshot
-from mlmem.parsing import decode
+from mlmem.parsing import decode_value
 from mlmem.physics import Design
 from mlmem_ros.host.settings import (
     FileSettings,
@@ -53,12 +53,12 @@ class Kind:
         element = MemoryElement(self.design, self.settings, self.calibration)
         if level >= 0:
             assert element.perform(Write(level)).reading.level == level
-        return snapshot.take(element)
+        return snapshot.take_snapshot(element)
 
     def restored(self, taken):
         """Return a new element in the state of a snapshot."""
         element = MemoryElement(self.design, self.settings, self.calibration)
-        snapshot.restore(element, taken)
+        snapshot.restore_snapshot(element, taken)
         return element
 
 
@@ -74,7 +74,7 @@ def _quick():
     given['probe_right'] |= {'gain_decay': design.eta / 2}
     given['time'] |= {'tick': 50.0}
     given['scale'] |= {'time': 2e-3}
-    return Kind(design, decode(Settings, given))
+    return Kind(design, decode_value(Settings, given))
 
 
 def _shipped(name):
@@ -101,4 +101,4 @@ def finite(element):
 @cache
 def healthy(faults):
     """Return whether a device has no faults."""
-    return not faults.active()
+    return not faults.list_active()

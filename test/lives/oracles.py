@@ -8,7 +8,7 @@ from pathlib import Path
 from types import NoneType
 
 from mlmem import Outcome, Refused
-from mlmem.physics import level_of
+from mlmem.physics import find_level
 from mlmem.procedure_table import Procedures
 from mlmem_ros.host import REFUSALS, state_file
 
@@ -144,7 +144,7 @@ class Oracles:
             self.truth.watch_refusals(element)
             self.truth.unsettle(element)
         if refusal is None and name == 'deactivate':
-            self._put_away(process, element)
+            self._save_stopped(process, element)
         if refusal and process.node.state == before and self._healthy_disk():
             expected = ('is refused while', 'exists already', 'the device has stopped')
             if not any(text in refusal for text in expected):
@@ -153,9 +153,9 @@ class Oracles:
     def closed(self, process, element):
         """Check a process that was closed."""
         if element is not None:
-            self._put_away(process, element)
+            self._save_stopped(process, element)
 
-    def _put_away(self, process, element):
+    def _save_stopped(self, process, element):
         if not small.finite(element):
             self.find('the state is not finite')
         if element.ticks and not process.host.lost and self._life.script.state:
@@ -200,7 +200,7 @@ class Oracles:
             return
         ticks, level, number = self._acknowledged
         try:
-            saved = state_file.load(Path(STATE))
+            saved = state_file.load_snapshot(Path(STATE))
         except REFUSALS as error:
             self.find(f'the saved state cannot be read: {error}')
             return
@@ -209,7 +209,7 @@ class Oracles:
             self.find(f'what was acknowledged at tick {ticks} is lost: the file has tick {had}')
         elif level is not None and number == self.truth.asked:
             element = self._life.kind.restored(saved)
-            truth = level_of(element.design, element.chain.configuration)
+            truth = find_level(element.design, element.chain.configuration)
             if truth != level:
                 self.find(f'level {level} was acknowledged; {truth} is on the disk')
 

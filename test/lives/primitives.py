@@ -69,10 +69,10 @@ class Lock:
         return True
 
     def release(self):
-        self.let_go()
+        self.release_strain()
         self._scheduler.handover(('release', self._name))
 
-    def let_go(self):
+    def release_strain(self):
         """Release with no hand-over."""
         me = self._scheduler.current
         if me is not None and me.ended:
@@ -118,7 +118,7 @@ class Condition:
         depth, lock._depth = lock._depth, 1
         me = scheduler.current
         self._waiters.append(me)
-        lock.let_go()
+        lock.release_strain()
         woken = scheduler.block(self._name, timeout)
         if not woken:
             self._waiters.remove(me)

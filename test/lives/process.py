@@ -13,7 +13,7 @@ from mlmem_ros.host import Host, SessionPlan
 from .node import Executor, Node
 from .script import SESSION
 
-LEVEL = topics.LEVEL._replace(name='/mlmem/level', qos=topics.RELIABLE)
+LEVEL = topics.LEVEL_TOPIC._replace(name='/mlmem/level', qos=topics.RELIABLE_QOS)
 BEAT = LEVEL._replace(name='/mlmem/beat')
 """Something to record, every few ticks."""
 
@@ -149,7 +149,7 @@ class Process:
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
         self.oracles.truth.ticked(element, events)
         if (recording := host.recording) is not None:
-            level = jazzy.message(LEVEL.type, data=values.level(element.reading))
+            level = jazzy.make_message(LEVEL.type, data=values.encode_level(element.reading))
             ended = [LEVEL for event in events if isinstance(event, Outcome)]
             for topic in (*ended, *([BEAT] if element.ticks % 4 == 0 else ())):
-                recording.put(topic.name, jazzy.serialize(level))
+                recording.put(topic.name, jazzy.serialize_message(level))

@@ -8,7 +8,7 @@ import math
 
 from mlmem import Disturb, Outcome, Refused, SetFaults, SetStrain
 from mlmem.commands import FollowTrajectory
-from mlmem.physics import find_walls, level_of
+from mlmem.physics import find_level, find_walls
 from mlmem.procedure_table import PROCEDURES, Procedures
 
 from . import element as small
@@ -66,7 +66,7 @@ class Truth:
         """Compare the outcome of a procedure with the truth."""
         calm = _time_since(element, self._moved_at) > CALM or outcome.procedure == 'write'
         if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
-            truth = level_of(element.design, element.chain.configuration)
+            truth = find_level(element.design, element.chain.configuration)
             if truth != outcome.reading.level:
                 self._find(f'{outcome} while the wall is at {truth}')
 
@@ -103,7 +103,7 @@ def _walls(element):
 
 def _quiet(element):
     """Return whether nothing that may move a wall is in progress."""
-    return element.released and _undisturbed(element)
+    return element.is_released and _undisturbed(element)
 
 
 def _undisturbed(element):

@@ -28,7 +28,7 @@ ROOT = Path('/disk')
 def _impatient():
     """Make the host wait for a disk no longer than a life lasts."""
     with (
-        patch.object(worker, 'PATIENCE', PATIENCE),
+        patch.object(worker, 'WORK_TIMEOUT_S', PATIENCE),
         patch.object(worker.Worker.wait, '__defaults__', (PATIENCE,)),
     ):
         yield
@@ -114,10 +114,10 @@ class Life:
             path = Path(STATE)
             key = calibration_key(self.kind.design, self.kind.settings)
             state_file.save_calibration(
-                state_file.calibrations_beside(path), key, self.kind.calibration
+                state_file.calibration_path(path), key, self.kind.calibration
             )
             if self.script.level >= 0:
-                state_file.save(path, self.kind.written(self.script.level))
+                state_file.save_snapshot(path, self.kind.written(self.script.level))
 
     def _fate(self):
         """Take the steps, from outside the process."""

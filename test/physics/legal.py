@@ -9,9 +9,9 @@ import dataclasses
 import math
 
 from mlmem.physics import CASE_II, Design, DesignError
-from mlmem.physics.design import RIGIDITY
+from mlmem.physics.design import MIN_RIGIDITY_RATIO
 from mlmem.physics.potential import Potential
-from mlmem.schema import descriptions
+from mlmem.schema import find_descriptions
 from mlmem.settings import Settings
 
 SMALL = {'N': 60, 'J': 25, 'J_s': 50, 'tail': 20}
@@ -54,7 +54,7 @@ def values(random, owner, share):
     """Return legal values of some described fields of a dataclass, by name: a share of all."""
     return {
         field.name: value(random, field, description)
-        for field, description in descriptions(owner)
+        for field, description in find_descriptions(owner)
         if random.random() < share
     }
 
@@ -69,7 +69,7 @@ def design(random):
             given[name] = random.randint(low, min(SMALL[name], given['N'] - 1))
         given['substrate'] = random.choice(('rigid', 'rigid', 'elastic'))
         if stiffness := _stiffest(given):  # so that not nearly all are refused
-            least = max(RIGIDITY * stiffness, given.get('s_min', CASE_II.s_min))
+            least = max(MIN_RIGIDITY_RATIO * stiffness, given.get('s_min', CASE_II.s_min))
             given['s_min'] = least
             given['s_max'] = max(least, given.get('s_max', CASE_II.s_max))
         try:

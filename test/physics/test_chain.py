@@ -38,7 +38,7 @@ from mlmem.physics import (
     stable_step,
     substep_times,
 )
-from mlmem.physics.equilibrium import resting_wall, wall_profile
+from mlmem.physics.equilibrium import find_pinned_wall, wall_profile
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
@@ -180,7 +180,7 @@ def test_a_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     """Phases 0 and 1 lie in the soft middle of the potential, 2 and 3 are three times stiffer."""
     design = case_ii(substrate, phase=phase)
     chain = Chain(design)
-    chain.place(resting_wall(Specimen(design), 3))
+    chain.place(find_pinned_wall(Specimen(design), 3))
     before = find_walls(design, chain.configuration)
     chain.rest(4000)
     (wall,) = find_walls(design, chain.configuration)
@@ -252,7 +252,7 @@ def moved(substrate, site=1, pieces=(400,), method=NOH_BATHE):
     """Return a chain after that run, cut into pieces of so many steps, and its recorded ends."""
     design = case_ii(substrate, N=61)
     chain = Chain(design, integrator=method)
-    chain.place(resting_wall(Specimen(design), 1))
+    chain.place(find_pinned_wall(Specimen(design), 1))
     V_N, motion = eventful(design, sum(pieces), chain.dt, method)
     ends, done = [], 0
     for steps in pieces:
@@ -357,7 +357,7 @@ def test_slices_and_whole_numbers_compile_nothing_new(substrate, method):
 def test_a_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site, method):
     design = case_ii(substrate, N=61)
     chain = Chain(design, integrator=method)
-    chain.place(resting_wall(Specimen(design), 1))
+    chain.place(find_pinned_wall(Specimen(design), 1))
     home = chain.end(site)
     t = substep_times(100, chain.dt, method)
     motion = np.array([home + 0.1 * np.sin(0.5 * t), 0.05 * np.cos(0.5 * t)])
@@ -564,7 +564,7 @@ def test_a_cell_that_leaves_its_range_and_returns_is_seen_at_every_check(substra
 def test_case_i_runs_too():
     """The element of Fig. 2: its wall at the defect in the middle, j = 100."""
     chain = Chain(CASE_I)
-    chain.place(resting_wall(Specimen(CASE_I), 0))
+    chain.place(find_pinned_wall(Specimen(CASE_I), 0))
     chain.rest(4000)
     (wall,) = find_walls(CASE_I, chain.configuration)
     assert wall.position == pytest.approx(100.0, abs=1.0)

@@ -105,7 +105,7 @@ def test_strain_is_end_displacement_over_length():
 def test_the_papers_eight_levels():
     assert CASE_II.levels == 8
     assert CASE_II.bits == 3
-    pinning_sites = [CASE_II.defect(level) - 100 for level in range(8)]
+    pinning_sites = [CASE_II.defect_site(level) - 100 for level in range(8)]
     assert pinning_sites == [-75, -50, -25, 0, 25, 50, 75, 100]  # x of Fig. 4
     codes = [CASE_II.code(level) for level in range(8)]
     assert codes == ['000', '001', '010', '011', '100', '101', '110', '111']
@@ -132,7 +132,7 @@ def test_levels_and_bits(N, J, levels, bits, last_code):
 @EVERY_PRESET
 def test_every_level_has_a_soft_defect_inside_the_element(design):
     for level in range(design.levels):
-        j = design.defect(level)
+        j = design.defect_site(level)
         assert 1 < j < design.N
         assert design.alpha[j - 1] < min(design.alpha[j - 2], design.alpha[j])
 

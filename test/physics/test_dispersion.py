@@ -26,8 +26,8 @@ PHASES = pytest.mark.parametrize('k_s', [CASE_II.k_s1, CASE_II.k_s2], ids=['s1',
 
 
 def test_the_bands_of_case_ii():
-    assert eq4.band(CASE_II.k_s1) == pytest.approx((0.4689, 2.0542), abs=5e-5)
-    assert eq4.band(CASE_II.k_s2) == pytest.approx((0.7688, 2.1427), abs=5e-5)
+    assert eq4.pass_band(CASE_II.k_s1) == pytest.approx((0.4689, 2.0542), abs=5e-5)
+    assert eq4.pass_band(CASE_II.k_s2) == pytest.approx((0.7688, 2.1427), abs=5e-5)
 
 
 @PHASES
@@ -44,23 +44,27 @@ def test_the_wavenumber_solves_eq_4(k_s):
 @PHASES
 def test_frequency_and_wavenumber_are_inverse(k_s):
     kappa = np.linspace(0.0, np.pi, 101)
-    np.testing.assert_allclose(eq4.wavenumber(eq4.frequency(kappa, k_s), k_s), kappa, atol=1e-7)
-    np.testing.assert_allclose(eq4.frequency([0.0, np.pi], k_s), eq4.band(k_s), rtol=1e-15)
+    np.testing.assert_allclose(
+        eq4.wavenumber(eq4.wave_frequency(kappa, k_s), k_s), kappa, atol=1e-7
+    )
+    np.testing.assert_allclose(
+        eq4.wave_frequency([0.0, np.pi], k_s), eq4.pass_band(k_s), rtol=1e-15
+    )
 
 
 @PHASES
 def test_the_group_velocity_is_the_slope_of_the_frequency(k_s):
     kappa, h = np.linspace(0.1, 3.0, 30), 1e-5
-    slope = (eq4.frequency(kappa + h, k_s) - eq4.frequency(kappa - h, k_s)) / (2.0 * h)
+    slope = (eq4.wave_frequency(kappa + h, k_s) - eq4.wave_frequency(kappa - h, k_s)) / (2.0 * h)
     np.testing.assert_allclose(
-        eq4.group_velocity(eq4.frequency(kappa, k_s), k_s),
+        eq4.group_velocity(eq4.wave_frequency(kappa, k_s), k_s),
         slope,
         atol=1e-9,  # h^2 and eps / h
     )
 
 
 def test_outside_the_band_nothing_travels():
-    low, high = eq4.band(CASE_II.k_s2)
+    low, high = eq4.pass_band(CASE_II.k_s2)
     np.testing.assert_array_equal(eq4.group_velocity([0.9 * low, 1.1 * high], CASE_II.k_s2), 0.0)
 
 
@@ -86,7 +90,7 @@ def test_a_standing_wave_oscillates_at_the_frequency_of_eq_4(phase, mode):
     zeros = rising_zeros(v_1, chain.dt)
     omega = 2.0 * np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0])
     # The integrator shortens a period by some (omega dt)^2 / 166: 1.1e-5 at the top of the band.
-    assert omega == pytest.approx(float(eq4.frequency(kappa, design.k_s1)), rel=1.5e-5)
+    assert omega == pytest.approx(float(eq4.wave_frequency(kappa, design.k_s1)), rel=1.5e-5)
 
 
 @pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
@@ -94,7 +98,7 @@ def test_a_standing_wave_oscillates_at_the_frequency_of_eq_4(phase, mode):
 def test_a_wave_packet_travels_at_the_group_velocity(phase, kappa):
     design = dataclasses.replace(UNIFORM, N=1200, phase=phase)
     j, centre, width = design.sites, 300.0, 60.0
-    omega = float(eq4.frequency(kappa, design.k_s1))
+    omega = float(eq4.wave_frequency(kappa, design.k_s1))
     wave = 1e-6 * np.exp(-0.5 * ((j - centre) / width) ** 2 + 1j * kappa * (j - centre))
     state = np.zeros((3, design.N))
     state[0], state[1] = design.D_s1 + wave.real, (-1j * omega * wave).real

@@ -19,7 +19,7 @@ import pytest
 
 from mlmem.physics import CASE_II, Chain, Specimen
 from mlmem.physics.energy import actuator_force, energy
-from mlmem.physics.equilibrium import energies, metamaterial_force, substrate_force
+from mlmem.physics.equilibrium import compute_energies, metamaterial_force, substrate_force
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 SMALL = dataclasses.replace(CASE_II, N=60)
@@ -27,7 +27,7 @@ SMALL = dataclasses.replace(CASE_II, N=60)
 
 def potential_energy(design, v, V):
     """Return the energy of displacements at rest."""
-    return sum(energies(Specimen(design), v, V))
+    return sum(compute_energies(Specimen(design), v, V))
 
 
 def rough(seed=0):

@@ -20,7 +20,12 @@ import pytest
 from scipy.optimize import minimize
 
 from mlmem.physics import CASE_I, CASE_II, Chain, Specimen, StateError, find_walls
-from mlmem.physics.equilibrium import relax, resting_wall, solve, wall_profile
+from mlmem.physics.equilibrium import (
+    find_pinned_wall,
+    relax_to_equilibrium,
+    solve_tridiagonal,
+    wall_profile,
+)
 
 SMALL = dataclasses.replace(CASE_II, N=80)
 
@@ -59,7 +64,7 @@ def by_scipy(p, guess, V):
 def test_relax_finds_the_minimum_that_scipy_finds(position, V_N):
     V = V_N * oracle.quasi_static(SMALL)
     guess = wall_profile(SMALL, position) + V
-    v = relax(Specimen(SMALL), guess, V)
+    v = relax_to_equilibrium(Specimen(SMALL), guess, V)
     # SciPy's force of 1e-9 over the softest stiffness, some 1e-2: the wall in its pinning site.
     np.testing.assert_allclose(v, by_scipy(SMALL, guess, V), atol=1e-7)
     assert np.abs(oracle.forces(SMALL, v, V)[0]).max() < 1e-11
@@ -73,20 +78,22 @@ def test_relax_under_strain_agrees_with_a_damped_run():
     chain = Chain(design)
     chain.place(guess, V_N=V_N)
     chain.rest(8000)  # exp(-0.05 x 2000) of the start is left
-    np.testing.assert_allclose(chain.v, relax(Specimen(design), guess, V), atol=1e-9)
+    np.testing.assert_allclose(
+        chain.v, relax_to_equilibrium(Specimen(design), guess, V), atol=1e-9
+    )
 
 
 @pytest.mark.parametrize('offset', [-2.0, -0.5, 0.5, 2.0])
 def test_relax_moves_a_wall_near_a_defect_onto_it(offset):
-    v = relax(Specimen(SMALL), wall_profile(SMALL, 25.0 + offset), np.zeros(80))
-    np.testing.assert_allclose(v, resting_wall(Specimen(SMALL), 0), atol=1e-9)
+    v = relax_to_equilibrium(Specimen(SMALL), wall_profile(SMALL, 25.0 + offset), np.zeros(80))
+    np.testing.assert_allclose(v, find_pinned_wall(Specimen(SMALL), 0), atol=1e-9)
 
 
 @pytest.mark.parametrize('d', [0.038, 38.0])
 def test_relax_reaches_its_tolerance_in_stiff_wells_too(d):
     """At d = 38 the on-site stiffness is 591, and rounding alone leaves forces of 1e-12."""
     stiff = dataclasses.replace(SMALL, d=d, s_min=6000.0, s_max=18000.0)
-    v = relax(Specimen(stiff), np.full(80, stiff.D_s1 + 0.2), np.zeros(80))
+    v = relax_to_equilibrium(Specimen(stiff), np.full(80, stiff.D_s1 + 0.2), np.zeros(80))
     np.testing.assert_allclose(v, stiff.D_s1, atol=1e-11)
 
 
@@ -95,16 +102,18 @@ def test_relax_rejects_an_unstable_equilibrium():
     uniform = dataclasses.replace(SMALL, gamma=0.0, beta=0.0)
     assert np.abs(oracle.forces(uniform, summit, np.zeros(80))[0]).max() < 1e-15
     with pytest.raises(StateError, match='unstable equilibrium'):
-        relax(Specimen(uniform), summit, np.zeros(80))
-    tipped = relax(Specimen(uniform), summit + 1e-6, np.zeros(80))
+        relax_to_equilibrium(Specimen(uniform), summit, np.zeros(80))
+    tipped = relax_to_equilibrium(Specimen(uniform), summit + 1e-6, np.zeros(80))
     np.testing.assert_allclose(tipped, uniform.D_s2, atol=1e-9)
 
 
 def test_relax_explains_why_it_failed():
     with pytest.raises(StateError, match=r'no equilibrium within 2 Newton steps; .* above 1e-12'):
-        relax(Specimen(SMALL), wall_profile(SMALL, 37.0), np.zeros(80), iterations=2)
+        relax_to_equilibrium(
+            Specimen(SMALL), wall_profile(SMALL, 37.0), np.zeros(80), iterations=2
+        )
     with pytest.raises(StateError, match='no equilibrium'):
-        relax(Specimen(SMALL), np.full(80, np.nan), np.zeros(80))
+        relax_to_equilibrium(Specimen(SMALL), np.full(80, np.nan), np.zeros(80))
 
 
 # --- resting walls ----------------------------------------------------------------------------
@@ -112,14 +121,14 @@ def test_relax_explains_why_it_failed():
 
 @pytest.mark.parametrize('level', range(8))
 def test_a_wall_rests_at_the_defect_of_every_level(level):
-    v = resting_wall(Specimen(CASE_II), level)
+    v = find_pinned_wall(Specimen(CASE_II), level)
     (wall,) = find_walls(CASE_II, v)
     assert wall.anti_kink
-    assert wall.position == pytest.approx(CASE_II.defect(level), abs=2e-3)
+    assert wall.position == pytest.approx(CASE_II.defect_site(level), abs=2e-3)
     # By the zero of D instead of the barrier it sits a third of a cell right of the defect.
     j = np.flatnonzero((v[:-1] > 0.0) & (v[1:] <= 0.0))[0]
     zero = j + 1 + v[j] / (v[j] - v[j + 1])
-    assert zero == pytest.approx(CASE_II.defect(level) + 0.33, abs=0.01)
+    assert zero == pytest.approx(CASE_II.defect_site(level) + 0.33, abs=0.01)
     chain = Chain(CASE_II)
     chain.place(v)
     chain.rest(4000)  # 1000 time units
@@ -129,7 +138,7 @@ def test_a_wall_rests_at_the_defect_of_every_level(level):
 @pytest.mark.parametrize('level', [-1, 8, 100])
 def test_a_level_out_of_range_has_no_wall(level):
     with pytest.raises(StateError, match=f'^level must be from 0 to 7; got {level}'):
-        resting_wall(Specimen(CASE_II), level)
+        find_pinned_wall(Specimen(CASE_II), level)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +151,7 @@ def test_a_level_out_of_range_has_no_wall(level):
 )
 def test_a_design_without_pinning_is_reported(changes, message):
     with pytest.raises(StateError, match=message):
-        resting_wall(Specimen(dataclasses.replace(CASE_I, **changes)), 0)
+        find_pinned_wall(Specimen(dataclasses.replace(CASE_I, **changes)), 0)
 
 
 def test_the_guess_has_its_wall_at_the_given_position():
@@ -166,7 +175,7 @@ def test_it_solves_what_numpy_solves(n):
     right = random.standard_normal((3, n))
     matrix = np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)
     solution = right.copy()
-    assert solve(diagonal.copy(), beside, solution)
+    assert solve_tridiagonal(diagonal.copy(), beside, solution)
     # the condition number is below 5 / min(random), a few hundred
     exact = np.linalg.solve(matrix, right.T).T
     np.testing.assert_allclose(solution, exact, rtol=1e-10, atol=1e-12)
@@ -177,4 +186,7 @@ def test_it_detects_a_matrix_that_is_not_positive_definite():
     n = 10
     least = 2.0 - 2.0 * np.cos(np.pi / (n + 1))
     for shift, definite in ((0.99 * least, True), (1.01 * least, False)):
-        assert solve(np.full(n, 2.0 - shift), -np.ones(n - 1), np.ones((1, n))) is definite
+        assert (
+            solve_tridiagonal(np.full(n, 2.0 - shift), -np.ones(n - 1), np.ones((1, n)))
+            is definite
+        )

@@ -11,7 +11,7 @@ import pytest
 from uniform_chain import on_site_force
 
 from mlmem.physics import CASE_II
-from mlmem.physics.formulas import exponential, wave
+from mlmem.physics.formulas import exponential, sine_of_turns
 
 
 def exact(turns):
@@ -30,14 +30,14 @@ def exact(turns):
 )
 def test_the_sine(reach, tolerance):
     angles = np.linspace(-reach, reach, 4_001)
-    error = [wave(float(turns)) - exact(float(turns)) for turns in angles]
+    error = [sine_of_turns(float(turns)) - exact(float(turns)) for turns in angles]
     assert np.abs(error).max() < tolerance
 
 
 def test_the_sine_of_a_ground_state_is_as_good_as_the_polynomial():
     """Subtracting whole turns loses nothing where the angle is positive."""
     angles = np.linspace(0.75, 3.25, 4_001)
-    assert max(abs(wave(float(turns)) - exact(float(turns))) for turns in angles) < 1e-15
+    assert max(abs(sine_of_turns(float(turns)) - exact(float(turns))) for turns in angles) < 1e-15
 
 
 @pytest.mark.parametrize('quarters', range(-10, 11))
@@ -45,12 +45,12 @@ def test_the_sine_on_both_sides_of_every_fold(quarters):
     """At every zero and crest, where the reduction changes its turn or its branch."""
     turns = 0.25 * quarters
     for nearby in (math.nextafter(turns, -100), turns, math.nextafter(turns, 100)):
-        assert wave(nearby) == pytest.approx(exact(nearby), abs=3e-15)
+        assert sine_of_turns(nearby) == pytest.approx(exact(nearby), abs=3e-15)
 
 
 def test_the_sine_keeps_a_nan():
-    assert math.isnan(wave(math.nan))
-    assert math.isnan(wave(math.inf))
+    assert math.isnan(sine_of_turns(math.nan))
+    assert math.isnan(sine_of_turns(math.inf))
 
 
 def test_the_on_site_force_is_the_papers():

@@ -26,7 +26,7 @@ def test_the_loops_release_the_gil_and_keep_ieee_arithmetic(integrator):
     assert not integrator.advance.targetoptions.get('fastmath', False)
 
 
-@pytest.mark.skipif(not jit.fused(), reason='every fma is a call')
+@pytest.mark.skipif(not jit.has_fma(), reason='every fma is a call')
 @INTEGRATOR
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 def test_the_loops_are_vectorised(integrator, substrate):
@@ -36,7 +36,7 @@ def test_the_loops_are_vectorised(integrator, substrate):
     """
     chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
     chain.rest(1)
-    nothing = chain._arguments(Inputs(np.empty(0)), np.empty((2, 0)))
+    nothing = chain._build_arguments(Inputs(np.empty(0)), np.empty((2, 0)))
     compiled = integrator.advance.overloads[tuple(map(numba.typeof, nothing))]
     packed = r'call .*@llvm\.fma\.v\d+f64'
     found = re.findall(packed, str(compiled.library._get_module_for_linking()))
@@ -48,16 +48,16 @@ def test_without_a_place_for_a_cache_the_loops_still_compile(monkeypatch):
         raise RuntimeError('cannot cache function: no locator available for file')
 
     monkeypatch.setattr(jit, '_Cache', no_place_to_write)
-    double = jit.kernel(lambda x: 2.0 * x)
+    double = jit.compile_kernel(lambda x: 2.0 * x)
     assert double(2.5) == 5.0
-    assert jit.cache_folder(double) is None
+    assert jit.find_cache_folder(double) is None
 
 
 @pytest.fixture
 def module(tmp_path, monkeypatch):
     """Return a function that freshly loads a module with this text; the cache is empty."""
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path / 'cache'))
-    monkeypatch.setattr(jit, 'CACHES', [])
+    monkeypatch.setattr(jit, 'LOADED_CACHES', [])
 
     def load(name, text):
         source = tmp_path / f'{name}.py'
@@ -78,8 +78,8 @@ def load(module):
     def loop(factor):
         formula = module('formula', f'def multiply(x):\n    return {factor} * x\n')
         outer = module('loop', 'def evaluate(x):\n    return multiply(x)\n')
-        outer.multiply = jit.inlined(formula.multiply)
-        return jit.kernel(outer.evaluate)
+        outer.multiply = jit.inline_function(formula.multiply)
+        return jit.compile_kernel(outer.evaluate)
 
     return loop
 
@@ -87,12 +87,12 @@ def load(module):
 def test_a_cached_loop_is_recognised_by_its_argument_types(load):
     """It is not compiled then."""
     first = load(2.0)
-    assert not jit.in_cache(first, 1.0)
+    assert not jit.is_cached(first, 1.0)
     assert first(1.0) == 2.0
-    assert jit.in_cache(first, 1.0)
+    assert jit.is_cached(first, 1.0)
     again = load(2.0)
-    assert jit.in_cache(again, 3.0)
-    assert not jit.in_cache(again, np.ones(3))
+    assert jit.is_cached(again, 3.0)
+    assert not jit.is_cached(again, np.ones(3))
     assert not again.overloads
 
 
@@ -100,7 +100,7 @@ def test_a_loop_is_recompiled_when_a_file_it_inlines_changes(load):
     """numba alone would keep using the old inlined code."""
     assert load(2.0)(1.0) == 2.0
     changed = load(3.25)  # of another length: .pyc files go by seconds and size
-    assert not jit.in_cache(changed, 1.0)
+    assert not jit.is_cached(changed, 1.0)
     assert changed(1.0) == 3.25
 
 
@@ -108,13 +108,15 @@ def test_a_loop_that_was_not_optimised_is_recompiled(module, monkeypatch):
     """`tools/arm64_bits.py` leaves such code in the cache, thirty times slower."""
 
     def load():
-        return jit.kernel(module('loop', 'def evaluate(x):\n    return 2.0 * x\n').evaluate)
+        return jit.compile_kernel(
+            module('loop', 'def evaluate(x):\n    return 2.0 * x\n').evaluate
+        )
 
     with monkeypatch.context() as unoptimised:
         unoptimised.setattr(numba.config, 'OPT', 0)
         assert load()(1.0) == 2.0
-        assert jit.in_cache(load(), 1.0)
-    assert not jit.in_cache(load(), 1.0)
+        assert jit.is_cached(load(), 1.0)
+    assert not jit.is_cached(load(), 1.0)
 
 
 @pytest.mark.parametrize('gone', [b'cmlmem_ros\nGone\n.', b'cmlmem_ros.gone\nGone\n.'])
@@ -125,7 +127,7 @@ def test_an_index_of_another_edition_is_not_read(load, gone):
     index = Path(first._cache._cache_file._index_path)
     index.write_bytes(pickle.dumps(first._cache._cache_file._version) + gone)
     assert load(2.0)(1.0) == 2.0
-    assert jit.in_cache(load(2.0), 1.0)
+    assert jit.is_cached(load(2.0), 1.0)
 
 
 @pytest.fixture
@@ -143,12 +145,12 @@ def test_a_torn_cache_is_compiled_anew_and_reported_once(load, files, kind, shar
     whole = files[kind].read_bytes()
     files[kind].write_bytes(whole[: int(share * len(whole))])
     torn = load(2.0)
-    assert not jit.in_cache(torn, 1.0)
+    assert not jit.is_cached(torn, 1.0)
     assert torn._cache.files.has_torn_file()
     assert torn(1.0) == 2.0
     assert [line for line in caplog.messages if 'its cache cannot be loaded' in line]
     caplog.clear()
-    assert jit.in_cache(load(2.0), 1.0)
+    assert jit.is_cached(load(2.0), 1.0)
     assert load(2.0)(1.0) == 2.0
     assert not caplog.messages
 

@@ -22,13 +22,13 @@ import uniform_chain
 
 from mlmem.physics import CASE_II, NOH_BATHE
 from mlmem.physics.methods.integrator import Cells, Forcing
-from mlmem.physics.methods.noh_bathe import advance, coefficients
+from mlmem.physics.methods.noh_bathe import advance, compute_coefficients
 
 
 @pytest.mark.parametrize('p', [0.3, 0.5, 0.54, 0.7])
 def test_the_corrector_is_exact_for_linear_accelerations(p):
     dt = 0.7
-    _, _, a2, _, _, a5, a6, a7 = coefficients(dt, p)
+    _, _, a2, _, _, a5, a6, a7 = compute_coefficients(dt, p)
     first, second = p * dt, (1.0 - p) * dt
     assert 2.0 * a2 == pytest.approx(first)
     assert a5 + a6 + a7 == pytest.approx(second)  # A(t) = 1
@@ -96,7 +96,15 @@ def test_half_and_half_is_velocity_verlet():
     forcing = Forcing(ramp, np.zeros(2 * steps), site=1, driven=0, motion=np.zeros((2, 1)))
     ends = np.empty((2, steps))
     advance(
-        steps, chain, None, cells, forcing, np.array(coefficients(dt, p=0.5)), ends, None, None
+        steps,
+        chain,
+        None,
+        cells,
+        forcing,
+        np.array(compute_coefficients(dt, p=0.5)),
+        ends,
+        None,
+        None,
     )
     # The same sums in another order: some roundings per step, not yet spread by chaos.
     np.testing.assert_allclose(field[1:-1], u, atol=1e-12)

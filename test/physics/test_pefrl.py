@@ -29,7 +29,7 @@ from mlmem.instrument.end import End
 from mlmem.instrument.transducer import Transducer
 from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
 from mlmem.physics.energy import energy
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem_tools.checks.echoes import forecast_echo
 
 
@@ -52,7 +52,7 @@ def test_a_step_shrinks_the_volume_of_states_by_the_damping_alone(eta):
 def test_undamped_a_packet_keeps_its_energy():
     """In 2000 time units; at a step of 0.25 the paper's method loses more than a third of it."""
     design = dataclasses.replace(CASE_II, eta=0.0)
-    rest = resting_wall(Specimen(design), 3)
+    rest = find_pinned_wall(Specimen(design), 3)
     packet = 0.01 * np.exp(-(((design.sites - 40.0) / 8.0) ** 2)) * np.sin(1.2 * design.sites)
     kept = {}
     for method in (PEFRL, NOH_BATHE):
@@ -83,7 +83,7 @@ def test_the_stable_step_is_stable_at_any_damping(substrate, eta):
 def test_an_echo_agrees_with_linear_waves_at_zero_step(level):
     """The paper's method at its step hears less: it damps the carrier by a third of eta."""
     settings = Settings()
-    wall = resting_wall(Specimen(CASE_II), level)
+    wall = find_pinned_wall(Specimen(CASE_II), level)
     ideal = forecast_echo(CASE_II, wall, settings.probe, End.LEFT, 0.0)
     peaks = {}
     for method in (PEFRL, NOH_BATHE):

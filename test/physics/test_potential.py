@@ -148,7 +148,7 @@ def test_no_configuration_within_reach_is_stiffer_than_the_bound(a, b, c):
     for reach in (0.1, 3.0, 20.0):
         D = np.linspace(-reach, reach, 2001) - c
         largest = np.abs(potential.stiffness(D)).max()
-        assert largest <= potential.stiffest(reach) * (1.0 + 1e-9)
+        assert largest <= potential.max_stiffness(reach) * (1.0 + 1e-9)
 
 
 @pytest.mark.parametrize('b', [0.0, 0.0172])

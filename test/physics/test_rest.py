@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from mlmem.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
-from mlmem.physics.equilibrium import resting_wall
-from mlmem.physics.methods.integrator import REST
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics.methods.integrator import MAX_REST_SPEED
 
 METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
@@ -24,7 +24,7 @@ def struck(method, substrate='rigid', **changes):
     changes = {'N': 60, 'eta': 0.2, **changes}
     design = dataclasses.replace(CASE_II, substrate=substrate, **changes)
     chain = Chain(design, integrator=method)
-    v = resting_wall(Specimen(design), 0)
+    v = find_pinned_wall(Specimen(design), 0)
     v[20] += 0.1
     chain.place(v)
     return chain
@@ -65,7 +65,7 @@ def test_a_chain_comes_to_rest_where_it_is(method, substrate):
             assert chain.state().tobytes() == restless.state().tobytes()
     assert 10 < ticks < LONG
     assert chain.state()[::3].tobytes() == before[::3].tobytes()
-    assert 0.0 < np.abs(before[1]).max() < REST
+    assert 0.0 < np.abs(before[1]).max() < MAX_REST_SPEED
     place = chain.state()
     ends = pass_ticks(chain, 100)
     assert chain.state().tobytes() == place.tobytes()
@@ -73,7 +73,7 @@ def test_a_chain_comes_to_rest_where_it_is(method, substrate):
     assert (ends == [[chain.v[0]], [chain.v[-1]]]).all()
     restless.rest(steps(chain, 100))
     # What is left of a wave of REST: its displacement, and roundings of it.
-    np.testing.assert_allclose(chain.v, restless.v, atol=100 * REST)
+    np.testing.assert_allclose(chain.v, restless.v, atol=100 * MAX_REST_SPEED)
 
 
 @METHODS
@@ -157,7 +157,7 @@ def test_no_force_on_a_stuck_cell_disturbs_the_rest(method):
     chain.set_specimen(Specimen(chain.design, stuck=(21,)))
     pass_ticks(chain, 2 * LONG)  # such a cell scatters waves
     assert at_rest(chain)
-    assert chain.v[20] - resting_wall(Specimen(chain.design), 0)[20] == pytest.approx(0.1)
+    assert chain.v[20] - find_pinned_wall(Specimen(chain.design), 0)[20] == pytest.approx(0.1)
 
 
 @METHODS

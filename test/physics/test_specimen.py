@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mlmem.parsing import decode
+from mlmem.parsing import decode_value
 from mlmem.physics import (
     CASE_II,
     NOH_BATHE,
@@ -24,7 +24,12 @@ from mlmem.physics import (
     substep_times,
 )
 from mlmem.physics.energy import energy
-from mlmem.physics.equilibrium import energies, metamaterial_force, relax, resting_wall
+from mlmem.physics.equilibrium import (
+    compute_energies,
+    find_pinned_wall,
+    metamaterial_force,
+    relax_to_equilibrium,
+)
 from mlmem.physics.stepping import highest_frequency, stable_step
 
 SMALL = dataclasses.replace(CASE_II, N=51)
@@ -163,7 +168,7 @@ def test_springs_that_are_all_alike_cost_nothing():
 
 def test_an_equilibrium_balances_its_own_springs():
     specimen = scattered(CASE_II, Scatter(k_r=0.05), seed=1)
-    v = resting_wall(specimen, 3)
+    v = find_pinned_wall(specimen, 3)
     on_site = CASE_II.alpha * CASE_II.potential.slope(v)
     pull = np.diff(specimen.k_r * np.diff(v), prepend=0.0, append=0.0)
     np.testing.assert_allclose(pull, on_site, atol=1e-11)
@@ -185,9 +190,9 @@ def test_stiffer_springs_need_a_shorter_step():
 def test_a_specimen_of_older_sessions_has_springs_as_designed():
     data = Specimen(SMALL, offset=0.01).as_dict()
     del data['k_r_factor']
-    assert (decode(Specimen, data).k_r == 1.0).all()
+    assert (decode_value(Specimen, data).k_r == 1.0).all()
     made = scattered(SMALL, SCATTER, seed=2)
-    assert (decode(Specimen, made.as_dict()).k_r == made.k_r).all()
+    assert (decode_value(Specimen, made.as_dict()).k_r == made.k_r).all()
 
 
 def test_a_slow_shake_bends_every_cell_by_the_acceleration_over_its_stiffness():
@@ -250,12 +255,12 @@ def test_a_stuck_cell_over_a_rigid_substrate_is_cut_anywhere_to_the_bit(method):
 
 def test_an_equilibrium_keeps_its_stuck_cell():
     """The wall rests beside it as it does in a free chain, if the cell sticks where it rests."""
-    v = resting_wall(Specimen(CASE_II), 3)
+    v = find_pinned_wall(Specimen(CASE_II), 3)
     made = Specimen(CASE_II, stuck=(90,))
-    np.testing.assert_allclose(relax(made, v, np.zeros(CASE_II.N)), v, atol=1e-10)
+    np.testing.assert_allclose(relax_to_equilibrium(made, v, np.zeros(CASE_II.N)), v, atol=1e-10)
     pushed = v.copy()
     pushed[89] += 0.05
-    held = relax(made, pushed, np.zeros(CASE_II.N))
+    held = relax_to_equilibrium(made, pushed, np.zeros(CASE_II.N))
     assert held[89] == pushed[89]
     force = metamaterial_force(made, held, np.zeros(CASE_II.N))
     assert np.abs(np.delete(force, 89)).max() < 1e-10 < 1e-3 < abs(force[89])
@@ -297,7 +302,9 @@ def test_force_is_the_slope_of_the_energy_of_the_specimen():
     up, down = v.copy(), v.copy()
     up[9] += step
     down[9] -= step
-    slope = (sum(energies(specimen, up, V)) - sum(energies(specimen, down, V))) / (2 * step)
+    slope = (sum(compute_energies(specimen, up, V)) - sum(compute_energies(specimen, down, V))) / (
+        2 * step
+    )
     assert metamaterial_force(specimen, v, V)[9] == pytest.approx(-slope, rel=1e-6)
 
 
@@ -345,8 +352,8 @@ def test_values_out_of_range_are_refused(wrong, message):
 
 def test_only_a_rigid_substrate_can_damp_the_cells():
     made = Specimen(SMALL, damped_by_substrate=True)
-    assert not made.ideal
-    assert decode(Specimen, made.as_dict()).damped_by_substrate
+    assert not made.is_ideal
+    assert decode_value(Specimen, made.as_dict()).damped_by_substrate
     with pytest.raises(DesignError, match='only a rigid substrate can damp the cells'):
         dataclasses.replace(made, design=dataclasses.replace(SMALL, substrate='elastic'))
 

@@ -23,7 +23,7 @@ import pytest
 from sampled import sampled
 
 from mlmem.physics import CASE_II, Chain, Specimen, find_walls, stable_step, substep_times
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 
 
 def cycle(chain, peak):
@@ -46,7 +46,7 @@ def element(substrate, stiffer=1.0, N=225):
     )
     whole = np.ceil(25.0 / min(0.25, stable_step(Specimen(design))))
     chain = Chain(design, 25.0 / whole)
-    chain.place(resting_wall(Specimen(design), 0))
+    chain.place(find_pinned_wall(Specimen(design), 0))
     return chain
 
 
@@ -79,5 +79,5 @@ def test_every_step_writes_its_level(substrate, levels):
     chain = element(substrate, N=25 * (levels + 1))
     for level in range(1, levels):
         path = cycle(chain, -0.030 if level % 2 else 0.045)
-        assert path[-1] == pytest.approx(chain.design.defect(level), abs=0.6)
+        assert path[-1] == pytest.approx(chain.design.defect_site(level), abs=0.6)
         assert abs(chain.V_N) < 1e-9

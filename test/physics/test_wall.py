@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mlmem import PRESETS
-from mlmem.physics import CASE_II, Specimen, Wall, find_walls, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_II, Specimen, Wall, find_level, find_walls
+from mlmem.physics.equilibrium import find_pinned_wall
 
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
 
@@ -74,8 +74,8 @@ def test_ripples_within_a_phase_are_no_walls():
 def test_every_level_of_the_shipped_presets_is_recognised(preset):
     design = PRESETS[preset].design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
-        assert level_of(design, resting_wall(Specimen(design), level)) == level
-    assert level_of(design, np.full(design.N, design.D_s1)) == -1
+        assert find_level(design, find_pinned_wall(Specimen(design), level)) == level
+    assert find_level(design, np.full(design.N, design.D_s1)) == -1
 
 
 @pytest.mark.parametrize('state', [-1, 0, 3])
@@ -83,18 +83,20 @@ def test_every_level_of_the_shipped_presets_is_recognised(preset):
 @pytest.mark.parametrize('begin', ['blank', 'level'])
 def test_cells_in_a_third_ground_state_are_no_memory_state(state, cells, begin):
     """A wall that ran over a free end leaves such cells; no strain moves the wall between them."""
-    configuration = np.full(225, D_S1) if begin == 'blank' else resting_wall(Specimen(CASE_II), 3)
+    configuration = (
+        np.full(225, D_S1) if begin == 'blank' else find_pinned_wall(Specimen(CASE_II), 3)
+    )
     third = CASE_II.potential.ground_state(state)
     at = slice(0, cells) if third > D_S2 else slice(225 - cells, 225)
-    assert level_of(CASE_II, configuration) in (-1, 3)
+    assert find_level(CASE_II, configuration) in (-1, 3)
     configuration[at] = third
-    assert level_of(CASE_II, configuration) == -2
+    assert find_level(CASE_II, configuration) == -2
 
 
 def test_a_cell_short_of_the_next_barrier_is_still_in_its_phase():
     low, high = CASE_II.wells
-    configuration = resting_wall(Specimen(CASE_II), 3)
+    configuration = find_pinned_wall(Specimen(CASE_II), 3)
     configuration[0], configuration[-1] = high - 1e-6, low + 1e-6
-    assert level_of(CASE_II, configuration) == 3
+    assert find_level(CASE_II, configuration) == 3
     configuration[0] = high + 1e-6
-    assert level_of(CASE_II, configuration) == -2
+    assert find_level(CASE_II, configuration) == -2

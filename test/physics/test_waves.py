@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mlmem.physics import PEFRL, Design, Specimen
-from mlmem.physics.equilibrium import blank
-from mlmem.physics.waves import Tones, cells, product, rows
+from mlmem.physics.equilibrium import make_blank
+from mlmem.physics.waves import Tones, combine_rows, linearize_cells, multiply_matrices
 
 MADE = Specimen(Design(N=24, gamma=0.0, beta=0.0, J=8, J_s=16, j_0=4.0, d=0.04))
 OMEGA = np.array([0.4, 0.8, 1.3, 1.7, 2.0, 2.6]) - 0.004j
@@ -20,8 +20,8 @@ def test_ends_of_a_uniform_chain_are_the_sum_of_its_modes():
     them. The step is so short that the method's error is below that of rounding.
     """
     tones = Tones.of(MADE, OMEGA, PEFRL, 1e-3)
-    whole = product(*cells(MADE, blank(MADE)), tones.square, tones.loss)
-    p, q = rows(whole[None], np.array([[0]]))[0]
+    whole = multiply_matrices(*linearize_cells(MADE, make_blank(MADE)), tones.square, tones.loss)
+    p, q = combine_rows(whole[None], np.array([[0]]))[0]
     n, design = 24, MADE.design
     m = np.arange(n)[:, None]
     square = np.where(m == 0, 1.0, 2.0) / n * np.cos(0.5 * math.pi * m / n) ** 2
@@ -36,16 +36,16 @@ def test_parts_of_an_element_are_multiplied():
     rounding shows inside the band.
     """
     tones = Tones.of(MADE, OMEGA[1:5], PEFRL, 0.5)
-    stiffness, mass, spring = cells(MADE, blank(MADE))
+    stiffness, mass, spring = linearize_cells(MADE, make_blank(MADE))
     parts = np.array(
         [
-            product(stiffness[part], mass[part], spring[part], tones.square, tones.loss)
+            multiply_matrices(stiffness[part], mass[part], spring[part], tones.square, tones.loss)
             for part in (slice(0, 24), slice(0, 7), slice(7, 24))
         ]
     )
     assert np.linalg.det(parts) == pytest.approx(np.ones((3, 4)), rel=1e-9)
-    whole = rows(parts[:1], np.array([[0]]))
-    assert rows(parts[1:], np.array([[0, 1]])) == pytest.approx(whole, rel=1e-9)
+    whole = combine_rows(parts[:1], np.array([[0]]))
+    assert combine_rows(parts[1:], np.array([[0, 1]])) == pytest.approx(whole, rel=1e-9)
 
 
 def test_a_step_makes_waves_of_its_own_frequency():

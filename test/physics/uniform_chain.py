@@ -13,18 +13,18 @@ import sys
 import numpy as np
 
 from mlmem.physics import CASE_II, Chain, Specimen, StateError, stable_step
-from mlmem.physics.formulas import on_site
-from mlmem.physics.jit import kernel
+from mlmem.physics.formulas import on_site_factors
+from mlmem.physics.jit import compile_kernel
 
 UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
 
 
-@kernel
+@compile_kernel
 def on_site_force(constants, y):
     """Return the on-site force as the loops compute it, shape (m,), of a cell without scatter."""
     found = np.empty_like(y)
     for k in range(len(y)):
-        slope, factor = on_site(constants, 1, y[k])
+        slope, factor = on_site_factors(constants, 1, y[k])
         found[k] = slope * factor
     return found
 

@@ -8,7 +8,7 @@ from functools import cache
 from mlmem import MemoryElement, Settings, factory_calibration
 from mlmem.physics import CASE_II
 from mlmem_ros.rig import Rig
-from mlmem_ros.rig.frames import Parser, encode
+from mlmem_ros.rig.frames import Parser, encode_frame
 from mlmem_tools.rig.emulated import EmulatedRig
 
 PAUSE = 1e-3
@@ -33,8 +33,8 @@ class Line:
 
     def __init__(self, rig, inward=None, outward=None):
         self.rig = rig
-        self.inward = inward or (lambda frame: encode(*frame))
-        self.outward = outward or (lambda frame: encode(*frame))
+        self.inward = inward or (lambda frame: encode_frame(*frame))
+        self.outward = outward or (lambda frame: encode_frame(*frame))
         self.closed = False
         self._parsers, self._come = (Parser(), Parser()), b''
         rig.begin(self._take)

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 from mlmem import DriverError
-from mlmem_ros.rig.frames import PLAY, Hello, Kind, Parser, encode, play
+from mlmem_ros.rig.frames import PLAY_LAYOUT, Hello, Kind, Parser, encode_frame, encode_set_points
 
 from .lines import emulated
 
-HELLO = encode(Kind.HELLO, 0, json.dumps({'protocol': 1, 'ahead': 0.0}).encode())
+HELLO = encode_frame(Kind.HELLO, 0, json.dumps({'protocol': 1, 'ahead': 0.0}).encode())
 NONE = np.empty((2, 0))
 TIMEOUT_S = 30.0
 
@@ -28,17 +28,22 @@ TIMEOUT_S = 30.0
 def set_points(displacement=0.0, *, first=0, samples=80, site=0, motion=NONE, more=b''):
     """Return a hello, and a PLAY of one tick of `mlmem rig`."""
     V_N = np.full(400, displacement)
-    return HELLO + encode(Kind.PLAY, 1, play(first, samples, V_N, site, motion, '<f8') + more)
+    return HELLO + encode_frame(
+        Kind.PLAY, 1, encode_set_points(first, samples, V_N, site, motion, '<f8') + more
+    )
 
 
 BAD_FRAMES = {
-    'hello_text': (encode(Kind.HELLO, 0, b'hi'), 'must be JSON'),
-    'hello_encoding': (encode(Kind.HELLO, 0, b'\xff\xfe{'), 'must be JSON'),
-    'hello_list': (encode(Kind.HELLO, 0, b'[1]'), 'must be an object'),
-    'hello_without_lead': (encode(Kind.HELLO, 0, b'{}'), 'must be an object with ahead'),
-    'hello_lead_text': (encode(Kind.HELLO, 0, b'{"ahead": "x"}'), 'ahead must be a finite'),
-    'hello_lead_null': (encode(Kind.HELLO, 0, b'{"ahead": null}'), 'ahead must be a finite'),
-    'play_head': (HELLO + encode(Kind.PLAY, 1, b'abc'), f'at least {PLAY.size} bytes; got 3'),
+    'hello_text': (encode_frame(Kind.HELLO, 0, b'hi'), 'must be JSON'),
+    'hello_encoding': (encode_frame(Kind.HELLO, 0, b'\xff\xfe{'), 'must be JSON'),
+    'hello_list': (encode_frame(Kind.HELLO, 0, b'[1]'), 'must be an object'),
+    'hello_without_lead': (encode_frame(Kind.HELLO, 0, b'{}'), 'must be an object with ahead'),
+    'hello_lead_text': (encode_frame(Kind.HELLO, 0, b'{"ahead": "x"}'), 'ahead must be a finite'),
+    'hello_lead_null': (encode_frame(Kind.HELLO, 0, b'{"ahead": null}'), 'ahead must be a finite'),
+    'play_head': (
+        HELLO + encode_frame(Kind.PLAY, 1, b'abc'),
+        f'at least {PLAY_LAYOUT.size} bytes; got 3',
+    ),
     'play_odd_bytes': (set_points(more=b'xyz'), 'must have 3220 bytes; got 3223'),
     'play_samples': (set_points(samples=160), 'must have 6420 bytes; got 3220'),
     'play_first': (set_points(first=80), 'must be those of 0; got 80'),
@@ -93,7 +98,7 @@ def test_rig_element_that_fails_when_idle_sends_one_fault():
     rig._at_once = False
     rig.begin(sent.append)
     V_N = np.full(200, 30.0)
-    rig.take(HELLO + encode(Kind.PLAY, 1, play(0, 40, V_N, 0, NONE, '<f8')))
+    rig.take(HELLO + encode_frame(Kind.PLAY, 1, encode_set_points(0, 40, V_N, 0, NONE, '<f8')))
     for _ in range(5):
         rig.pass_time(400 * rig.tick_seconds)
     (fault,) = [frame for frame in Parser().feed(b''.join(sent)) if frame.kind == Kind.FAULT]
@@ -114,14 +119,14 @@ def seconds_to_parse(data):
     [
         b'm' * (1 << 20),
         b'mR' * (1 << 16),
-        encode(Kind.SAMPLES, 1, bytes(1 << 18))[:17] * 4096,  # headers that promise 256 KiB
+        encode_frame(Kind.SAMPLES, 1, bytes(1 << 18))[:17] * 4096,  # headers that promise 256 KiB
     ],
     ids=['half magics', 'magics', 'headers'],
 )
 def test_parser_damaged_frame_takes_linear_time(payload):
     """A core of a slow machine parses over 50 kB/s; quadratic time is 2 to 2000 times as long."""
-    damaged = encode(Kind.SAMPLES, 0, payload)[:-1] + b'?'
-    good = encode(Kind.SAMPLES, 1, b'abc')
+    damaged = encode_frame(Kind.SAMPLES, 0, payload)[:-1] + b'?'
+    good = encode_frame(Kind.SAMPLES, 1, b'abc')
     filler = bytes(1 << 19)  # as long as what the last of the headers promises
     seconds, parser, found = seconds_to_parse(damaged + filler + good)
     assert seconds < len(damaged) / 5e4
@@ -130,7 +135,7 @@ def test_parser_damaged_frame_takes_linear_time(payload):
 
 
 def test_parser_frame_in_pieces_takes_linear_time():
-    frame = encode(Kind.SAMPLES, 0, bytes(1 << 20))
+    frame = encode_frame(Kind.SAMPLES, 0, bytes(1 << 20))
     parser, begun = Parser(), time.process_time()
     found = [each for at in range(0, len(frame), 32) for each in parser.feed(frame[at : at + 32])]
     assert time.process_time() - begun < 2.0  # 33 000 pieces; copying them all takes 4 s

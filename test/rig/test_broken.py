@@ -16,7 +16,7 @@ import pytest
 from mlmem import Driver, DriverError, Loop, MemoryElement, Read, Refused, Settings, Write
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
-from mlmem_ros.rig.frames import HEADER, SAMPLES, Hello, Kind, encode
+from mlmem_ros.rig.frames import HEADER_LAYOUT, SAMPLES_LAYOUT, Hello, Kind, encode_frame
 
 from .lines import Line, calibration, driven, emulated
 
@@ -26,27 +26,29 @@ def silent(frame):
 
 
 def damaged(frame):
-    return encode(*frame)[:-1] + b'?'
+    return encode_frame(*frame)[:-1] + b'?'
 
 
 def shorter(frame):
-    return encode(frame.kind, frame.number, frame.payload[:-8])
+    return encode_frame(frame.kind, frame.number, frame.payload[:-8])
 
 
 def without_a_head(frame):
-    return encode(frame.kind, frame.number, frame.payload[:5])
+    return encode_frame(frame.kind, frame.number, frame.payload[:5])
 
 
 def sooner(frame):
-    first, *rest = SAMPLES.unpack_from(frame.payload)
-    again = SAMPLES.pack(first - 40, *rest)
-    return encode(frame.kind, frame.number, again + frame.payload[SAMPLES.size :])
+    first, *rest = SAMPLES_LAYOUT.unpack_from(frame.payload)
+    again = SAMPLES_LAYOUT.pack(first - 40, *rest)
+    return encode_frame(frame.kind, frame.number, again + frame.payload[SAMPLES_LAYOUT.size :])
 
 
 def not_played_yet(frame):
-    first, samples, *rest = SAMPLES.unpack_from(frame.payload)
-    more = np.tile(np.frombuffer(frame.payload[SAMPLES.size :]), 1000).tobytes()
-    return encode(frame.kind, frame.number, SAMPLES.pack(first, 1000 * samples, *rest) + more)
+    first, samples, *rest = SAMPLES_LAYOUT.unpack_from(frame.payload)
+    more = np.tile(np.frombuffer(frame.payload[SAMPLES_LAYOUT.size :]), 1000).tobytes()
+    return encode_frame(
+        frame.kind, frame.number, SAMPLES_LAYOUT.pack(first, 1000 * samples, *rest) + more
+    )
 
 
 def begins_with(number):
@@ -54,8 +56,8 @@ def begins_with(number):
 
     def changed(frame):
         payload = bytearray(frame.payload)
-        struct.pack_into('<d', payload, SAMPLES.size, number)
-        return encode(frame.kind, frame.number, bytes(payload))
+        struct.pack_into('<d', payload, SAMPLES_LAYOUT.size, number)
+        return encode_frame(frame.kind, frame.number, bytes(payload))
 
     return changed
 
@@ -64,15 +66,15 @@ not_a_number, far_away = begins_with(math.nan), begins_with(1e9)
 
 
 def stopped(frame):
-    return encode(Kind.FAULT, frame.number, b'the grip is at its stop\n\x1b[2J')
+    return encode_frame(Kind.FAULT, frame.number, b'the grip is at its stop\n\x1b[2J')
 
 
 def of_another_kind(frame):
-    return encode(Kind.PLAY, frame.number, frame.payload)
+    return encode_frame(Kind.PLAY, frame.number, frame.payload)
 
 
 def begun_anew(frame):
-    return encode(Kind.AGAIN, 0)
+    return encode_frame(Kind.AGAIN, 0)
 
 
 def hung_up(frame):
@@ -115,7 +117,7 @@ def test_a_broken_rig_is_reported(how, after):
 
     def breaks(frame):
         seen.append(frame)
-        return how(frame) if len(seen) > after else encode(*frame)
+        return how(frame) if len(seen) > after else encode_frame(*frame)
 
     line.outward = breaks
     element.apply(Read())
@@ -178,9 +180,9 @@ def test_an_invalid_hello_is_refused(said, why):
 
     def says(frame):
         if isinstance(said, bytes):
-            return encode(frame.kind, frame.number, said)
+            return encode_frame(frame.kind, frame.number, said)
         values = dataclasses.asdict(rig._hello) | said
-        return encode(frame.kind, frame.number, json.dumps(values).encode())
+        return encode_frame(frame.kind, frame.number, json.dumps(values).encode())
 
     line = Line(rig, outward=says)
     with pytest.raises((DriverError, ValueError), match=why):
@@ -202,20 +204,20 @@ def test_a_hello_that_lacks_a_key_is_refused(key):
 
 
 def wrong_kind(frame):
-    return encode(9, frame.number, frame.payload)
+    return encode_frame(9, frame.number, frame.payload)
 
 
 def wrong_number(frame):
-    return encode(frame.kind, frame.number + 1, frame.payload)
+    return encode_frame(frame.kind, frame.number + 1, frame.payload)
 
 
 def wrong_head(frame):
-    data = encode(*frame)
+    data = encode_frame(*frame)
     return data[:15] + b'\0\0' + data[17:]
 
 
 def too_long(frame):
-    return HEADER.pack(b'mR', 3, 0, 2**31, 0)
+    return HEADER_LAYOUT.pack(b'mR', 3, 0, 2**31, 0)
 
 
 MALFORMED = {
@@ -236,7 +238,7 @@ def test_a_malformed_frame_is_explained(how, after):
 
     def breaks(frame):
         seen.append(frame)
-        return how(frame) if len(seen) > after else encode(*frame)
+        return how(frame) if len(seen) > after else encode_frame(*frame)
 
     line.outward = breaks
     with pytest.raises(DriverError, match=MALFORMED[how]):

@@ -27,7 +27,7 @@ from mlmem.instrument import drivers
 from mlmem.physics import CASE_II
 from mlmem.settings import ReadSettings, ScaleSettings
 from mlmem_ros.rig import Rig
-from mlmem_ros.rig.frames import Kind, encode
+from mlmem_ros.rig.frames import Kind, encode_frame
 
 from .lines import calibration
 
@@ -45,7 +45,7 @@ LEAD = f'lead={500 * UNIT}'
 def element_at(address):
     patient = ReadSettings(attempts=10)  # a busy machine may be late with set-points
     settings = Settings(scale=ScaleSettings(time=UNIT), read=patient)
-    driver = drivers.opened('rig', f'{address}&{LEAD}', CASE_II, settings)
+    driver = drivers.open_driver('rig', f'{address}&{LEAD}', CASE_II, settings)
     return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
@@ -246,7 +246,7 @@ def test_the_rig_in_c_allocates_nothing(source):
 
 def test_a_driver_that_was_killed_in_the_middle_of_a_frame_does_not_block_the_next(program):
     """The rig still waits for the rest of the longest frame that it can take."""
-    frame = encode(Kind.PLAY, 7, bytes(49_000))
+    frame = encode_frame(Kind.PLAY, 7, bytes(49_000))
     with wired(program) as (address, _):
         port = os.open(address[len('serial://') :].partition('?')[0], os.O_RDWR | os.O_NOCTTY)
         os.write(port, frame[: len(frame) // 100])
@@ -283,7 +283,7 @@ def strained(address):
     """Return an element that is held at a strain."""
     element = element_at(address)
     element.actuator.ramp_to(0.01, 100.0)
-    while element.actuator.moving:
+    while element.actuator.is_moving:
         element.advance()
     return element
 

@@ -13,9 +13,9 @@ import pytest
 from mlmem import DriverError, Erase, MemoryElement, Read, Settings, Write
 from mlmem.instrument import drivers
 from mlmem.physics import CASE_II, Specimen
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
-from mlmem_ros.rig.frames import Kind, Parser, encode
+from mlmem_ros.rig.frames import Kind, Parser, encode_frame
 from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
 
 from .lines import calibration, emulated
@@ -38,7 +38,7 @@ def serving(line, **options):
 
 
 def element_at(address, settings=FAST):
-    driver = drivers.opened('rig', address, CASE_II, settings)
+    driver = drivers.open_driver('rig', address, CASE_II, settings)
     return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
@@ -53,7 +53,7 @@ LATE = Line(latency=0.002, jitter=0.003, loss=0.003, seed=3)
 def test_latency_shifts_no_echo():
     """Five milliseconds are 500 time units here; the delay is that of the calibration."""
     with serving(LATE, drift=2e-4) as (rig, server):
-        rig.chain.place(resting_wall(Specimen(CASE_II), 2))
+        rig.chain.place(find_pinned_wall(Specimen(CASE_II), 2))
         element = element_at(f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10')
         assert element.driver.lag == 1000
         reading = element.perform(Read()).reading
@@ -124,8 +124,8 @@ def test_an_unknown_baud_rate_is_refused(port):
 def test_frames_are_found_among_noise():
     """In pieces of any size."""
     frames = [(Kind.PLAY, 7, b'mRmR'), (Kind.AGAIN, 2**40, b''), (Kind.FAULT, 9, b'm' * 300)]
-    noise = (b'', b'm', b'mR', b'mR\x02' + bytes(14), b'\xff' * 40, encode(*frames[0])[:-1])
-    stream = b''.join(each + encode(*frame) for each in noise for frame in frames)
+    noise = (b'', b'm', b'mR', b'mR\x02' + bytes(14), b'\xff' * 40, encode_frame(*frames[0])[:-1])
+    stream = b''.join(each + encode_frame(*frame) for each in noise for frame in frames)
     for cut in (1, 7, len(stream)):
         parser, found = Parser(), []
         for begin in range(0, len(stream), cut):

@@ -81,7 +81,7 @@ def bench(monkeypatch, tmp_path):
 
 def test_the_driver_of_the_page_writes_and_reads(bench):
     settings = Settings()
-    driver = drivers.opened(bench, 'slot 2', CASE_II, settings)
+    driver = drivers.open_driver(bench, 'slot 2', CASE_II, settings)
     assert driver.driver._card.rate == pytest.approx(40e3)  # 80 samples in 2 ms
     element = MemoryElement(CASE_II, settings, calibration(), driver)
     for command in (Write(3), Read('both'), Erase(), Write(1)):
@@ -218,30 +218,30 @@ def test_a_driver_that_quits_ends_no_thread(where):
 )
 def test_an_invalid_driver_is_refused(bench, name, why):
     with pytest.raises(SettingsError, match=why):
-        drivers.opened(name, '', CASE_II, Settings())
+        drivers.open_driver(name, '', CASE_II, Settings())
 
 
 def test_a_module_that_quits_is_refused(tmp_path, monkeypatch):
     (tmp_path / 'quitter.py').write_text('import sys; sys.exit("over")')
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(SettingsError, match=r"quitter cannot be imported: SystemExit\('over'\)"):
-        drivers.loaded('quitter:Rig')
+        drivers.load_driver_class('quitter:Rig')
 
 
 def test_a_driver_that_cannot_be_opened_says_why(bench, monkeypatch):
     with pytest.raises(DriverError, match='no card at slot 7: nothing there'):
-        drivers.opened(bench, 'slot 7', CASE_II, Settings())
+        drivers.open_driver(bench, 'slot 7', CASE_II, Settings())
     monkeypatch.setattr(Card, 'now', lambda self: None)
     with pytest.raises(
         DriverError, match=r'the driver bench:Bench has failed while opening: TypeError'
     ):
-        drivers.opened(bench, 'slot 2', CASE_II, Settings())
+        drivers.open_driver(bench, 'slot 2', CASE_II, Settings())
 
 
 def test_a_simulation_has_no_address():
     with pytest.raises(SettingsError, match=r'device.address must be empty'):
-        drivers.opened('sim', 'slot 2', CASE_II, Settings())
-    assert drivers.opened('sim', '', CASE_II, Settings()).chain is not None
+        drivers.open_driver('sim', 'slot 2', CASE_II, Settings())
+    assert drivers.open_driver('sim', '', CASE_II, Settings()).chain is not None
 
 
 @pytest.mark.parametrize(
@@ -249,17 +249,17 @@ def test_a_simulation_has_no_address():
 )
 def test_an_invalid_address_is_refused(address):
     with pytest.raises(SettingsError, match=r'device.address of a rig must be tcp://HOST:PORT or'):
-        drivers.opened('rig', address, CASE_II, Settings())
+        drivers.open_driver('rig', address, CASE_II, Settings())
 
 
 @pytest.mark.parametrize('options', ['lead=0', 'lead=nan', 'patience=soon', 'lead='])
 def test_an_invalid_option_is_refused(options):
     with pytest.raises(SettingsError, match=r'in device.address must be a number above 0'):
-        drivers.opened('rig', f'tcp://127.0.0.1:1?{options}', CASE_II, Settings())
+        drivers.open_driver('rig', f'tcp://127.0.0.1:1?{options}', CASE_II, Settings())
 
 
 def test_a_missing_rig_is_reported():
     with pytest.raises(DriverError, match=r'no rig at tcp://127.0.0.1:1: .*refused'):
-        drivers.opened('rig', 'tcp://127.0.0.1:1', CASE_II, Settings())
+        drivers.open_driver('rig', 'tcp://127.0.0.1:1', CASE_II, Settings())
     with pytest.raises(DriverError, match='no rig at serial:///dev/no_such_port: No such file'):
-        drivers.opened('rig', 'serial:///dev/no_such_port', CASE_II, Settings())
+        drivers.open_driver('rig', 'serial:///dev/no_such_port', CASE_II, Settings())

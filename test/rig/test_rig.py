@@ -34,12 +34,12 @@ from mlmem import (
 )
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
-from mlmem.presets import written_by_kicks
-from mlmem.procedures.blocks import run
-from mlmem.procedures.listening import pulse_echo
+from mlmem.presets import use_kicks
+from mlmem.procedures.blocks import run_procedure
+from mlmem.procedures.listening import probe_ends
 from mlmem.settings import ScaleSettings, TimeSettings
-from mlmem_ros.rig.driver import BEAT, Rig
-from mlmem_ros.rig.frames import Kind, encode
+from mlmem_ros.rig.driver import HEARTBEAT_PERIOD_S, Rig
+from mlmem_ros.rig.frames import Kind, encode_frame
 from mlmem_tools.rig.emulated import Sensors
 
 from .lines import ADDRESS, Line, calibration, driven, emulated
@@ -93,7 +93,7 @@ def test_procedures_over_a_line_give_the_same_bits(expected):
 
 def test_kick_after_an_erase_begins_where_the_end_is():
     """The samples of a line a hundred ticks late still tell where the end was before."""
-    design, settings = written_by_kicks(preset('case_2'))
+    design, settings = use_kicks(preset('case_2'))
     element = MemoryElement(design, settings, factory_calibration(design, settings), Late(100))
     for level in (1, 0):
         written = element.perform(Write(level))
@@ -105,7 +105,7 @@ def lossy(seed, share=0.1):
     chance, held = random.Random(seed), []
 
     def tamper(frame):
-        data = encode(*frame)
+        data = encode_frame(*frame)
         kind = chance.random() / share
         if frame.kind == 1 or kind > 4.0:
             return data + b''.join(held.pop() for _ in held[:])
@@ -152,14 +152,14 @@ def test_a_rig_counts_in_its_own_units():
     assert reading.level == 3
     assert reading.delay == pytest.approx(element.calibration.left.delays[3], abs=2.0)
     element.apply(SetStrain(0.01))
-    while element.actuator.moving:
+    while element.actuator.is_moving:
         element.advance()
     assert pytest.approx(2.25) == rig.chain.V_N
     assert element.driver.force() is not None
 
 
 def test_a_rig_without_an_actuator_says_so_and_is_written_by_kicks():
-    settings = written_by_kicks(preset('case_2')).settings
+    settings = use_kicks(preset('case_2')).settings
     line = Line(emulated(settings, actuator=False))
     driver = Rig(CASE_II, settings, ADDRESS, line)
     element = MemoryElement(CASE_II, settings, factory_calibration(CASE_II, settings), driver)
@@ -186,9 +186,9 @@ def test_an_echo_is_not_heard_across_a_break(number):
     def leave_alone():
         if breaks and len(element.transducer.detectors) == 2:
             detector = element.transducer.detectors[End.LEFT]
-            if detector.time > 100.0 * breaks[0] and not element.transducer.driving:
+            if detector.time > 100.0 * breaks[0] and not element.transducer.is_driving:
                 breaks.pop()
-                rig._idle(7)
+                rig._hold_set_points(7)
 
     asked = []
     fire = element.transducer.fire
@@ -222,14 +222,14 @@ def test_signs_of_life_end_with_the_patience():
     """A device that hangs does not keep its element strained."""
     line, said = Line(emulated()), []
     driver = driven(line, address='tcp://nowhere:1?lead=0.01&patience=2').driver
-    line.inward = lambda frame: (said.append(frame), encode(*frame))[1]
+    line.inward = lambda frame: (said.append(frame), encode_frame(*frame))[1]
     for _ in range(100):
-        driver._beat()
-    assert len(said) * BEAT == pytest.approx(2.0, abs=BEAT)
+        driver._send_heartbeat()
+    assert len(said) * HEARTBEAT_PERIOD_S == pytest.approx(2.0, abs=HEARTBEAT_PERIOD_S)
     before = len(said)
     driver.advance(np.zeros(80))
     assert said[before].kind == Kind.PLAY
-    driver._beat(), driver._beat()
+    driver._send_heartbeat(), driver._send_heartbeat()
     assert said[-1].kind == Kind.AGAIN  # of nothing: no frame is sent twice
     assert driver.health()['dropped_frames'] == 0
 
@@ -240,7 +240,7 @@ def test_an_element_without_set_points_is_not_read():
     advance = element.driver.advance
     element.driver.advance = lambda *given: (advance(*given), before())[0]
     with pytest.raises(ProcedureFailed, match=r'interrupted \(\d\): set-points came too late'):
-        run(element, pulse_echo(element, (End.LEFT,)))
+        run_procedure(element, probe_ends(element, (End.LEFT,)))
 
 
 def test_what_needs_a_simulation_is_refused():
@@ -260,10 +260,10 @@ def test_a_snapshot_keeps_the_calibration_and_the_element_its_content():
     left = dataclasses.replace(element.calibration.left, blank=9e3)
     element.calibration = dataclasses.replace(element.calibration, left=left)
     assert element.perform(Write(2)).success
-    kept = snapshot.take(element)
+    kept = snapshot.take_snapshot(element)
     assert 'state' not in kept
     again = driven(Line(rig))  # which lets go of the first line
-    snapshot.restore(again, kept)
+    snapshot.restore_snapshot(again, kept)
     assert again.calibration == element.calibration
     assert again.statistics == element.statistics
     assert again.reading is None  # until an echo tells
@@ -293,14 +293,14 @@ def test_settings_that_do_not_fit_the_rig_are_refused(settings, why):
 def test_sensors_move_an_end_by_what_they_measure():
     sensors = Sensors(unit=0.5, zero=(3.0, -1.0), gain=(1.02, 0.99))
     true = np.array([[1.0, 1.5], [-2.0, 0.0]])
-    read = sensors.readings(true)
+    read = sensors.measure_ends(true)
     assert read[0] == pytest.approx(3.0 + 1.02 * true[0] / 0.5)
     held = sensors.held(225, np.stack((read[1], np.zeros(2))))
     assert held[0] == pytest.approx(true[1])
-    noisy = Sensors(noise=1e-3, seed=1).readings(np.zeros((2, 4000)))
+    noisy = Sensors(noise=1e-3, seed=1).measure_ends(np.zeros((2, 4000)))
     assert noisy.std() == pytest.approx(1e-3, rel=0.05)
     ramp = np.tile(0.01 * np.arange(4000.0), (2, 1))
-    late = Sensors(jitter=0.1, seed=1).readings(ramp) - ramp
+    late = Sensors(jitter=0.1, seed=1).measure_ends(ramp) - ramp
     assert late.std() == pytest.approx(1e-3, rel=0.05)
 
 

@@ -68,16 +68,16 @@ def refused(capfd):
     """Start the program with bad input: refused(parameters, ...) returns the line it ends with."""
     import rclpy
 
-    from mlmem_ros.ros.node.run import NOT_STARTED, run
-    from mlmem_ros.ros.node_process import node_arguments
+    from mlmem_ros.ros.node.run import NOT_STARTED, run_nodes
+    from mlmem_ros.ros.node_process import build_node_arguments
 
     def refused(parameters=None, *, name='mlmem', file=None, options=(), warned=False):
-        given, stop = node_arguments(name, parameters, file), []
+        given, stop = build_node_arguments(name, parameters, file), []
         capfd.readouterr()
         ends = threading.Timer(SOON, stop.append, [signal.SIGTERM])  # if it starts after all
         ends.start()
         try:
-            assert run(['memory_node', *given, *options], stop) == NOT_STARTED
+            assert run_nodes(['memory_node', *given, *options], stop) == NOT_STARTED
         finally:
             ends.cancel()
             rclpy.try_shutdown()
@@ -101,7 +101,7 @@ def frequent_reports():
     from mlmem_ros.ros.node import diagnostics
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(diagnostics, 'PERIOD', 0.1)
+        patch.setattr(diagnostics, 'REPORT_PERIOD_S', 0.1)
         yield
 
 

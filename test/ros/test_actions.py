@@ -11,7 +11,7 @@ import pytest
 
 from mlmem_ros.contract import calls, services
 
-if not services.action_types():
+if not services.load_action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
 
 import rclpy
@@ -26,7 +26,7 @@ from mlmem_ros import MemoryClient, NoAnswer, RequestFailed, RequestRefused
 from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
 from mlmem_ros.ros.client.goal import Goal
 from mlmem_ros.ros.client.link import Link
-from mlmem_ros.ros.middleware import events_executor
+from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.node import actions, simulator
 
 KINDS = {
@@ -153,12 +153,12 @@ def test_its_feedback_reports_the_progress(strained_write, strained_memory, monk
     """Here after every tick, and then no more: it comes no more often than it should."""
     write, robot = strained_write, strained_write.robot
     with robot.paused():
-        monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 0.0)
+        monkeypatch.setattr(actions, 'FEEDBACK_PERIOD_S', 0.0)
         running = write.send(level=2)
         for told in range(8, 168, 8):  # the last ten messages are kept for who is late
             strained_memory.step(8)
             robot.wait(lambda: len(write.feedback) >= told, 'feedback')  # noqa: B023
-        monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 1e9)
+        monkeypatch.setattr(actions, 'FEEDBACK_PERIOD_S', 1e9)
     assert write.result(running).result.level == 2
     assert len(write.feedback) < told + 20  # of 236 more ticks; some turns have none
     shares = [each.share for each in write.feedback]
@@ -169,7 +169,7 @@ def test_its_feedback_reports_the_progress(strained_write, strained_memory, monk
 
 
 def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
-    by_action = calls.said('read', tool('read').do().result)
+    by_action = calls.extract_values('read', tool('read').do().result)
     by_service = robot.trigger('read')
     assert by_service.items() - dict(by_action).items() <= {
         (name, by_service[name]) for name in ('delay', 'right_delay', 'ticks')
@@ -210,7 +210,7 @@ def test_a_second_goal_is_refused_as_busy(tool, robot):
 
 def test_a_cancel_ends_its_own_goal_with_no_strain(strained_write, strained_memory, monkeypatch):
     write, robot = strained_write, strained_write.robot
-    monkeypatch.setattr(actions, 'FEEDBACK_EVERY', 0.0)
+    monkeypatch.setattr(actions, 'FEEDBACK_PERIOD_S', 0.0)
     with robot.paused():
         running = write.send(level=7)
 
@@ -261,8 +261,8 @@ def test_actions_are_listed_on_the_graph(robot):
     from rclpy.action import get_action_server_names_and_types_by_node as served
 
     kinds = {name: f'mlmem_interfaces/action/{kind.__name__}' for name, kind in KINDS.items()}
-    if simulator.types() is not None:
-        kinds[services.STEPS] = 'simulation_interfaces/action/SimulateSteps'
+    if simulator.load_types() is not None:
+        kinds[services.STEPS_ACTION] = 'simulation_interfaces/action/SimulateSteps'
     robot.wait(lambda: len(served(robot.node, 'mlmem', '/')) == len(kinds), 'all actions')
     assert dict(served(robot.node, 'mlmem', '/')) == {
         f'/mlmem/{name}': [kind] for name, kind in kinds.items()
@@ -296,7 +296,9 @@ def test_a_client_is_refused_with_the_reason(client):
 
 
 @pytest.mark.usefixtures('slowly')
-@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor, events_executor])
+@pytest.mark.parametrize(
+    'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
+)
 def test_progress_is_iterated(memory, context, kind):
     node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
     client = MemoryClient(node, memory.element)
@@ -368,7 +370,7 @@ def test_a_goal_that_is_cancelled_before_it_is_sent_is_never_requested(client, m
         return len(looked) > 1 and ready(link, call)
 
     monkeypatch.setattr(Link, 'ready', late)
-    monkeypatch.setattr(Link, 'serves', lambda link, service: False)
+    monkeypatch.setattr(Link, 'has_service', lambda link, service: False)
     write = client.write(7)
     assert write.cancel_goal()
     with pytest.raises(RequestRefused, match='canceled before it was sent'):
@@ -408,7 +410,7 @@ def test_without_actions_there_is_no_progress_and_no_cancel(client, memory):
 
 def test_what_an_older_build_of_the_interfaces_lacks_is_no_action(monkeypatch):
     monkeypatch.setitem(sys.modules, 'mlmem_interfaces.action', SimpleNamespace(Write=Write))
-    assert services.action_types() == {'write': Write}
+    assert services.load_action_types() == {'write': Write}
 
 
 def test_requests_under_way_are_refused_at_the_end(client, memory):

@@ -22,12 +22,12 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.contract.services import action_types
+from mlmem_ros.contract.services import load_action_types
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.main import bank_arguments
-from mlmem_ros.ros.middleware import LATCHED
+from mlmem_ros.ros.main import parse_bank_arguments
+from mlmem_ros.ros.middleware import LATCHED_PROFILE
 from mlmem_ros.ros.node import simulator
-from mlmem_ros.ros.node_process import node_arguments
+from mlmem_ros.ros.node_process import build_node_arguments
 from mlmem_ros.testing.running import NodeHere
 
 ELEMENTS = 3
@@ -37,8 +37,8 @@ GIVEN = QUICK | {'write.attempts': 1}
 @pytest.fixture(scope='module')
 def bank():
     """What bank.launch.py starts, of small elements."""
-    arguments, elements = bank_arguments(
-        ['memory_bank', f'--elements={ELEMENTS}', *node_arguments('mlmem', GIVEN)]
+    arguments, elements = parse_bank_arguments(
+        ['memory_bank', f'--elements={ELEMENTS}', *build_node_arguments('mlmem', GIVEN)]
     )
     with (
         NodeHere('/bank/element_0/mlmem', arguments, elements),
@@ -89,7 +89,7 @@ def test_bank_writes_all_elements_at_the_same_time(bank):
     levels = {}
     for other in others:
         keep = functools.partial(keep_level, levels, other.name)
-        other.node.create_subscription(Int16, f'{other.name}/level', keep, LATCHED)
+        other.node.create_subscription(Int16, f'{other.name}/level', keep, LATCHED_PROFILE)
     paused.pause().wait()
     try:
         writing = bank.write(0o21)
@@ -225,9 +225,9 @@ def test_bank_without_a_check_element_is_rejected(bank, count, base, expected):
 
 
 def test_bank_of_bytes_holds_their_whole_range():
-    arguments, elements = bank_arguments(
+    arguments, elements = parse_bank_arguments(
         ['memory_bank', '--elements=3',
-         *node_arguments('/bytes/mlmem', {**QUICK, 'design.preset': 'byte'})]
+         *build_node_arguments('/bytes/mlmem', {**QUICK, 'design.preset': 'byte'})]
     )  # fmt: skip
     with (
         NodeHere('/bytes/element_0/mlmem', arguments, elements),
@@ -241,8 +241,8 @@ def test_bank_of_bytes_holds_their_whole_range():
 
 def test_a_bank_serves_actions_only_on_request():
     """They are thirty endpoints an element: a hundred elements with them start in a minute."""
-    alone = bank_arguments(['memory_bank', '--elements', '2'])[0]
-    asked = bank_arguments(['memory_bank', '--elements', '2', '--actions'])[0]
+    alone = parse_bank_arguments(['memory_bank', '--elements', '2'])[0]
+    asked = parse_bank_arguments(['memory_bank', '--elements', '2', '--actions'])[0]
     assert 'actions:=false' in alone
     assert 'actions:=false' not in asked
 
@@ -253,6 +253,9 @@ def test_a_node_serves_actions_unless_it_is_told_not_to(start, wanted):
     with Robot() as robot:
         assert robot.get('actions') == wanted
         services = dict(robot.node.get_service_names_and_types())
-    for name, built in (('write', action_types()), ('simulate_steps', simulator.types())):
+    for name, built in (
+        ('write', load_action_types()),
+        ('simulate_steps', simulator.load_types()),
+    ):
         served = f'/mlmem/{name}/_action/send_goal' in services
         assert served == (wanted and bool(built)), name

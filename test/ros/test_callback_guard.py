@@ -25,13 +25,13 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import events_executor
+from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.node import callback_guard
 from mlmem_ros.ros.node.callback_guard import CallbackGuard
 from mlmem_ros.ros.node.node import QuickLog
 from mlmem_ros.ros.node.run import ENDED
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 
 
 @pytest.fixture(scope='module')
@@ -95,7 +95,7 @@ def test_a_defect_is_answered_like_a_refusal(own):
 @pytest.mark.parametrize('drops', [0, 1, 2, 9])
 def test_an_answer_that_the_middleware_drops_is_sent_again(monkeypatch, drops):
     """It blocks for 0.1 s then, and says nothing. Who never matches is given up."""
-    monkeypatch.setattr(callback_guard, 'AGAIN', (0.01, 0.02))
+    monkeypatch.setattr(callback_guard, 'RESEND_DELAYS_S', (0.01, 0.02))
     clock, sent = SimpleNamespace(now=0.0), []
     monkeypatch.setattr(callback_guard, 'time', SimpleNamespace(monotonic=lambda: clock.now))
 
@@ -118,7 +118,7 @@ def test_an_answer_that_the_middleware_drops_is_sent_again(monkeypatch, drops):
     assert [thread is me for *_, thread in sent] == [n == 0 for n in range(times)]
 
 
-@pytest.mark.parametrize('executor', [SingleThreadedExecutor, events_executor])
+@pytest.mark.parametrize('executor', [SingleThreadedExecutor, create_events_executor])
 def test_a_client_ignores_a_second_answer(context, executor):
     """Rather twice than never: what was slow may not have been dropped."""
     node = rclpy.create_node('twice', context=context, use_global_arguments=False)
@@ -178,7 +178,7 @@ def test_nodes_whose_names_are_not_known_yet_are_several(monkeypatch):
     """In one program, in the moment after they have begun: each was taken for the first one, and
     refused as busy instead of waiting for its turn.
     """
-    monkeypatch.setattr(callback_guard, '_writer_id', lambda header: header)
+    monkeypatch.setattr(callback_guard, '_read_writer_id', lambda header: header)
     ends = []
     node = SimpleNamespace(
         resolve_service_name=lambda name: f'/mlmem/{name}',
@@ -282,7 +282,7 @@ def test_views_are_turned_on_while_a_recording_begins(robot, tmp_path):
     assert robot.answer(begun).success
     assert robot.trigger('read').success
     assert robot.record(False).success
-    assert replay(load(tmp_path / 'session')).exact
+    assert run_replay(load_session(tmp_path / 'session')).exact
     robot.set(record__views=False, record__path='')
 
 

@@ -34,7 +34,7 @@ from mlmem_ros import (
 from mlmem_ros.ros.client import line
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.client.link import Link
-from mlmem_ros.ros.middleware import events_executor
+from mlmem_ros.ros.middleware import create_events_executor
 
 
 @pytest.fixture(scope='module')
@@ -227,7 +227,9 @@ def test_waiting_ends_with_its_node(node):
 # Awaiting
 
 
-@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor, events_executor])
+@pytest.mark.parametrize(
+    'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
+)
 def test_a_callback_awaits(node, context, kind):
     client = MemoryClient(node, '/mlmem')
 
@@ -306,7 +308,11 @@ def test_waiting_ends_with_ros(node, context):
 
 
 def test_nobody_complains_of_a_coroutine_that_awaits_when_ros_ends(node, context, caplog):
-    client, executor, asked = MemoryClient(node, '/nobody'), events_executor(context), Future()
+    client, executor, asked = (
+        MemoryClient(node, '/nobody'),
+        create_events_executor(context),
+        Future(),
+    )
 
     async def callback():
         timer.cancel()
@@ -632,7 +638,9 @@ def test_no_node_of_that_name(client, monkeypatch):
     nobody = MemoryClient(client.node, '/nobody', patience=0.2)
     with pytest.raises(NoAnswer, match=r'/nobody within 0\.2 s; start one'):
         nobody.read().wait()
-    assert len(looked) <= 4 * 0.2 / line.SOON  # for an action and for a service; not thousands
+    assert (
+        len(looked) <= 4 * 0.2 / line.SERVICE_CHECK_PERIOD_S
+    )  # for an action and for a service; not thousands
     with pytest.raises(NoAnswer, match='/nobody'):
         nobody.ready(0.1).wait()
 

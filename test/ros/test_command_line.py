@@ -6,7 +6,7 @@ import pytest
 from robot import Robot, values
 
 from mlmem_ros import __version__
-from mlmem_ros.ros.main import ros_arguments
+from mlmem_ros.ros.main import parse_node_arguments
 from mlmem_tools.cli.main import main as mlmem
 
 
@@ -16,17 +16,17 @@ from mlmem_tools.cli.main import main as mlmem
 def test_the_speed_option_overrides_the_parameter(given, speed):
     others = ['node', '--ros-args', '-p', 'time.speed:=7.0', '-r', '__node:=other']
     expected = [*others, '--ros-args', '-p', f'time.speed:={speed}']
-    assert ros_arguments([*others[:1], *given, *others[1:]]) == expected
+    assert parse_node_arguments([*others[:1], *given, *others[1:]]) == expected
 
 
 def test_the_page_is_a_parameter():
-    assert ros_arguments(['node', '--view']) == ['node', '--ros-args', '-p', 'view:=true']
+    assert parse_node_arguments(['node', '--view']) == ['node', '--ros-args', '-p', 'view:=true']
 
 
 def test_ros_options_are_passed_on():
     arguments = ['node', '--ros-args', '--log-level', 'warn', '-p', 'target_level:=3', '--']
-    assert ros_arguments(arguments) == arguments
-    assert ros_arguments(['node']) == ['node']
+    assert parse_node_arguments(arguments) == arguments
+    assert parse_node_arguments(['node']) == ['node']
 
 
 @pytest.mark.parametrize(
@@ -36,7 +36,7 @@ def test_ros_options_are_passed_on():
 )
 def test_an_unknown_option_is_refused(given, capsys):
     with pytest.raises(SystemExit) as refused:
-        ros_arguments(['node', *given])
+        parse_node_arguments(['node', *given])
     assert refused.value.code == 2
     assert f'unrecognized arguments: {given[0]}' in capsys.readouterr().err
 
@@ -44,10 +44,10 @@ def test_an_unknown_option_is_refused(given, capsys):
 def test_plain_options_may_follow_those_of_ros():
     given = ['node', '--ros-args', '-r', '__ns:=/leg', '--', '--speed', '2']
     expected = [*given[:5], '--ros-args', '-p', 'time.speed:=2.0']
-    assert ros_arguments(given) == expected
+    assert parse_node_arguments(given) == expected
 
 
-@pytest.mark.parametrize('of', [mlmem, lambda given: ros_arguments(['node', *given])])
+@pytest.mark.parametrize('of', [mlmem, lambda given: parse_node_arguments(['node', *given])])
 def test_the_version_is_printed(of, capsys):
     with pytest.raises(SystemExit) as told:
         of(['--version'])
@@ -58,7 +58,7 @@ def test_the_version_is_printed(of, capsys):
 @pytest.mark.parametrize('factor', ['nan', 'inf', '-1', '0', '1e7', 'fast'])
 def test_a_bad_speed_is_refused_with_what_was_expected(factor, capsys):
     with pytest.raises(SystemExit) as refused:
-        ros_arguments(['node', f'--speed={factor}'])
+        parse_node_arguments(['node', f'--speed={factor}'])
     assert refused.value.code == 2
     said = capsys.readouterr().err
     assert factor in said

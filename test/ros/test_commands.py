@@ -13,8 +13,8 @@ import pytest
 from robot import BLANK, Robot
 
 from mlmem_ros import MemoryClient
-from mlmem_ros.ros.node_process import child
-from mlmem_ros.session.data import load
+from mlmem_ros.ros.node_process import run_child_process
+from mlmem_ros.session.data import load_session
 from mlmem_tools.cli.main import main
 
 
@@ -110,7 +110,7 @@ def test_record_begins_and_ends_a_session(memory, inside, tmp_path):
     assert inside('record', str(bag)) == (0, f'recording into {bag}\n', '')
     status, told, _ = inside('record', '--stop', '--json')
     assert (status, json.loads(told)) == (0, {'recording': False, 'path': str(bag)})
-    assert load(bag).hashes
+    assert load_session(bag).hashes
     status, told, complaint = inside('record', '--stop', '--json')
     assert status == 1
     assert 'nothing is being recorded' in json.loads(told)['error']
@@ -194,7 +194,7 @@ def test_ctrl_c_when_the_answer_is_told(memory):
     """It comes too late: what was told is so, and the command has not failed."""
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
     ask = ['read', '--node', memory.element, '--wait', '60']
-    with child('mlmem_tools.cli.main', ask, **streams) as command:
+    with run_child_process('mlmem_tools.cli.main', ask, **streams) as command:
         assert command.stdout.readline()
         interrupt(command)
         assert (command.returncode, command.stderr.read()) == (0, '')
@@ -232,7 +232,7 @@ def test_ctrl_c_while_it_waits(start):
         robot.pause(True)  # no answer can come
         # On a busy machine a node is not found in 5 s.
         ask = ['write', '1', '--node', node.element, '--wait', '60']
-        with child('mlmem_tools.cli.main', ask, **streams) as command:
+        with run_child_process('mlmem_tools.cli.main', ask, **streams) as command:
             robot.wait(lambda: node.node.waiting or command.poll() is not None, 'the request')
             assert command.poll() is None, command.stderr.read()
             interrupt(command)

@@ -22,7 +22,7 @@ def host():
 @pytest.fixture
 def cached(monkeypatch):
     """Set whether the kernels are in the compiler's cache: cached(True)."""
-    return lambda answer: monkeypatch.setattr(starting, 'kernel_in_cache', lambda *_: answer)
+    return lambda answer: monkeypatch.setattr(starting, 'is_kernel_cached', lambda *_: answer)
 
 
 def test_preparation_with_cached_kernels_is_not_logged(cached, host, caplog):

@@ -17,8 +17,8 @@ from rclpy.task import Future
 from mlmem import SettingsError, Write
 from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
 from mlmem_ros.host import state_file
-from mlmem_ros.ros.middleware import events_executor
-from mlmem_ros.ros.process import NAMES
+from mlmem_ros.ros.middleware import create_events_executor
+from mlmem_ros.ros.process import PROFILE_VARIABLES
 
 SOON = 30.0
 
@@ -46,7 +46,9 @@ def spun(executor, work):
     return done.result()
 
 
-@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor, events_executor])
+@pytest.mark.parametrize(
+    'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
+)
 def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path):
     state, executor = tmp_path / 'element.json', kind(context=context)
     given = {**QUICK, 'state.path': str(state)}
@@ -65,7 +67,7 @@ def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path
         with pytest.raises(RequestRefused, match='inactive: the device has stopped'):
             spun(executor, client.read())
     assert memory not in executor.get_nodes()
-    assert state_file.load(state)['reading']['level'] == 3
+    assert state_file.load_snapshot(state)['reading']['level'] == 3
     executor.shutdown()
 
 
@@ -96,7 +98,9 @@ rclpy.shutdown()
 
 def test_messages_that_stay_within_the_process_arrive():
     """By default Fast DDS hands them over; our other tests have it send them."""
-    by_default = {name: value for name, value in os.environ.items() if name not in NAMES}
+    by_default = {
+        name: value for name, value in os.environ.items() if name not in PROFILE_VARIABLES
+    }
     done = program('-c', PROGRAM, env=by_default, stderr=subprocess.PIPE, text=True)
     _, said = done.communicate(timeout=120)
     assert done.returncode == 0, said

@@ -15,7 +15,7 @@ EXAMPLE = Path(__file__).parents[2] / 'examples' / 'cpp_client'
 
 @pytest.fixture(scope='module')
 def program(tmp_path_factory):
-    if not services.action_types():
+    if not services.load_action_types():
         pytest.skip('mlmem_interfaces is not built: make interfaces')
     return built(EXAMPLE, tmp_path_factory.mktemp('cpp_client'), 'rclcpp_action') / 'client'
 

@@ -9,21 +9,21 @@ import pytest
 from closed_bag import check_closed
 from sampled import sampled
 
-from mlmem_ros.packages import added
+from mlmem_ros.packages import find_entry_points
 from mlmem_tools.cli import demo, laboratory
 from mlmem_tools.cli.main import main
 
 
 def test_all_levels_are_written_in_turn_and_then_some():
-    assert demo.LEVELS[:8] == tuple(range(8))
-    assert any(later < earlier for earlier, later in itertools.pairwise(demo.LEVELS))
+    assert demo.DEMO_LEVELS[:8] == tuple(range(8))
+    assert any(later < earlier for earlier, later in itertools.pairwise(demo.DEMO_LEVELS))
 
 
 @pytest.mark.parametrize(
-    'levels', sampled([[1, 0], [*demo.LEVELS]], lambda levels: levels == [1, 0])
+    'levels', sampled([[1, 0], [*demo.DEMO_LEVELS]], lambda levels: levels == [1, 0])
 )
 def test_demo(monkeypatch, tmp_path, capfd, levels):
-    monkeypatch.setattr(demo, 'LEVELS', levels)
+    monkeypatch.setattr(demo, 'DEMO_LEVELS', levels)
     status = main(['demo', '--output', str(tmp_path)])
     printed, complaints = capfd.readouterr()
     assert (status, complaints) == (0, ''), printed
@@ -37,5 +37,7 @@ def test_demo(monkeypatch, tmp_path, capfd, levels):
     told = [message.data for topic, _, message in messages if topic.endswith('/level')]
     assert [level for level in dict.fromkeys(told) if level >= 0] == [*dict.fromkeys(levels)]
     picture = folder / 'session.png'
-    assert picture.exists() == (laboratory.PICTURE in added(laboratory.PARTS))
+    assert picture.exists() == (
+        laboratory.PICTURE_PART in find_entry_points(laboratory.PARTS_GROUP)
+    )
     assert not picture.exists() or picture.read_bytes().startswith(b'\x89PNG')

@@ -40,7 +40,7 @@ def reported(array):
 
 def levels(reports, hold=2):
     smoother = Hysteresis(hold)
-    return [smoother.smooth(Health(level, 'now')).level for level in reports]
+    return [smoother.smooth_health(Health(level, 'now')).level for level in reports]
 
 
 def test_a_warning_stays_for_some_reports():
@@ -58,15 +58,15 @@ def test_an_error_replaces_a_warning_but_not_the_other_way_round():
 
 def test_an_inactive_node_has_no_warnings():
     smoother = Hysteresis()
-    smoother.smooth(Health(WARN, 'two were lost'))
+    smoother.smooth_health(Health(WARN, 'two were lost'))
     smoother.forget()
-    assert smoother.smooth(Health(OK, 'inactive')) == Health(OK, 'inactive')
+    assert smoother.smooth_health(Health(OK, 'inactive')) == Health(OK, 'inactive')
 
 
 def test_a_lasting_warning_has_present_values():
     smoother = Hysteresis()
-    smoother.smooth(Health(WARN, 'two were lost', {'lost': 2}))
-    assert smoother.smooth(Health(OK, 'running', {'lost': 0})) == Health(
+    smoother.smooth_health(Health(WARN, 'two were lost', {'lost': 2}))
+    assert smoother.smooth_health(Health(OK, 'running', {'lost': 0})) == Health(
         WARN, 'two were lost', {'lost': 0}
     )
 
@@ -84,7 +84,7 @@ def element():
 def test_the_energies_of_a_strained_chain(element):
     element.apply(SetStrain(0.02))
     element.advance()
-    health = diagnostics.material(element)
+    health = diagnostics.report_material(element)
     assert health.level == OK
     assert health.values['stored_energy'] > health.values['kinetic_energy'] > 0.0
     assert 0.0 < health.values['stability_margin'] < 1.0
@@ -98,7 +98,7 @@ def test_looking_changes_no_bit(element):
         device.transducer.fire(End.RIGHT)
     for _ in range(20):
         element.advance()
-        for look in diagnostics.ELEMENT.values():
+        for look in diagnostics.ELEMENT_REPORTS.values():
             look(element)
         other.advance()
     assert element.chain.state().tobytes() == other.chain.state().tobytes()
@@ -109,32 +109,34 @@ def test_two_walls_at_rest_are_a_warning(element):
     sites = CASE_II.sites
     between = (sites > 50) & (sites <= 125)
     element.chain.place(np.where(between, CASE_II.D_s1, CASE_II.D_s2))
-    health = diagnostics.material(element)
+    health = diagnostics.report_material(element)
     assert health.level == WARN
     assert health.text.startswith('2 walls')
     element.register = 'their levels'  # and are the content
-    assert diagnostics.material(element).level == OK
+    assert diagnostics.report_material(element).level == OK
     element.register = None
     element.apply(SetStrain(0.02))
     element.advance()
-    assert diagnostics.material(element).level == OK  # not while it is driven
+    assert diagnostics.report_material(element).level == OK  # not while it is driven
 
 
 def test_missed_samples_of_a_real_element_are_a_warning():
     reports = [Health(OK, 'a real element', {'missed_samples': missed}) for missed in (0, 3, 3)]
-    compared = map(diagnostics.compared, reports, [diagnostics.INACTIVE, *reports])
+    compared = map(
+        diagnostics.warn_missed_samples, reports, [diagnostics.INACTIVE_HEALTH, *reports]
+    )
     assert [health.level for health in compared] == [OK, WARN, OK]
-    assert diagnostics.compared(reports[1], reports[0]).text == '3 samples were missed'
+    assert diagnostics.warn_missed_samples(reports[1], reports[0]).text == '3 samples were missed'
 
 
 def test_a_fault_that_is_set_is_a_warning(element):
-    assert diagnostics.faults(element) == Health(OK, 'healthy')
+    assert diagnostics.report_faults(element) == Health(OK, 'healthy')
     element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.4, seed=3)))
-    health = diagnostics.faults(element)
+    health = diagnostics.report_faults(element)
     assert health.level == WARN
     assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.4}
     element.apply(SetFaults(Faults(seed=3)))
-    assert diagnostics.faults(element).level == OK
+    assert diagnostics.report_faults(element).level == OK
 
 
 # The reports on failures
@@ -163,7 +165,7 @@ def session(**changes):
 def test_the_worst_state_of_a_recording_is_reported(recording, level, text):
     current, status = recording
     sessions = SimpleNamespace(state=State.IDLE, current=current, status=status, buffer=None)
-    health = diagnostics.recorder(SimpleNamespace(sessions=sessions))
+    health = diagnostics.report_recorder(SimpleNamespace(sessions=sessions))
     assert (health.level, health.text[: len(text)]) == (level, text)
 
 
@@ -220,17 +222,17 @@ def heard(element):
 
 
 def test_a_weak_echo_of_a_level_is_a_warning(heard):
-    health = diagnostics.transducer(heard(3, 1.2))
+    health = diagnostics.report_transducer(heard(3, 1.2))
     assert (health.level, health.text) == (WARN, 'a weak echo: 1.2 times the threshold')
-    assert diagnostics.transducer(heard(3, 1.5)).level == OK
-    assert diagnostics.transducer(heard(-2, 1.2)).level == OK  # reported by the memory
+    assert diagnostics.report_transducer(heard(3, 1.5)).level == OK
+    assert diagnostics.report_transducer(heard(-2, 1.2)).level == OK  # reported by the memory
 
 
 def test_an_undecodable_echo_is_a_warning_with_the_reason(element, heard):
-    assert diagnostics.memory(element) == Health(OK, 'not read yet', ANY)
-    health = diagnostics.memory(heard(-2, 1.2))
+    assert diagnostics.report_memory(element) == Health(OK, 'not read yet', ANY)
+    health = diagnostics.report_memory(heard(-2, 1.2))
     assert (health.level, health.text) == (WARN, 'between two levels')
-    assert diagnostics.memory(heard(3, 1.2)).text == 'level 3'
+    assert diagnostics.report_memory(heard(3, 1.2)).text == 'level 3'
 
 
 # On a live node

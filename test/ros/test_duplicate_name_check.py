@@ -18,7 +18,7 @@ BY_HAND = {'autostart': False}
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr(starting, 'PERIOD', 0.1)
+    monkeypatch.setattr(starting, 'CHECK_PERIOD_S', 0.1)
 
 
 def test_a_second_node_of_the_same_name_is_logged_once_and_no_other_name():
@@ -28,7 +28,9 @@ def test_a_second_node_of_the_same_name_is_logged_once_and_no_other_name():
         memory_node(BY_HAND, name='single', namespace='/other') as other,
         Robot(name='single'),
     ):
-        time.sleep(1.5 * starting.LOOKS * starting.PERIOD)  # until all have done all their checks
+        time.sleep(
+            1.5 * starting.MAX_CHECKS * starting.CHECK_PERIOD_S
+        )  # until all have done all their checks
         assert second.output.count('another node named /twin is running') == 1
         assert other.output == ''
 

@@ -12,7 +12,7 @@ import rclpy
 from std_srvs.srv import Trigger
 
 from mlmem_ros.host import ThrottledLog
-from mlmem_ros.ros.node.callback_guard import CallbackGuard, outcome_of
+from mlmem_ros.ros.node.callback_guard import CallbackGuard, await_future
 from mlmem_ros.ros.node.run import GuardedExecutor
 
 SOON = 30.0
@@ -83,7 +83,7 @@ def test_a_request_is_answered_from_the_thread_that_settles_it(executor, node, c
     waits = Future()
 
     async def answer(_, response):
-        response.message = await outcome_of(waits)
+        response.message = await await_future(waits)
         return response
 
     node.create_service(Trigger, '/ask', answer)

@@ -15,8 +15,8 @@ from robot import BLANK, SENSOR, Imu, Robot, values
 from mlmem import Disturb, Inject, SetFaults, preset
 from mlmem_ros.contract.calls import NoAnswer, RequestRefused
 from mlmem_ros.ros.client.client import standalone, wait_until
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 from mlmem_tools.cli.main import main
 
 DESIGN = preset(QUICK['design.preset']).design
@@ -185,12 +185,12 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
         assert robot.trigger('read')['level'] == 1
     node.terminate()
     assert node.exit_status() == 0
-    session = load(bag)
+    session = load_session(bag)
     kinds = [type(command) for _, command in session.stamped]
     assert kinds[0] is SetFaults
     assert kinds.count(Disturb) == 20  # while time is paused, one sent again replaces the last
     assert any(isinstance(command, Disturb) for _, command in session.commands)
-    report = replay(session)
+    report = run_replay(session)
     assert report.exact, report
     assert report.refused == []
 
@@ -222,9 +222,9 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
             memory.inject({'unit': 'sensor', 'failure': 'explode'}).wait()
     node.terminate()
     assert node.exit_status() == 0
-    session = load(bag)
+    session = load_session(bag)
     assert [type(command) for _, command in session.stamped].count(Inject) == 1
-    assert replay(session).exact
+    assert run_replay(session).exact
     assert main(['inspect', str(bag)]) == 0
 
 
@@ -264,6 +264,6 @@ def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):
         assert robot.write(5)['level'] == 5
         again.terminate()
         assert again.exit_status() == 0
-    assert replay(load(bag)).exact
+    assert run_replay(load_session(bag)).exact
     saved = json.loads((tmp_path / 'element.json').read_text())['snapshot']
     assert saved['statistics']['resets'] == 1

@@ -29,7 +29,7 @@ def root(tmp_path):
     ],
 )
 def test_a_path_below_the_root_is_accepted(root, path, meant):
-    assert FileSettings(str(root)).confined(path.format(root=root)) == root.resolve() / meant
+    assert FileSettings(str(root)).confine_path(path.format(root=root)) == root.resolve() / meant
 
 
 @pytest.mark.parametrize(
@@ -38,17 +38,17 @@ def test_a_path_below_the_root_is_accepted(root, path, meant):
 )
 def test_a_path_outside_the_root_is_refused(root, path):
     with pytest.raises(SettingsError, match=r'must lie below files\.root = .*; it leads to /'):
-        FileSettings(str(root)).confined(path.format(root=root))
+        FileSettings(str(root)).confine_path(path.format(root=root))
 
 
 def test_a_root_that_is_a_link_is_what_it_points_to(root, tmp_path):
     (tmp_path / 'link').symlink_to(root)
-    assert FileSettings(str(tmp_path / 'link')).confined('x') == root.resolve() / 'x'
+    assert FileSettings(str(tmp_path / 'link')).confine_path('x') == root.resolve() / 'x'
 
 
 def test_without_a_root_any_path_is_accepted(tmp_path):
-    assert FileSettings('').confined(f'{tmp_path}/x') == tmp_path / 'x'
-    assert str(FileSettings('').confined('x')) == 'x'
+    assert FileSettings('').confine_path(f'{tmp_path}/x') == tmp_path / 'x'
+    assert str(FileSettings('').confine_path('x')) == 'x'
 
 
 def test_a_node_stays_below_its_root(start, root, tmp_path):

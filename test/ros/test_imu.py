@@ -8,7 +8,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Imu
 
-from mlmem_ros.ros.node.topics import decoded
+from mlmem_ros.ros.node.topics import decode_imu
 
 SHORT = Imu()
 SHORT.linear_acceleration.x = 9.81
@@ -23,7 +23,7 @@ def test_an_imu_is_decoded_as_by_the_middleware(length):
     message.linear_acceleration.x = 1.0 + length
     message.linear_acceleration_covariance[0] = -1.0
     cdr = serialize_message(message)
-    for found in (decoded(cdr), deserialize_message(cdr, Imu)):
+    for found in (decode_imu(cdr), deserialize_message(cdr, Imu)):
         assert found.linear_acceleration.x == 1.0 + length
         assert found.linear_acceleration_covariance[0] == -1.0
 
@@ -35,6 +35,6 @@ def test_a_malformed_imu_fails_as_in_the_middleware():
             expected = repr(deserialize_message(bad, Imu))
         except Exception as error:
             with pytest.raises(type(error)):
-                decoded(bad)
+                decode_imu(bad)
         else:
-            assert repr(decoded(bad)) == expected
+            assert repr(decode_imu(bad)) == expected

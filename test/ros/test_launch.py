@@ -18,8 +18,8 @@ from closed_bag import check_closed
 from robot import Robot
 
 from mlmem import PRESETS, preset
-from mlmem_ros.host.settings import declarations
-from mlmem_ros.parameter_file import text_of
+from mlmem_ros.host.settings import declare_parameters
+from mlmem_ros.parameter_file import format_preset
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -205,7 +205,7 @@ def test_launch_refuses_a_configuration_that_is_neither_preset_nor_file(ros2):
 @pytest.mark.parametrize('launch', ['memory', 'bank'])
 def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
     file = tmp_path / 'mine.yaml'
-    file.write_text(text_of(*preset('bits_1')))
+    file.write_text(format_preset(*preset('bits_1')))
     name = {'memory': '/mine', 'bank': '/bank/element_0/mlmem'}[launch]
     argument = {'memory': 'node_name:=mine', 'bank': 'elements:=1'}[launch]
     arguments = (f'element:={file}', 'write.attempts:=7', argument)
@@ -233,7 +233,7 @@ def test_launch_takes_a_preset_as_a_parameter(ros2, tmp_path):
 
 def test_launch_takes_every_parameter_as_an_argument(ros2):
     told = ros2('launch', 'mlmem_ros', 'memory.launch.py', '--show-args')
-    for name, _, description in declarations():
+    for name, _, description in declare_parameters():
         assert f"'{name}':" in told
         assert description.text in told
 

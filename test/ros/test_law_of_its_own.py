@@ -16,12 +16,12 @@ from robot import Robot
 
 from mlmem import law_file, preset
 from mlmem.physics.curve import Curve
-from mlmem_ros.host.settings import declarations
-from mlmem_ros.parameter_file import load as load_parameters
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
-from mlmem_tools.view.about import WANTED, About, grouped
-from mlmem_tools.view.session_frame import load as load_page
+from mlmem_ros.host.settings import declare_parameters
+from mlmem_ros.parameter_file import load_preset as load_parameters
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
+from mlmem_tools.view.about import PAGE_PARAMETERS, About, group_parameters
+from mlmem_tools.view.session_frame import load_frame as load_page
 
 PRESET = preset(QUICK['design.preset'])
 PAPER = PRESET.design
@@ -36,7 +36,7 @@ def file(tmp_path_factory):
     force = np.array(cells.force) * STIFFNESS * LENGTH
     law = replace(cells, low=cells.low * LENGTH, high=cells.high * LENGTH, force=tuple(force))
     path = tmp_path_factory.mktemp('laws') / 'law.yaml'
-    law_file.save(path, law)
+    law_file.write_law_file(path, law)
     return path
 
 
@@ -56,14 +56,14 @@ def test_it_remembers_replays_and_is_shown(start, file, tmp_path):
     with Robot() as robot:
         assert robot.write(3).success
         assert robot.trigger('read')['level'] == 3
-        known = node.memory.parameters(*WANTED).wait()
-        shown = About.of(grouped(known), '/mlmem')
+        known = node.memory.parameters(*PAGE_PARAMETERS).wait()
+        shown = About.of(group_parameters(known), '/mlmem')
         node.terminate()
         assert node.exit_status() == 0
-    report = replay(load(bag))
+    report = run_replay(load_session(bag))
     assert report.exact
     assert report.outcomes[-1].reading.level == 3
-    assert load(bag).design == shown.design
+    assert load_session(bag).design == shown.design
     assert shown.phases == pytest.approx((PAPER.D_s1, PAPER.D_s2), abs=1e-6)
     of_the_paper = About.of(paper(), '').json['bands']
     for phase, band in shown.json['bands'].items():
@@ -81,7 +81,7 @@ def paper():
 
 
 def test_a_page_asks_for_parameters_that_there_are():
-    assert set(WANTED) <= {name for name, *_ in declarations()}
+    assert set(PAGE_PARAMETERS) <= {name for name, *_ in declare_parameters()}
 
 
 def test_what_a_node_tells_makes_the_same_element(declared, file, tmp_path):

@@ -26,7 +26,7 @@ from mlmem_ros.ros.views import ChainMarkers
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / 'config'
-TYPES = {f'/mlmem/{topic.name}': topic.kind for topic in topics.STREAMS + topics.VIEWS}
+TYPES = {f'/mlmem/{topic.name}': topic.kind for topic in topics.STREAM_TOPICS + topics.VIEW_TOPICS}
 TYPES['/diagnostics'] = DiagnosticArray
 
 

@@ -140,9 +140,11 @@ def test_the_content_is_saved_at_intervals(start, tmp_path):
     start({'state.path': str(file), 'state.interval': 0.2})
     with Robot() as robot:
         assert robot.write(0)['level'] == 0
-        written = state_file.load(file)
-        robot.wait(lambda: state_file.load(file)['ticks'] > written['ticks'], 'a later state')
-    assert state_file.load(file)['reading']['level'] == 0
+        written = state_file.load_snapshot(file)
+        robot.wait(
+            lambda: state_file.load_snapshot(file)['ticks'] > written['ticks'], 'a later state'
+        )
+    assert state_file.load_snapshot(file)['reading']['level'] == 0
 
 
 def ticks(robot):

@@ -7,9 +7,9 @@ import pytest
 from mlmem import SettingsError
 from mlmem_ros import MemoryClient, RequestRefused, standalone
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.main import bank_arguments
+from mlmem_ros.ros.main import parse_bank_arguments
 from mlmem_ros.ros.node.run import NOT_SAVED
-from mlmem_ros.ros.node_process import node_arguments
+from mlmem_ros.ros.node_process import build_node_arguments
 from mlmem_ros.testing.running import NodeHere
 
 ELEMENTS = 3
@@ -28,12 +28,18 @@ def bank(tmp_path, capfd):
 /robot/bank/element_2/mlmem:
   ros__parameters: {write.attempts: 7}
 """)
-    arguments, elements = bank_arguments(
+    arguments, elements = parse_bank_arguments(
         [
-            'memory_bank', '--elements', f'{ELEMENTS}', '--state', str(states),
-            '--record', str(tmp_path / 'bags'), *node_arguments('/robot/bank/mlmem', file=file),
+            'memory_bank',
+            '--elements',
+            f'{ELEMENTS}',
+            '--state',
+            str(states),
+            '--record',
+            str(tmp_path / 'bags'),
+            *build_node_arguments('/robot/bank/mlmem', file=file),
         ]
-    )  # fmt: skip
+    )
     with NodeHere('/robot/bank/element_0/mlmem', arguments, elements) as bank:
         yield bank
 
@@ -69,11 +75,11 @@ def test_elements_of_a_bank_fail_independently(bank, elements, tmp_path, capfd):
 
 
 def test_a_bank_fails_to_start_if_no_element_can():
-    arguments, elements = bank_arguments(
+    arguments, elements = parse_bank_arguments(
         [
             'memory_bank',
             '--elements=2',
-            *node_arguments('mlmem', {'design.preset': 'none'}),
+            *build_node_arguments('mlmem', {'design.preset': 'none'}),
         ]
     )
     with pytest.raises(SettingsError, match='preset must be one of'):
@@ -82,17 +88,17 @@ def test_a_bank_fails_to_start_if_no_element_can():
 
 def test_the_command_line_of_a_bank():
     given = ['memory_bank', '--elements=2', '--state', '/var/bank', '--ros-args']
-    rest, elements = bank_arguments(
+    rest, elements = parse_bank_arguments(
         [*given, '-p', 'view:=true', '-r', '__ns:=/leg/', '-r', 'a:=b']
     )
     quiet = ['--ros-args', '-p', 'actions:=false']
     assert rest == ['memory_bank', '--ros-args', '-p', 'view:=true', '-r', 'a:=b', *quiet]
-    assert 'actions:=false' not in bank_arguments(['memory_bank', '--actions'])[0]
+    assert 'actions:=false' not in parse_bank_arguments(['memory_bank', '--actions'])[0]
     assert elements == [
         {'namespace': f'/leg/element_{place}', 'state.path': f'/var/bank/element_{place}.json'}
         for place in range(2)
     ]
-    assert [each['namespace'] for each in bank_arguments(['memory_bank'])[1]] == [
+    assert [each['namespace'] for each in parse_bank_arguments(['memory_bank'])[1]] == [
         f'/bank/element_{place}' for place in range(4)
     ]
 
@@ -100,5 +106,5 @@ def test_the_command_line_of_a_bank():
 @pytest.mark.parametrize('number', ['0', '129', '-1', '2.5', 'four'])
 def test_a_bank_has_from_1_to_128_elements(number, capsys):
     with pytest.raises(SystemExit):
-        bank_arguments(['memory_bank', f'--elements={number}'])
+        parse_bank_arguments(['memory_bank', f'--elements={number}'])
     assert f"must be a number from 1 to 128; got '{number}'" in capsys.readouterr().err

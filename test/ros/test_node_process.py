@@ -11,7 +11,7 @@ import rclpy
 from nodes import program
 from rclpy.node import Node
 
-from mlmem_ros.ros.node_process import child, node_arguments
+from mlmem_ros.ros.node_process import build_node_arguments, run_child_process
 
 SERVES = 'http.server', ['0', '--bind', '127.0.0.1']
 """A program that runs until it is ended."""
@@ -31,7 +31,9 @@ def test_a_process_outlives_the_thread_that_asked_for_it(real_processes):
         started = []
 
         def start():
-            started.append(stack.enter_context(child(*SERVES, stderr=subprocess.DEVNULL)))
+            started.append(
+                stack.enter_context(run_child_process(*SERVES, stderr=subprocess.DEVNULL))
+            )
 
         thread = threading.Thread(target=start)
         thread.start()
@@ -56,7 +58,7 @@ def test_a_process_ends_with_its_killed_parent():
 )
 def test_any_text_is_a_parameter(text):
     context = rclpy.Context()
-    rclpy.init(args=['x', *node_arguments('/a/b', {'path': text, 'n': 2})], context=context)
+    rclpy.init(args=['x', *build_node_arguments('/a/b', {'path': text, 'n': 2})], context=context)
     try:
         node = Node('b', namespace='a', context=context, start_parameter_services=False)
         assert node.declare_parameter('path', 'none').value == text

@@ -15,8 +15,8 @@ from rclpy.parameter import Parameter
 from robot import Robot
 
 from mlmem import PRESETS, SettingsError, preset
-from mlmem_ros.host.settings import declarations
-from mlmem_ros.parameter_file import text_of
+from mlmem_ros.host.settings import declare_parameters
+from mlmem_ros.parameter_file import format_preset
 
 
 @pytest.fixture(scope='module')
@@ -162,7 +162,7 @@ def test_a_node_declares_every_parameter_with_its_range(start):
     with Robot() as robot:
         names = set(robot.parameters())
         (legal,) = robot.describe(['write.hold'])['write.hold'].floating_point_range
-    assert {name for name, *_ in declarations()} <= names
+    assert {name for name, *_ in declare_parameters()} <= names
     assert (legal.from_value, legal.to_value) == (0.0, 1e6)
 
 
@@ -175,7 +175,7 @@ def element(tmp_path):
     design, settings = preset('bits_4')
     changed = replace(settings, write=replace(settings.write, hold=60.0))
     file = tmp_path / 'element.yaml'
-    file.write_text(text_of(design, changed), encoding='utf-8')
+    file.write_text(format_preset(design, changed), encoding='utf-8')
     return file
 
 
@@ -320,7 +320,7 @@ def test_a_parameter_without_a_name_is_refused(start, tmp_path):
 
 
 def test_every_parameter_has_a_unique_name_and_a_description():
-    found = list(declarations())
+    found = list(declare_parameters())
     names = [name for name, _, _ in found]
     assert len(set(names)) == len(names)
     assert {'target_level', 'design.preset', 'probe_right.v_th', 'faults.seed'} <= set(names)
@@ -328,7 +328,7 @@ def test_every_parameter_has_a_unique_name_and_a_description():
 
 
 def test_every_default_is_legal():
-    for name, default, description in declarations():
+    for name, default, description in declare_parameters():
         if description.low is not None:
             assert default >= description.low, name
         if description.high is not None:

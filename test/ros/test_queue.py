@@ -16,10 +16,10 @@ from std_srvs.srv import Trigger
 
 from mlmem.loop.mailbox import Cancel
 from mlmem_ros import RequestFailed, RequestRefused, standalone
-from mlmem_ros.contract.services import action_types
+from mlmem_ros.contract.services import load_action_types
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import events_executor
-from mlmem_ros.ros.process import profile_variable
+from mlmem_ros.ros.middleware import create_events_executor
+from mlmem_ros.ros.process import find_profile_variable
 from mlmem_ros.testing.running import FAST_DISCOVERY
 
 MOST = 3
@@ -70,7 +70,7 @@ def test_three_nodes_that_read_at_start_get_their_answers(memory, context):
         rclpy.create_node(f'starts_{n}', context=context, use_global_arguments=False)
         for n in range(3)
     ]
-    executor = events_executor(context)
+    executor = create_events_executor(context)
     clients = [node.create_client(Trigger, f'{memory.element}/read') for node in nodes]
     for node, client in zip(nodes, clients, strict=True):
         executor.add_node(node)
@@ -163,7 +163,7 @@ def test_a_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash)
     lost = tmp_path / 'fast_dds.xml'  # sooner than others, who may stand still
     lost.write_text(re.sub('(?<=<leaseDuration><sec>)12', '5', FAST_DISCOVERY.read_text()))
     pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
-    given = os.environ | {profile_variable(os.environ): str(lost)}
+    given = os.environ | {find_profile_variable(os.environ): str(lost)}
     with program('-c', GONE, env=given, **pipes) as passer_by:
         hears(passer_by, 'ready')
         (first,) = under_way(memory, others, 2)
@@ -183,7 +183,7 @@ def test_a_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash)
     assert first.wait().details['level'] == last.wait().details['level'] == 2
 
 
-@pytest.mark.skipif(not action_types(), reason='mlmem_interfaces is not built')
+@pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')
 def test_feedback_says_the_place(memory, client, others):
     import asyncio
 
@@ -216,14 +216,16 @@ def test_feedback_says_the_place(memory, client, others):
         assert told[-1].phase != 'waiting'
 
 
-@pytest.mark.skipif(not action_types(), reason='mlmem_interfaces is not built')
+@pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')
 def test_a_goal_that_waits_can_be_canceled(memory, others):
     (first,) = under_way(memory, others, 3)
     write = others[1].write(6)
     arrived(memory, 1)
     assert write.cancel_goal()
     box = memory.node.host.loop._box
-    wait_until(lambda: box.pending(Cancel), 'the cancel', SOON)  # steps would end the first write
+    wait_until(
+        lambda: box.list_pending(Cancel), 'the cancel', SOON
+    )  # steps would end the first write
     memory.memory.step().wait()
     with pytest.raises(RequestFailed, match='canceled by its client while it waited'):
         write.wait()

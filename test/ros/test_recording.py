@@ -19,8 +19,8 @@ from mlmem import UNDECODABLE
 from mlmem.instrument.end import End
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.ros.node.run import NOT_SAVED
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import assert_replays
 from mlmem_tools.cli.main import main
 
@@ -103,7 +103,7 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
             assert any(_same(message, other) for other in rest), topic
     assert [content['message'] for content in found['/mlmem/content'][:2]] == ['level 1'] * 2
     assert found['/mlmem/content'][2]['message'].startswith('unknown since tick ')
-    report = replay(load(bag))
+    report = run_replay(load_session(bag))
     assert report.exact
     assert report.events['content'].equal == report.events['content'].recorded == 4
     assert report.hashes >= 10
@@ -119,10 +119,10 @@ def test_a_session_holds_the_shots_of_a_survey_and_replays_them(start, tmp_path)
         shots = robot.trigger('survey')['shots']
     node.terminate()
     assert node.exit_status() == 0
-    session = load(bag)
+    session = load_session(bag)
     assert len(session.shots) == shots > 5
     assert {shot.end for shot in session.shots} == set(End)
-    assert replay(session).exact
+    assert run_replay(session).exact
 
 
 def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tmp_path, capsys):
@@ -133,12 +133,12 @@ def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tm
     )
     with Robot(node.element) as robot:
         assert robot.write(1).success
-        robot.wait(lambda: load(bag).outcomes, 'a synced chunk with the outcome')
+        robot.wait(lambda: load_session(bag).outcomes, 'a synced chunk with the outcome')
         node.signal(signal.SIGKILL)
         node.exit_status()
-    survived = load(bag)
+    survived = load_session(bag)
     assert survived.header is not None
-    report = replay(survived)
+    report = run_replay(survived)
     assert report.levels_agree
     assert report.difference is None
     assert not report.whole  # its end is missing, and the report says so
@@ -204,7 +204,7 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
         robot.send('write')
         arrived(node)
         assert 'write is running' in robot.record(True)['error']
-    report = replay(load(bag))  # begun with the wall at level 1
+    report = run_replay(load_session(bag))  # begun with the wall at level 1
     assert report.exact
     assert report.levels == [1, 1]
 
@@ -218,11 +218,11 @@ def test_a_session_begins_before_it_is_asked_for(start, tmp_path):
         asked = time.time_ns()
         assert robot.record(True).success
         assert robot.record(False).success
-    session = load(bag)
+    session = load_session(bag)
     assert BagReader(bag).span[0] < asked
     assert session.outcomes[0][1]['procedure'] == 'write'
     assert len(session.field_time) > 10  # in 300 ticks or more, though nobody subscribed
-    assert replay(session).exact
+    assert run_replay(session).exact
 
 
 @pytest.mark.slow
@@ -244,4 +244,4 @@ def test_a_session_ends_at_its_greatest_size(start, tmp_path):
         assert node.exit_status() == 0
     size = sum(path.stat().st_size for path in bag.iterdir())
     assert 50_000 < size < 3_000_000  # chunks are compressed
-    assert replay(load(bag)).exact
+    assert run_replay(load_session(bag)).exact

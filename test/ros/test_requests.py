@@ -11,14 +11,14 @@ from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
 from mlmem_ros.contract import topics
-from mlmem_ros.contract.calls import message_of
+from mlmem_ros.contract.calls import build_request
 from mlmem_ros.contract.commands import (
-    OF_REQUEST,
-    OF_TOPIC,
+    REQUEST_COMMANDS,
+    TOPIC_PARSERS,
     Record,
-    requested,
+    parse_request,
 )
-from mlmem_ros.contract.services import REQUESTS
+from mlmem_ros.contract.services import REQUEST_ARGUMENTS
 
 
 def parameters(**values):
@@ -43,24 +43,26 @@ def parameters(**values):
     ],
 )
 def test_a_request_is_decoded_as_it_was_encoded(name, arguments, command):
-    assert requested(message_of(name, **arguments).parameters) == command
+    assert parse_request(build_request(name, **arguments).parameters) == command
 
 
 def test_strain_message_becomes_its_command():
-    message = topics.STRAIN.kind(data=0.02)
-    assert OF_TOPIC[topics.STRAIN.name](message, Units()) == SetStrain(0.02)
+    message = topics.STRAIN_TOPIC.kind(data=0.02)
+    assert TOPIC_PARSERS[topics.STRAIN_TOPIC.name](message, Units()) == SetStrain(0.02)
 
 
 def test_imu_message_becomes_a_disturbance_in_units_of_the_element():
     units = Units(CASE_II, ScaleSettings(time=1e-5))
-    message = topics.DISTURBANCE.kind()
+    message = topics.DISTURBANCE_TOPIC.kind()
     message.linear_acceleration.x = 1e-7 * units.acceleration
-    command = OF_TOPIC[topics.DISTURBANCE.name](message, units)
+    command = TOPIC_PARSERS[topics.DISTURBANCE_TOPIC.name](message, units)
     assert command.acceleration == pytest.approx(1e-7)
 
 
 def test_every_argument_is_one_of_its_command():
-    for kind, types in ((OF_REQUEST[name], types) for name, types in REQUESTS.items()):
+    for kind, types in (
+        (REQUEST_COMMANDS[name], types) for name, types in REQUEST_ARGUMENTS.items()
+    ):
         assert set(types) - {'word'} <= set(kind.__dataclass_fields__)
 
 
@@ -84,16 +86,16 @@ def test_every_argument_is_one_of_its_command():
 )
 def test_an_invalid_request_is_refused(values, reason):
     with pytest.raises(Refused, match=reason):
-        requested(parameters(**values))
+        parse_request(parameters(**values))
 
 
 def test_no_argument_is_named_twice():
     with pytest.raises(Refused, match='a request must name every argument once'):
-        requested([*parameters(request='write', level=1), *parameters(level=2)])
+        parse_request([*parameters(request='write', level=1), *parameters(level=2)])
 
 
 def test_an_unknown_type_is_refused():
     odd, level = parameters(request='write', level=1)
     level.value = ParameterValue(type=200)
     with pytest.raises(Refused, match='level must be of type 2'):
-        requested([odd, level])
+        parse_request([odd, level])

@@ -26,8 +26,8 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.ros.node.starting import Retries
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
 
 UNKNOWN = -2
@@ -108,11 +108,11 @@ def told_of(report, component):
 
 def check_session(bag):
     """Assert that the echoes have levels, and that a replay is refused."""
-    session = load(bag)
+    session = load_session(bag)
     assert session.hashes == []
     assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(bag).topics)
     with pytest.raises(BagError, match='a session of a real element cannot be replayed'):
-        replay(session)
+        run_replay(session)
     assert len(session.echoes) >= 3
     assert {echo.level for echo in session.echoes} >= {1}
 
@@ -141,7 +141,7 @@ def rig_at(port, element):
 
 def test_a_rig_that_is_off_or_lost_is_taken_back(start, monkeypatch):
     """At the start, and after it was lost with its line; the element keeps its content."""
-    monkeypatch.setattr(node_module, 'TEND', 0.05)
+    monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
     with socket.create_server(('127.0.0.1', 0)) as free:
         port = free.getsockname()[1]
     element = Simulation.of(DESIGN, FAST.time)
@@ -186,7 +186,7 @@ def test_a_rig_that_is_off_or_lost_is_taken_back(start, monkeypatch):
 
 def test_node_answers_while_it_tries_to_reach_a_rig(start, monkeypatch):
     """A rig that takes the line and says nothing holds up each attempt."""
-    monkeypatch.setattr(node_module, 'TEND', 0.05)
+    monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
     with socket.create_server(('127.0.0.1', 0)) as free:
         address = free.getsockname()
     node = start({

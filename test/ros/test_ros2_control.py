@@ -43,13 +43,13 @@ def able(name):
     design, settings = preset(name)
     units = Units(design, settings.scale)
     far = settings.actuator.max_strain * units.elongation
-    fast = settings.actuator.by_hand * units.elongation / settings.scale.time
+    fast = settings.actuator.hand_rate_limit * units.elongation / settings.scale.time
     return [-far, far, fast], {
         'cells': design.N,
         'length': settings.scale.length,
         'time': settings.scale.time,
         'max_strain': settings.actuator.max_strain,
-        'hand_rate': settings.actuator.by_hand,
+        'hand_rate': settings.actuator.hand_rate_limit,
     }
 
 
@@ -187,7 +187,9 @@ def test_a_loop_beside_procedures_leaves_the_content_known(
 def test_a_bad_joint_command_is_refused_with_the_reason(
     memory, robot, message, words, monkeypatch
 ):
-    monkeypatch.setattr(worker, 'QUIET', 0.01)  # or after a flood it is told once in a second
+    monkeypatch.setattr(
+        worker, 'LINE_PERIOD_S', 0.01
+    )  # or after a flood it is told once in a second
     before = len(memory.output)
 
     def told():

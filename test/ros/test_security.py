@@ -12,7 +12,7 @@ import pytest
 
 from mlmem_ros.contract import services
 from mlmem_ros.contract.calls import RequestFailed, RequestRefused
-from mlmem_ros.contract.services import action_types
+from mlmem_ros.contract.services import load_action_types
 from mlmem_ros.ros.client.client import standalone
 from mlmem_ros.ros.node import simulator
 
@@ -30,7 +30,7 @@ ON_DEMAND = {'/clock'}
 SETTLED = 1.0
 """Seconds without news after which everything is discovered."""
 
-ACTIONS_BUILT, SIMULATOR_BUILT = bool(action_types()), simulator.types() is not None
+ACTIONS_BUILT, SIMULATOR_BUILT = bool(load_action_types()), simulator.load_types() is not None
 SERVICES = {'send_goal', 'cancel_goal', 'get_result'}
 TOPICS = {'feedback', 'status'}
 
@@ -61,10 +61,10 @@ def allowed(enclave, rule):
     """
     names = set(listed(enclave, rule))
     if not SIMULATOR_BUILT:
-        names -= {f'/mlmem/{service.name}' for service in services.SIMULATOR}
+        names -= {f'/mlmem/{service.name}' for service in services.SIMULATOR_SERVICES}
     for role, parts in ACTION.items():
         for action in listed(enclave, role):
-            if SIMULATOR_BUILT if action == f'/mlmem/{services.STEPS}' else ACTIONS_BUILT:
+            if SIMULATOR_BUILT if action == f'/mlmem/{services.STEPS_ACTION}' else ACTIONS_BUILT:
                 names |= {f'{action}/_action/{part}' for part in parts.get(rule, ())}
     return names
 

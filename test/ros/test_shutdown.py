@@ -23,11 +23,11 @@ from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.client import link
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import SIGN, Signs
-from mlmem_ros.ros.node.run import QUIET, begin, end, linger
-from mlmem_ros.ros.node.services import SILENT
-from mlmem_ros.ros.node_process import node_arguments, node_process
-from mlmem_ros.ros.process import NAMES, PROFILE, profile_variable
+from mlmem_ros.ros.middleware import HEARTBEAT_PROFILE, Signs
+from mlmem_ros.ros.node.run import CLIENT_ABSENCE_S, await_last_clients, end_nodes, start_nodes
+from mlmem_ros.ros.node.services import MAX_CLIENT_SILENCE_S
+from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
+from mlmem_ros.ros.process import PROFILE_PATH, PROFILE_VARIABLES, find_profile_variable
 
 ROOT = Path(__file__).parents[2]
 SOON = 30.0
@@ -62,7 +62,7 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     stop(node.signal, robot.send_signal)
     assert (robot.wait(2 * SOON), robot.stderr.read()) == (0, '')
     assert node.exit_status(SOON) == 0  # it does not linger to the end
-    assert state_file.load(state)['reading']['level'] == 0
+    assert state_file.load_snapshot(state)['reading']['level'] == 0
 
 
 def test_a_program_that_ends_waits_for_the_thread_of_its_client():
@@ -97,7 +97,7 @@ with standalone() as memory:
     print('read', flush=True)
     sys.stdin.readline()
 """
-    forgotten_late = os.environ | {profile_variable(os.environ): str(PROFILE)}
+    forgotten_late = os.environ | {find_profile_variable(os.environ): str(PROFILE_PATH)}
     pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
     return program('-c', code, env=forgotten_late, **pipes)
 
@@ -114,7 +114,7 @@ def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
             observer.wait(lambda: on_graph() == 2, 'both clients, in the eyes of an observer')
             silent.send_signal(signal.SIGSTOP)
             node.signal(signal.SIGINT)
-            time.sleep(SILENT + 1.0)
+            time.sleep(MAX_CLIENT_SILENCE_S + 1.0)
             assert memory.read(timeout=SOON).wait().blank  # a client that was quiet, and lives
         assert node.exit_status(SOON) == 0
         assert on_graph() == 1  # the silent one
@@ -146,11 +146,11 @@ def test_signs_of_life_end_with_their_node(context):
         for name in ('first', 'second')
     )
     heard = []
-    first.create_subscription(DiagnosticStatus, '/of_second', heard.append, SIGN)
+    first.create_subscription(DiagnosticStatus, '/of_second', heard.append, HEARTBEAT_PROFILE)
     executor = rclpy.executors.SingleThreadedExecutor(context=context)
     executor.add_node(first)
-    Signs.give(first, '/of_first')
-    Signs.give(second, '/of_second')
+    Signs.start_heartbeat(first, '/of_first')
+    Signs.start_heartbeat(second, '/of_second')
     until = time.monotonic() + SOON
     while len(heard) < 2 and time.monotonic() < until:
         executor.spin_once(0.1)
@@ -162,15 +162,15 @@ def test_signs_of_life_end_with_their_node(context):
 
 @pytest.mark.parametrize('longest', [0.8, 60.0])
 def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(longest):
-    assert longest > QUIET  # or it would end for want of clients
+    assert longest > CLIENT_ABSENCE_S  # or it would end for want of clients
     stop = [signal.SIGINT]
     with Robot() as robot:
         parameters = {**QUICK, 'linger': longest}
-        nodes, executor = begin(node_arguments('/mlmem', parameters), rclpy.Context())
+        nodes, executor = start_nodes(build_node_arguments('/mlmem', parameters), rclpy.Context())
         answer = robot.send('read')
         robot.wait(lambda: nodes[0].client_count, 'a client')
         begun = time.monotonic()
-        lingers = threading.Thread(target=linger, args=(nodes, executor, stop))
+        lingers = threading.Thread(target=await_last_clients, args=(nodes, executor, stop))
         lingers.start()
         assert robot.answer(answer).success
         if longest > SOON:
@@ -180,7 +180,7 @@ def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(longest):
         assert not lingers.is_alive()
         assert longest > SOON or time.monotonic() - begun > longest
         assert nodes[0].client_count
-        assert end(nodes, executor) == 0
+        assert end_nodes(nodes, executor) == 0
 
 
 def test_nothing_cuts_the_end_of_the_example_short(start):
@@ -201,7 +201,7 @@ def test_nothing_cuts_the_end_of_the_example_short(start):
 
 def test_who_waits_for_a_killed_node_is_told_soon(start):
     """Not after the 20 s that Fast DDS grants by default."""
-    assert link.SILENT < 5.0
+    assert link.MAX_SILENCE_S < 5.0
     node = start(apart=True)
     with standalone() as memory:
         memory.ready(SOON).wait()
@@ -248,7 +248,7 @@ def test_a_node_that_stood_still_unnoticed_is_reached_anew(start):
         while not first._heard and time.monotonic() < until:
             time.sleep(0.05)
         node.signal(signal.SIGSTOP)
-        time.sleep(link.SILENT + 1.0)
+        time.sleep(link.MAX_SILENCE_S + 1.0)
         node.signal(signal.SIGCONT)
         until = time.monotonic() + SOON
         while not first.broken and time.monotonic() < until:
@@ -270,15 +270,17 @@ def test_a_node_that_is_shut_down_says_so(start):
 @pytest.mark.usefixtures('real_processes')
 def test_plain_client_of_a_killed_and_restarted_node_is_answered(context, monkeypatch):
     """With the node's own profile; the ghost of the killed one is gone 25 s later."""
-    for name in NAMES:
+    for name in PROFILE_VARIABLES:
         monkeypatch.delenv(name, raising=False)
     plain = rclpy.create_node('plain', context=context, use_global_arguments=False)
     executor = rclpy.executors.SingleThreadedExecutor(context=context)
-    with node_process(node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL) as killed:
+    with run_node_process(
+        build_node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL
+    ) as killed:
         assert plain.create_client(Trigger, '/mlmem/read').wait_for_service(SOON)
         killed.kill()
     time.sleep(25.0)
-    with node_process(node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL):
+    with run_node_process(build_node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL):
         client = plain.create_client(Trigger, '/mlmem/read')
         assert client.wait_for_service(SOON)
         answer = client.call_async(Trigger.Request())

@@ -21,9 +21,9 @@ from robot import Robot
 
 from mlmem_ros.ros.node import run
 from mlmem_ros.ros.node.node import MemoryNode
-from mlmem_ros.ros.node.run import begin, end, turn
-from mlmem_ros.ros.node.services import SILENT
-from mlmem_ros.ros.node_process import node_arguments
+from mlmem_ros.ros.node.run import end_nodes, spin_nodes, start_nodes
+from mlmem_ros.ros.node.services import MAX_CLIENT_SILENCE_S
+from mlmem_ros.ros.node_process import build_node_arguments
 
 COMPILES = """
 import sys
@@ -123,9 +123,13 @@ def test_a_signal_ends_a_compilation(managed, tmp_path):
     """
     given = QUICK | {'autostart': not managed}
     process = program(
-        '-c', COMPILES, *node_arguments('/compiles', given), stderr=subprocess.PIPE, text=True,
+        '-c',
+        COMPILES,
+        *build_node_arguments('/compiles', given),
+        stderr=subprocess.PIPE,
+        text=True,
         env=os.environ | {'NUMBA_CACHE_DIR': str(tmp_path)},
-    )  # fmt: skip
+    )
     try:
         with ExitStack() as stack:
             if managed:
@@ -162,9 +166,9 @@ def test_a_request_during_the_start_is_answered():
                 sent.extend(map(robot.send, requests))
                 time.sleep(1.0)  # until they have arrived
 
-        nodes, executor = begin(node_arguments('/mlmem', slow), context, Slow)
-        turn(executor, [signal.SIGTERM])
-        assert end(nodes, executor) == 0
+        nodes, executor = start_nodes(build_node_arguments('/mlmem', slow), context, Slow)
+        spin_nodes(executor, [signal.SIGTERM])
+        assert end_nodes(nodes, executor) == 0
         for answer in sent[:2]:
             error = robot.answer(answer)['error']  # whichever came first is shut down
             assert 'shut down' in error or 'busy' in error
@@ -177,11 +181,11 @@ def test_request_that_arrives_after_the_close_is_answered(monkeypatch):
     context = rclpy.Context()
     with Robot() as robot:
         sent = []
-        nodes, executor = begin(node_arguments('/mlmem', QUICK), context)
+        nodes, executor = start_nodes(build_node_arguments('/mlmem', QUICK), context)
         robot.introduce(SimpleNamespace(node=nodes[0]), 'erase')
-        time.sleep(SILENT)  # from now on the graph alone tells of clients
+        time.sleep(MAX_CLIENT_SILENCE_S)  # from now on the graph alone tells of clients
         threading.Timer(0.3, lambda: sent.append(robot.send('erase'))).start()
-        assert end(nodes, executor) == 0
+        assert end_nodes(nodes, executor) == 0
         assert 'shut down' in robot.answer(sent[0])['error']
 
 
@@ -199,7 +203,7 @@ sys.exit(main.main())
 
 def test_a_middleware_that_hangs_at_the_end_is_cut_off():
     """With a traceback, and another status than one of a node that did not save: all is saved."""
-    arguments = node_arguments('/mlmem', QUICK)
+    arguments = build_node_arguments('/mlmem', QUICK)
     process = program('-c', HANGS, *arguments, stderr=subprocess.PIPE, text=True)
     try:
         for line in process.stderr:

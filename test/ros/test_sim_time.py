@@ -14,8 +14,8 @@ from sampled import sampled
 
 from mlmem_ros import NoAnswer
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 from mlmem_tools.cli.main import main
 
 
@@ -68,8 +68,8 @@ def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsy
         assert robot.trigger('read')['level'] == 2
         node.terminate()
         assert node.exit_status() == 0
-    session = load(bag)
-    report = replay(session)
+    session = load_session(bag)
+    report = run_replay(session)
     assert report.exact, report.verdict
     assert report.levels[-2:] == [2, 2]
     times = [time for time, _ in session.outcomes]

@@ -6,7 +6,7 @@ import pytest
 
 from mlmem_ros.ros.node import simulator
 
-if simulator.types() is None:
+if simulator.load_types() is None:
     pytest.skip('simulation_interfaces is not built: make interfaces', allow_module_level=True)
 
 from action_msgs.msg import GoalStatus
@@ -58,7 +58,7 @@ class Tool:
 def test_a_part_of_the_package_is_none(monkeypatch):
     """A node starts without it."""
     monkeypatch.delattr(action, 'SimulateSteps')
-    assert simulator.types() is None
+    assert simulator.load_types() is None
 
 
 @pytest.fixture(scope='module')

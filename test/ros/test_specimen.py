@@ -9,15 +9,15 @@ import pytest
 from robot import Robot, values
 
 from mlmem import element_file, preset
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, schedule_of
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.physics import Scatter, Specimen, scattered
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 
 CHOSEN = preset('bits_1')
 BYTE, BYTE_SET = preset('byte')
 PLAN = PulseCorrections(
-    (PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)), schedule_of(CHOSEN.settings)
+    (PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)), hash_schedule(CHOSEN.settings)
 )
 
 
@@ -27,7 +27,7 @@ def file(tmp_path_factory):
     made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
     element = element_file.Element(made, np.zeros(CHOSEN.design.N))
     path = tmp_path_factory.mktemp('elements') / 'element.yaml'
-    element_file.save(path, replace(element, plan=PLAN))
+    element_file.write_element_file(path, replace(element, plan=PLAN))
     return path
 
 
@@ -51,7 +51,7 @@ def test_calibrate_of_a_twin_uses_its_planned_pulses(start, file, tmp_path):
     assert calibrated == {True: True, False: False}
     copy.unlink()
     for path in bag.glob('*/bag'):
-        report = replay(load(path))
+        report = run_replay(load_session(path))
         assert report.exact
         assert report.outcomes
 
@@ -73,7 +73,7 @@ def test_a_twin_tells_which_cell_has_become_weaker(start, file):
         alpha, deviation = (
             np.array(values(told)[name].split(), float) for name in ('alpha', 'alpha_std')
         )
-        known = element_file.load(file).specimen.alpha / CHOSEN.design.alpha
+        known = element_file.read_element_file(file).specimen.alpha / CHOSEN.design.alpha
         assert alpha == pytest.approx(known, abs=1e-5)
         assert (deviation == 0.0).all()
         robot.set(faults__weak_factor=0.9, faults__weak_cell=5)
@@ -90,12 +90,12 @@ def byte(tmp_path_factory):
     speeds = (1.101, 1.0, 1.058, 1.045, 1.221, 1.0, 1.171, 1.15)
     plan = PulseCorrections(
         tuple(PulseCorrection(speed=speed) for speed in speeds),
-        schedule_of(BYTE_SET),
+        hash_schedule(BYTE_SET),
         kinks=(1.146, 1.0, 1.054, 1.044, 1.214, 1.27, 1.222, 1.0),
     )
     made = scattered(BYTE, Scatter(alpha=0.01), 3)
     path = tmp_path_factory.mktemp('elements') / 'byte.yaml'
-    element_file.save(path, element_file.Element(made, np.zeros(BYTE.N), plan=plan))
+    element_file.write_element_file(path, element_file.Element(made, np.zeros(BYTE.N), plan=plan))
     return path
 
 
@@ -116,7 +116,7 @@ def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, b
         assert told == 'no read compared yet'  # a register does so itself, in every read
         node.terminate()
         assert node.exit_status() == 0
-    report = replay(load(bag))
+    report = run_replay(load_session(bag))
     assert report.exact
     assert report.recorded_endings == ['write 64', 'read 64']
     assert [each.reading.level for each in report.outcomes] == [64, 64]
@@ -131,7 +131,7 @@ def test_a_register_kicks_with_no_plan_for_other_settings(refused, byte):
 def test_a_twin_that_holds_not_every_word_is_refused(refused, tmp_path):
     file = tmp_path / 'element.yaml'
     made = scattered(BYTE, Scatter(alpha=0.1), 3)
-    element_file.save(file, element_file.Element(made, np.zeros(BYTE.N)))
+    element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
     given = {'design.preset': 'byte', 'design.check': 'skip', 'device.twin': str(file)}
     told = refused(given)
     assert 'device.twin: 01011001 cannot be held: walls at the levels' in told
@@ -167,7 +167,7 @@ def test_a_stuck_cell_in_the_file_is_told_with_what_it_leaves(start, tmp_path):
     design = preset('bits_2').design
     file = tmp_path / 'element.yaml'
     made = Specimen(design, stuck=(31,))
-    element_file.save(file, element_file.Element(made, np.zeros(design.N)))
+    element_file.write_element_file(file, element_file.Element(made, np.zeros(design.N)))
     given = {'device.twin': str(file), 'device.specimen': str(file)}
     start({'design.preset': 'bits_2', **given})
     with Robot() as robot:

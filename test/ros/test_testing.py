@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState
 from mlmem import SettingsError, preset
 from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
-from mlmem_ros.testing.running import in_use
+from mlmem_ros.testing.running import is_domain_used
 
 DATA = Path(__file__).parents[1] / 'data'
 TICK = preset(QUICK['design.preset']).settings.time.tick * QUICK['scale.time']
@@ -90,8 +90,8 @@ def test_a_domain_is_in_use_while_a_participant_listens():
     """Here a socket at the port of the third participant of domain 101, which no run claims."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
         participant.bind(('127.0.0.1', 7410 + 250 * 101 + 4))
-        assert in_use(101)
-    assert not in_use(101)
+        assert is_domain_used(101)
+    assert not is_domain_used(101)
 
 
 def test_nodes_follow_a_frozen_clock(start):

@@ -20,13 +20,13 @@ from mlmem.physics import CASE_II, find_walls
 from mlmem_ros.host.settings import IMAGE_COLUMNS, PublishSettings
 from mlmem_ros.ros.views import (
     BLUE,
-    CELLS,
-    COLOURS,
-    EMPTY,
-    LABELS,
+    COLOUR_TABLE,
+    EMPTY_GREY,
+    MAX_IMAGE_ROWS,
+    MAX_LABELS,
+    MAX_SHOWN_CELLS,
+    MAX_SHOWN_WALLS,
     RED,
-    ROWS,
-    WALLS,
     WHITE,
     ChainMarkers,
     Contour,
@@ -80,11 +80,15 @@ def test_the_palette_is_red_white_and_blue():
     palette = Palette(CASE_II)
     far = 10.0 * (CASE_II.D_s2 - CASE_II.D_s1)
     middle = 0.5 * (CASE_II.D_s1 + CASE_II.D_s2)
-    low, between, high = COLOURS[palette.indices(np.array((-far, middle, far)))].astype(int)
+    low, between, high = COLOUR_TABLE[
+        palette.colour_indices(np.array((-far, middle, far)))
+    ].astype(int)
     assert tuple(low) == RED
     assert tuple(high) == BLUE
     assert abs(between - WHITE).max() <= 2
-    (r1, _, b1), (r2, _, b2) = COLOURS[palette.indices(np.array((CASE_II.D_s1, CASE_II.D_s2)))]
+    (r1, _, b1), (r2, _, b2) = COLOUR_TABLE[
+        palette.colour_indices(np.array((CASE_II.D_s1, CASE_II.D_s2)))
+    ]
     assert r1 > b1
     assert b2 > r2
 
@@ -94,8 +98,12 @@ def test_the_last_column_of_the_image_is_the_configuration(written):
     contour = Contour(element, PublishSettings(image_span=1))
     contour.take()
     (column,) = pixels(contour.message(NOW)).transpose(1, 0, 2)
-    expected = COLOURS[Palette(element.design).indices(element.chain.configuration)][::-1]
-    defects = [element.design.N - element.design.defect(n) for n in range(element.design.levels)]
+    expected = COLOUR_TABLE[Palette(element.design).colour_indices(element.chain.configuration)][
+        ::-1
+    ]
+    defects = [
+        element.design.N - element.design.defect_site(n) for n in range(element.design.levels)
+    ]
     others = np.setdiff1d(np.arange(element.design.N), defects)
     assert (column[others] == expected[others]).all()
     assert (column[defects].sum(axis=1) < expected[defects].sum(axis=1)).all()
@@ -108,7 +116,7 @@ def test_the_image_shows_how_the_wall_rose(written):
     shown = pixels(image)
     assert shown.shape == (225, IMAGE_COLUMNS, 3)
     past = IMAGE_COLUMNS - (element.ticks // 10 + 1)
-    assert (shown[:, : past - 1] == EMPTY).all()
+    assert (shown[:, : past - 1] == EMPTY_GREY).all()
     blue = (shown[:, past:, 2] > shown[:, past:, 0]).sum(axis=0)
     assert blue[0] == 0
     assert blue[-1] == pytest.approx(50, abs=2)
@@ -135,7 +143,7 @@ def test_the_image_of_a_long_chain_stays_small():
     contour = Contour(still(design, with_wall(design, 2500)), PublishSettings(image_span=100_001))
     contour.take()
     shown = pixels(contour.message(NOW))
-    assert shown.shape[0] <= ROWS
+    assert shown.shape[0] <= MAX_IMAGE_ROWS
     assert shown.shape[1] <= IMAGE_COLUMNS
     blue = shown[:, -1, 2] > shown[:, -1, 0]
     assert blue.mean() == pytest.approx(0.5, abs=0.01)
@@ -196,15 +204,15 @@ def test_markers_of_former_walls_are_deleted():
     element.chain.configuration = with_wall(design, 0)
     assert 'wall' not in by_namespace(markers.message(NOW))
     element.chain.configuration = np.where(design.sites % 20 < 10, design.D_s1, design.D_s2)
-    assert len(by_namespace(markers.message(NOW))['wall label']) == WALLS
+    assert len(by_namespace(markers.message(NOW))['wall label']) == MAX_SHOWN_WALLS
 
 
 def test_the_markers_of_a_long_chain_stay_few():
     design = dataclasses.replace(CASE_II, N=5000, gamma=-1e-5)
     element = still(design, with_wall(design, 2500))
     found = by_namespace(ChainMarkers(element, PublishSettings()).message(NOW))
-    assert len(found['cells'][0].points) <= CELLS
-    assert len(found['levels']) <= LABELS
+    assert len(found['cells'][0].points) <= MAX_SHOWN_CELLS
+    assert len(found['levels']) <= MAX_LABELS
     assert found['wall'][0].pose.position.x == pytest.approx(25.0, abs=0.01)
 
 

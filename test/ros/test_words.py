@@ -9,8 +9,8 @@ from nodes import QUICK
 from robot import Robot, values
 
 from mlmem_ros import RequestRefused
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import memory_node
 from mlmem_tools.cli.main import main
 from mlmem_tools.view import session_frame
@@ -103,13 +103,13 @@ def test_session_of_a_register_is_replayed_and_shown(node, memory, capsys):
     memory.write(OTHER).wait()
     memory.read().wait()
     memory.record(False).wait()
-    report = replay(load(path))
+    report = run_replay(load_session(path))
     assert report.exact
     assert report.recorded_endings == [f'write {OTHER}', f'read {OTHER}']
     assert report.recorded_levels == report.levels == [OTHER, OTHER]
     assert main(['inspect', path]) == 0
     assert f'{OTHER:08b}' in capsys.readouterr().out
-    frame = session_frame.load(path).frame
+    frame = session_frame.load_frame(path).frame
     head = json.loads(frame[4 : 4 + int.from_bytes(frame[:4], 'little')])
     assert head['element']['code']['tops'][3] == 8
     assert head['levels'][-1][1] == OTHER

@@ -104,7 +104,7 @@ def _value(made: Tampered, chance: random.Random) -> str:
     """Change or remove a value in the JSON of header, command or hash."""
     index = _pick(made, chance, told=True)
     message = made.messages[index]
-    values = json.loads(jazzy.deserialize(message.cdr, STRING).data)
+    values = json.loads(jazzy.deserialize_message(message.cdr, STRING).data)
     node, path = values, []
     while True:
         key = chance.choice(sorted(node) if isinstance(node, dict) else range(len(node)))
@@ -178,7 +178,7 @@ def _type(made: Tampered, chance: random.Random) -> str:
     )  # fmt: skip
     made.topics[topic] = replace(made.topics[topic], type=kind)
     try:
-        made.definitions[topic] = jazzy.definition(kind)
+        made.definitions[topic] = jazzy.find_definition(kind)
     except BagError:
         made.definitions[topic] = Definition(kind, '', '')
     return f'{topic} {kind}'

@@ -26,8 +26,8 @@ from mlmem import (
     Survey,
     Write,
 )
-from mlmem.commands import KINDS
-from mlmem_ros.session.records import as_dict, command_of
+from mlmem.commands import COMMANDS_BY_NAME
+from mlmem_ros.session.records import command_to_dict, parse_command
 
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),
@@ -42,23 +42,23 @@ COMMANDS = [
 
 @pytest.mark.parametrize('command', COMMANDS, ids=str)
 def test_a_command_survives_a_file_to_the_bit(command):
-    assert command_of(json.loads(json.dumps(as_dict(command)))) == command
+    assert parse_command(json.loads(json.dumps(command_to_dict(command)))) == command
 
 
 def test_every_command_is_tested_and_has_a_kind():
-    assert {type(command).__name__ for command in COMMANDS} == set(KINDS)
-    for name, kind in KINDS.items():
+    assert {type(command).__name__ for command in COMMANDS} == set(COMMANDS_BY_NAME)
+    for name, kind in COMMANDS_BY_NAME.items():
         assert kind.__name__ == name
 
 
 def test_a_command_is_saved_with_its_kind_and_values():
-    assert as_dict(Write(3)) == {'kind': 'Write', 'level': 3}
-    assert as_dict(Erase()) == {'kind': 'Erase'}
+    assert command_to_dict(Write(3)) == {'kind': 'Write', 'level': 3}
+    assert command_to_dict(Erase()) == {'kind': 'Erase'}
 
 
 def test_the_values_of_a_file_are_not_changed():
     data = {'kind': 'Write', 'level': 3}
-    command_of(data)
+    parse_command(data)
     assert data == {'kind': 'Write', 'level': 3}
 
 
@@ -81,11 +81,11 @@ def test_the_values_of_a_file_are_not_changed():
 )
 def test_data_that_are_not_a_command_are_refused(data, message):
     with pytest.raises(Refused, match=message):
-        command_of(data)
+        parse_command(data)
 
 
 def test_an_abort_without_a_reason_is_accepted():
-    assert command_of({'kind': 'Abort'}) == Abort()
+    assert parse_command({'kind': 'Abort'}) == Abort()
 
 
 def test_commands_do_not_change():

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
 
 pytest_plugins = ['mlmem_ros.testing']
 
@@ -41,10 +41,10 @@ def test_a_golden_session_replays(replay_session, bag, levels, done):
 
 def test_a_replay_says_where_and_by_how_much_it_differs():
     """Move the first command by one tick: the bits differ from the next hash on."""
-    session = load(DATA / 'life')
+    session = load_session(DATA / 'life')
     tick, command = session.stamped[0]
     session.stamped[0] = (tick + 1, command)
-    report = replay(session)
+    report = run_replay(session)
     assert not report.exact
     assert report.difference is not None
     assert report.difference.tick == next(h.tick for h in session.hashes if h.tick > tick)

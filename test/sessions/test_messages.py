@@ -18,8 +18,8 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session import records
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import element_of, replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import build_element, run_replay
 
 NODE = '/robot/mlmem'
 COMMANDS = {3: SetFaults(Faults(actuator_lag=100.0)), 10: SetStrain(0.004), 40: SetStrain(0.0)}
@@ -30,24 +30,25 @@ def recorded(tmp_path):
     """Drive a device by hand for a hundred ticks; return its bag and what was recorded."""
     element = new_element(CASE_II)
     header, command, state_hash = (
-        f'{NODE}/{topic}' for topic in (records.HEADER, records.COMMAND, records.STATE_HASH)
+        f'{NODE}/{topic}'
+        for topic in (records.HEADER_TOPIC, records.COMMAND_TOPIC, records.STATE_HASH_TOPIC)
     )
     with BagWriter(tmp_path / 'bag') as writer:
         for topic in (header, command, state_hash):
-            writer.add_topic(topic, records.STRING)
-        writer.write(header, records.header(element, NODE, {'autostart': True}), 0)
+            writer.add_topic(topic, records.STRING_TYPE)
+        writer.write(header, records.build_header(element, NODE, {'autostart': True}), 0)
         for tick in range(100):
             if tick in COMMANDS:
                 element.apply(COMMANDS[tick])
-                writer.write(command, records.command(tick, COMMANDS[tick]), tick)
+                writer.write(command, records.build_command(tick, COMMANDS[tick]), tick)
             element.advance()
-        writer.write(state_hash, records.state_hash(element), 100)
-    return load(tmp_path / 'bag'), element
+        writer.write(state_hash, records.build_state_hash(element), 100)
+    return load_session(tmp_path / 'bag'), element
 
 
 def test_it_replays_to_the_bit(recorded):
     data, _ = recorded
-    report = replay(data)
+    report = run_replay(data)
     assert report.exact
     assert report.hashes == 1
     assert report.refused == []
@@ -72,9 +73,9 @@ def test_the_header_has_the_initial_state_and_versions(recorded, tmp_path):
     bag = BagReader(tmp_path / 'bag')
     (message,) = bag.messages([f'{NODE}/session'])
     values = json.loads(bag.deserialize(message).data)
-    assert values['format'] == records.FORMAT
+    assert values['format'] == records.SESSION_FORMAT
     assert values['parameters'] == {'autostart': True}
-    assert element_of(data).design == CASE_II
+    assert build_element(data).design == CASE_II
 
 
 def test_no_session_begins_in_the_middle_of_a_procedure():
@@ -82,7 +83,7 @@ def test_no_session_begins_in_the_middle_of_a_procedure():
     element.apply(Write(2))
     element.advance()
     with pytest.raises(Refused):
-        records.header(element, NODE, {})
+        records.build_header(element, NODE, {})
 
 
 @pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
@@ -97,9 +98,9 @@ def test_session_copied_by_another_tool_replays(recorded, tmp_path, storage):
         }
         for each, time, cdr in reader.messages():
             writer.write(copies[each.id], time, cdr)
-    found = load(tmp_path / 'copy')
+    found = load_session(tmp_path / 'copy')
     assert found.lost == []
-    assert replay(found).exact
+    assert run_replay(found).exact
 
 
 @pytest.mark.parametrize(
@@ -121,7 +122,7 @@ def test_session_with_a_flipped_bit_is_not_whole(recorded, tmp_path, name, count
         flipped[place] ^= 1 << chance.randrange(8)
         (copy / name).write_bytes(flipped)
         try:
-            found = load(copy).lost
+            found = load_session(copy).lost
         except BagError as error:
             found = [str(error)]
         assert found, f'byte {place} of {len(whole)}'

@@ -13,15 +13,15 @@ from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.contract.values import SHOT_HEAD, numbers
+from mlmem_ros.contract.values import SHOT_HEAD_SIZE, encode_shot
 from mlmem_ros.session import records
-from mlmem_ros.session.data import RecordedEcho, SessionData, _shot
-from mlmem_ros.session.records import naming, read_command, read_header, read_state_hash
-from mlmem_ros.session.replay import element_of, last_tick, replay, replay_commands
+from mlmem_ros.session.data import RecordedEcho, SessionData, _parse_shot
+from mlmem_ros.session.records import name_errors, read_command, read_header, read_state_hash
+from mlmem_ros.session.replay import build_element, find_last_tick, replay_commands, run_replay
 
 
 def text(cdr):
-    return jazzy.deserialize(cdr, records.STRING).data
+    return jazzy.deserialize_message(cdr, records.STRING_TYPE).data
 
 
 @pytest.fixture(scope='module')
@@ -33,7 +33,7 @@ def element():
 @pytest.fixture(scope='module')
 def header(element):
     """The header of a session, as values to be changed."""
-    return json.loads(text(records.header(element, '/mlmem', {'record.hash_every': 500})))
+    return json.loads(text(records.build_header(element, '/mlmem', {'record.hash_every': 500})))
 
 
 def changed(values, *path, to):
@@ -49,8 +49,8 @@ def changed(values, *path, to):
 def test_what_was_written_is_read(element, header):
     read = read_header(json.dumps(header))
     assert (read.design, read.settings, read.hash_every) == (CASE_II, Settings(), 500)
-    assert read_command(text(records.command(7, SetStrain(0.1)))) == (7, SetStrain(0.1))
-    recorded = read_state_hash(text(records.state_hash(element)))
+    assert read_command(text(records.build_command(7, SetStrain(0.1)))) == (7, SetStrain(0.1))
+    recorded = read_state_hash(text(records.build_state_hash(element)))
     assert recorded.tick == 0
     np.testing.assert_array_equal(recorded.v, element.chain.v)
 
@@ -117,7 +117,7 @@ def test_a_tick_that_takes_a_minute_is_refused(header):
     ],
 )
 def test_a_command_is_refused_by_the_name_of_the_field(told, words):
-    with pytest.raises(BagError) as caught, naming('/mlmem/session/command at 12.300 s'):
+    with pytest.raises(BagError) as caught, name_errors('/mlmem/session/command at 12.300 s'):
         read_command(told)
     assert str(caught.value).startswith('/mlmem/session/command at 12.300 s: ')
     assert words in str(caught.value)
@@ -136,7 +136,7 @@ def test_a_command_is_refused_by_the_name_of_the_field(told, words):
     ],
 )
 def test_a_hash_is_refused_by_the_name_of_the_field(element, key, value, words):
-    told = changed(json.loads(text(records.state_hash(element))), key, to=value)
+    told = changed(json.loads(text(records.build_state_hash(element))), key, to=value)
     with pytest.raises(BagError) as caught:
         read_state_hash(told)
     assert words in str(caught.value)
@@ -171,7 +171,7 @@ def session_of(header, stamped=(), hashes=()):
 def test_an_invalid_state_is_refused(header, path, value):
     made = session_of(changed(header, 'initial', *path, to=value))
     with pytest.raises(BagError, match='the initial state in the session header: ') as caught:
-        element_of(made)
+        build_element(made)
     assert len(str(caught.value)) < 500
 
 
@@ -181,28 +181,28 @@ def test_a_state_that_does_not_agree_is_refused(header):
     state[0, 5] = 1e300
     values['initial']['state']['f8'] = base64.b64encode(state.tobytes()).decode()
     with pytest.raises(BagError, match='its state must agree'):
-        element_of(session_of(json.dumps(values)))
+        build_element(session_of(json.dumps(values)))
 
 
 def test_an_implausible_tick_is_refused(header):
     """There is a hash every 500 ticks; 10^15 ticks would take millennia."""
     for tick in (10**15, 10**6):
         with pytest.raises(BagError, match=f'none between tick 0 and tick {tick}'):
-            replay(session_of(json.dumps(header), [(tick, SetStrain(0.0))]))
-    assert replay(session_of(json.dumps(header), [(5, SetStrain(0.0))])).ticks == 6
+            run_replay(session_of(json.dumps(header), [(tick, SetStrain(0.0))]))
+    assert run_replay(session_of(json.dumps(header), [(5, SetStrain(0.0))])).ticks == 6
 
 
 def test_a_hash_of_another_element_is_refused(header, element):
-    recorded = read_state_hash(text(records.state_hash(element)))
+    recorded = read_state_hash(text(records.build_state_hash(element)))
     other = type(recorded)(1, recorded.hash, recorded.v[:10])
     with pytest.raises(BagError, match='the state hash of tick 1 must have N = '):
-        replay(session_of(json.dumps(header), hashes=[other]))
+        run_replay(session_of(json.dumps(header), hashes=[other]))
 
 
 def test_a_record_from_before_the_session_is_refused(header):
     late = session_of(json.dumps(header), [(5, SetStrain(0.0))])
     with pytest.raises(BagError, match='must start at tick 100 or later; got 5'):
-        last_tick(late, first=100, silence=500)
+        find_last_tick(late, first=100, silence=500)
 
 
 def test_commands_that_span_too_long_a_time_are_refused(element):
@@ -243,7 +243,7 @@ TAKEN = Shot(End.RIGHT, 0.7, 1e-3, 40.0, 62.0, -0.009, 0.5, np.array([0.1, -0.2]
 
 
 def test_a_shot_comes_back_with_its_gaps():
-    found = _shot(numbers(TAKEN), SHOT_HEAD)
+    found = _parse_shot(encode_shot(TAKEN), SHOT_HEAD_SIZE)
     for name in ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt'):
         assert getattr(found, name) == getattr(TAKEN, name)
     assert np.array_equal(found.rest, TAKEN.rest)
@@ -257,17 +257,19 @@ def test_a_shot_comes_back_with_its_gaps():
         (3, -40.0, 'carrier, sigma and interval above 0'),
         (4, np.nan, 'must be finite'),
         (7, np.inf, 'must be finite'),
-        (SHOT_HEAD, np.inf, 'must be finite'),
+        (SHOT_HEAD_SIZE, np.inf, 'must be finite'),
     ],
 )
 def test_an_impossible_shot_is_refused(place, value, named):
-    data = numbers(TAKEN)
+    data = encode_shot(TAKEN)
     data[place] = value
     with pytest.raises(ValueError, match=named):
-        _shot(data, SHOT_HEAD)
+        _parse_shot(data, SHOT_HEAD_SIZE)
 
 
-@pytest.mark.parametrize(('kept', 'offset'), [(None, 0), (-1, SHOT_HEAD), (SHOT_HEAD, SHOT_HEAD)])
+@pytest.mark.parametrize(
+    ('kept', 'offset'), [(None, 0), (-1, SHOT_HEAD_SIZE), (SHOT_HEAD_SIZE, SHOT_HEAD_SIZE)]
+)
 def test_a_shot_without_two_whole_rows_is_refused(kept, offset):
     with pytest.raises(ValueError, match='2 rows of samples'):
-        _shot(numbers(TAKEN)[:kept], offset)
+        _parse_shot(encode_shot(TAKEN)[:kept], offset)

@@ -15,8 +15,8 @@ from mlmem import new_element
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import replay, replay_commands
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import replay_commands, run_replay
 from mlmem_tools.cli.main import main
 
 from .tampering import Tampered
@@ -47,7 +47,7 @@ WRITE_LEVEL_1_THEN_PROBE = [
 
 
 def test_commands_of_another_recorder_are_applied_at_their_stamps(tmp_path):
-    session = load(foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
+    session = load_session(foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
     report = replay_commands(new_element(CASE_II), session)
     assert report.refused == []
     assert [(o.procedure, o.reading.level) for o in report.outcomes] == [('write', 1), ('read', 1)]
@@ -73,20 +73,22 @@ def test_a_clock_that_went_back_changes_nothing_but_in_a_copy_sorted_by_time(tmp
         for message in whole.messages[middle:]
     ]
     whole.write(tmp_path / 'stepped')
-    session = load(tmp_path / 'stepped')
-    assert replay(session).exact
+    session = load_session(tmp_path / 'stepped')
+    assert run_replay(session).exact
     times = [time for time, _ in session.outcomes]
     assert times == sorted(times)
     assert times[-1] < 60.0
     whole.messages.sort(key=lambda message: message.log_time)
     whole.write(tmp_path / 'sorted')
     with pytest.raises(BagError, match='a copy sorted by time cannot be replayed'):
-        replay(load(tmp_path / 'sorted'))
+        run_replay(load_session(tmp_path / 'sorted'))
 
 
 def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
     early = [WRITE_LEVEL_1_THEN_PROBE[0], (0.1, *WRITE_LEVEL_1_THEN_PROBE[1][1:])]
-    report = replay_commands(new_element(CASE_II), load(foreign_bag(tmp_path / 'bag', early)))
+    report = replay_commands(
+        new_element(CASE_II), load_session(foreign_bag(tmp_path / 'bag', early))
+    )
     assert len(report.refused) == 1
     assert 'busy: write is running' in report.refused[0]
     assert report.levels[-1] == 1
@@ -95,7 +97,7 @@ def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
 def test_strain_by_hand_is_replayed(tmp_path):
     drive = [(0.0, 'strain', 'std_msgs/msg/Float64', {'data': 0.02})]
     element = new_element(CASE_II)
-    replay_commands(element, load(foreign_bag(tmp_path / 'bag', drive)))
+    replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
     for _ in range(20):  # 0.02 at 1e-4 per time unit: 200 time units, ten ticks
         element.advance()
     assert element.actuator.strain == pytest.approx(0.02, abs=1e-15)
@@ -121,7 +123,7 @@ def test_the_imu_of_a_robots_bag_shakes_the_base(tmp_path):
     kind = 'sensor_msgs/msg/Imu'
     told = [(0.01 * n, 'disturbance', kind, imu(100.0 * (-1) ** n)) for n in range(10)]
     told.append((0.1, 'disturbance', kind, imu(0.0, covariance=-1.0)))  # no accelerometer
-    session = load(foreign_bag(tmp_path / 'bag', told))
+    session = load_session(foreign_bag(tmp_path / 'bag', told))
     assert [command.acceleration for _, command in session.commands[:2]] == pytest.approx(
         [1e-4, -1e-4]
     )
@@ -156,7 +158,7 @@ def test_a_trajectory_by_hand_is_replayed(tmp_path):
     }
     drive = [(0.0, 'strain_trajectory', 'trajectory_msgs/msg/JointTrajectory', values)]
     element = new_element(CASE_II)
-    report = replay_commands(element, load(foreign_bag(tmp_path / 'bag', drive)))
+    report = replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
     assert report.refused == []
     for _ in range(9):  # one tick of 2 ms is done
         element.advance()
@@ -178,7 +180,7 @@ def test_the_exit_status_is_the_verdict(tmp_path, capsys):
 def test_a_bag_without_our_topics_is_refused_with_what_it_holds(tmp_path):
     chatter = [(0.0, 'chatter', 'std_msgs/msg/String', {'data': 'hello'})]
     with pytest.raises(BagError, match=r'/talker/chatter'):
-        load(foreign_bag(tmp_path / 'bag', chatter, node='/talker'))
+        load_session(foreign_bag(tmp_path / 'bag', chatter, node='/talker'))
 
 
 def test_a_bag_of_several_nodes_needs_a_name(tmp_path):
@@ -189,8 +191,8 @@ def test_a_bag_of_several_nodes_needs_a_name(tmp_path):
             data = JAZZY.serialize_cdr(JAZZY.types[kind](data=3), kind)
             writer.write(connection, 10**12, data)
     with pytest.raises(BagError, match="'/a', '/b'"):
-        load(tmp_path / 'bag')
-    assert len(load(tmp_path / 'bag', '/b').commands) == 1
+        load_session(tmp_path / 'bag')
+    assert len(load_session(tmp_path / 'bag', '/b').commands) == 1
 
 
 def test_a_truncated_session_is_repaired_and_replayed(tmp_path, capsys):
@@ -211,9 +213,9 @@ def test_a_truncated_session_is_repaired_and_replayed(tmp_path, capsys):
         assert reader.message_count
     assert file.read_bytes() == before
     assert main(['inspect', str(mended)]) == 0
-    report = replay(load(mended))
+    report = run_replay(load_session(mended))
     assert report.passed
-    assert 0 < report.hashes < len(load(DATA / 'life').hashes)
+    assert 0 < report.hashes < len(load_session(DATA / 'life').hashes)
 
 
 def test_repair_refuses_an_existing_destination(tmp_path, capsys):
@@ -264,7 +266,7 @@ def test_each_point_of_a_trajectory_has_one_position(tmp_path, points, word):
             (0.1, 'strain', 'std_msgs/msg/Float64', {'data': 0.01}),
         ],
     )
-    report = replay_commands(new_element(CASE_II), load(bag))
+    report = replay_commands(new_element(CASE_II), load_session(bag))
     (refusal,) = report.refused
     assert word in refusal
     assert report.commands == 1
@@ -274,7 +276,7 @@ def test_a_huge_joint_name_is_shortened(tmp_path):
     values = trajectory((0.1, [0.01], []), joint='x' * 5_000_000)
     kind = 'trajectory_msgs/msg/JointTrajectory'
     bag = foreign_bag(tmp_path / 'bag', [(0.0, 'strain_trajectory', kind, values)])
-    (refusal,) = replay_commands(new_element(CASE_II), load(bag)).refused
+    (refusal,) = replay_commands(new_element(CASE_II), load_session(bag)).refused
     assert len(refusal) < 200
 
 

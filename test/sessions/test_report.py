@@ -12,11 +12,11 @@ import pytest
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.session.data import load
-from mlmem_ros.session.replay import ReplayReport, replay
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import ReplayReport, run_replay
 from mlmem_ros.session.report import Difference
 from mlmem_tools.cli.main import main
-from mlmem_tools.cli.replay import describe
+from mlmem_tools.cli.replay import describe_report
 
 from .tampering import Tampered, string
 from .test_replay import JAZZY, WRITE_LEVEL_1_THEN_PROBE, foreign_bag
@@ -37,7 +37,7 @@ def with_header(session, path, **values):
     made = session.copy()
     for index, message in enumerate(made.messages):
         if message.topic == '/mlmem/session':
-            header = json.loads(jazzy.deserialize(message.cdr, message.type).data)
+            header = json.loads(jazzy.deserialize_message(message.cdr, message.type).data)
             for names, value in values.items():
                 *groups, name = names.split('__')
                 group = header
@@ -59,13 +59,15 @@ def replayed(capsys, *arguments):
 
 def test_it_says_what_was_compared(capsys, monkeypatch):
     """Texts of outcomes too, unless another build may word or round them otherwise."""
-    made = load(SESSION).header.versions
-    monkeypatch.setattr('mlmem_ros.session.replay.versions', lambda: {**made, 'python': '3.99'})
+    made = load_session(SESSION).header.versions
+    monkeypatch.setattr(
+        'mlmem_ros.session.replay.collect_versions', lambda: {**made, 'python': '3.99'}
+    )
     status, told = replayed(capsys, SESSION)
     assert status == 0
     assert 'build' in told
     assert '~/outcome' not in told
-    monkeypatch.setattr('mlmem_ros.session.replay.versions', lambda: made)
+    monkeypatch.setattr('mlmem_ros.session.replay.collect_versions', lambda: made)
     status, told = replayed(capsys, SESSION)
     assert status == 0
     assert re.sub(' +', ' ', told).splitlines() == [
@@ -123,7 +125,7 @@ def test_a_session_that_was_cut_off_passes_as_incomplete(tmp_path, capsys):
 def test_a_long_session_lists_its_first_levels(capsys):
     """Echoes on the way of a write have no level of their own."""
     report = ReplayReport(recorded_levels=[None, 5] * 50, levels=[-2, 5] * 50)
-    (line,) = [line for line in describe(report) if line.startswith('levels')]
+    (line,) = [line for line in describe_report(report) if line.startswith('levels')]
     assert line == 'levels      50 of 50 agree: ' + '5, ' * 20 + '...'
 
 
@@ -192,10 +194,10 @@ def test_dropped_messages_are_missing(session, tmp_path, capsys):
     made = Tampered.read(SESSION)
     kind, topic = 'std_msgs/msg/UInt64', '/mlmem/session/dropped'
     last = made.messages[-1]
-    cdr = jazzy.serialize(jazzy.message(kind, data=7))
+    cdr = jazzy.serialize_message(jazzy.make_message(kind, data=7))
     made.messages.append(last._replace(topic=topic, type=kind, cdr=cdr))
     made.topics[topic] = type(next(iter(made.topics.values())))(topic, kind)
-    made.definitions[topic] = jazzy.definition(kind)
+    made.definitions[topic] = jazzy.find_definition(kind)
     made.write(tmp_path / 'bag')
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 1
@@ -244,7 +246,12 @@ def test_outcomes_also_give_levels(session, tmp_path, capsys):
     made = session.copy()
     made.messages = [m for m in made.messages if m.topic != '/mlmem/level']
     made.write(tmp_path / 'bag')
-    assert [echo.level for echo in load(tmp_path / 'bag').echoes] == [*6 * [None], 3, None, 3]
+    assert [echo.level for echo in load_session(tmp_path / 'bag').echoes] == [
+        *6 * [None],
+        3,
+        None,
+        3,
+    ]
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 0
     assert 'procedures  4 of 4 agree' in told
@@ -255,7 +262,7 @@ def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsy
     untold = '/mlmem/level', '/mlmem/outcome'
     made.messages = [m for m in made.messages if m.topic not in untold]
     made.write(tmp_path / 'bag')
-    assert {echo.level for echo in load(tmp_path / 'bag').echoes} == {None}
+    assert {echo.level for echo in load_session(tmp_path / 'bag').echoes} == {None}
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 0
     assert 'levels      none recorded; here -1, -2, -2, 2, 2, 3, 3, 3, 3' in told
@@ -300,7 +307,7 @@ def _margin(message):
 @pytest.fixture
 def same_build(monkeypatch):
     """Let the golden sessions be of this very build."""
-    monkeypatch.setattr('mlmem_ros.session.replay._other_build', lambda recorded: {})
+    monkeypatch.setattr('mlmem_ros.session.replay._find_other_build', lambda recorded: {})
 
 
 def copies(made, topic):
@@ -310,16 +317,16 @@ def copies(made, topic):
 
 def edit(made, index, change):
     """Change a message of a session."""
-    message = jazzy.deserialize(made.messages[index].cdr, made.messages[index].type)
+    message = jazzy.deserialize_message(made.messages[index].cdr, made.messages[index].type)
     change(message)
-    made.messages[index] = made.messages[index]._replace(cdr=jazzy.serialize(message))
+    made.messages[index] = made.messages[index]._replace(cdr=jazzy.serialize_message(message))
 
 
 def test_replay_of_an_edited_outcome_names_its_topic(session, tmp_path, same_build):
     made = session.copy()
     edit(made, copies(made, 'outcome')[-1], _margin)
     made.write(tmp_path / 'bag')
-    report = replay(load(tmp_path / 'bag'))
+    report = run_replay(load_session(tmp_path / 'bag'))
     assert not report.passed
     assert (report.code, report.other_events) == ('events_differ', ['~/outcome'])
     outcomes = report.events['outcome']
@@ -332,7 +339,7 @@ def test_replay_of_another_number_of_echoes_fails(session, tmp_path, copied, sam
     place = copies(made, 'echo')[1]
     made.messages[place : place + 1] = copied * [made.messages[place]]
     made.write(tmp_path / 'bag')
-    report = replay(load(tmp_path / 'bag'))
+    report = run_replay(load_session(tmp_path / 'bag'))
     assert not report.passed
     assert '~/echo' in report.other_events
 
@@ -342,9 +349,9 @@ def test_replay_without_part_of_its_commands_is_incomplete(session, tmp_path):
     made = session.copy()
     del made.messages[copies(made, 'session/command')[1]]
     made.write(tmp_path / 'bag')
-    known = load(tmp_path / 'bag')
+    known = load_session(tmp_path / 'bag')
     known.lost = ['a chunk']
-    report = replay(known)
+    report = run_replay(known)
     assert not report.passed
     assert report.code == 'incomplete'
 
@@ -361,7 +368,7 @@ def test_every_row_of_an_echo_is_compared(session, tmp_path, same_build):
 
         edit(made, index, change)
     made.write(tmp_path / 'bag')
-    report = replay(load(tmp_path / 'bag'))
+    report = run_replay(load_session(tmp_path / 'bag'))
     assert report.events['echo'].equal == report.events['echo'].recorded - 3
     assert not report.passed
 
@@ -386,10 +393,10 @@ def test_a_refused_command_does_not_pass():
 def test_rounding_is_far_below_its_bound(replay_session):
     """Rounding every displacement at every tick changes less than a millionth of the bound."""
     from mlmem_ros.session import replay as replaying
-    from mlmem_ros.session.report import ROUNDING
+    from mlmem_ros.session.report import MAX_ROUNDING_CELLS
 
-    session = load(SESSION)
-    element = replaying.element_of(session)
+    session = load_session(SESSION)
+    element = replaying.build_element(session)
     chance = np.random.default_rng(1)
     state, differences = {h.tick: h.v for h in session.hashes if h.tick <= 1500}, []
     due = dict(session.stamped)
@@ -403,4 +410,4 @@ def test_rounding_is_far_below_its_bound(replay_session):
         if element.ticks in state:
             differences.append(np.abs(element.chain.v - state[element.ticks]).max())
     assert len(differences) == len(state)
-    assert 0.0 < max(differences) < 1e-6 * ROUNDING
+    assert 0.0 < max(differences) < 1e-6 * MAX_ROUNDING_CELLS

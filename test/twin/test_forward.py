@@ -12,11 +12,11 @@ from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II, Scatter, scattered
 from mlmem.physics.curve import Curve
 from mlmem_tools.twin.forward import Forward
-from mlmem_tools.twin.unknowns import Unknowns, stretched
+from mlmem_tools.twin.unknowns import Unknowns, stretch_law
 
 SMALL = dataclasses.replace(CASE_II, N=60)
 SHOT = Shot(
-    End.RIGHT, 1.2, 0.01, 3.0, SMALL.defect(0), 0.002, 0.3, np.zeros(2), np.zeros((2, 400))
+    End.RIGHT, 1.2, 0.01, 3.0, SMALL.defect_site(0), 0.002, 0.3, np.zeros(2), np.zeros((2, 400))
 )
 
 
@@ -109,7 +109,7 @@ def test_derivatives_by_what_cells_share_are_difference_quotients(design):
 
 def test_a_stretched_law_has_its_ground_states_and_a_skew_its_stiffnesses():
     """The second well over the first: (1 + skew / 2) / (1 - skew / 2)."""
-    law, n = stretched(OF_A_LAW, -1.1, 1.2, 0.1), OF_A_LAW.phase
+    law, n = stretch_law(OF_A_LAW, -1.1, 1.2, 0.1), OF_A_LAW.phase
     assert law.ground_states[n : n + 2] == pytest.approx((-1.1, 1.2), abs=1e-6)
     ratio = law.stiffness(1.2) / law.stiffness(-1.1)
     assert ratio == pytest.approx(OF_A_LAW.k_s2 / OF_A_LAW.k_s1 * 1.05 / 0.95, rel=1e-5)

@@ -22,15 +22,15 @@ from mlmem import (
     new_element,
     preset,
 )
-from mlmem.factory import calibration_of
+from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, schedule_of
-from mlmem.parsing import DecodeError, decode
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
+from mlmem.parsing import DecodeError, decode_value
 from mlmem.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
-from mlmem.physics.equilibrium import blank
-from mlmem.readers.register import resting
+from mlmem.physics.equilibrium import make_blank
+from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
@@ -58,19 +58,19 @@ def element():
 
 
 def test_a_specimen_comes_back_to_the_bit():
-    again = decode(Specimen, MADE.as_dict())
+    again = decode_value(Specimen, MADE.as_dict())
     assert again.design == MADE.design
     for name in ('alpha', 's', 'masses', 'offsets'):
         assert (getattr(again, name) == getattr(MADE, name)).all(), name
     assert MADE.as_dict()['mass'] == 1.0  # equal ones as one number
-    assert not again.ideal
-    assert Specimen(DESIGN).ideal
+    assert not again.is_ideal
+    assert Specimen(DESIGN).is_ideal
 
 
 @pytest.mark.parametrize('wrong', [{'mass': 0.0}, {'alpha_factor': [1.0, 2.0]}, {'design': {}}])
 def test_what_is_no_specimen_is_refused(wrong):
     with pytest.raises(DecodeError):
-        decode(Specimen, MADE.as_dict() | wrong)
+        decode_value(Specimen, MADE.as_dict() | wrong)
 
 
 def test_a_simulated_element_rests_in_its_own_ground_states(element):
@@ -93,8 +93,8 @@ def test_faults_are_those_of_the_element_as_made(element):
 
 def test_a_reset_puts_the_same_element_in_its_place(element):
     element.pass_ticks(3)
-    element.renew()
-    assert (element.chain.v == blank(MADE)).all()
+    element.replace_element()
+    assert (element.chain.v == make_blank(MADE)).all()
 
 
 def test_a_clock_that_is_off_is_simulated_by_masses_and_damping():
@@ -107,8 +107,10 @@ def test_a_clock_that_is_off_is_simulated_by_masses_and_damping():
 
     file = element_file.Element(unknowns.specimen(x), np.zeros(DESIGN.N), time_unit=1.01)
     time = replace(CHOSEN.settings.time, tick=1.0, integrator='pefrl')
-    element = Instrument(DESIGN, replace(CHOSEN.settings, time=time), simulated(file.timed, 0.25))
-    recorder = element.transducer.shoot(
+    element = Instrument(
+        DESIGN, replace(CHOSEN.settings, time=time), simulated(file.timed_specimen, 0.25)
+    )
+    recorder = element.transducer.record_pulse(
         End.LEFT, ProbeSettings(omega_c=shot.omega_c, A=shot.A, sigma=shot.sigma)
     )
     element.pass_ticks(100)
@@ -131,8 +133,8 @@ OWN = scattered(BYTE.design, Scatter(alpha=0.01), 1)
 
 def reads(element, word):
     """Return what is read of a word at rest in an element."""
-    element.chain.place(resting(element.made, element.register.code.walls(word)))
-    element.transducer.assume_rest()
+    element.chain.place(pin_walls(element.made, element.register.code.walls(word)))
+    element.transducer.assume_equilibrium()
     return element.perform(Read()).reading.level
 
 
@@ -154,7 +156,9 @@ def test_a_twin_that_does_not_hold_every_word_changes_nothing():
 
 
 def header_of(element):
-    return jazzy.deserialize(records.header(element, '/mlmem', {}), records.STRING).data
+    return jazzy.deserialize_message(
+        records.build_header(element, '/mlmem', {}), records.STRING_TYPE
+    ).data
 
 
 def test_a_header_carries_the_element_and_its_forecast(element):
@@ -180,8 +184,8 @@ def test_a_calibration_verifies_the_forecast(element):
     """The delays of the forecast are those heard, to a time unit, with its planned pulses."""
     steps = PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)
     foretold = replace(
-        calibration_of(MADE, DESIGN, CHOSEN.settings),
-        pulse_corrections=PulseCorrections(steps, schedule_of(CHOSEN.settings)),
+        compute_calibration(MADE, DESIGN, CHOSEN.settings),
+        pulse_corrections=PulseCorrections(steps, hash_schedule(CHOSEN.settings)),
     )
     element.forecast = foretold
     outcome = element.perform(Calibrate())

@@ -14,7 +14,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, scattered
 from mlmem.readers.reading import BLANK, UNDECODABLE, Reading
 from mlmem_tools.rig.emulated import Sensors
-from mlmem_tools.twin.watching import SHARED_KINDS, Residuals, place
+from mlmem_tools.twin.watching import SHARED_KINDS, Residuals, locate_wall
 
 CHOSEN = preset('bits_1')
 DESIGN, SETTINGS = CHOSEN
@@ -55,7 +55,7 @@ class Bench:
             shots = [each.echo.shot for each in self.do(Read())]
             shots.sort(key=lambda shot: -shot.samples.shape[1])
             assert self.watch.quiet(shots)
-            found.append(self.watch.compare(shots, DESIGN.defect(LEVEL)))
+            found.append(self.watch.compare(shots, DESIGN.defect_site(LEVEL)))
         return found
 
 
@@ -76,7 +76,7 @@ class Measured(Simulation):
             weaker = self.bench.weaker[drive.site > 1]
             motion = weaker * (motion - [[rest], [0.0]]) + [[rest], [0.0]]
             drive = replace(drive, motion=motion)
-        return self.bench.sensors.readings(super().advance(V_N, drive, shake, looks))
+        return self.bench.sensors.measure_ends(super().advance(V_N, drive, shake, looks))
 
 
 @pytest.fixture
@@ -117,7 +117,7 @@ def test_a_gain_that_falls_is_told(bench, end):
     gain = [1.0, 1.0]
     gain[end] = 0.95
     bench.sensors = Sensors(gain=tuple(gain))
-    bench.element.transducer.assume_rest()
+    bench.element.transducer.assume_equilibrium()
     change = bench.told()[-1].change
     assert change.name == ('gain_left', 'gain_right')[end]
     assert change.amount == pytest.approx(-0.05, abs=0.01)
@@ -142,11 +142,11 @@ def test_where_the_wall_is_after_a_write_that_failed_is_not_known():
     """Compared with where it was before, a healthy element would seem to have changed."""
     unclear = Reading(UNDECODABLE, '', 'both', None, 0.0, 0.0, math.inf)
     clear = replace(unclear, level=1)
-    before, there = float(DESIGN.defect(0)), float(DESIGN.defect(1))
-    assert place(DESIGN, unclear, before, moved=True) is None
-    assert place(DESIGN, unclear, before, moved=False) == before  # a stuck cell hides it
-    assert place(DESIGN, clear, before, moved=True) == there
-    assert place(DESIGN, replace(unclear, level=BLANK), before, moved=False) == 0.0
+    before, there = float(DESIGN.defect_site(0)), float(DESIGN.defect_site(1))
+    assert locate_wall(DESIGN, unclear, before, moved=True) is None
+    assert locate_wall(DESIGN, unclear, before, moved=False) == before  # a stuck cell hides it
+    assert locate_wall(DESIGN, clear, before, moved=True) == there
+    assert locate_wall(DESIGN, replace(unclear, level=BLANK), before, moved=False) == 0.0
 
 
 def test_every_kind_has_words_for_both_ways():

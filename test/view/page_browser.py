@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import time
 
-from mlmem_ros.ros.node_process import child
+from mlmem_ros.ros.node_process import run_child_process
 
 BROWSERS = ('chromium', 'chromium-browser', 'google-chrome')
 OPTIONS = (
@@ -28,7 +28,7 @@ OPTIONS = (
 def viewing(*arguments, **streams):
     """Run `mlmem view` and yield its address; `streams` are for `subprocess.Popen`."""
     command = ['view', '--port', '0', *arguments]
-    with child(
+    with run_child_process(
         'mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True, **streams
     ) as it:
         yield it.stdout.readline().removeprefix('mlmem view: ').strip()

@@ -15,7 +15,7 @@ from mlmem import Settings
 from mlmem.physics import CASE_II
 from mlmem_ros.contract import topics
 from mlmem_tools.view.about import About
-from mlmem_tools.view.frames import COUNTS, Pictures
+from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, Pictures
 
 ABOUT = About.of({'design': asdict(CASE_II), **Settings().as_dict()}, '/mlmem')
 STRAINED = SimpleNamespace(name=['substrate'], position=[0.02 * ABOUT.length])
@@ -34,7 +34,7 @@ def taken(**messages):
         pictures = Pictures(asyncio.get_running_loop(), lambda: None)
         for name, message in messages.items():
             pictures.take(getattr(topics, name), message)
-        return unpacked(pictures.make(ABOUT, {})), unpacked(pictures.past())
+        return unpacked(pictures.make(ABOUT, {})), unpacked(pictures.pack_history())
 
     return asyncio.run(run())
 
@@ -42,7 +42,7 @@ def taken(**messages):
 def test_configuration_and_strain():
     (head, column), (history, columns) = taken(FIELD=ACTIVE, JOINT_STATES=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
-    assert (column == COUNTS).all()
+    assert (column == ACTIVE_PHASE_COUNT).all()
     assert history['t'] == history['strain'][0] == [head['t']]
     assert columns.tolist() == column.tolist()
 
@@ -63,13 +63,13 @@ def test_a_still_element_is_shown_now_and_then_and_a_change_at_once():
         pictures, seen = Pictures(asyncio.get_running_loop(), lambda: None), []
         for step in range(12):
             pictures.clock = 0.03 * step
-            pictures.take(topics.FIELD, ACTIVE)
-            pictures.take(topics.JOINT_STATES, strained if step == 11 else STRAINED)
+            pictures.take(topics.FIELD_TOPIC, ACTIVE)
+            pictures.take(topics.JOINT_STATES_TOPIC, strained if step == 11 else STRAINED)
             frame = pictures.make(ABOUT, {})
             if frame is not None:
                 head, _ = unpacked(frame)
                 seen.append((step, head['strain'], head.get('held')))
-        return seen, unpacked(pictures.past())[0]['strain'][0]
+        return seen, unpacked(pictures.pack_history())[0]['strain'][0]
 
     seen, history = asyncio.run(run())
     assert [step for step, *_ in seen] == [0, 9, 11]

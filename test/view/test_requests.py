@@ -110,7 +110,7 @@ def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, clie
     assert strains == [-0.03]
     assert rates == [0.0]
     fastest = 1.5 * 2.0 * ACTUATOR.max_strain / times[0]
-    assert fastest < ACTUATOR.by_hand / SCALE.time
+    assert fastest < ACTUATOR.hand_rate_limit / SCALE.time
 
 
 @pytest.mark.parametrize('field', dataclasses.fields(Faults), ids=lambda field: field.name)
@@ -155,7 +155,7 @@ def test_a_procedure_is_known_from_a_request_or_from_the_diagnostics():
     assert not activity.asked({'do': 'erase'})  # it will be refused: a write runs
     activity.ended('write')
     assert activity.now() == {}
-    activity.reported('')
+    activity.take_report('')
     assert not activity.asked({'do': 'strain'})
 
 

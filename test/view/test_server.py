@@ -17,8 +17,8 @@ aiohttp = pytest.importorskip('aiohttp')
 from aiohttp import web  # noqa: E402
 
 from mlmem_tools.view import server as served  # noqa: E402
-from mlmem_tools.view.frames import packed  # noqa: E402
-from mlmem_tools.view.live import KEPT, Page, Pages  # noqa: E402
+from mlmem_tools.view.frames import pack_frame  # noqa: E402
+from mlmem_tools.view.live import MAX_QUEUED_NEWS, Page, Pages  # noqa: E402
 from mlmem_tools.view.server import Guard, Server  # noqa: E402
 
 SOON = 30.0
@@ -184,13 +184,15 @@ def test_a_page_that_sends_too_many_requests_is_refused_the_rest():
             client.ws_connect(f'{address}/live', headers={'Origin': address}) as own,
         ):
             begun = asyncio.get_running_loop().time()
-            for number in range(served.UNDER_WAY + 3):
+            for number in range(served.MAX_OPEN_REQUESTS + 3):
                 await own.send_json({'id': number, 'do': 'read'})
             answers = [unpacked(await own.receive_bytes()) for _ in range(3)]
             took = asyncio.get_running_loop().time() - begun
-            assert [asked['id'] for asked in element.asked] == list(range(served.UNDER_WAY))
+            assert [asked['id'] for asked in element.asked] == list(
+                range(served.MAX_OPEN_REQUESTS)
+            )
             assert {answer['text'] for answer in answers} == {'too many requests at once'}
-            assert took > (served.UNDER_WAY + 1) / served.RATE
+            assert took > (served.MAX_OPEN_REQUESTS + 1) / served.MAX_REQUEST_RATE_HZ
             element.idle.set()
             assert unpacked(await own.receive_bytes())['ok']
 
@@ -203,26 +205,26 @@ def test_a_slow_page_misses_pictures_but_no_news():
     async def run():
         page = Page()
         for number in range(1000):
-            page.show(packed({'picture': number}))
-            page.tell(packed({'news': number}))
+            page.show(pack_frame({'picture': number}))
+            page.tell(pack_frame({'news': number}))
         found = []
-        async for frame in page.frames():
+        async for frame in page.iterate_frames():
             found.append(unpacked(frame))
-            if len(found) == KEPT + 1:
+            if len(found) == MAX_QUEUED_NEWS + 1:
                 break
         assert found[-1] == {'picture': 999}
-        assert [each['news'] for each in found[:-1]] == list(range(1000 - KEPT, 1000))
+        assert [each['news'] for each in found[:-1]] == list(range(1000 - MAX_QUEUED_NEWS, 1000))
 
     asyncio.run(run())
 
 
 def test_a_page_that_reads_nothing_delays_no_other(monkeypatch):
     """It is disconnected once it has read nothing for a while."""
-    monkeypatch.setattr(served, 'PATIENCE', 0.5)
+    monkeypatch.setattr(served, 'SEND_TIMEOUT_S', 0.5)
 
     async def run():
         element = Element()
-        picture = packed({'k': 'picture'}, np.zeros(1_000_000, dtype=np.int16))
+        picture = pack_frame({'k': 'picture'}, np.zeros(1_000_000, dtype=np.int16))
         async with serving(element) as (client, address):
             own = {'Origin': address}
             stuck = await client.ws_connect(f'{address}/live', headers=own, autoclose=False)
@@ -264,7 +266,7 @@ def test_malformed_http_is_answered_and_not_logged(sent, caplog):
     """Anybody may send it, as fast as they like."""
 
     async def run():
-        runner = served.running(Server(Guard(''), Element()))
+        runner = served.create_runner(Server(Guard(''), Element()))
         await runner.setup()
         try:
             await web.TCPSite(runner, '127.0.0.1', 0).start()

@@ -15,8 +15,8 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.session import records
 from mlmem_tools.view import session_frame
-from mlmem_tools.view.frames import COUNTS, counts, packed
-from mlmem_tools.view.session_frame import MOST, Columns, differences, load
+from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, pack_frame, scale_configuration
+from mlmem_tools.view.session_frame import MAX_LISTED_LINES, Columns, compare_sessions, load_frame
 
 DATA = Path(__file__).parent.parent / 'data'
 
@@ -28,7 +28,7 @@ def unpacked(frame):
 
 @pytest.fixture(scope='module')
 def life():
-    return load(DATA / 'life')
+    return load_frame(DATA / 'life')
 
 
 def test_a_session_lists_commands_and_outcomes(life):
@@ -44,9 +44,9 @@ def test_its_configuration_is_sent_as_integers_between_the_phases(life):
     columns = np.frombuffer(body, dtype='<i2').reshape(len(head['t']), head['element']['rows'])
     written = next(event['t'] for event in life.events if event['text'] == 'write succeeded')
     held = columns[np.searchsorted(head['t'], written) - 1]
-    assert abs(held[:65].mean() / COUNTS - 1.0) < 0.01
-    assert abs(held[85:].mean() / COUNTS) < 0.01
-    assert abs(columns[-1].mean() / COUNTS) < 0.01
+    assert abs(held[:65].mean() / ACTIVE_PHASE_COUNT - 1.0) < 0.01
+    assert abs(held[85:].mean() / ACTIVE_PHASE_COUNT) < 0.01
+    assert abs(columns[-1].mean() / ACTIVE_PHASE_COUNT) < 0.01
 
 
 def test_delays_of_a_calibration_with_corrections_are_sent(tmp_path):
@@ -55,30 +55,30 @@ def test_delays_of_a_calibration_with_corrections_are_sent(tmp_path):
     corrections = PulseCorrections((PulseCorrection(),) * element.design.levels, 'a schedule')
     element.calibration = replace(element.calibration, left=None, pulse_corrections=corrections)
     with BagWriter(tmp_path / 'bag') as writer:
-        writer.add_topic(f'/mlmem/{records.HEADER}', records.STRING)
-        header = records.header(element, '/mlmem', {})
-        writer.write(f'/mlmem/{records.HEADER}', header, 0)
-    head, _ = unpacked(load(tmp_path / 'bag').frame)
+        writer.add_topic(f'/mlmem/{records.HEADER_TOPIC}', records.STRING_TYPE)
+        header = records.build_header(element, '/mlmem', {})
+        writer.write(f'/mlmem/{records.HEADER_TOPIC}', header, 0)
+    head, _ = unpacked(load_frame(tmp_path / 'bag').frame)
     assert head['delays'] == {'right': list(element.calibration.right.delays)}
 
 
 def test_a_long_session_is_thinned_out_evenly():
     columns = Columns()
-    for number in range(5 * session_frame.COLUMNS):
+    for number in range(5 * session_frame.MAX_COLUMNS):
         columns.add(0.1 * number, number)
-    assert session_frame.COLUMNS / 2 <= len(columns.t) <= session_frame.COLUMNS
+    assert session_frame.MAX_COLUMNS / 2 <= len(columns.t) <= session_frame.MAX_COLUMNS
     assert len(set(np.diff(columns.rows))) == 1
-    assert columns.t[-1] > 0.1 * 4.99 * session_frame.COLUMNS
+    assert columns.t[-1] > 0.1 * 4.99 * session_frame.MAX_COLUMNS
 
 
 def test_nothing_differs_between_a_session_and_itself(life):
-    found = differences(life, life)
+    found = compare_sessions(life, life)
     assert found == {'parameters': [], 'events': [], 'alike': len(life.events), 'more': 0}
 
 
 def test_differences_are_listed_by_side(life):
-    aborted = load(DATA / 'aborted_write')
-    found = differences(life, aborted)
+    aborted = load_frame(DATA / 'aborted_write')
+    found = compare_sessions(life, aborted)
     left = [left['text'] for left, _ in found['events'] if left]
     right = [right['text'] for _, right in found['events'] if right]
     assert 'write succeeded, level 2' in left
@@ -86,26 +86,26 @@ def test_differences_are_listed_by_side(life):
 
 
 def test_differences_are_bounded_and_tell_how_many_more_there_are(life):
-    more = {f'design.x{number}': number for number in range(MOST + 7)}
-    found = differences(life, replace(life, parameters={**life.parameters, **more}))
-    assert len(found['parameters']) == MOST
+    more = {f'design.x{number}': number for number in range(MAX_LISTED_LINES + 7)}
+    found = compare_sessions(life, replace(life, parameters={**life.parameters, **more}))
+    assert len(found['parameters']) == MAX_LISTED_LINES
     assert found['more'] == 7
 
 
 def test_a_path_without_a_session_is_refused(tmp_path):
     with pytest.raises(BagError):
-        load(tmp_path / 'nowhere')
+        load_frame(tmp_path / 'nowhere')
     (tmp_path / 'empty').mkdir()
     with pytest.raises(BagError, match='must be a bag'):
-        load(tmp_path / 'empty')
+        load_frame(tmp_path / 'empty')
 
 
 def test_a_frame_holds_null_for_infinity():
-    head, body = unpacked(packed({'a': [float('inf'), 1.5]}, np.array([1, -2])))
+    head, body = unpacked(pack_frame({'a': [float('inf'), 1.5]}, np.array([1, -2])))
     assert head == {'a': [None, 1.5], 'body': 'i2'}
     assert np.frombuffer(body, dtype='<i2').tolist() == [1, -2]
 
 
 def test_cells_beyond_the_scale_are_clipped():
-    values = counts(np.array([-1.0, 1.0, 100.0, np.nan]), (-1.0, 1.0))
-    assert values.tolist() == [0, COUNTS, 32767, 0]
+    values = scale_configuration(np.array([-1.0, 1.0, 100.0, np.nan]), (-1.0, 1.0))
+    assert values.tolist() == [0, ACTIVE_PHASE_COUNT, 32767, 0]

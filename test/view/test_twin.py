@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.contract.values import texts
+from mlmem_ros.contract.values import format_values
 from mlmem_tools import view
 
 NODE = shutil.which('node')
@@ -33,7 +33,7 @@ def page(tmp_path, expression, part):
 
 
 def test_alpha_is_shown_with_its_interval_about_the_design(tmp_path):
-    values = texts({'alpha': [1.01, 0.99], 'alpha_std': [0.001, 0.002]})
+    values = format_values({'alpha': [1.01, 0.99], 'alpha_std': [0.001, 0.002]})
     shown, nothing = page(tmp_path, '[fitted(part), fitted({})]', values)
     site, alpha, high, low = shown
     assert site == [1, 2]
@@ -46,13 +46,15 @@ def test_alpha_is_shown_with_its_interval_about_the_design(tmp_path):
 def test_the_cell_that_has_changed_is_marked(tmp_path):
     cell, shared = ({'changed': name, 'site': site} for name, site in (('cell', 7), ('gain', 0)))
     told = page(
-        tmp_path, '[accused(part[0]), accused(part[1]), accused()]', [texts(cell), texts(shared)]
+        tmp_path,
+        '[accused(part[0]), accused(part[1]), accused()]',
+        [format_values(cell), format_values(shared)],
     )
     assert told == [7, None, None]
 
 
 def test_the_residual_is_told_in_words(tmp_path):
-    values = texts({'chi2': 1.234, 'residual_left': 1.1e-5, 'residual_right': 2e-5})
+    values = format_values({'chi2': 1.234, 'residual_left': 1.1e-5, 'residual_right': 2e-5})
     words = "compared('as forecast', part)", "compared('as forecast', {})"
     said, none = page(tmp_path, f'[{", ".join(words)}]', values)
     assert said == 'as forecast; residual 1.1e-5 and 2.0e-5 cells at the ends, 1.2 per datum'

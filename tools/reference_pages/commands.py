@@ -8,16 +8,23 @@ from collections.abc import Iterator
 
 from mlmem_ros.ros import main
 from mlmem_tools.cli import laboratory
-from mlmem_tools.cli.commands import SUBCOMMANDS, parser
+from mlmem_tools.cli.commands import SUBCOMMAND_NAMES, build_parser
 
 from .table import table
 
 
 def commands_page() -> str:
     """Return every option of every command."""
-    own = ''.join(_command(each, summary) for each, summary in _sub(parser(SUBCOMMANDS)))
-    others = ''.join(_command(each, text, 3) for each, text in _sub(parser(laboratory.NAMES)))
-    nodes = ''.join(_command(each) for each in (main.node_parser(), main.bank_parser()))
+    own = ''.join(
+        _command(each, summary) for each, summary in _sub(build_parser(SUBCOMMAND_NAMES))
+    )
+    others = ''.join(
+        _command(each, text, 3)
+        for each, text in _sub(build_parser(laboratory.LABORATORY_COMMANDS))
+    )
+    nodes = ''.join(
+        _command(each) for each in (main.build_node_parser(), main.build_bank_parser())
+    )
     return (
         '# Commands\n\n'
         'Where ROS is installed by apt, put `ros2 run mlmem_ros` before each of them. '

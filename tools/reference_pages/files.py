@@ -26,7 +26,7 @@ def files_page() -> str:
     """Return the formats, whose keys are compared with those of an element's files."""
     element = new_element(preset('bits_1'))
     taken, corrected = (
-        snapshot.take(element),
+        snapshot.take_snapshot(element),
         corrections.PulseCorrections((corrections.PulseCorrection(),) * 2, '', (1.0,) * 2),
     )
     calibrated = dataclasses.replace(element.calibration, pulse_corrections=corrected).as_dict()
@@ -36,9 +36,9 @@ def files_page() -> str:
         {'left': (0.0, 1.0)}, data=1, plan=corrected,
     )  # fmt: skip
     element.made, element.forecast, element.twin = made, element.calibration, made
-    header = _content(records.header(element, '/mlmem', {}))
-    hashed = _content(records.state_hash(element))
-    command = _content(records.command(0, Read()))
+    header = _content(records.build_header(element, '/mlmem', {}))
+    hashed = _content(records.build_state_hash(element))
+    command = _content(records.build_command(0, Read()))
     arguments = ['...'] if command.keys() - {'tick', 'kind'} else []
     channel = [[f'`{key}`', meaning] for key, meaning in keys.CHANNEL.items()]
     custom = [[f'`{key}`', meaning] for key, meaning in keys.CUSTOM_DATA.items()]
@@ -51,19 +51,19 @@ def files_page() -> str:
         '## Session',
         'The directory of `record.path` or `mlmem record`: a rosbag2 bag of `metadata.yaml` '
         '(version 9) and `NAME_0.mcap`, `NAME_1.mcap` ... of the profile `ros2`, with schemas in '
-        f'`ros2msg`, CDR messages and zstd chunks of {writer.CHUNK_SIZE // 1024} KiB with a '
+        f'`ros2msg`, CDR messages and zstd chunks of {writer.CHUNK_BYTES // 1024} KiB with a '
         'CRC. It holds every [topic](topics.md) of the node (images and markers with '
         "`record.views`). The storage plugin of Jazzy's rosbag2, built from source, reads "
         'metadata, topics, definitions and every message of the golden sessions. Besides the '
         'topics it holds:',
         table(['topic', 'messages'], own),
         'All but the count are std_msgs/String with a JSON object.',
-        f'### `~/{records.HEADER}`',
-        _keys(keys.SESSION[records.HEADER], header),
-        f'### `~/{records.COMMAND}`',
-        _keys(keys.SESSION[records.COMMAND], ['tick', 'kind', *arguments]),
-        f'### `~/{records.STATE_HASH}`',
-        _keys(keys.SESSION[records.STATE_HASH], hashed),
+        f'### `~/{records.HEADER_TOPIC}`',
+        _keys(keys.SESSION[records.HEADER_TOPIC], header),
+        f'### `~/{records.COMMAND_TOPIC}`',
+        _keys(keys.SESSION[records.COMMAND_TOPIC], ['tick', 'kind', *arguments]),
+        f'### `~/{records.STATE_HASH_TOPIC}`',
+        _keys(keys.SESSION[records.STATE_HASH_TOPIC], hashed),
         '### Metadata',
         table(["key of a channel's metadata", 'meaning'], channel),
         table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),
@@ -72,13 +72,13 @@ def files_page() -> str:
         'or that a failed device leaves, has the same format.',
         '## State',
         'The file of `state.path`: the content of a memory between two runs.',
-        _keys(keys.STATE, _written(state_file.save, taken)),
+        _keys(keys.STATE, _written(state_file.save_snapshot, taken)),
         'The snapshot:',
         _keys(keys.SNAPSHOT, taken),
         'Beside the state file `NAME.json`, `.NAME.json.lock` names the node that uses it. It '
         'means nothing once that node has ended.',
         '## Calibration',
-        f'`{state_file.calibrations_beside(Path("NAME.json"))}` beside the state file '
+        f'`{state_file.calibration_path(Path("NAME.json"))}` beside the state file '
         '`NAME.json`: one for each design and settings that the element has had.',
         _keys(keys.CALIBRATIONS, _written(state_file.save_calibration, '', element.calibration)),
         'A calibration:',
@@ -93,8 +93,9 @@ def files_page() -> str:
         '`device.specimen` and `device.twin` name such files.',
         _keys(keys.ELEMENT, known.as_dict()),
         '## Design checks',
-        f'`{design_check.FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
-        f'of the latest {design_check.MOST} designs: by a hash of sources, design and settings, a '
+        f'`{design_check.CACHE_FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
+        f'of the latest {design_check.MAX_CACHED_DESIGNS} designs: by a hash of sources, design '
+        f'and settings, a '
         'list of findings (name, verdict, text, values) that are no pass, and of read disturb.',
         '## Parameter files',
         'YAML as for any ROS node: `/**`, `ros__parameters`, and below it the '
@@ -125,4 +126,4 @@ def _written(save: Callable[..., None], *content: Any) -> Any:
 
 
 def _content(cdr: bytes) -> Any:
-    return json.loads(jazzy.deserialize(cdr, records.STRING).data)
+    return json.loads(jazzy.deserialize_message(cdr, records.STRING_TYPE).data)

@@ -17,7 +17,7 @@ from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.contract import answers, services, topics
-from mlmem_ros.contract.services import ACTIONS
+from mlmem_ros.contract.services import ACTION_TYPE_NAMES
 from mlmem_ros.contract.topics import Topic
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.node import diagnostics
@@ -39,13 +39,14 @@ def topics_page() -> str:
             name = topic.name if topic.name.startswith('/') else f'~/{topic.name}'
             yield [f'`{name}`', _type(topic.type), _qos(topic), topic.meaning]
 
+    published = (*topics.STREAM_TOPICS, *topics.VIEW_TOPICS, topics.DIAGNOSTICS_TOPIC)
     return (
         '# Topics\n\n'
         'All topics but `/diagnostics` are below the name of the node: `~/level` is '
         '`/mlmem/level` by default.\n\n'
-        f'## The node listens to\n\n{table(head, rows(topics.COMMANDS))}\n\n'
+        f'## The node listens to\n\n{table(head, rows(topics.COMMAND_TOPICS))}\n\n'
         '## The node publishes\n\n'
-        f'{table(head, rows((*topics.STREAMS, *topics.VIEWS, topics.DIAGNOSTICS)))}\n\n'
+        f'{table(head, rows(published))}\n\n'
         'Images and markers are made only while somebody subscribes to them.\n'
     )
 
@@ -63,17 +64,20 @@ def _qos(topic: Topic) -> str:
 
 def services_page() -> str:
     """Return every service, and what `~/request` takes."""
-    rows = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.SERVICES]
-    simulator = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.SIMULATOR]
+    rows = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.NODE_SERVICES]
+    simulator = [
+        [f'`~/{name}`', _type(kind), told] for name, kind, told in services.SIMULATOR_SERVICES
+    ]
     asked = [
         [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
-        for name, takes in services.REQUESTS.items()
+        for name, takes in services.REQUEST_ARGUMENTS.items()
     ]
     return (
         '# Services\n\n'
         f'{table(["name", "type", "meaning"], rows)}\n\n'
         '## What `~/request` takes\n\n'
-        f'The parameter `{services.NAME}` (string) names the procedure; the others are its '
+        f'The parameter `{services.NAME_ARGUMENT}` (string) names the procedure; the others are '
+        f'its '
         'arguments.\n\n'
         f'{table(["procedure", "arguments"], asked)}\n\n'
         '`end` is `left`, `right` or `both`, by default `read.end`. `follow` moves the strain '
@@ -83,7 +87,8 @@ def services_page() -> str:
         '## A simulator by the standard\n\n'
         'Where `simulation_interfaces` is installed (`ros-jazzy-simulation-interfaces`), each '
         'node, those of a bank too, answers its services; a step is a tick. The action '
-        f'`~/{services.STEPS}`, of a node that serves `actions`, tells of every step, and its '
+        f'`~/{services.STEPS_ACTION}`, of a node that serves `actions`, tells of every step, and '
+        f'its '
         'cancel ends it with the next one.\n\n'
         f'{table(["name", "type", "meaning"], simulator)}\n\n'
         '## What an answer holds\n\n'
@@ -96,8 +101,8 @@ def services_page() -> str:
 
 def _held() -> Iterator[list[str]]:
     """Yield a row for every value that an answer of a procedure holds."""
-    known = {name: answers.ANSWERS.get(name, answers.Decoded) for name in PROCEDURES}
-    rows = {name: dict(answers.held(kind)) for name, kind in known.items()}
+    known = {name: answers.ANSWER_TYPES.get(name, answers.Decoded) for name in PROCEDURES}
+    rows = {name: dict(answers.describe_fields(kind)) for name, kind in known.items()}
     told = {(key, row): None for each in rows.values() for key, row in each.items()}
     for key, row in told:
         by = [name for name, each in rows.items() if each.get(key) == row]
@@ -116,7 +121,7 @@ def actions_page() -> str:
         'The package `mlmem_interfaces` defines them: [how to build and use it](../actions.md). '
         'Units are in brackets; `[1]` marks a number without unit.',
     ]
-    for name, kind in ACTIONS.items():
+    for name, kind in ACTION_TYPE_NAMES.items():
         lines = (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()
         about, definition = lines[3].removeprefix('# '), '\n'.join(lines[4:])
         told += [f'## `~/{name}`: {kind}', about, f'```\n{definition}\n```']
@@ -139,9 +144,9 @@ def diagnostics_page() -> str:
         host.sessions = SimpleNamespace(current=recording, status=recorder.status)
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
-            **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT.items()},
-            'twin': (diagnostics.twin, diagnostics.twin(host)),
-            'recorder': (diagnostics.recorder, diagnostics.recorder(host)),
+            **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT_REPORTS.items()},
+            'twin': (diagnostics.report_twin, diagnostics.report_twin(host)),
+            'recorder': (diagnostics.report_recorder, diagnostics.report_recorder(host)),
         }
     rows = [
         [name, ', '.join(f'`{key}`' for key in health.values) or '-', _first_line(tell)]
@@ -150,7 +155,8 @@ def diagnostics_page() -> str:
     return (
         '# Diagnostics\n\n'
         'The node publishes one status for each component on `/diagnostics`, once a second. '
-        f'`hardware_id` is its full name. A warning stays for {diagnostics.HOLD} reports after '
+        f'`hardware_id` is its full name. A warning stays for {diagnostics.WARNING_HOLD_REPORTS} '
+        f'reports after '
         'its cause has gone.\n\n'
         f'{table(["status", "values", "meaning"], rows)}\n\n'
         '`faults` has a value for each fault that is set.\n'

@@ -8,17 +8,20 @@ from mlmem_ros.host import state_file
 from mlmem_ros.session import records
 
 TOPICS = {
-    records.HEADER: 'where the session begins: one message, repeated in every file of a split bag',
-    records.COMMAND: 'the commands, each with the tick at which it took effect',
-    records.STATE_HASH: 'hashes of the state, every `record.hash_every` ticks; the last ends the '
+    records.HEADER_TOPIC: 'where the session begins: one message, repeated in every file of a '
+    'split bag',
+    records.COMMAND_TOPIC: 'the commands, each with the tick at which it took effect',
+    records.STATE_HASH_TOPIC: 'hashes of the state, every `record.hash_every` ticks; the last '
+    'ends the '
     'session',
-    records.DROPPED: 'running count of messages dropped from the recording (std_msgs/UInt64)',
+    records.DROPPED_TOPIC: 'running count of messages dropped from the recording '
+    '(std_msgs/UInt64)',
 }
 """Topics of a session below the node's name, besides those that the node publishes."""
 
 SESSION = {
-    records.HEADER: {
-        'format': f'version of the format: {records.FORMAT}',
+    records.HEADER_TOPIC: {
+        'format': f'version of the format: {records.SESSION_FORMAT}',
         'node': 'full name of the node',
         'versions': 'versions that the bits may depend on, by name',
         'seed': 'seed of all random numbers',
@@ -32,12 +35,12 @@ SESSION = {
         'forecast': 'the calibration that a twin forecasts; absent without a twin',
         'twin': 'the twin by which a register is read, as `specimen`; absent without one',
     },
-    records.COMMAND: {
+    records.COMMAND_TOPIC: {
         'tick': 'tick at which it took effect',
         'kind': 'name of the command, such as `Write`',
         '...': 'its arguments, by name',
     },
-    records.STATE_HASH: {
+    records.STATE_HASH_TOPIC: {
         'tick': 'ticks that the device has done',
         'hash': "BLAKE2b hash of the material's state and clock, 32 hexadecimal digits",
         'v': 'exact displacement of every cell, as hexadecimal numbers',
@@ -52,13 +55,15 @@ CHANNEL = {
 """The metadata of every MCAP channel."""
 
 CUSTOM_DATA = {
-    contents.DROPPED: 'number of messages dropped from the recording; absent if there are none',
-    contents.LOST: 'in a repaired bag: what of the damaged one could not be read, one line each',
+    contents.DROPPED_KEY: 'number of messages dropped from the recording; absent if there are '
+    'none',
+    contents.LOST_KEY: 'in a repaired bag: what of the damaged one could not be read, one line '
+    'each',
 }
 """Our custom data of a bag."""
 
 STATE = {
-    'format': f'version of the file: {state_file.FORMAT}',
+    'format': f'version of the file: {state_file.FILE_FORMAT}',
     'snapshot': 'state of the idle device',
 }
 """A state file."""
@@ -89,8 +94,9 @@ SNAPSHOT = {
 """A snapshot. Arrays are float64 in base64, with their shape."""
 
 CALIBRATIONS = {
-    'format': f'version of the file: {state_file.FORMAT}',
-    'calibrations': f'the latest {state_file.KEPT} calibrations, by a hash of the design '
+    'format': f'version of the file: {state_file.FILE_FORMAT}',
+    'calibrations': f'the latest {state_file.MAX_CALIBRATIONS} calibrations, by a hash of the '
+    f'design '
     'and settings',
 }
 """A calibration file."""
@@ -119,7 +125,7 @@ PULSE_CORRECTIONS = {
 """Pulse corrections."""
 
 ELEMENT = {
-    'format': f'version of the format: {element_file.FORMAT}',
+    'format': f'version of the format: {element_file.FORMAT_VERSION}',
     'design': 'the design, by parameter, with the fitted potential, damping and substrate',
     'alpha': 'alpha_j of every cell; alpha_j d is its strength',
     'alpha_std': 'standard deviation of each',

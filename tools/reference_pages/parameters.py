@@ -5,9 +5,14 @@
 from collections.abc import Mapping
 from typing import Any
 
-from mlmem.instrument.fault_script import MEANINGS, Meaning
+from mlmem.instrument.fault_script import FAULT_MEANINGS, Meaning
 from mlmem.schema import Description
-from mlmem_ros.host.settings import LIVE, OF_A_PRESET, OF_THE_NODE, declarations
+from mlmem_ros.host.settings import (
+    LIVE_PARAMETERS,
+    NODE_PARAMETERS,
+    PRESET_GROUPS,
+    declare_parameters,
+)
 
 from .table import table
 
@@ -16,11 +21,11 @@ def parameters_page() -> str:
     """Return every parameter: those of a robot, and those that a preset brings."""
     own: dict[str, list[list[str]]] = {}
     others: dict[str, list[list[str]]] = {}
-    for name, default, description in declarations():
+    for name, default, description in declare_parameters():
         legal = '-1 to p - 1' if name == 'target_level' else _range(description)
         row = [f'`{name}`', _default(default), description.unit, legal, description.text]
         group = name.partition('.')[0] if '.' in name else ''
-        brought = group in OF_A_PRESET and name not in (*LIVE, *OF_THE_NODE)
+        brought = group in PRESET_GROUPS and name not in (*LIVE_PARAMETERS, *NODE_PARAMETERS)
         (others if brought else own).setdefault(group, []).append(row)
     head = ['parameter', 'default', 'unit', 'range', 'meaning']
 
@@ -50,7 +55,7 @@ def _failures() -> str:
     """Return what `mlmem inject` knows."""
     rows = [
         [unit, failure, f'`faults.{each.fault}`', each.text, _severity(each)]
-        for (unit, failure), each in MEANINGS.items()
+        for (unit, failure), each in FAULT_MEANINGS.items()
     ]
     return table(['unit', 'failure', 'sets', 'what it does', 'usual severity'], rows)
 

@@ -15,20 +15,20 @@ def standard_problems_page() -> str:
     """Return the statements in the docstrings of the problems, and our answers."""
     title, rules = _paragraphs(standard_problems)
     told = []
-    for number, problem in enumerate(standard_problems.PROBLEMS, 1):
+    for number, problem in enumerate(standard_problems.ALL_PROBLEMS, 1):
         name, statement = _paragraphs(problem.solve)
         head = f'## {number}. `{problem.name}`: {name[0].lower()}{name[1:-1]}'
         told.append(f'{head}\n\n{statement} Step {problem.step:g}.')
     answers = [
         [f'`{one.problem}`', one.quantity, f'{one.value:.7g}', f'{one.error:.1g}']
-        for one in verdict.read(verdict.OURS)
+        for one in verdict.read(verdict.ANSWERS_FILE)
     ]
     parts = [
         '# Standard problems',
         title,
         'Solve any of them with your code, write a CSV file with the columns `problem, quantity, '
         'value`, and `mlmem standard_problems FILE` judges it: right is within '
-        f'{100.0 * verdict.CLOSE:g} % of our answer, or within ten times its error.',
+        f'{100.0 * verdict.MAX_RELATIVE_ERROR:g} % of our answer, or within ten times its error.',
         rules,
         *told,
         '## Our answers',

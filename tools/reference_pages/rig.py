@@ -6,7 +6,7 @@ import dataclasses
 import json
 from typing import Any
 
-from mlmem.schema import wanted
+from mlmem.schema import describe_expected
 from mlmem_ros.rig import driver, frames
 
 from .table import table
@@ -70,7 +70,9 @@ def _meaning(field: dataclasses.Field[Any]) -> str:
     """Return the text of a declared field, and what a single value must be."""
     given = field.metadata['description']
     kind = str(field.type)
-    return given.text + (f' ({wanted(kind, given)})' if kind in ('int', 'float', 'str') else '')
+    return given.text + (
+        f' ({describe_expected(kind, given)})' if kind in ('int', 'float', 'str') else ''
+    )
 
 
 def rig_page() -> str:
@@ -95,13 +97,16 @@ def rig_page() -> str:
         'serial line. `examples/rig` has complete rigs in Python and C99.\n\n'
         '## The address\n\n'
         '`tcp://HOST:PORT` or `serial:///dev/PORT?baud=BAUD`. Options follow a `?`: `lead`, the '
-        f'seconds that set-points are sent ahead (default {driver.LEAD:g}; more than the round '
+        f'seconds that set-points are sent ahead (default {driver.LEAD_TIME_S:g}; more than the '
+        f'round '
         'trip, and twice that where frames get lost), and `patience`, the seconds after which a '
-        f'silent rig counts as failed (default {driver.PATIENCE:g}). Each look at the ends costs '
+        f'silent rig counts as failed (default {driver.LINE_TIMEOUT_S:g}). Each look at the ends '
+        f'costs '
         'one lead.\n\n'
         '## A frame\n\n'
         f'Little-endian, without padding:\n\n{table(["type", "content"], frame)}\n\n'
-        f"The CRC-32 is zlib's. A payload has at most {frames.MOST_PAYLOAD} bytes. Bytes that are "
+        f"The CRC-32 is zlib's. A payload has at most {frames.MAX_PAYLOAD_BYTES} bytes. Bytes "
+        f'that are '
         'no frame are skipped, one by one.\n\n'
         f'## Payloads\n\n{table(["kind", "from", "payload"], kinds)}\n\n'
         'Numbers have the type `numbers` of the HELLO.\n\n'

@@ -20,7 +20,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float32MultiArray, UInt8
 
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import LATCHED, RELIABLE, SENSOR_DATA
+from mlmem_ros.ros.middleware import LATCHED_PROFILE, RELIABLE_PROFILE, SENSOR_DATA_PROFILE
 from mlmem_ros.testing import (
     assert_replays,
     assert_written,
@@ -65,15 +65,15 @@ class Robot:
 
     def __init__(self, node):
         self.gaits, self.pressures, self.strains = [], [], []
-        self._set_gait = node.create_publisher(UInt8, '/gait/set_gait', RELIABLE)
+        self._set_gait = node.create_publisher(UInt8, '/gait/set_gait', RELIABLE_PROFILE)
         for kind, topic, values, qos in (
-            (UInt8, 'gait', self.gaits, LATCHED),
-            (Float32MultiArray, 'pressures', self.pressures, SENSOR_DATA),
+            (UInt8, 'gait', self.gaits, LATCHED_PROFILE),
+            (Float32MultiArray, 'pressures', self.pressures, SENSOR_DATA_PROFILE),
         ):
             keep = lambda message, values=values: values.append(message.data)  # noqa: E731
             node.create_subscription(kind, f'/gait/{topic}', keep, qos)
         strain = lambda message: self.strains.append(message.position[0])  # noqa: E731
-        node.create_subscription(JointState, '/mlmem/joint_states', strain, SENSOR_DATA)
+        node.create_subscription(JointState, '/mlmem/joint_states', strain, SENSOR_DATA_PROFILE)
 
     def set_gait(self, gait):
         wait_until(self._set_gait.get_subscription_count, 'the behaviour node')

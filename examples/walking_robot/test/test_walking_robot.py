@@ -11,7 +11,7 @@ from PIL import Image
 from walking_robot import FALLS, lived
 
 from mlmem_ros.ros.node import simulator
-from mlmem_ros.session.data import load
+from mlmem_ros.session.data import load_session
 from mlmem_ros.testing import assert_replays
 
 
@@ -63,8 +63,8 @@ def test_a_day_goes_on_after_a_fall_and_is_the_same_again(tmp_path):
         'walk is written; falls: 1',
     ]
     assert days[0].word == 1 * FALLS + 2
-    first, second = (load(tmp_path / name) for name in ('first', 'second'))
-    if simulator.types() is not None:  # or they begin at different ticks
+    first, second = (load_session(tmp_path / name) for name in ('first', 'second'))
+    if simulator.load_types() is not None:  # or they begin at different ticks
         assert first.stamped == second.stamped
         hashes = [[(each.tick, each.hash) for each in bag.hashes] for bag in (first, second)]
         assert hashes[0] == hashes[1] != []

@@ -8,22 +8,22 @@ import importlib
 from collections.abc import Sequence
 from types import ModuleType
 
-BENCHMARKS = ('kernel', 'solvers', 'step', 'recorder', 'node')
+BENCHMARK_NAMES = ('kernel', 'solvers', 'step', 'recorder', 'node')
 """Those modules of this package, in the order they run."""
 
 
-def load(name: str) -> ModuleType:
+def import_benchmark(name: str) -> ModuleType:
     """Import a benchmark."""
     return importlib.import_module(f'.{name}', __name__)
 
 
-def select(names: Sequence[str]) -> list[str]:
+def select_benchmarks(names: Sequence[str]) -> list[str]:
     """Return the named benchmarks, or all without a name.
 
     Raises:
         KeyError: There is no such benchmark; the message lists them.
     """
     for name in names:
-        if name not in BENCHMARKS:
-            raise KeyError(f'benchmark must be one of {", ".join(BENCHMARKS)}; got {name!r}')
-    return [name for name in BENCHMARKS if not names or name in names]
+        if name not in BENCHMARK_NAMES:
+            raise KeyError(f'benchmark must be one of {", ".join(BENCHMARK_NAMES)}; got {name!r}')
+    return [name for name in BENCHMARK_NAMES if not names or name in names]

@@ -12,47 +12,51 @@ import argparse
 import json
 from pathlib import Path
 
-from mlmem_tools.cli.command import JSON, command, option
-from mlmem_tools.cli.output import complain, plain_console, print_json
+from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, print_failure, print_json
 
 
-@command(
+@declare_command(
     'measure kernel, solvers, step, recorder and node, beside their peers',
-    option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
-    option('--list', action='store_true', help='list the benchmarks'),
-    option('--repeats', type=int, default=7, help='rounds per comparison'),
-    option('--output', type=Path, default=Path('benchmarks'), help='folder for the results'),
-    option(
+    declare_option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
+    declare_option('--list', action='store_true', help='list the benchmarks'),
+    declare_option('--repeats', type=int, default=7, help='rounds per comparison'),
+    declare_option(
+        '--output', type=Path, default=Path('benchmarks'), help='folder for the results'
+    ),
+    declare_option(
         '--result',
         type=Path,
         help='result file of the tables; others are kept; the node has a column of node.json',
     ),
-    JSON,
+    JSON_OPTION,
     text=__doc__,
 )
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
-    from ..results import DEVICE, load_kept, save
-    from . import load, select
+    from ..results import DEVICE_MODULES, load_kept, save_result
+    from . import import_benchmark, select_benchmarks
 
-    console = plain_console(aside=arguments.json)
+    console = create_console(aside=arguments.json)
     try:
-        selected = select(arguments.names)
+        selected = select_benchmarks(arguments.names)
     except KeyError as error:
-        return complain('bench', error.args[0], 2)
+        return print_failure('bench', error.args[0], 2)
     if arguments.repeats < 1:
-        return complain('bench', f'repeats must be at least 1; got {arguments.repeats}', 2)
+        return print_failure('bench', f'repeats must be at least 1; got {arguments.repeats}', 2)
     result = arguments.result
     if result is not None and result.resolve().parent == arguments.output.resolve():
-        return complain('bench', f'--result must be outside of {arguments.output} (--output)', 2)
+        return print_failure(
+            'bench', f'--result must be outside of {arguments.output} (--output)', 2
+        )
     if arguments.list:
         for name in selected:
-            console.print(f'{name:10} {load(name).TITLE}', highlight=False)
+            console.print(f'{name:10} {import_benchmark(name).TITLE}', highlight=False)
         return 0
     arguments.output.mkdir(parents=True, exist_ok=True)
     results, tables = [], {}
     for name in selected:
-        benchmark = load(name)
+        benchmark = import_benchmark(name)
         with console.status(f'{name}: {benchmark.TITLE}'):
             comparisons = benchmark.run(arguments.repeats)
         for comparison in comparisons:
@@ -72,6 +76,6 @@ def bench(arguments: argparse.Namespace) -> int:
     if result is not None and tables:
         kept = load_kept(result)
         told = {'tables': kept.get('tables', {}) | tables}
-        modules = [*DEVICE, 'mlmem_ros/bag', 'lab/mlmem_lab/bench']
-        save(result, told, 'mlmem bench --result FILE', modules, tables, kept=kept)
+        modules = [*DEVICE_MODULES, 'mlmem_ros/bag', 'lab/mlmem_lab/bench']
+        save_result(result, told, 'mlmem bench --result FILE', modules, tables, kept=kept)
     return 0

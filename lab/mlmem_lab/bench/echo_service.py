@@ -15,7 +15,7 @@ import rclpy
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Trigger
 
-from mlmem_ros.ros.middleware import events_executor
+from mlmem_ros.ros.middleware import create_events_executor
 
 
 def main() -> None:
@@ -23,21 +23,21 @@ def main() -> None:
     rclpy.init()
     node = rclpy.create_node('echo')
 
-    def refuse(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def refuse_request(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.message = '{"error": "refused"}'
         return response
 
-    node.create_service(Trigger, '~/step', refuse)
+    node.create_service(Trigger, '~/step', refuse_request)
     node.create_subscription(Imu, '~/disturbance', lambda cdr: None, 10, raw=True)
-    executor = events_executor(None)
+    executor = create_events_executor(None)
     executor.add_node(node)
     ended = threading.Event()
 
-    def listen() -> None:
+    def serve_requests() -> None:
         sys.stdin.read()
         ended.set()
 
-    threading.Thread(target=listen, daemon=True).start()
+    threading.Thread(target=serve_requests, daemon=True).start()
     print('{"ready": 0.0}', flush=True)
     while not ended.is_set():
         executor.spin_once(timeout_sec=0.2)

@@ -25,15 +25,15 @@ import numpy as np
 
 from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Design, Integrator
 from mlmem.physics.equilibrium import wall_profile
-from mlmem.physics.methods.noh_bathe import coefficients
+from mlmem.physics.methods.noh_bathe import compute_coefficients
 from mlmem.physics.potential import Array
 
-from .measure import Comparison, Contender, measure
+from .measure import Comparison, Contender, measure_contenders
 
-STEP = 0.25
+TIME_STEP = 0.25
 """The step of the comparisons: the device's default."""
 
-COEFFICIENTS = np.array(coefficients(STEP))
+NOH_BATHE_COEFFICIENTS = np.array(compute_coefficients(TIME_STEP))
 """a0 ... a7 of Noh and Bathe's method."""
 
 
@@ -56,7 +56,7 @@ class Problem:
     start: Array
 
     @classmethod
-    def of_size(cls, n: int) -> Problem:
+    def with_cells(cls, n: int) -> Problem:
         """Return the problem on n cells: Case II, for other sizes without its gradient."""
         design = CASE_II if n == CASE_II.N else replace(CASE_II, N=n, gamma=0.0)
         x = design.sites
@@ -96,23 +96,23 @@ class Problem:
 
 TITLE = 'ns per site and sub-step compared with C and NumPy'
 
-SITES = 450_000
+SITE_STEPS_PER_CALL = 450_000
 """Site steps per call: enough to make call overhead negligible."""
 
 
 def run(repeats: int) -> list[Comparison]:
     """Measure the kernels at N = 225."""
-    problem = Problem.of_size(CASE_II.N)
-    steps = SITES // CASE_II.N
+    problem = Problem.with_cells(CASE_II.N)
+    steps = SITE_STEPS_PER_CALL // CASE_II.N
     fourth, skipped = problem.chain(integrator=PEFRL), {}
-    ours, elastic = problem.chain(dt=STEP), problem.chain('elastic')
+    ours, elastic = problem.chain(dt=TIME_STEP), problem.chain('elastic')
     work = 2.0 * steps * CASE_II.N
     contenders = [
         Contender('ours, rigid', partial(ours.rest, steps), work),
         Contender('ours, elastic', partial(elastic.rest, steps), work),
         Contender('ours, PEFRL, rigid', partial(fourth.rest, steps // 2), work),
     ]
-    for name, flags in (('C', ()), ('C, widest vectors', (WIDEST,))):
+    for name, flags in (('C', ()), ('C, widest vectors', (WIDE_VECTOR_FLAG,))):
         try:
             runner = c_runner(problem, *flags)
         except NoCompiler as error:
@@ -126,9 +126,10 @@ def run(repeats: int) -> list[Comparison]:
             'kernel',
             f'Kernel at N = {CASE_II.N}',
             'ns / site and sub-step',
-            f'the same Noh-Bathe steps (step {STEP:g}) from the same state, one core; the elastic '
+            f'the same Noh-Bathe steps (step {TIME_STEP:g}) from the same state, one core; the '
+            f'elastic '
             'one moves two chains and counts a site once; a step of PEFRL has four sub-steps',
-            measure(contenders, repeats, scale=1e9),
+            measure_contenders(contenders, repeats, scale=1e9),
             skipped,
         )
     ]
@@ -137,7 +138,7 @@ def run(repeats: int) -> list[Comparison]:
 def numpy_runner(problem: Problem) -> Runner:
     """Return the same steps as whole-array expressions."""
     eta = problem.design.eta
-    a0, a1, a2, a3, a4, a5, a6, a7 = COEFFICIENTS
+    a0, a1, a2, a3, a4, a5, a6, a7 = NOH_BATHE_COEFFICIENTS
     u, v, A = problem.start, np.zeros(problem.design.N), problem.force(problem.start)
 
     def advance(steps: int) -> None:
@@ -154,16 +155,16 @@ def numpy_runner(problem: Problem) -> Runner:
     return Runner(advance, lambda: u)
 
 
-FLAGS = ('-O3', '-march=native', '-ffast-math', '-fPIC')
-WIDEST = '-mprefer-vector-width=512'
-LIBRARIES = ('-lmvec', '-lm')
+COMPILER_FLAGS = ('-O3', '-march=native', '-ffast-math', '-fPIC')
+WIDE_VECTOR_FLAG = '-mprefer-vector-width=512'
+LINKED_LIBRARIES = ('-lmvec', '-lm')
 
 
 class NoCompiler(Exception):
     """There is no C compiler, or it fails; the message says why."""
 
 
-def compiled(*more_flags: str) -> ctypes.CDLL:
+def compile_library(*more_flags: str) -> ctypes.CDLL:
     """Compile and load the program.
 
     Raises:
@@ -178,8 +179,8 @@ def compiled(*more_flags: str) -> ctypes.CDLL:
         # Linked with -ffast-math, older gcc add start-up code that turns denormal numbers off
         # in the whole process, ours and its bits included.
         for command in (
-            [gcc, *FLAGS, *more_flags, '-x', 'c', '-c', '-', '-o', str(unit)],
-            [gcc, '-shared', str(unit), '-o', str(library), *LIBRARIES],
+            [gcc, *COMPILER_FLAGS, *more_flags, '-x', 'c', '-c', '-', '-o', str(unit)],
+            [gcc, '-shared', str(unit), '-o', str(library), *LINKED_LIBRARIES],
         ):
             done = subprocess.run(command, input=source, capture_output=True, text=True)
             if done.returncode:
@@ -193,7 +194,7 @@ def c_runner(problem: Problem, *more_flags: str) -> Runner:
     Raises:
         NoCompiler: There is no gcc, or it fails.
     """
-    function = compiled(*more_flags).advance_rigid
+    function = compile_library(*more_flags).advance_rigid
     vector = np.ctypeslib.ndpointer(np.float64, flags='C')
     function.argtypes = [ctypes.c_long] * 2 + [vector] * 9 + [ctypes.c_double] * 4 + [vector]
     function.restype = None
@@ -205,7 +206,7 @@ def c_runner(problem: Problem, *more_flags: str) -> Runner:
     def advance(steps: int) -> None:
         function(
             steps, n, *state, problem.height, shape, np.zeros(2 * steps),
-            design.eta, design.a, design.b, design.c, COEFFICIENTS,
+            design.eta, design.a, design.b, design.c, NOH_BATHE_COEFFICIENTS,
         )  # fmt: skip
 
     return Runner(advance, lambda: u[1:-1])

@@ -21,13 +21,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mlmem.physics.potential import Array
-from mlmem_ros.packages import installed
+from mlmem_ros.packages import find_installed_version
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 
-PACKAGES = (
+REPORTED_PACKAGES = (
     'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'scipy', 'heyoka', 'jax', 'diffrax',
     'mujoco', 'mcap', 'rosbags', 'rclpy',
 )  # fmt: skip
@@ -36,34 +36,43 @@ PACKAGES = (
 def describe_host() -> dict[str, Any]:
     """Return processor, vector units, cores, load and versions."""
     return {
-        'processor': processor(),
-        'vector_units': [unit for unit in ('avx2', 'fma', 'avx512f') if unit in _cpu('flags')],
+        'processor': describe_processor(),
+        'vector_units': [
+            unit for unit in ('avx2', 'fma', 'avx512f') if unit in _read_cpu_field('flags')
+        ],
         'cores': os.cpu_count(),
         'load': os.getloadavg()[0],
         'system': platform.platform(),
         'python': platform.python_version(),
-        'versions': {name: version for name in PACKAGES if (version := installed(name))},
+        'versions': {
+            name: version
+            for name in REPORTED_PACKAGES
+            if (version := find_installed_version(name))
+        },
     }
 
 
-def processor() -> str:
+def describe_processor() -> str:
     """Return name, family and model: virtual machines hide the number in the name."""
-    return f'{_cpu("model name")} (family {_cpu("cpu family")}, model {_cpu("model")})'
+    return (
+        f'{_read_cpu_field("model name")} (family {_read_cpu_field("cpu family")}, model '
+        f'{_read_cpu_field("model")})'
+    )
 
 
-def _cpu(key: str) -> str:
+def _read_cpu_field(key: str) -> str:
     """Return a line of the first core's description; empty if there is none."""
     lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
     pairs = (line.partition(':') for line in lines)
     return next((value.strip() for name, _, value in pairs if name.strip() == key), '')
 
 
-QUIET = 10.0
+MAX_OTHER_LOAD_PERCENT = 10.0
 """Share of a core, in percent, that others may take on a quiet machine."""
 
-HERTZ = os.sysconf('SC_CLK_TCK')
+CLOCK_TICKS_PER_S = os.sysconf('SC_CLK_TCK')
 
-IDLE = (3, 4)
+IDLE_COLUMNS = (3, 4)
 """Columns of /proc/stat in which no work is done: idle and iowait."""
 
 
@@ -84,28 +93,28 @@ class Load:
         """Return the share of others since the start, in percent of a core."""
         when, known = self._begun
         seconds = time.monotonic() - when
-        return max(0.0, 100.0 * (_cores() - (self._known() - known) / seconds))
+        return max(0.0, 100.0 * (_count_cores() - (self._known() - known) / seconds))
 
     def _known(self) -> float:
         """Return the seconds, summed over cores, that were idle or ours."""
-        idle = sum(int(_lines()[0].split()[1:][column]) for column in IDLE)
-        return idle / HERTZ + sum(map(used, self._ours))
+        idle = sum(int(_read_cpu_lines()[0].split()[1:][column]) for column in IDLE_COLUMNS)
+        return idle / CLOCK_TICKS_PER_S + sum(map(read_cpu_seconds, self._ours))
 
 
-def _lines() -> list[str]:
+def _read_cpu_lines() -> list[str]:
     """Return the lines of all cores together, and of each, from /proc/stat."""
     lines = Path('/proc/stat').read_text(encoding='ascii').splitlines()
     return [line for line in lines if line.startswith('cpu')]
 
 
-def _cores() -> int:
-    return len(_lines()) - 1
+def _count_cores() -> int:
+    return len(_read_cpu_lines()) - 1
 
 
-def used(process: int) -> float:
+def read_cpu_seconds(process: int) -> float:
     """Return the seconds that a process has used, in its code and the system's."""
     fields = Path(f'/proc/{process}/stat').read_text(encoding='utf-8').rpartition(')')[2].split()
-    return (int(fields[11]) + int(fields[12])) / HERTZ
+    return (int(fields[11]) + int(fields[12])) / CLOCK_TICKS_PER_S
 
 
 LEAST_SECONDS = 0.03
@@ -127,7 +136,7 @@ class Spread:
         return cls(float(median), float(low), float(high))
 
     def __str__(self) -> str:
-        return f'{_short(self.median)} \u00b1 {0.5 * (self.high - self.low):.1g}'
+        return f'{_format_number(self.median)} \u00b1 {0.5 * (self.high - self.low):.1g}'
 
 
 @dataclass(frozen=True)
@@ -171,7 +180,7 @@ class Entry:
         return Spread.of(np.array(self.samples) / np.array(other.samples))
 
 
-def measure(
+def measure_contenders(
     contenders: Iterable[Contender],
     repeats: int,
     *,
@@ -212,7 +221,7 @@ def _calls_per_sample(contender: Contender) -> int:
     return max(1, round(LEAST_SECONDS / seconds))
 
 
-def _short(number: float) -> str:
+def _format_number(number: float) -> str:
     return f'{number:.3g}' if abs(number) < 1000 else f'{number:,.0f}'
 
 
@@ -236,7 +245,7 @@ class Comparison:
     axis: str = ''
     measured: bool = True
 
-    def ratio(self, entry: Entry) -> Spread:
+    def ratio_to_first(self, entry: Entry) -> Spread:
         """Return the cost of an entry over that of the first."""
         return entry.over(self.entries[0])
 
@@ -244,7 +253,9 @@ class Comparison:
         """Return everything, every sample included."""
         values = {**dataclasses.asdict(self), 'host': describe_host()}
         if self.measured:
-            values['ratios'] = [dataclasses.asdict(self.ratio(entry)) for entry in self.entries]
+            values['ratios'] = [
+                dataclasses.asdict(self.ratio_to_first(entry)) for entry in self.entries
+            ]
         return values
 
     def rows(self) -> list[dict[str, str]]:
@@ -257,7 +268,7 @@ class Comparison:
 
         rows = self.rows()
         headings = list(dict.fromkeys(heading for row in rows for heading in row))
-        table = Table(title=self.title, title_justify='left', caption=self._caption())
+        table = Table(title=self.title, title_justify='left', caption=self._format_caption())
         table.caption_justify = 'left'
         for heading in headings:
             table.add_column(heading, justify='left' if heading == 'contender' else 'right')
@@ -272,13 +283,13 @@ class Comparison:
             cells[self.axis] = f'{entry.x:,g}'
         if self.measured:
             cells[self.unit] = str(entry.spread)
-            cells[f'over {self.entries[0].name}'] = str(self.ratio(entry))
+            cells[f'over {self.entries[0].name}'] = str(self.ratio_to_first(entry))
         else:
             cells[self.unit] = f'{entry.spread.median:.3g}'
         cells |= {key: f'{value:.3g}' for key, value in entry.values.items()}
         return cells | ({'goal': entry.verdict} if entry.verdict else {})
 
-    def _caption(self) -> str:
+    def _format_caption(self) -> str:
         lines = [self.terms]
         if self.measured:
             lines.append('median, half the quartile distance; ratios are taken within a round')

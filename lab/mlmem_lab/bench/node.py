@@ -28,27 +28,34 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mlmem_ros.contract.services import action_types
+from mlmem_ros.contract.services import load_action_types
 
-from ..results import load_kept, save
-from .measure import QUIET, Comparison, Entry, Spread, describe_host
-from .node_process import NodeProcess, beyond, echo_service, listen, receive, write
+from ..results import load_kept, save_result
+from .measure import MAX_OTHER_LOAD_PERCENT, Comparison, Entry, Spread, describe_host
+from .node_process import (
+    NodeProcess,
+    echo_service,
+    measure_echo_load,
+    measure_overhead_ms,
+    watch_streams,
+    write,
+)
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
 
-SETTLED = 5.0
+SETTLE_TIME_S = 5.0
 """Seconds after the start in which nothing is measured: discovery is under way."""
 
-SECONDS = 10.0
+IDLE_TIME_S = 10.0
 """Idle time per repeat."""
 
-BANK = 4
+BANK_ELEMENTS = 4
 """Elements of a bank."""
 
-HUNDRED = 100
+LARGE_BANK_ELEMENTS = 100
 """Elements of a large bank, which is measured once: it takes a minute to start."""
 
-READS = 15
+READS_PER_REPEAT = 15
 """Reads per repeat."""
 
 
@@ -64,17 +71,19 @@ class Figure(NamedTuple):
         if self.goal is None:
             return ''
         if (value >= self.goal) if self.least else (value <= self.goal):
-            return 'good' if others <= QUIET else 'not judged: the machine was busy'
+            return (
+                'good' if others <= MAX_OTHER_LOAD_PERCENT else 'not judged: the machine was busy'
+            )
         return f'above {self.goal:g}' if not self.least else f'below {self.goal:g}'
 
-    def in_words(self) -> str:
+    def describe_goal(self) -> str:
         """Return the goal; empty without one."""
         if self.goal is None:
             return ''
         return f'at {"least" if self.least else "most"} {self.goal:g}'
 
 
-FIGURES = {
+MEASURED_FIGURES = {
     'share': Figure('processor at rest, nobody listens, % of a core', 1.0),
     'heard': Figure('processor at rest, somebody listens to the streams, % of a core', 3.0),
     'shaken': Figure('processor, streams listened to, an IMU of 200 Hz, % of a core'),
@@ -96,11 +105,13 @@ FIGURES = {
     'ready': Figure('start-up time, warm cache, s', 1.0),
     'cold': Figure('start-up time, cold cache, s'),
     'memory': Figure('memory, MB'),
-    'bank': Figure(f'processor, {BANK} elements at rest in one process, % of a core', 12.0),
-    'bank_memory': Figure(f'memory of {BANK} elements, MB', 400.0),
-    'hundred': Figure(f'processor, {HUNDRED} elements at rest, % of a core', 15.0),
-    'hundred_memory': Figure(f'memory of {HUNDRED} elements, MB', 1000.0),
-    'hundred_ready': Figure(f'start-up time of {HUNDRED} elements, s'),
+    'bank': Figure(
+        f'processor, {BANK_ELEMENTS} elements at rest in one process, % of a core', 12.0
+    ),
+    'bank_memory': Figure(f'memory of {BANK_ELEMENTS} elements, MB', 400.0),
+    'hundred': Figure(f'processor, {LARGE_BANK_ELEMENTS} elements at rest, % of a core', 15.0),
+    'hundred_memory': Figure(f'memory of {LARGE_BANK_ELEMENTS} elements, MB', 1000.0),
+    'hundred_ready': Figure(f'start-up time of {LARGE_BANK_ELEMENTS} elements, s'),
 }
 
 Seen = dict[str, tuple[float, float]]
@@ -112,25 +123,28 @@ def run(repeats: int) -> list[Comparison]:
 
     There are half as many nodes as repeats, and at least three.
     """
-    found = _reports(max(3, repeats // 2))
+    found = _collect_reports(max(3, repeats // 2))
     terms = (
-        f'{len(found) - 1} nodes, each idle for {SECONDS:g} s, then used; others: share of a '
-        f'core that others took meanwhile, in percent, of which {QUIET:g} are quiet'
+        f'{len(found) - 1} nodes, each idle for {IDLE_TIME_S:g} s, then used; others: share of a '
+        f'core that others took meanwhile, in percent, of which {MAX_OTHER_LOAD_PERCENT:g} are '
+        f'quiet'
     )
-    entries = [_entry(key, [each[key] for each in found if key in each]) for key in FIGURES]
+    entries = [
+        _build_entry(key, [each[key] for each in found if key in each]) for key in MEASURED_FIGURES
+    ]
     title = 'The node at its defaults'
     return [Comparison('node', title, 'value', terms, entries, measured=False)]
 
 
-def _entry(key: str, seen: list[tuple[float, float]]) -> Entry:
+def _build_entry(key: str, seen: list[tuple[float, float]]) -> Entry:
     """Return the samples of a figure, with the load and the verdict."""
     samples, loads = zip(*seen, strict=True)
-    figure, others = FIGURES[key], max(loads)
+    figure, others = MEASURED_FIGURES[key], max(loads)
     verdict = figure.verdict(Spread.of(samples).median, others)
     return Entry(figure.name, samples, values={'others': others}, verdict=verdict, key=key)
 
 
-def _reports(repeats: int) -> list[Seen]:
+def _collect_reports(repeats: int) -> list[Seen]:
     from mlmem_ros import MemoryClient
     from mlmem_ros.ros.client.client import standalone
 
@@ -139,23 +153,27 @@ def _reports(repeats: int) -> list[Seen]:
     found: list[Seen] = []
     with tempfile.TemporaryDirectory() as cache, NodeProcess(NUMBA_CACHE_DIR=cache) as cold:
         found.append({'cold': (cold.ready, cold.others)})
-    with NodeProcess(HUNDRED) as bank:
-        bank.watch(SETTLED)
-        report = bank.watch(SECONDS)
-    found[0] |= _of(report, hundred='share', hundred_memory='memory')
+    with NodeProcess(LARGE_BANK_ELEMENTS) as bank:
+        bank.watch(SETTLE_TIME_S)
+        report = bank.watch(IDLE_TIME_S)
+    found[0] |= _extract_figures(report, hundred='share', hundred_memory='memory')
     found[0]['hundred_ready'] = bank.ready, bank.others
     for _ in range(repeats):
         with NodeProcess() as node:
-            node.watch(SETTLED)
+            node.watch(SETTLE_TIME_S)
             seen: Seen = {'ready': (node.ready, node.others)}
-            seen |= _of(node.watch(SECONDS), 'share', 'p50', 'p99', 'worst', 'overruns', 'memory')
-            seen |= _of(node.watch(SECONDS, speed=0.0), 'factor')
-            seen |= _of(listen(node, SECONDS, shaken=False), heard='share')
-            seen |= _of(listen(node, SECONDS, shaken=True), shaken='share', lost='overruns')
+            seen |= _extract_figures(
+                node.watch(IDLE_TIME_S), 'share', 'p50', 'p99', 'worst', 'overruns', 'memory'
+            )
+            seen |= _extract_figures(node.watch(IDLE_TIME_S, speed=0.0), 'factor')
+            seen |= _extract_figures(watch_streams(node, IDLE_TIME_S, shaken=False), heard='share')
+            seen |= _extract_figures(
+                watch_streams(node, IDLE_TIME_S, shaken=True), shaken='share', lost='overruns'
+            )
             with standalone() as memory, echo_service() as service:
                 memory.ready().wait()
-                report = node.watch(SECONDS, partial(write, memory))
-                seen |= _of(report, 'busy', writing='share')
+                report = node.watch(IDLE_TIME_S, partial(write, memory))
+                seen |= _extract_figures(report, 'busy', writing='share')
                 read = partial(memory.request, 'read')
                 echo = MemoryClient(memory.node, 'echo', actions=False)
                 asked: dict[str, Callable[[], Any]] = {
@@ -164,22 +182,25 @@ def _reports(repeats: int) -> list[Seen]:
                     'latency': read,
                 }
                 load = node.load()
-                taken = [[beyond(ask) for ask in asked.values()] for _ in range(READS)]
+                taken = [
+                    [measure_overhead_ms(ask) for ask in asked.values()]
+                    for _ in range(READS_PER_REPEAT)
+                ]
                 for key, each in zip(asked, zip(*taken, strict=True), strict=True):  # by turns
                     seen[key] = statistics.median(each), load.others()
-                seen['received'] = receive(echo, service, SECONDS)
+                seen['received'] = measure_echo_load(echo, service, IDLE_TIME_S)
             with open_page('mlmem'):
-                node.watch(SETTLED)
-                page = node.watch(SECONDS)
-            seen |= _of(page, seen='share', seen_p50='p50', seen_p99='p99')
-        with NodeProcess(BANK) as bank:
-            bank.watch(SETTLED)
-            four = bank.watch(SECONDS)
-        found.append(seen | _of(four, bank='share', bank_memory='memory'))
+                node.watch(SETTLE_TIME_S)
+                page = node.watch(IDLE_TIME_S)
+            seen |= _extract_figures(page, seen='share', seen_p50='p50', seen_p99='p99')
+        with NodeProcess(BANK_ELEMENTS) as bank:
+            bank.watch(SETTLE_TIME_S)
+            four = bank.watch(IDLE_TIME_S)
+        found.append(seen | _extract_figures(four, bank='share', bank_memory='memory'))
     return found
 
 
-def _of(report: dict[str, float], *keys: str, **names: str) -> Seen:
+def _extract_figures(report: dict[str, float], *keys: str, **names: str) -> Seen:
     """Return figures of a report, some under other names, with the load."""
     return {key: (report[name], report['others']) for key, name in
             [*zip(keys, keys, strict=True), *names.items()]}  # fmt: skip
@@ -192,9 +213,10 @@ def keep_column(comparison: Comparison, file: Path) -> None:
     host = describe_host()
     processor = f'{host["processor"]}, {host["cores"]} cores'
     kept = {row['figure']: row for row in load_kept(file).get('rows', ())}
-    about = {'date': date.today().isoformat(), 'actions': 'yes' if action_types() else 'no'}
+    about = {'date': date.today().isoformat(), 'actions': 'yes' if load_action_types() else 'no'}
     found = {name: ('', value) for name, value in about.items()} | {
-        entry.name: (FIGURES[entry.key].in_words(), _cell(entry)) for entry in comparison.entries
+        entry.name: (MEASURED_FIGURES[entry.key].describe_goal(), _format_cell(entry))
+        for entry in comparison.entries
     }
     rows = {
         name: {**kept.get(name, {'figure': name, 'goal': goal}), processor: value}
@@ -202,14 +224,14 @@ def keep_column(comparison: Comparison, file: Path) -> None:
     }
     rows |= {name: row for name, row in kept.items() if name not in rows}
     modules = ['mlmem_ros', 'lab/mlmem_lab/bench']
-    save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE', modules)
+    save_result(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE', modules)
 
 
-def _cell(entry: Entry) -> str:
+def _format_cell(entry: Entry) -> str:
     """Return a figure, and whether the machine was too busy for it."""
     value = entry.spread.median
     short = f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
-    return short if entry.values['others'] <= QUIET else f'{short} (busy)'
+    return short if entry.values['others'] <= MAX_OTHER_LOAD_PERCENT else f'{short} (busy)'
 
 
 @contextmanager
@@ -219,7 +241,7 @@ def open_page(node: str) -> Iterator[None]:
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     address = process.stdout.readline().split()[-1].rstrip('/')
-    reader = threading.Thread(target=lambda: asyncio.run(_take(address)), daemon=True)
+    reader = threading.Thread(target=lambda: asyncio.run(_take_pictures(address)), daemon=True)
     reader.start()
     try:
         yield
@@ -229,7 +251,7 @@ def open_page(node: str) -> Iterator[None]:
         reader.join(10.0)
 
 
-async def _take(address: str) -> None:
+async def _take_pictures(address: str) -> None:
     """Take pictures until the server ends."""
     import aiohttp
 

@@ -22,9 +22,9 @@ from pathlib import Path
 import numpy as np
 
 from mlmem.loop.timetable import LoopStatistics
-from mlmem_ros.ros.main import bank_arguments
+from mlmem_ros.ros.main import parse_bank_arguments
 from mlmem_ros.ros.node.node import MemoryNode
-from mlmem_ros.ros.node.run import ONE, GuardedExecutor, begin, end
+from mlmem_ros.ros.node.run import SINGLE_ELEMENT, GuardedExecutor, end_nodes, start_nodes
 from mlmem_ros.ros.process import use_profile
 
 
@@ -57,21 +57,25 @@ def main(begun: float, number: int) -> None:
         begun: When the process was started, in seconds since the epoch.
     """
     use_profile(os.environ)
-    arguments, bank = bank_arguments(['memory_bank', f'--elements={number}'])
-    nodes, executor = begin(arguments, elements=bank) if number > 1 else begin([], elements=ONE)
+    arguments, bank = parse_bank_arguments(['memory_bank', f'--elements={number}'])
+    nodes, executor = (
+        start_nodes(arguments, elements=bank)
+        if number > 1
+        else start_nodes([], elements=SINGLE_ELEMENT)
+    )
     gc.freeze()
-    _tell({'ready': time.time() - begun})
+    _print_values({'ready': time.time() - begun})
     while True:
         executor.turn(0.1)
         if select.select([sys.stdin], [], [], 0.0)[0]:
             if not (line := sys.stdin.readline()):
                 break
             seconds, *speed = map(float, line.split())
-            _tell(_watch(nodes[0], executor, seconds, *speed))
-    end(nodes, executor)
+            _print_values(_watch_node(nodes[0], executor, seconds, *speed))
+    end_nodes(nodes, executor)
 
 
-def _watch(
+def _watch_node(
     node: MemoryNode, executor: GuardedExecutor, seconds: float, speed: float = 1.0
 ) -> dict[str, float]:
     """Return measurements of the process, and of the ticks of its first node."""
@@ -83,11 +87,11 @@ def _watch(
         LoopStatistics.count(own, lateness, busy, ticks)
         statistics.count(lateness, busy, ticks)
 
-    def begin() -> None:
+    def begin_watch() -> None:
         vars(own)['count'] = count
         statistics.overruns = -own.overruns
 
-    loop.call(begin).result()  # between two ticks; those of a rest before are done
+    loop.call(begin_watch).result()  # between two ticks; those of a rest before are done
     used, begun = time.process_time(), time.monotonic()
     while (now := time.monotonic()) - begun < seconds:
         executor.turn(begun + seconds - now)
@@ -105,15 +109,15 @@ def _watch(
         'ticks': statistics.ticks,
         'factor': statistics.ticks * loop.element.settings.tick_seconds / (now - begun),
         'overruns': statistics.overruns,
-        'memory': _resident(),
+        'memory': _read_resident_mb(),
     }
 
 
-def _tell(values: dict[str, float]) -> None:
+def _print_values(values: dict[str, float]) -> None:
     print(json.dumps(values), flush=True)
 
 
-def _resident() -> float:
+def _read_resident_mb() -> float:
     """Return the resident memory in MB."""
     lines = Path('/proc/self/status').read_text(encoding='ascii').splitlines()
     return next(int(line.split()[1]) / 1e3 for line in lines if line.startswith('VmRSS'))

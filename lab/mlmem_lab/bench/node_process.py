@@ -14,20 +14,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from .measure import Load, used
+from .measure import Load, read_cpu_seconds
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer
 
     from mlmem_ros.ros.client.client import MemoryClient
 
-TICK = 2.0
+TICK_MS = 2.0
 """Milliseconds of a tick at the defaults."""
 
 IMU_RATE = 200.0
 """Messages per second from a base that shakes."""
 
-SHAKE = 0.01
+SHAKE_ACCELERATION = 0.01
 """Its acceleration in m/s^2."""
 
 
@@ -104,7 +104,7 @@ def echo_service() -> Iterator[int]:
         process.__exit__(None, None, None)
 
 
-def beyond(ask: Callable[[], Any]) -> float:
+def measure_overhead_ms(ask: Callable[[], Any]) -> float:
     """Make a request; return the milliseconds it took beyond the ticks of its physics.
 
     Args:
@@ -116,7 +116,7 @@ def beyond(ask: Callable[[], Any]) -> float:
     ticks, begun = 0.0, time.monotonic()
     with suppress(RequestRefused):
         ticks = ask().wait().details['ticks']
-    return 1e3 * (time.monotonic() - begun) - TICK * ticks
+    return 1e3 * (time.monotonic() - begun) - TICK_MS * ticks
 
 
 def write(memory: MemoryClient, seconds: float) -> None:
@@ -127,7 +127,7 @@ def write(memory: MemoryClient, seconds: float) -> None:
         memory.request('write', level=level).wait()
 
 
-def listen(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
+def watch_streams(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
     """Subscribe to a node's streams, and return what it measures meanwhile.
 
     An IMU shakes the element if asked for.
@@ -145,35 +145,35 @@ def listen(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
             topic = f'{memory.name}/{name}'
             robot.create_subscription(kind, topic, lambda _: None, qos_profile_sensor_data)
         if shaken:
-            _shake(memory)
+            _start_shaking(memory)
         time.sleep(1.0)  # they discover each other
         return node.watch(seconds, time.sleep)
 
 
-def receive(echo: MemoryClient, process: int, seconds: float) -> tuple[float, float]:
+def measure_echo_load(echo: MemoryClient, process: int, seconds: float) -> tuple[float, float]:
     """Shake the node `echo`, which only receives it.
 
     Returns:
         The share of a core that its process takes, and that of others, in percent.
     """
-    timer = _shake(echo)
+    timer = _start_shaking(echo)
     time.sleep(1.0)  # they discover each other
-    load, before = Load([process]), used(process)
+    load, before = Load([process]), read_cpu_seconds(process)
     time.sleep(seconds)
-    taken = used(process) - before
+    taken = read_cpu_seconds(process) - before
     echo.node.destroy_timer(timer)
     return 100.0 * taken / seconds, load.others()
 
 
-def _shake(memory: MemoryClient) -> Timer:
+def _start_shaking(memory: MemoryClient) -> Timer:
     """Send the accelerations of a base that shakes, until the timer is destroyed."""
     from sensor_msgs.msg import Imu
 
     base = memory.node.create_publisher(Imu, f'{memory.name}/disturbance', 10)
 
-    def shake() -> None:
+    def publish_acceleration() -> None:
         message = Imu()
-        message.linear_acceleration.x = random.uniform(-SHAKE, SHAKE)
+        message.linear_acceleration.x = random.uniform(-SHAKE_ACCELERATION, SHAKE_ACCELERATION)
         base.publish(message)
 
-    return memory.node.create_timer(1.0 / IMU_RATE, shake)
+    return memory.node.create_timer(1.0 / IMU_RATE, publish_acceleration)

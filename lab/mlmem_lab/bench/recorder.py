@@ -23,16 +23,16 @@ from typing import Any
 import numpy as np
 
 from mlmem.physics import CASE_II, Chain, Specimen, substep_times
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.session.records import STRING
+from mlmem_ros.session.records import STRING_TYPE
 
-from .measure import Comparison, Contender, measure
+from .measure import Comparison, Contender, measure_contenders
 
-TICK = 2_000_000
+TICK_NS = 2_000_000
 """Nanoseconds of a default tick."""
 
 STREAM_EVERY = 5
@@ -41,15 +41,15 @@ STREAM_EVERY = 5
 ECHO_EVERY = 500
 """Ticks between two reads, and between two hashes of the state."""
 
-MATRIX = 'std_msgs/msg/Float32MultiArray'
+MATRIX_TYPE = 'std_msgs/msg/Float32MultiArray'
 
-TYPES = {
-    '/mlmem/field': MATRIX,
+TYPES_BY_TOPIC = {
+    '/mlmem/field': MATRIX_TYPE,
     '/mlmem/wall': 'std_msgs/msg/Float64MultiArray',
     '/mlmem/joint_states': 'sensor_msgs/msg/JointState',
-    '/mlmem/echo': MATRIX,
+    '/mlmem/echo': MATRIX_TYPE,
     '/mlmem/level': 'std_msgs/msg/Int16',
-    '/mlmem/session/state_hash': STRING,
+    '/mlmem/session/state_hash': STRING_TYPE,
 }
 
 
@@ -62,51 +62,55 @@ class Message:
     time: int
 
 
-def traffic(seconds: float) -> list[Message]:
+def build_traffic(seconds: float) -> list[Message]:
     """Return the messages of a session: a wall that is strained, and one read a second."""
     chain = Chain(CASE_II, 0.25)
-    chain.place(resting_wall(Specimen(CASE_II), 3))
+    chain.place(find_pinned_wall(Specimen(CASE_II), 3))
     steps = 80 * STREAM_EVERY
     phase = substep_times(steps, chain.dt)
     messages = []
-    for number in range(round(seconds * 1e9 / TICK / STREAM_EVERY)):
+    for number in range(round(seconds * 1e9 / TICK_NS / STREAM_EVERY)):
         ticks = STREAM_EVERY * (number + 1)
-        time = TICK * ticks
+        time = TICK_NS * ticks
         V_N = 2.0 * np.sin(1e-3 * (chain.time + phase))
         ends = chain.advance(V_N)
         messages += [
-            _message('/mlmem/field', _array(chain.configuration), time),
-            _message('/mlmem/wall', _array(np.array([100.3]), np.float64), time),
-            _message('/mlmem/joint_states', _joint_states(chain, time), time),
+            _build_message('/mlmem/field', _build_array(chain.configuration), time),
+            _build_message('/mlmem/wall', _build_array(np.array([100.3]), np.float64), time),
+            _build_message('/mlmem/joint_states', _joint_states(chain, time), time),
         ]
         if ticks % ECHO_EVERY == 0:
             echo = np.resize(ends[0], (3, 3200))
             v = [value.hex() for value in chain.v.tolist()]
             messages += [
-                _message('/mlmem/echo', _array(echo), time),
-                _message('/mlmem/level', {'data': 3}, time),
-                _message('/mlmem/session/state_hash', {'data': json.dumps({'v': v})}, time),
+                _build_message('/mlmem/echo', _build_array(echo), time),
+                _build_message('/mlmem/level', {'data': 3}, time),
+                _build_message('/mlmem/session/state_hash', {'data': json.dumps({'v': v})}, time),
             ]
     return messages
 
 
-def _message(topic: str, fields: dict[str, Any], time: int) -> Message:
-    return Message(topic, jazzy.serialize(jazzy.message(TYPES[topic], **fields)), time)
+def _build_message(topic: str, fields: dict[str, Any], time: int) -> Message:
+    return Message(
+        topic, jazzy.serialize_message(jazzy.make_message(TYPES_BY_TOPIC[topic], **fields)), time
+    )
 
 
-def _array(values: Array, kind: type[np.floating[Any]] = np.float32) -> dict[str, Any]:
+def _build_array(values: Array, kind: type[np.floating[Any]] = np.float32) -> dict[str, Any]:
     size = values.size
-    dimension = jazzy.message(
+    dimension = jazzy.make_message(
         'std_msgs/msg/MultiArrayDimension', label='cell', size=size, stride=size
     )
-    layout = jazzy.message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
+    layout = jazzy.make_message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
     return {'layout': layout, 'data': values.astype(kind).ravel()}
 
 
 def _joint_states(chain: Chain, time: int) -> dict[str, Any]:
-    stamp = jazzy.message('builtin_interfaces/msg/Time', sec=time // 10**9, nanosec=time % 10**9)
+    stamp = jazzy.make_message(
+        'builtin_interfaces/msg/Time', sec=time // 10**9, nanosec=time % 10**9
+    )
     return {
-        'header': jazzy.message('std_msgs/msg/Header', stamp=stamp, frame_id='mlmem'),
+        'header': jazzy.make_message('std_msgs/msg/Header', stamp=stamp, frame_id='mlmem'),
         'name': ['substrate', 'transducer'],
         'position': np.array([chain.V_N, chain.v[0]]),
         'velocity': np.array([0.0, chain.velocity[0]]),
@@ -116,10 +120,10 @@ def _joint_states(chain: Chain, time: int) -> dict[str, Any]:
 
 TITLE = 'recording at four times the default rates: throughput and share of a processor'
 
-SESSION = 20.0
+SESSION_TIME_S = 20.0
 """Seconds of session in the throughput comparison."""
 
-PACED = 3.0
+PACED_TIME_S = 3.0
 """Seconds of real time in each sample of the processor share."""
 
 Put = Callable[[Message], object]
@@ -128,20 +132,23 @@ Opened = Callable[[Path], AbstractContextManager[Put]]
 
 def run(repeats: int) -> list[Comparison]:
     """Measure throughput and processor share."""
-    messages = traffic(SESSION)
+    messages = build_traffic(SESSION_TIME_S)
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder) / 'bag'
-        return [_throughput(messages, bag, repeats), _share(messages, bag, max(3, repeats // 2))]
+        return [
+            _compare_throughput(messages, bag, repeats),
+            _compare_share(messages, bag, max(3, repeats // 2)),
+        ]
 
 
-def _throughput(messages: list[Message], bag: Path, repeats: int) -> Comparison:
+def _compare_throughput(messages: list[Message], bag: Path, repeats: int) -> Comparison:
     size = sum(len(message.cdr) for message in messages)
     contenders = [
-        Contender(name, partial(_write, messages, opened, bag), len(messages))
-        for name, opened in WRITERS.items()
+        Contender(name, partial(_write_bag, messages, opened, bag), len(messages))
+        for name, opened in WRITERS_BY_NAME.items()
     ]
     entries = []
-    for entry in measure(contenders, repeats, scale=1e6):
+    for entry in measure_contenders(contenders, repeats, scale=1e6):
         rate = 1e6 / entry.spread.median
         values = {'messages/s': rate, 'MB/s': rate * size / len(messages) / 1e6}
         entries.append(replace(entry, values=values))
@@ -149,20 +156,21 @@ def _throughput(messages: list[Message], bag: Path, repeats: int) -> Comparison:
         'recorder_throughput',
         'Recorder: as fast as possible',
         'us / message',
-        f'{len(messages)} messages ({size / 1e6:.1f} MB, {SESSION:g} s of session) from opening '
+        f'{len(messages)} messages ({size / 1e6:.1f} MB, {SESSION_TIME_S:g} s of session) from '
+        f'opening '
         'to closing the bag; MCAP, zstd',
         entries,
     )
 
 
-def _share(messages: list[Message], bag: Path, repeats: int) -> Comparison:
+def _compare_share(messages: list[Message], bag: Path, repeats: int) -> Comparison:
     """Feed the messages in real time and read the process's clock, less the feeding."""
-    part = [message for message in messages if message.time <= PACED * 1e9]
+    part = [message for message in messages if message.time <= PACED_TIME_S * 1e9]
     contenders = [
-        Contender(name, partial(_write, part, opened, bag, paced=True), PACED)
-        for name, opened in {'nobody': _nobody, **WRITERS}.items()
+        Contender(name, partial(_write_bag, part, opened, bag, paced=True), PACED_TIME_S)
+        for name, opened in {'nobody': _open_null_writer, **WRITERS_BY_NAME}.items()
     ]
-    nobody, *others = measure(contenders, repeats, scale=100.0, clock=time.process_time)
+    nobody, *others = measure_contenders(contenders, repeats, scale=100.0, clock=time.process_time)
     entries = [
         replace(entry, samples=tuple(np.subtract(entry.samples, nobody.samples).clip(1e-3)))
         for entry in others
@@ -171,13 +179,14 @@ def _share(messages: list[Message], bag: Path, repeats: int) -> Comparison:
         'recorder_share',
         'Recorder: share of one processor at four times the default rates',
         '% of a core',
-        f'{len(part)} messages fed in {PACED:g} s of real time; processor time of the whole '
+        f'{len(part)} messages fed in {PACED_TIME_S:g} s of real time; processor time of the '
+        f'whole '
         'process, all threads, opening and closing included, less that of the feeding alone',
         entries,
     )
 
 
-def _write(messages: list[Message], opened: Opened, bag: Path, paced: bool = False) -> None:
+def _write_bag(messages: list[Message], opened: Opened, bag: Path, paced: bool = False) -> None:
     """Write a bag, as fast as possible or in real time, and remove it."""
     start = time.monotonic()
     with opened(bag) as put:
@@ -190,13 +199,13 @@ def _write(messages: list[Message], opened: Opened, bag: Path, paced: bool = Fal
 
 
 @contextmanager
-def _nobody(path: Path) -> Iterator[Put]:
+def _open_null_writer(path: Path) -> Iterator[Put]:
     yield lambda message: None
 
 
 @contextmanager
-def _recorder(path: Path) -> Iterator[Put]:
-    recorder = QueuedWriter(_bag(path), dropped_topic='/mlmem/session/dropped')
+def _open_recorder(path: Path) -> Iterator[Put]:
+    recorder = QueuedWriter(_open_bag(path), dropped_topic='/mlmem/session/dropped')
     yield lambda message: recorder.put(message.topic, message.cdr, message.time)
     status = recorder.close()
     assert status.error is None
@@ -205,19 +214,19 @@ def _recorder(path: Path) -> Iterator[Put]:
 
 @contextmanager
 def _bag_writer(path: Path) -> Iterator[Put]:
-    with _bag(path) as writer:
+    with _open_bag(path) as writer:
         yield lambda message: writer.write(message.topic, message.cdr, message.time)
 
 
-def _bag(path: Path) -> BagWriter:
+def _open_bag(path: Path) -> BagWriter:
     writer = BagWriter(path)
-    for topic, kind in TYPES.items():
+    for topic, kind in TYPES_BY_TOPIC.items():
         writer.add_topic(topic, kind)
     return writer
 
 
 @contextmanager
-def _rosbags(path: Path) -> Iterator[Put]:
+def _open_rosbags(path: Path) -> Iterator[Put]:
     from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 
@@ -225,12 +234,14 @@ def _rosbags(path: Path) -> Iterator[Put]:
     writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     with writer:
-        added = {t: writer.add_connection(t, k, typestore=store) for t, k in TYPES.items()}
+        added = {
+            t: writer.add_connection(t, k, typestore=store) for t, k in TYPES_BY_TOPIC.items()
+        }
         yield lambda message: writer.write(added[message.topic], message.time, message.cdr)
 
 
 @contextmanager
-def _mcap(path: Path) -> Iterator[Put]:
+def _open_mcap(path: Path) -> Iterator[Put]:
     from mcap.writer import Writer
 
     path.mkdir()
@@ -238,8 +249,10 @@ def _mcap(path: Path) -> Iterator[Put]:
         writer = Writer(file)
         writer.start('ros2')
         channels = {}
-        for topic, kind in TYPES.items():
-            schema = writer.register_schema(kind, 'ros2msg', jazzy.definition(kind).text.encode())
+        for topic, kind in TYPES_BY_TOPIC.items():
+            schema = writer.register_schema(
+                kind, 'ros2msg', jazzy.find_definition(kind).text.encode()
+            )
             channels[topic] = writer.register_channel(topic, 'cdr', schema)
         yield lambda message: writer.add_message(
             channels[message.topic], message.time, message.cdr, message.time
@@ -247,9 +260,9 @@ def _mcap(path: Path) -> Iterator[Put]:
         writer.finish()
 
 
-WRITERS: dict[str, Opened] = {
+WRITERS_BY_NAME: dict[str, Opened] = {
     'BagWriter (ours)': _bag_writer,
-    'Recorder (ours, threaded)': _recorder,
-    'rosbags Writer': _rosbags,
-    'mcap Writer': _mcap,
+    'Recorder (ours, threaded)': _open_recorder,
+    'rosbags Writer': _open_rosbags,
+    'mcap Writer': _open_mcap,
 }

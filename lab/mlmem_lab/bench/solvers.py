@@ -21,31 +21,31 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mlmem.physics import NOH_BATHE, PEFRL, Chain, Integrator
-from mlmem.physics.formulas import on_site
-from mlmem.physics.jit import fma, inlined, kernel
+from mlmem.physics.formulas import on_site_factors
+from mlmem.physics.jit import compile_kernel, fma, inline_function
 from mlmem.physics.potential import Array
 from mlmem.physics.specimen import Specimen
 from mlmem.physics.stepping import stable_step
 
-from .kernel import STEP, Problem
-from .measure import Comparison, Contender, measure
+from .kernel import TIME_STEP, Problem
+from .measure import Comparison, Contender, measure_contenders
 
 
-@inlined
+@inline_function
 def _kick_and_drift(
     n: int, u: Array, new: Array, v: Array, height: Array,
     a: float, b: float, c: float, decay: float, kick: float, drift: float,
 ) -> None:  # fmt: skip
     for j in range(n):
         x = u[j + 1]
-        slope, sine = on_site((height, a, b), j, x + c)
+        slope, sine = on_site_factors((height, a, b), j, x + c)
         force = fma(-slope, sine, fma(-2.0, x, u[j]) + u[j + 2])
         velocity = fma(decay, v[j], kick * force)
         v[j] = velocity
         new[j + 1] = fma(drift, velocity, x)
 
 
-@kernel
+@compile_kernel
 def _advance(
     pairs: int, n: int, u: Array, new: Array, v: Array, height: Array,
     a: float, b: float, c: float, decay: float, kick: float, drift: float,
@@ -64,11 +64,11 @@ def _advance(
         u[j + 1] -= 0.5 * drift * v[j]
 
 
-def verlet(problem: Problem, duration: float) -> Callable[[float], Array]:
+def build_verlet(problem: Problem, duration: float) -> Callable[[float], Array]:
     """Return a function from the step to the displacements at the end."""
     p, height = problem.design, problem.height
 
-    def solve(dt: float) -> Array:
+    def solve_problem(dt: float) -> Array:
         pairs = round(0.5 * duration / dt)
         dt = 0.5 * duration / pairs
         decay = math.exp(-p.eta * dt)
@@ -78,10 +78,10 @@ def verlet(problem: Problem, duration: float) -> Callable[[float], Array]:
         _advance(pairs, p.N, u, new, v, height, p.a, p.b, p.c, decay, kick, dt)
         return u[1:-1]
 
-    return solve
+    return solve_problem
 
 
-TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 25))
+SOLVER_TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 25))
 
 RightHandSide = Callable[[float, Array], Array]
 
@@ -97,8 +97,8 @@ class Peer(NamedTuple):
     solve: Callable[[float], Array]
 
 
-@kernel
-def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
+@compile_kernel
+def _evaluate_rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
     """Return d(u, v)/dt: a compiled loop, which a Python solver calls."""
     n = len(height)
     out = np.empty(2 * n)
@@ -106,42 +106,44 @@ def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> A
         x = y[j]
         left = y[j - 1] if j > 0 else x
         right = y[j + 1] if j < n - 1 else x
-        slope, sine = on_site((height, a, b), j, x + c)
+        slope, sine = on_site_factors((height, a, b), j, x + c)
         out[j] = y[n + j]
         out[n + j] = left - 2.0 * x + right - slope * sine - eta * y[n + j]
     return out
 
 
-def _compiled(problem: Problem) -> RightHandSide:
+def _build_compiled_rhs(problem: Problem) -> RightHandSide:
     p, height = problem.design, problem.height
-    return lambda t, y: _rhs(y, height, p.eta, p.a, p.b, p.c)
+    return lambda t, y: _evaluate_rhs(y, height, p.eta, p.a, p.b, p.c)
 
 
-def _numpy(problem: Problem) -> RightHandSide:
+def _build_numpy_rhs(problem: Problem) -> RightHandSide:
     """Return the same in plain NumPy."""
 
-    def rhs(t: float, y: Array) -> Array:
+    def evaluate_rhs(t: float, y: Array) -> Array:
         x, velocity = np.split(y, 2)
         return np.concatenate((velocity, problem.force(x) - problem.design.eta * velocity))
 
-    return rhs
+    return evaluate_rhs
 
 
-def _dop853(right: Callable[[Problem], RightHandSide], problem: Problem, duration: float) -> Peer:
+def _build_dop853(
+    right: Callable[[Problem], RightHandSide], problem: Problem, duration: float
+) -> Peer:
     from scipy.integrate import solve_ivp
 
     p, rhs = problem.design, right(problem)
     start = np.concatenate((problem.start, np.zeros(p.N)))
 
-    def solve(tolerance: float) -> Array:
+    def solve_problem(tolerance: float) -> Array:
         options: dict[str, Any] = {'method': 'DOP853', 'rtol': tolerance, 'atol': tolerance}
         solution = solve_ivp(rhs, (0.0, duration), start, t_eval=[duration], **options)
         return np.asarray(solution.y[: p.N, -1])
 
-    return Peer(TOLERANCES, solve)
+    return Peer(SOLVER_TOLERANCES, solve_problem)
 
 
-def _heyoka(problem: Problem, duration: float) -> Peer:
+def _build_heyoka(problem: Problem, duration: float) -> Peer:
     """Taylor's method, compiled for every tolerance."""
     import heyoka as hy
 
@@ -156,20 +158,20 @@ def _heyoka(problem: Problem, duration: float) -> Peer:
     start[::2] = problem.start
 
     @functools.cache
-    def integrator(tolerance: float) -> Any:
+    def build_integrator(tolerance: float) -> Any:
         return hy.taylor_adaptive(equations, start, tol=tolerance, compact_mode=True)
 
-    def solve(tolerance: float) -> Array:
-        taylor = integrator(tolerance)
+    def solve_problem(tolerance: float) -> Array:
+        taylor = build_integrator(tolerance)
         taylor.time = 0.0
         taylor.state[:] = start
         taylor.propagate_until(duration)
         return np.array(taylor.state[::2])
 
-    return Peer((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), solve)
+    return Peer((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), solve_problem)
 
 
-def _diffrax(problem: Problem, duration: float) -> Peer:
+def _build_diffrax(problem: Problem, duration: float) -> Peer:
     import diffrax
     import jax
     import jax.numpy as jnp
@@ -177,15 +179,15 @@ def _diffrax(problem: Problem, duration: float) -> Peer:
     jax.config.update('jax_enable_x64', True)
     p, height = problem.design, jnp.asarray(problem.height)
 
-    def rhs(t: Any, y: Any, _: Any) -> Any:
+    def evaluate_rhs(t: Any, y: Any, _: Any) -> Any:
         x, velocity = y
         force = problem.on_site(x, height, jnp.sin)
         around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
         return velocity, around - 2.0 * x - force - p.eta * velocity
 
-    term, start = diffrax.ODETerm(rhs), (jnp.asarray(problem.start), jnp.zeros(p.N))
+    term, start = diffrax.ODETerm(evaluate_rhs), (jnp.asarray(problem.start), jnp.zeros(p.N))
 
-    def end(y: Any, tolerance: Any) -> Any:
+    def solve_end(y: Any, tolerance: Any) -> Any:
         controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
         solution = diffrax.diffeqsolve(
             term, diffrax.Dopri8(), 0.0, duration, None, y, stepsize_controller=controller,
@@ -193,11 +195,11 @@ def _diffrax(problem: Problem, duration: float) -> Peer:
         )  # fmt: skip
         return solution.ys[0][-1]
 
-    compiled = jax.jit(end)
-    return Peer(TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
+    compiled = jax.jit(solve_end)
+    return Peer(SOLVER_TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
 
 
-def _mujoco(problem: Problem, duration: float) -> Peer:
+def _build_mujoco(problem: Problem, duration: float) -> Peer:
     """A slide joint per cell, springs as fixed tendons, the on-site force as applied force.
 
     MuJoCo has no such potential, so our compiled loop evaluates it before each step, which the
@@ -224,7 +226,7 @@ def _mujoco(problem: Problem, duration: float) -> Peer:
     model = mujoco.MjModel.from_xml_string(text)
     data, height = mujoco.MjData(model), problem.height
 
-    def solve(dt: float) -> Array:
+    def solve_problem(dt: float) -> Array:
         mujoco.mj_resetData(model, data)
         steps = round(duration / dt)
         model.opt.timestep = duration / steps
@@ -234,22 +236,22 @@ def _mujoco(problem: Problem, duration: float) -> Peer:
             mujoco.mj_step(model, data)
         return np.array(data.qpos)
 
-    return Peer(tuple(0.25 / 2 ** (0.5 * k) for k in range(9)), solve)
+    return Peer(tuple(0.25 / 2 ** (0.5 * k) for k in range(9)), solve_problem)
 
 
-@kernel
+@compile_kernel
 def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
     for j in range(len(u)):
-        slope, sine = on_site((height, a, b), j, u[j] + c)
+        slope, sine = on_site_factors((height, a, b), j, u[j] + c)
         out[j] = -slope * sine
 
 
-PEERS: dict[str, Callable[[Problem, float], Peer]] = {
-    'SciPy DOP853': functools.partial(_dop853, _compiled),
-    'SciPy DOP853, NumPy': functools.partial(_dop853, _numpy),
-    'heyoka': _heyoka,
-    'diffrax Dopri8': _diffrax,
-    'MuJoCo': _mujoco,
+PEERS_BY_NAME: dict[str, Callable[[Problem, float], Peer]] = {
+    'SciPy DOP853': functools.partial(_build_dop853, _build_compiled_rhs),
+    'SciPy DOP853, NumPy': functools.partial(_build_dop853, _build_numpy_rhs),
+    'heyoka': _build_heyoka,
+    'diffrax Dopri8': _build_diffrax,
+    'MuJoCo': _build_mujoco,
 }
 """What makes each ready, from the problem and its duration.
 
@@ -259,53 +261,53 @@ They raise `ModuleNotFoundError` where the package is not installed.
 
 TITLE = 'milliseconds at equal error compared with SciPy, heyoka, diffrax and MuJoCo'
 
-DURATION = 200.0
+PROBLEM_DURATION = 200.0
 """Time units of the problem: the packet has run into the wall."""
 
-OURS = 'ours, Noh-Bathe'
+REFERENCE_NAME = 'ours, Noh-Bathe'
 """The reference for all others: the paper's method at its step."""
 
 
 def run(repeats: int) -> list[Comparison]:
     """Measure at the error of our default step and at a hundredth of it."""
-    problem = Problem.of_size(225)
-    reference = PEERS['SciPy DOP853'](problem, DURATION).solve(1e-13)
-    peers, skipped = entrants(problem)
+    problem = Problem.with_cells(225)
+    reference = PEERS_BY_NAME['SciPy DOP853'](problem, PROBLEM_DURATION).solve(1e-13)
+    peers, skipped = build_solvers(problem)
     errors = {
-        name: [_error(peer.solve(setting), reference) for setting in peer.ladder]
+        name: [_solution_error(peer.solve(setting), reference) for setting in peer.ladder]
         for name, peer in peers.items()
     }
-    default = errors[OURS][0]
+    default = errors[REFERENCE_NAME][0]
     return [
-        _at(target, label, peers, errors, skipped, repeats)
+        _compare_solvers(target, label, peers, errors, skipped, repeats)
         for target, label in ((default, 'default'), (0.01 * default, 'hundredth'))
     ]
 
 
-def entrants(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
+def build_solvers(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
     """Return all solvers by name, ours first, and why others do not take part."""
     longest = stable_step(Specimen(problem.design), PEFRL)
     peers = {
-        OURS: Peer(_ladder(STEP), _ours(problem, NOH_BATHE)),
-        'ours, PEFRL': Peer(_ladder(longest), _ours(problem, PEFRL)),
-        'velocity Verlet': Peer(_ladder(STEP), verlet(problem, DURATION)),
+        REFERENCE_NAME: Peer(_step_ladder(TIME_STEP), _build_ours(problem, NOH_BATHE)),
+        'ours, PEFRL': Peer(_step_ladder(longest), _build_ours(problem, PEFRL)),
+        'velocity Verlet': Peer(_step_ladder(TIME_STEP), build_verlet(problem, PROBLEM_DURATION)),
     }
     skipped = {}
-    for name, make in PEERS.items():
+    for name, make in PEERS_BY_NAME.items():
         try:
-            peers[name] = make(problem, DURATION)
+            peers[name] = make(problem, PROBLEM_DURATION)
         except ModuleNotFoundError as error:
             skipped[name] = f'{error.name} is not installed: pip install "mlmem_lab[bench]"'
     return peers, skipped
 
 
-def _ladder(longest: float) -> tuple[float, ...]:
+def _step_ladder(longest: float) -> tuple[float, ...]:
     """Return steps from the longest of which a whole number makes up the duration."""
-    first = DURATION / math.ceil(DURATION / longest)
+    first = PROBLEM_DURATION / math.ceil(PROBLEM_DURATION / longest)
     return tuple(first / 2 ** (0.25 * k) for k in range(21))
 
 
-def _at(
+def _compare_solvers(
     target: float,
     label: str,
     peers: dict[str, Peer],
@@ -325,28 +327,29 @@ def _at(
         contenders.append(Contender(name, functools.partial(peer.solve, setting), 1.0, values))
     return Comparison(
         f'solvers_{label}',
-        f'{DURATION:g} time units of a wall and a packet, N = 225, error at most {target:.1e}',
+        f'{PROBLEM_DURATION:g} time units of a wall and a packet, N = 225, error at most '
+        f'{target:.1e}',
         'ms',
         'each solver at its cheapest setting within the error, against DOP853 at 1e-13',
-        measure(contenders, repeats, scale=1e3),
+        measure_contenders(contenders, repeats, scale=1e3),
         skipped,
     )
 
 
-def _ours(problem: Problem, integrator: Integrator) -> Callable[[float], Array]:
+def _build_ours(problem: Problem, integrator: Integrator) -> Callable[[float], Array]:
     @functools.cache
-    def chain(steps: int) -> Chain:
-        return problem.chain(dt=DURATION / steps, integrator=integrator)
+    def build_chain(steps: int) -> Chain:
+        return problem.chain(dt=PROBLEM_DURATION / steps, integrator=integrator)
 
-    def solve(dt: float) -> Array:
-        steps = round(DURATION / dt)
-        chain(steps).place(problem.start)
-        chain(steps).rest(steps)
-        return chain(steps).v.copy()
+    def solve_problem(dt: float) -> Array:
+        steps = round(PROBLEM_DURATION / dt)
+        build_chain(steps).place(problem.start)
+        build_chain(steps).rest(steps)
+        return build_chain(steps).v.copy()
 
-    return solve
+    return solve_problem
 
 
-def _error(solution: Array, reference: Array) -> float:
+def _solution_error(solution: Array, reference: Array) -> float:
     error = float(np.abs(solution - reference).max())
     return error if np.isfinite(error) else np.inf

@@ -27,107 +27,115 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mlmem_tools.cli.command import JSON, command, option
-from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
 if TYPE_CHECKING:
     from .tracked import Chain, Film, Found
 
-WAVES = 110
+EXPECTED_WAVES = 110
 """About how many waves a fit takes."""
 
 
-@command(
+@declare_command(
     'what slows a chain of measured elements, from a film',
-    option('law', metavar='LAW.yaml', type=Path, help='on-site law'),
-    option('--track', metavar='FILM.csv', type=Path, required=True, help='tracked displacements'),
-    option('--coupling', metavar='CSV', type=Path, help='repulsion over distance'),
-    option('--spring', type=float, metavar='N/M', help='stiffness of springs instead'),
-    option('--spacing', type=float, metavar='M', required=True, help='distance of neighbours'),
-    option('--mass', type=float, metavar='KG', required=True, help='of an element'),
-    option('--elements', type=int, default=25, help='in the chain; one more is held'),
-    option('--predict', type=float, metavar='M', nargs='*', default=(), help='other spacings'),
-    option('--output', type=Path, metavar='FOLDER', help='folder for the report'),
-    JSON,
+    declare_option('law', metavar='LAW.yaml', type=Path, help='on-site law'),
+    declare_option(
+        '--track', metavar='FILM.csv', type=Path, required=True, help='tracked displacements'
+    ),
+    declare_option('--coupling', metavar='CSV', type=Path, help='repulsion over distance'),
+    declare_option('--spring', type=float, metavar='N/M', help='stiffness of springs instead'),
+    declare_option(
+        '--spacing', type=float, metavar='M', required=True, help='distance of neighbours'
+    ),
+    declare_option('--mass', type=float, metavar='KG', required=True, help='of an element'),
+    declare_option('--elements', type=int, default=25, help='in the chain; one more is held'),
+    declare_option(
+        '--predict', type=float, metavar='M', nargs='*', default=(), help='other spacings'
+    ),
+    declare_option('--output', type=Path, metavar='FOLDER', help='folder for the report'),
+    JSON_OPTION,
     text=__doc__,
 )
 def chain(arguments: argparse.Namespace) -> int:
     """Fit, predict, report; return the exit status."""
     from rich.progress import Progress
 
-    from mlmem.law_file import load
+    from mlmem.law_file import read_law_file
     from mlmem.parsing import DecodeError
     from mlmem.physics import DesignError
     from mlmem.physics.potential import StateError
     from mlmem_tools.law.curves import CurveError
 
-    from .tracked import Chain, fit, load_coupling, load_film
+    from .tracked import Chain, fit_chain, load_coupling, load_film
 
     lengths = (arguments.spacing, *arguments.predict)
     spring = [] if arguments.spring is None else [arguments.spring]
     given = [*lengths, arguments.mass, *spring]
     if not all(0.0 < each < math.inf for each in given):
-        return complain('chain', 'spacings, mass and spring must be above 0 and finite', 2)
+        return print_failure('chain', 'spacings, mass and spring must be above 0 and finite', 2)
     if not 3 <= arguments.elements <= 1000:
-        return complain('chain', f'--elements must be 3 to 1000; got {arguments.elements}', 2)
+        return print_failure('chain', f'--elements must be 3 to 1000; got {arguments.elements}', 2)
     if (arguments.coupling is None) == (arguments.spring is None):
-        return complain('chain', 'give one of --coupling and --spring', 2)
+        return print_failure('chain', 'give one of --coupling and --spring', 2)
     try:
         coupling = spring[0] if spring else load_coupling(arguments.coupling)
-        film, law = load_film(arguments.track), load(arguments.law)
+        film, law = load_film(arguments.track), read_law_file(arguments.law)
         made = Chain(law, coupling, arguments.spacing, arguments.mass, arguments.elements)
         _ = made.way
     except (DecodeError, DesignError) as error:
-        return complain('chain', error, 2)
-    console = plain_console(aside=arguments.json)
+        return print_failure('chain', error, 2)
+    console = create_console(aside=arguments.json)
     try:
         with Progress(console=console, transient=True) as bar:
-            told = _teller(bar)
-            found = fit(made, film, told('fitting'))
+            told = _progress_bars(bar)
+            found = fit_chain(made, film, told('fitting'))
             unseen = None
             if len(film.sites) > 2:
                 seen = replace(film, u=film.u[:-1], sites=film.sites[:-1])
-                unseen = fit(made, seen, told('leaving the last element out'))
+                unseen = fit_chain(made, seen, told('leaving the last element out'))
         result = as_dict(made, film, found, unseen)
-        result['predictions'] = [_predicted(made, found, each) for each in arguments.predict]
+        result['predictions'] = [
+            _summarise_prediction(made, found, each) for each in arguments.predict
+        ]
     except (CurveError, StateError) as error:
-        return complain('chain', error, 1)
-    lines = [*tell(result)]
+        return print_failure('chain', error, 1)
+    lines = [*describe_result(result)]
     for line in lines:
         console.print(line, soft_wrap=True)
     if result['predictions']:
-        table = plain_table('Other spacings', '>spacing, m', '>speed, m/s', '>elements passed')
+        table = create_table('Other spacings', '>spacing, m', '>speed, m/s', '>elements passed')
         for row in result['predictions']:
             speed = 'none' if row['speed'] is None else f'{row["speed"]:.3g}'
             table.add_row(f'{row["spacing"]:g}', speed, f'{row["passed"]}')
         console.print(table)
     if arguments.output is not None:
         try:
-            written = report(made, film, found, lines, result, arguments.output)
+            written = write_report(made, film, found, lines, result, arguments.output)
         except OSError as error:
-            return complain('chain', f'a file could not be written; {error}', 1)
+            return print_failure('chain', f'a file could not be written; {error}', 1)
         console.print('  '.join(map(str, written)), soft_wrap=True)
     if arguments.json:
         print_json(result)
     return 0
 
 
-def _teller(bar: Any) -> Callable[[str], Callable[[int, float], None]]:
+def _progress_bars(bar: Any) -> Callable[[str], Callable[[int, float], None]]:
     """Return what makes a line of a bar of every fit."""
 
-    def told(what: str) -> Callable[[int, float], None]:
-        task = bar.add_task(what, total=WAVES)
+    def start_bar(what: str) -> Callable[[int, float], None]:
+        task = bar.add_task(what, total=EXPECTED_WAVES)
 
-        def tell(count: int, misfit: float) -> None:
+        def report_progress(count: int, misfit: float) -> None:
             text = f'{what}: misfit {misfit:.3g}'
-            bar.update(task, completed=min(count, WAVES - 1), description=text)
+            bar.update(task, completed=min(count, EXPECTED_WAVES - 1), description=text)
 
-        return tell
+        return report_progress
 
-    return told
+    return start_bar
 
 
-def _speed(spacing: float, arrivals: Any) -> float | None:
+def _wave_speed(spacing: float, arrivals: Any) -> float | None:
     """Return the speed over the second half of the elements that a wave passes, m/s."""
     at = np.flatnonzero(np.isfinite(arrivals))
     at = at[len(at) // 2 :]
@@ -136,18 +144,18 @@ def _speed(spacing: float, arrivals: Any) -> float | None:
     return float(spacing * (at[-1] - at[0]) / (arrivals[at[-1]] - arrivals[at[0]]))
 
 
-def _predicted(made: Chain, found: Found, spacing: float) -> dict[str, Any]:
+def _summarise_prediction(made: Chain, found: Found, spacing: float) -> dict[str, Any]:
     other = replace(made, spacing=spacing)
     wave = other.wave(found.damping, found.friction, found.hand, made.elements)
     passes = wave.arrivals()
     passed = int(np.isfinite(passes).sum())
-    speed = _speed(spacing, passes) if passed > made.elements // 2 else None
+    speed = _wave_speed(spacing, passes) if passed > made.elements // 2 else None
     return {'spacing': spacing, 'speed': speed, 'passed': passed}
 
 
 def as_dict(made: Chain, film: Film, found: Found, unseen: Found | None) -> dict[str, Any]:
     """Return what was found as plain values, in SI units."""
-    from ..measured.runs import first
+    from ..measured.runs import first_crossing
 
     law, (low, high) = made.law, made.law.ground_states[:2]
     way, sites = made.way, np.array(film.sites) - 1
@@ -162,10 +170,10 @@ def as_dict(made: Chain, film: Film, found: Found, unseen: Found | None) -> dict
     result |= {
         'misfit': found.misfit,
         'set_free': float(law.energy(low) - law.energy(high)),
-        'speed': _speed(made.spacing, passes),
+        'speed': _wave_speed(made.spacing, passes),
         'passed': int(np.isfinite(passes).sum()),
         'arrivals': [
-            {'element': site + 1, 'measured': first(film.t, u, 0.5 * way), 'fitted': at}
+            {'element': site + 1, 'measured': first_crossing(film.t, u, 0.5 * way), 'fitted': at}
             for site, u, at in zip(
                 sites.tolist(), film.u, (passes[sites] + found.begin).tolist(), strict=True
             )
@@ -183,7 +191,7 @@ def as_dict(made: Chain, film: Film, found: Found, unseen: Found | None) -> dict
     return result
 
 
-def tell(result: dict[str, Any]) -> list[str]:
+def describe_result(result: dict[str, Any]) -> list[str]:
     """Return what was found in sentences."""
     units = ('damping', '1/s'), ('friction', 'N'), ('hand', 's')
     found = ', '.join(
@@ -206,7 +214,7 @@ def tell(result: dict[str, Any]) -> list[str]:
     return lines
 
 
-def report(
+def write_report(
     made: Chain, film: Film, found: Found, lines: list[str], result: dict[str, Any], folder: Path
 ) -> list[Path]:
     """Write report, result and pictures; return their files.
@@ -216,12 +224,12 @@ def report(
     """
     import json
 
-    from mlmem_tools.cli.output import plain
+    from mlmem_tools.cli.output import to_json_value
 
     folder.mkdir(parents=True, exist_ok=True)
-    pictures = draw(made, film, found, folder)
+    pictures = draw_fronts(made, film, found, folder)
     values, text = folder / 'chain.json', folder / 'chain.md'
-    values.write_text(json.dumps(plain(result), indent=1) + '\n', encoding='utf-8')
+    values.write_text(json.dumps(to_json_value(result), indent=1) + '\n', encoding='utf-8')
     said = '\n'.join(f'- {line}' for line in lines)
     rows = ''.join(
         f'- at a spacing of {row["spacing"]:g} m: '
@@ -237,23 +245,23 @@ def report(
     return [text, values, *pictures]
 
 
-def draw(made: Chain, film: Film, found: Found, folder: Path) -> list[Path]:
+def draw_fronts(made: Chain, film: Film, found: Found, folder: Path) -> list[Path]:
     """Draw the fronts, measured and fitted, and the whole wave; return the files."""
     from ..studies import style
 
-    colours = (style.S2, style.MARK, '#009e73', '#cc79a7')
-    with style.styled():
+    colours = (style.ACTIVE_COLOUR, style.MARK_COLOUR, '#009e73', '#cc79a7')
+    with style.style_context():
         figure = style.new_figure(3.2)
         fronts, whole = style.axes_grid(figure, 1, 2)[0]
         for k, (site, u) in enumerate(zip(film.sites, film.u, strict=True)):
             colour = colours[k % len(colours)]
             fronts.plot(1e3 * film.t, 1e3 * u, color=colour, lw=1.0, label=f'element {site}')
             at = 1e3 * (found.wave.t + found.begin)
-            fronts.plot(at, 1e3 * found.wave.u[:, site - 1], '--', color=style.INK, lw=0.8)
+            fronts.plot(at, 1e3 * found.wave.u[:, site - 1], '--', color=style.INK_COLOUR, lw=0.8)
         fronts.set_xlim(1e3 * film.t[0], 1e3 * film.t[-1])
         fronts.set_xlabel('time (ms); dashed: fitted')
         fronts.set_ylabel('displacement (mm)')
-        fronts.legend(fontsize=style.SMALL - 2)
+        fronts.legend(fontsize=style.SMALL_FONT_SIZE - 2)
         mesh = whole.pcolormesh(
             1e3 * found.wave.t, np.arange(1, made.elements + 1), 1e3 * found.wave.u.T,
             shading='nearest', rasterized=True,

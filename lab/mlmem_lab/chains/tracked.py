@@ -23,30 +23,39 @@ from mlmem.physics import HeldCell, substep_times
 from mlmem.physics.curve import Curve
 from mlmem.physics.methods import NOH_BATHE
 from mlmem.physics.potential import Array
-from mlmem_tools.law.curves import FORCES, LENGTHS, CurveError, column, numbers, table
+from mlmem_tools.law.curves import (
+    FORCE_UNITS,
+    LENGTH_UNITS,
+    CurveError,
+    find_column,
+    parse_numbers,
+    read_table,
+)
 
 from ..lattices import Coupling, Friction, Lattice, Linear, OnSite, PowerLaw
-from ..measured.runs import first
+from ..measured.runs import first_crossing
 
-DISTANCES = {name.replace('displacement', 'distance'): unit for name, unit in LENGTHS.items()}
-TIMES = {'t_ms': 1e-3, 't_s': 1.0}
-TRACKED = re.compile(r'u(\d+)_(um|mm|cm|m)')
+DISTANCE_COLUMNS = {
+    name.replace('displacement', 'distance'): unit for name, unit in LENGTH_UNITS.items()
+}
+TIME_COLUMNS = {'t_ms': 1e-3, 't_s': 1.0}
+TRACKED_COLUMN = re.compile(r'u(\d+)_(um|mm|cm|m)')
 """The column of an element, counted from the driven one as 1."""
 
-FEWEST = 16
+MIN_ROWS = 16
 """Fewest rows of a film or of a coupling."""
 
-UNLIKE = 0.05
+RELATIVE_SCATTER = 0.05
 """Error of a displacement, over the way to the second well: elements are not all alike."""
 
-CORRELATED = 20.0
+ROWS_PER_DATUM = 20.0
 """Rows of a front that count as one datum."""
 
 STEP, LOOKS, AHEAD = 0.02, 10, 64
 """Step over the period of the stiffest waves, steps between two looks, and looks whose push is
 computed at once."""
 
-LONGEST = 60.0
+MAX_WAVE_PERIODS = 60.0
 """When a wave is given up, in the hand's time and the slowest period."""
 
 
@@ -71,23 +80,23 @@ def load_film(path: Path) -> Film:
     Raises:
         CurveError: It is none; the message names the line.
     """
-    line, names, rows = table(path, 't_ms,u8_mm,u9_mm')
-    time, unit = column(path, line, names, TIMES)
-    of = [(k, found) for k, name in enumerate(names) if (found := TRACKED.fullmatch(name))]
+    line, names, rows = read_table(path, 't_ms,u8_mm,u9_mm')
+    time, unit = find_column(path, line, names, TIME_COLUMNS)
+    of = [(k, found) for k, name in enumerate(names) if (found := TRACKED_COLUMN.fullmatch(name))]
     if not of:
         raise CurveError(
             f'{path}, line {line}: the header must name tracked elements as u8_mm, 8 being the '
             'number of the element, the driven one 1'
         )
     values = np.array(
-        [numbers(path, k, text, names, (time, *(c for c, _ in of))) for k, text in rows]
+        [parse_numbers(path, k, text, names, (time, *(c for c, _ in of))) for k, text in rows]
     )
-    if len(values) < FEWEST:
-        raise CurveError(f'{path}: it must have at least {FEWEST} rows; got {len(values)}')
+    if len(values) < MIN_ROWS:
+        raise CurveError(f'{path}: it must have at least {MIN_ROWS} rows; got {len(values)}')
     t = unit * values[:, 0]
     if (late := np.flatnonzero(np.diff(t) <= 0.0)).size:
         raise CurveError(f'{path}, line {rows[late[0] + 1][0]}: times must rise')
-    units = np.array([LENGTHS[f'displacement_{found[2]}'] for _, found in of])
+    units = np.array([LENGTH_UNITS[f'displacement_{found[2]}'] for _, found in of])
     return Film(t, units[:, None] * values[:, 1:].T, tuple(int(found[1]) for _, found in of))
 
 
@@ -112,24 +121,28 @@ def load_coupling(path: Path) -> Magnets:
     Raises:
         CurveError: It is none; the message names the line.
     """
-    line, names, rows = table(path, 'distance_mm,force_N')
-    (r, length), (f, unit) = (column(path, line, names, known) for known in (DISTANCES, FORCES))
-    values = np.array([numbers(path, k, text, names, (r, f)) for k, text in rows])
-    if len(values) < FEWEST:
-        raise CurveError(f'{path}: it must have at least {FEWEST} rows; got {len(values)}')
+    line, names, rows = read_table(path, 'distance_mm,force_N')
+    (r, length), (f, unit) = (
+        find_column(path, line, names, known) for known in (DISTANCE_COLUMNS, FORCE_UNITS)
+    )
+    values = np.array([parse_numbers(path, k, text, names, (r, f)) for k, text in rows])
+    if len(values) < MIN_ROWS:
+        raise CurveError(f'{path}: it must have at least {MIN_ROWS} rows; got {len(values)}')
     if (bad := np.flatnonzero((values <= 0.0).any(axis=1))).size:
         raise CurveError(f'{path}, line {rows[bad[0]][0]}: distance and force must be above 0')
     r, f = values.T * [[length], [unit]]
     middle = float(np.exp(np.log(r).mean()))
 
-    def miss(x: Array) -> Array:
+    def coupling_misfit(x: Array) -> Array:
         return np.asarray(x[0] - x[2] * np.log((r / middle + x[1]) / (1.0 + x[1])) - np.log(f))
 
-    found = least_squares(miss, [np.log(f).mean(), 0.1, 3.0], bounds=([-99, 0, 0.1], [99, 9, 30]))
+    found = least_squares(
+        coupling_misfit, [np.log(f).mean(), 0.1, 3.0], bounds=([-99, 0, 0.1], [99, 9, 30])
+    )
     A, b, p = found.x
     return Magnets(
         float(np.exp(A) * (middle * (1.0 + b)) ** p), float(b * middle), float(p),
-        float(np.abs(np.expm1(miss(found.x))).max()),
+        float(np.abs(np.expm1(coupling_misfit(found.x))).max()),
     )  # fmt: skip
 
 
@@ -169,7 +182,7 @@ class Wave:
 
     def arrivals(self) -> Array:
         """Return when each element has gone half of its way, s, shape (n,); NaN for never."""
-        return np.array([first(self.t, each, 0.5 * self.way) for each in self.u.T])
+        return np.array([first_crossing(self.t, each, 0.5 * self.way) for each in self.u.T])
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +209,7 @@ class Chain:
         return self.law.ground_state(1) - self.law.ground_state(0)
 
     @property
-    def slowest(self) -> float:
+    def slowest_period(self) -> float:
         """Period of an element alone in its first well, s."""
         k = float(self.law.stiffness(self.law.ground_state(0)))
         return 2.0 * np.pi * float(np.sqrt(self.mass / k))
@@ -214,7 +227,7 @@ class Chain:
             self.elements + 1,
             self.law.ground_state(0),
             self.way,
-            self.slowest,
+            self.slowest_period,
         )
         unit = self.coupling if isinstance(self.coupling, float) else 1.0
         if isinstance(self.coupling, Magnets):
@@ -226,7 +239,7 @@ class Chain:
             stiff = self.coupling.A * p * near ** (-p - 1.0)
         else:
             pair, stiff = Linear(), self.coupling
-        fastest = float(np.sqrt((self.law.stiffest(way) + 4.0 * stiff) / self.mass))
+        fastest = float(np.sqrt((self.law.max_stiffness(way) + 4.0 * stiff) / self.mass))
         dt = STEP * 2.0 * np.pi / fastest
         chain = Lattice(
             Measured(self.law, unit), pair, np.full(n, self.mass / unit), dt,
@@ -234,8 +247,8 @@ class Chain:
             friction=Friction(friction / unit, 1e-3 * way / slowest), held=(n,),
         )  # fmt: skip
         chain.place(np.full(n, start))
-        u, late = [chain.displacement.copy()], hand + LONGEST * slowest
-        held = _pushed(start, way, hand, dt)
+        u, late = [chain.displacement.copy()], hand + MAX_WAVE_PERIODS * slowest
+        held = _drive_chains(start, way, hand, dt)
         while chain.time < late:
             chain.advance(LOOKS, next(held))
             u.append(chain.displacement.copy())
@@ -248,7 +261,7 @@ class Chain:
         )
 
 
-def _pushed(start: float, way: float, hand: float, dt: float) -> Iterator[HeldCell]:
+def _drive_chains(start: float, way: float, hand: float, dt: float) -> Iterator[HeldCell]:
     """Yield the motion of the first element between each two looks, of many computed at once."""
     for begun in itertools.count(0, LOOKS * AHEAD):
         x = np.minimum(substep_times(LOOKS * AHEAD, dt, NOH_BATHE, begun) / hand, 1.0)
@@ -264,7 +277,7 @@ class Found:
     Attributes:
         damping, friction, hand: 1/s, N, s.
         deviations: Their standard deviations.
-        misfit: Per datum; 1 if fronts differ by `UNLIKE`.
+        misfit: Per datum; 1 if fronts differ by `RELATIVE_SCATTER`.
         begin: When the push began in the film's time, s.
         wave: The wave to the end of the chain.
     """
@@ -278,7 +291,9 @@ class Found:
     wave: Wave
 
 
-def fit(chain: Chain, film: Film, tell: Callable[[int, float], None] = lambda *_: None) -> Found:
+def fit_chain(
+    chain: Chain, film: Film, tell: Callable[[int, float], None] = lambda *_: None
+) -> Found:
     """Find damping, friction and hand with which a chain moves as in a film.
 
     Args:
@@ -291,31 +306,31 @@ def fit(chain: Chain, film: Film, tell: Callable[[int, float], None] = lambda *_
     """
     if max(film.sites) > chain.elements or min(film.sites) < 2:
         raise CurveError(f'tracked elements must be from 2 to {chain.elements}; got {film.sites}')
-    half = np.array([first(film.t, u, 0.5 * chain.way) for u in film.u])
+    half = np.array([first_crossing(film.t, u, 0.5 * chain.way) for u in film.u])
     if not np.isfinite(half).all():
         late = film.sites[int(np.argmin(np.isfinite(half)))]
         raise CurveError(
             f'element {late} must pass half the way, {500.0 * chain.way:.3g} mm, in the film'
         )
-    near = np.abs(film.t - half[:, None]) < 1.5 * chain.slowest
-    weight = near / (UNLIKE * chain.way * np.sqrt(CORRELATED))
+    near = np.abs(film.t - half[:, None]) < 1.5 * chain.slowest_period
+    weight = near / (RELATIVE_SCATTER * chain.way * np.sqrt(ROWS_PER_DATUM))
     between = np.linspace(chain.law.ground_state(0), chain.law.ground_state(1), 200)
     strongest = float(np.abs(chain.law.slope(between)).max())
-    scale = np.array([0.3 / chain.slowest, 0.01 * strongest, chain.slowest])
+    scale = np.array([0.3 / chain.slowest_period, 0.01 * strongest, chain.slowest_period])
     count = 0
 
-    def misfit(found: Array) -> float:
-        return float((found**2).sum() * CORRELATED / near.sum())
+    def total_misfit(found: Array) -> float:
+        return float((found**2).sum() * ROWS_PER_DATUM / near.sum())
 
-    def moved(x: Array, until: int) -> tuple[Wave, float]:
+    def simulate_wave(x: Array, until: int) -> tuple[Wave, float]:
         damping, friction, hand = (scale * np.exp(x)).tolist()
         wave = chain.wave(damping, friction, hand, until)
         passes = wave.arrivals()[np.array(film.sites) - 1]
         return wave, float((half - passes).mean())
 
-    def misses(x: Array) -> Any:
+    def wave_residuals(x: Array) -> Any:
         nonlocal count
-        wave, begin = moved(x, min(max(film.sites) + 1, chain.elements))
+        wave, begin = simulate_wave(x, min(max(film.sites) + 1, chain.elements))
         if np.isfinite(begin):
             at = film.t - begin
             rows = [
@@ -328,17 +343,19 @@ def fit(chain: Chain, film: Film, tell: Callable[[int, float], None] = lambda *_
             found = weight * chain.way * (2.0 - share)
         count += 1
         found = found.ravel()
-        tell(count, misfit(found))
+        tell(count, total_misfit(found))
         return found
 
     tries = list(itertools.product((-1.5, 0.0, 1.5), (-1.5, 0.5), (-1.0, 0.0)))
-    best = min(tries, key=lambda x: float((misses(np.array(x)) ** 2).sum()))
-    found = least_squares(misses, best, diff_step=3e-3, bounds=(-6.0, 6.0), max_nfev=40)
+    best = min(tries, key=lambda x: float((wave_residuals(np.array(x)) ** 2).sum()))
+    found = least_squares(wave_residuals, best, diff_step=3e-3, bounds=(-6.0, 6.0), max_nfev=40)
     covariance = np.linalg.pinv(found.jac.T @ found.jac)
     damping, friction, hand = (values := scale * np.exp(found.x)).tolist()
-    wave, begin = moved(found.x, chain.elements)
+    wave, begin = simulate_wave(found.x, chain.elements)
     if not np.isfinite(begin):
         raise CurveError('no wave of this law and coupling passes the tracked elements')
     spread = np.sqrt(np.diag(covariance)) * values
     damped, rubbed, pushed = spread.tolist()
-    return Found(damping, friction, hand, (damped, rubbed, pushed), misfit(found.fun), begin, wave)
+    return Found(
+        damping, friction, hand, (damped, rubbed, pushed), total_misfit(found.fun), begin, wave
+    )

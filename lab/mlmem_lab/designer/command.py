@@ -12,22 +12,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mlmem.instrument.end import End
-from mlmem.law_file import load as load_law
+from mlmem.law_file import read_law_file as load_law
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
-from mlmem_ros.parameter_file import load, text_of
-from mlmem_tools.checks.capacity import capacities
+from mlmem_ros.parameter_file import format_preset, load_preset
+from mlmem_tools.checks.capacity import list_capacities
 from mlmem_tools.checks.concern import Subject
-from mlmem_tools.checks.schedule import cycle_time
-from mlmem_tools.cli.command import element_of
+from mlmem_tools.checks.schedule import compute_cycle_time
+from mlmem_tools.cli.command import load_element_option
 from mlmem_tools.cli.design import print_capacity, print_report
-from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
-from ..results import DEVICE, load_kept, save
+from ..results import DEVICE_MODULES, load_kept, save_result
 from ..studies.campaign import CampaignError
-from ..studies.campaign.terminal import evaluated
+from ..studies.campaign.terminal import evaluate_missing
 from ..studies.proof import Proof, Tally
-from . import DesignNotFound, Proposal, propose
+from . import DesignNotFound, Proposal, propose_design
 from .pulses import dynamic_range
 
 if TYPE_CHECKING:
@@ -41,21 +41,21 @@ if TYPE_CHECKING:
 def find(arguments: argparse.Namespace) -> int:
     """Find a design and write it; return the exit status."""
     try:
-        return _find(arguments)
+        return _run_find(arguments)
     except DesignNotFound as error:
-        return complain('design', error, 2)
+        return print_failure('design', error, 2)
     except CampaignError as error:
-        return complain('design', error, 1)
+        return print_failure('design', error, 1)
 
 
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs; return the exit status."""
-    designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
-    if element := element_of(arguments, *designs[0][1:]):
+    designs = [(Path(source).stem, *load_preset(source)) for source in arguments.sources]
+    if element := load_element_option(arguments, *designs[0][1:]):
         designs = [(f'{designs[0][0]}-{arguments.element.stem}', *designs[0][1:])]
     try:
-        return _show(
-            plain_console(aside=arguments.json),
+        return _show_proofs(
+            create_console(aside=arguments.json),
             designs,
             arguments,
             arguments.markdown,
@@ -63,17 +63,17 @@ def prove(arguments: argparse.Namespace) -> int:
             element,
         )
     except CampaignError as error:
-        return complain('design', error, 1)
+        return print_failure('design', error, 1)
 
 
-def _find(arguments: argparse.Namespace) -> int:
-    console = plain_console(aside=arguments.json)
+def _run_find(arguments: argparse.Namespace) -> int:
+    console = create_console(aside=arguments.json)
     if arguments.law is None:
-        found, how = propose(arguments.levels), f'mlmem design --levels {arguments.levels}'
+        found, how = propose_design(arguments.levels), f'mlmem design --levels {arguments.levels}'
     else:
-        found, how = _of_a_law(arguments, console)
+        found, how = _design_with_law(arguments, console)
     levels = found.design.levels
-    text = f'# {levels} levels, by `{how}`.\n' + text_of(found.design, found.settings)
+    text = f'# {levels} levels, by `{how}`.\n' + format_preset(found.design, found.settings)
     if arguments.json and not arguments.prove:
         print_json(
             {
@@ -91,14 +91,14 @@ def _find(arguments: argparse.Namespace) -> int:
         for number, reason in found.reasons.items():
             console.print(f'not {number} cells per level: {reason}')
         print_report(console, f'{levels} levels', found.report, brief=True)
-        print_capacity(console, capacities(found.design, found.settings))
+        print_capacity(console, list_capacities(found.design, found.settings))
     if not arguments.prove:
         return 0
     name = f'levels_{levels}'
-    return _show(console, [(name, found.design, found.settings)], arguments, None)
+    return _show_proofs(console, [(name, found.design, found.settings)], arguments, None)
 
 
-def _of_a_law(arguments: argparse.Namespace, console: Console) -> tuple[Proposal, str]:
+def _design_with_law(arguments: argparse.Namespace, console: Console) -> tuple[Proposal, str]:
     """Return a design of cells with a law, of the most levels if none are given, and its command.
 
     Raises:
@@ -115,7 +115,7 @@ def _of_a_law(arguments: argparse.Namespace, console: Console) -> tuple[Proposal
     for levels in tried:
         try:
             with console.status(f'{levels} levels'):
-                found = propose(levels, cell)
+                found = propose_design(levels, cell)
         except DesignNotFound as error:
             if found is None:
                 raise
@@ -133,7 +133,7 @@ def _of_a_law(arguments: argparse.Namespace, console: Console) -> tuple[Proposal
     return dataclasses.replace(found, settings=settings), how
 
 
-def _show(
+def _show_proofs(
     console: Console,
     designs: list[tuple[str, Design, Settings]],
     arguments: argparse.Namespace,
@@ -147,21 +147,23 @@ def _show(
         with console.status(f'{name}: calibrating {design.levels} levels'):
             study = Proof(design, settings, arguments.sample, element=element).campaign()
         ledger = arguments.folder / f'{name}.jsonl'
-        tally = Tally.of(evaluated(console, study, ledger, arguments.jobs, what=f'{name}: runs'))
-        proofs.append(cells(name, design, settings, tally))
+        tally = Tally.of(
+            evaluate_missing(console, study, ledger, arguments.jobs, what=f'{name}: runs')
+        )
+        proofs.append(table_cells(name, design, settings, tally))
         passed = passed and not tally.errors
         for error in tally.errors:
             console.print(f'{name}: {error}', style='red')
     columns = [list(proofs[0]), *(list(proof.values()) for proof in proofs)]
     (_, *names), *lines = zip(*columns, strict=True)
-    table = plain_table('', '', *names)
+    table = create_table('', '', *names)
     for line in lines:
         table.add_row(*line)
     console.print(table)
     if arguments.json:
         print_json({'passed': passed, 'proofs': proofs})
     if table_file is not None:
-        table_file.write_text(_markdown(columns), encoding='utf-8')
+        table_file.write_text(_format_markdown(columns), encoding='utf-8')
     if result_file is not None:
         kept = load_kept(result_file)
         made = ' '.join(['mlmem design prove', *names])
@@ -169,24 +171,24 @@ def _show(
         made = f'{kept["command"]} && {made}' if kept else made
         proven = {name: dict(proof) for name, proof in zip(names, proofs, strict=True)}
         proven = kept.get('presets', {}) | proven
-        modules = [*DEVICE, 'lab/mlmem_lab/studies/proof.py']
-        save(result_file, {'presets': proven}, made, modules, names, kept=kept)
+        modules = [*DEVICE_MODULES, 'lab/mlmem_lab/studies/proof.py']
+        save_result(result_file, {'presets': proven}, made, modules, names, kept=kept)
     return 0 if passed else 1
 
 
-def _markdown(lines: Sequence[Sequence[str]]) -> str:
+def _format_markdown(lines: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table; the first line has the headings."""
     heading, *rows = ('| ' + ' | '.join(line) + ' |\n' for line in lines)
     return ''.join((heading, '|' + '---|' * len(lines[0]) + '\n', *rows))
 
 
-def cells(name: str, design: Design, settings: Settings, tally: Tally) -> dict[str, str]:
+def table_cells(name: str, design: Design, settings: Settings, tally: Tally) -> dict[str, str]:
     """Return what the table says of a design, by heading."""
     write, subject = settings.write, Subject(design, settings)
     end = End.RIGHT if settings.read.end == End.RIGHT else End.LEFT
     probe = end.probe(settings)
     times = write.ramp, write.hold, write.ease, write.release, write.settle
-    step = cycle_time(subject, write)
+    step = compute_cycle_time(subject, write)
     unit = settings.scale.time
     return {
         'preset': name,

@@ -18,38 +18,38 @@ import numpy as np
 
 from mlmem.instrument.end import End
 from mlmem.physics import PEFRL, Design, Specimen
-from mlmem.physics.equilibrium import resting_wall
-from mlmem.physics.waves import band, fastest_speed, group_velocity
-from mlmem.readers.decoding import primary
-from mlmem.readers.echo import blanking, threshold
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics.waves import fastest_speed, group_velocity, pass_band
+from mlmem.readers.decoding import primary_end
+from mlmem.readers.echo import blanking_time, detection_threshold
 from mlmem.settings import ProbeSettings
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.echoes import forecast_echo
 
-LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
+ENVELOPE_LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
 """Standard deviations of the envelope to try, shortest first."""
 
-CLEAR = 30.0
+MIN_CLUTTER_RATIO = 30.0
 """Least ratio of the faintest echo to the clutter before it, both compensated for damping."""
 
-HEADROOM = 7.7
+MAX_THRESHOLD_RATIO = 7.7
 """Greatest ratio of the faintest echo to the threshold: it is then crossed 2.0 sigma before the
 peak of the echo."""
 
-LOSS = 60.0
+MAX_LOSS_DB = 60.0
 """Most loss of the farthest echo by damping, in dB."""
 
-FASTEST = 0.91
+MAX_CARRIER_RATIO = 0.91
 """Carrier over the lower band edge of the active phase, roughly, for the damping alone."""
 
 HALF_WIDTH = 0.9
 """Distance of the carrier from the upper edge of the usable band, in 1 / sigma."""
 
-SHORT = 6.0
+CONFIRM_SIGMA = 6.0
 """Standard deviation of the left end's envelope: of all levels only the first is so near that its
 echo begins before the pulse has ended."""
 
-BELOW = 0.015
+BAND_EDGE_DISTANCE = 0.015
 """Distance of its carrier from the upper edge of the inactive phase's band, above which the wall
 reflects everything: there the echo's front is steepest."""
 
@@ -60,23 +60,26 @@ OVER_CLUTTER = 1.7
 """Its threshold over the clutter: the lower, the steeper is the front that crosses it."""
 
 
-def confirm(design: Design) -> ProbeSettings:
+def confirm_probe(design: Design) -> ProbeSettings:
     """Return the pulse and detector with which the left end confirms a level."""
-    edge = band(design.k_s1 * float(design.alpha.max()))[1]
+    edge = pass_band(design.k_s1 * float(design.alpha.max()))[1]
     probe = ProbeSettings(
-        omega_c=round(edge - BELOW, 3), sigma=SHORT, gain_decay=0.5 * design.eta, v_th=0.5
+        omega_c=round(edge - BAND_EDGE_DISTANCE, 3),
+        sigma=CONFIRM_SIGMA,
+        gain_decay=0.5 * design.eta,
+        v_th=0.5,
     )
     far = design.levels - 1
-    v = resting_wall(Specimen(design), far)
+    v = find_pinned_wall(Specimen(design), far)
     echo = forecast_echo(design, v, probe, End.LEFT, PEFRL.accurate_step, PEFRL)
     fastest = 2.0 * End.LEFT.distance(design, far) / fastest_speed(design.k_s2)
-    before = (echo.t > blanking(probe)) & (echo.t < fastest)
-    gain = probe.v_th / threshold(probe, echo.t[before])
+    before = (echo.t > blanking_time(probe)) & (echo.t < fastest)
+    gain = probe.v_th / detection_threshold(probe, echo.t[before])
     clutter = float((gain * echo.v_c[before]).max(initial=LEAST_CLUTTER))
     return replace(probe, v_th=float(f'{OVER_CLUTTER * clutter:.1e}'))
 
 
-def listen(design: Design) -> tuple[ProbeSettings, int] | None:
+def choose_probe(design: Design) -> tuple[ProbeSettings, int] | None:
     """Return the shortest pulse that hears every level clearly, and the tail that it needs.
 
     The tail of the design may still be too short.
@@ -85,56 +88,56 @@ def listen(design: Design) -> tuple[ProbeSettings, int] | None:
         Pulse and detector of the right end, and the cells that this end needs beyond the last
         level's spacing; None if no pulse is clear of the clutter.
     """
-    lowest = band(design.k_s1 * float(design.alpha.max()))[0]
-    highest = band(design.k_s2 * float(design.alpha.min()))[0]
-    for sigma in LENGTHS:
+    lowest = pass_band(design.k_s1 * float(design.alpha.max()))[0]
+    highest = pass_band(design.k_s2 * float(design.alpha.min()))[0]
+    for sigma in ENVELOPE_LENGTHS:
         probe = ProbeSettings(
             omega_c=round(highest - HALF_WIDTH / sigma, 3), sigma=sigma, window=4.0,
             gain_decay=0.5 * design.eta, v_th=0.5,
         )  # fmt: skip
-        if probe.omega_c > lowest and (found := _heard(design, probe)):
+        if probe.omega_c > lowest and (found := _fit_threshold(design, probe)):
             return found
     return None
 
 
-def _heard(design: Design, probe: ProbeSettings) -> tuple[ProbeSettings, int] | None:
+def _fit_threshold(design: Design, probe: ProbeSettings) -> tuple[ProbeSettings, int] | None:
     """Return the pulse with the threshold and the tail for the two farthest echoes."""
     speed = float(group_velocity(probe.omega_c, design.k_s1))
     # Forecast with the room that the pulse will have, so that it hides nothing.
     roomy = replace(design, N=design.N - design.tail + 400, tail=400)
-    far = [np.full(roomy.N, roomy.D_s1), resting_wall(Specimen(roomy), 0)]
+    far = [np.full(roomy.N, roomy.D_s1), find_pinned_wall(Specimen(roomy), 0)]
     signal, clutter = math.inf, 0.0
     for v in far:
         echo = forecast_echo(roomy, v, probe, End.RIGHT, PEFRL.accurate_step, PEFRL)
-        heard = echo.t > blanking(probe)
+        heard = echo.t > blanking_time(probe)
         t, v_c = echo.t[heard], echo.v_c[heard]
-        gain = probe.v_th / threshold(probe, t)
-        arrives = 6.0 * probe.sigma + 2.0 * (roomy.N - roomy.defect(0)) / speed
+        gain = probe.v_th / detection_threshold(probe, t)
+        arrives = 6.0 * probe.sigma + 2.0 * (roomy.N - roomy.defect_site(0)) / speed
         before = t < arrives - 10.0 * probe.sigma
         signal = min(signal, float((gain * v_c)[~before].max()))
         clutter = max(clutter, float((gain * v_c)[before].max(initial=0.0)))
-    if signal < CLEAR * clutter:
+    if signal < MIN_CLUTTER_RATIO * clutter:
         return None
-    v_th = float(f'{max(math.sqrt(signal * clutter), signal / HEADROOM):.1e}')
+    v_th = float(f'{max(math.sqrt(signal * clutter), signal / MAX_THRESHOLD_RATIO):.1e}')
     early = probe.sigma * math.sqrt(2.0 * math.log(signal / v_th))
-    room = 0.5 * speed * (blanking(probe) - 6.0 * probe.sigma + early)
+    room = 0.5 * speed * (blanking_time(probe) - 6.0 * probe.sigma + early)
     return replace(probe, v_th=v_th), math.ceil(room / design.J) * design.J
 
 
 def dynamic_range(subject: Subject) -> float:
     """Return the amplitude of the pulse over the v_c of the faintest echo that is read, in dB."""
     design, settings = subject.design, subject.settings
-    end = primary(settings.read)
+    end = primary_end(settings.read)
     probe = end.probe(settings)
-    v = resting_wall(Specimen(design), design.levels - 1 if end is End.LEFT else 0)
+    v = find_pinned_wall(Specimen(design), design.levels - 1 if end is End.LEFT else 0)
     echo = forecast_echo(design, v, probe, end, PEFRL.accurate_step, PEFRL)
-    heard = echo.t > (blanking(probe) if echo.delay is None else echo.delay)
+    heard = echo.t > (blanking_time(probe) if echo.delay is None else echo.delay)
     return 20.0 * math.log10(probe.A / float(echo.v_c[heard].max()))
 
 
-def damping_for(design: Design) -> float:
+def greatest_damping(design: Design) -> float:
     """Return the greatest damping 1 / (250 n) that leaves the farthest echo audible."""
-    speed = float(group_velocity(FASTEST * band(design.k_s2)[0], design.k_s1))
+    speed = float(group_velocity(MAX_CARRIER_RATIO * pass_band(design.k_s2)[0], design.k_s1))
     time = 2.0 * (design.N + design.J) / speed
-    greatest = 2.0 * math.log(10.0 ** (LOSS / 20.0)) / time
+    greatest = 2.0 * math.log(10.0 ** (MAX_LOSS_DB / 20.0)) / time
     return 1.0 / (250.0 * max(1, math.ceil(1.0 / (250.0 * greatest))))

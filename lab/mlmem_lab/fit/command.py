@@ -16,90 +16,92 @@ from typing import Any
 import numpy as np
 
 from mlmem import Shot
-from mlmem.element_file import Element, save
+from mlmem.element_file import Element, write_element_file
 from mlmem.parsing import DecodeError
 from mlmem.physics import INTEGRATORS, Design, DesignError, Integrator
 from mlmem.physics.potential import Array
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.parameter_file import load as design_of
-from mlmem_ros.session.data import load
-from mlmem_tools.cli.command import JSON, command, option
-from mlmem_tools.cli.output import complain, plain_console, print_json
-from mlmem_tools.twin.unknowns import SHARED
+from mlmem_ros.parameter_file import load_preset as design_of
+from mlmem_ros.session.data import load_session
+from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, print_failure, print_json
+from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 
 from ..studies.campaign.terminal import Bar
 from . import csv_shots
 from .fit import Misfitting
-from .fit import fit as fitted
-from .fitted import ADDED, TERMS, Fit, has
+from .fit import fit_element as fitted
+from .fitted import ADDED_TERMS, TERM_DESCRIPTIONS, Fit, has_term
 from .misfit import Prior
 
 
-@command(
+@declare_command(
     'fit an individual element, cell by cell, to the shots of a survey',
-    option('source', nargs='+', metavar='SESSION', help='session with a survey, or CSV of a shot'),
-    option('--output', metavar='FILE', help='write the element to this file'),
-    option('--design', metavar='FILE|PRESET', help='design as built; a session has its own'),
-    option('--scatter', type=float, metavar='X', default=0.02,
+    declare_option('source', nargs='+', metavar='SESSION',
+        help='session with a survey, or CSV of a shot'),
+    declare_option('--output', metavar='FILE', help='write the element to this file'),
+    declare_option('--design', metavar='FILE|PRESET',
+        help='design as built; a session has its own'),
+    declare_option('--scatter', type=float, metavar='X', default=0.02,
            help='scatter of alpha that is expected, relative'),
-    JSON,
+    JSON_OPTION,
     text=__doc__,
 )  # fmt: skip
 def fit(arguments: argparse.Namespace) -> int:
     """Fit; return 0, 1 if the data cannot be fitted, 2 if they cannot be read."""
     try:
-        design, shots, integrator = _read(arguments)
+        design, shots, integrator = _read_inputs(arguments)
     except (BagError, DecodeError, DesignError, Misfitting) as error:
-        return complain('fit', error, 2)
-    console = plain_console(aside=True)
+        return print_failure('fit', error, 2)
+    console = create_console(aside=True)
     try:
         with Bar(console) as report:
             found = fitted(
                 design, shots, prior=Prior(scatter=arguments.scatter), integrator=integrator,
                 report=report,
             )  # fmt: skip
-        element = element_of(found)
+        element = build_element(found)
         if arguments.output:
-            save(Path(arguments.output), element)
+            write_element_file(Path(arguments.output), element)
     except (Misfitting, OSError) as error:
         if arguments.json:
             print_json({'error': str(error)})
-        return complain('fit', error, 1)
+        return print_failure('fit', error, 1)
     if arguments.json:
         print_json(_as_dict(found))
     else:
-        _describe(found, arguments.output)
+        _describe_fit(found, arguments.output)
     return 0
 
 
-OF_ENDS = 'zero', 'gain', 'drive', 'late', 'lag'
+END_UNKNOWNS = 'zero', 'gain', 'drive', 'late', 'lag'
 
 
-def element_of(found: Fit) -> Element:
+def build_element(found: Fit) -> Element:
     """Return a fit as the element of a file."""
     unknowns, x = found.unknowns, found.x
     return Element(
         found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
-        {name: _pair(unknowns.of_ends(x, name)) for name in OF_ENDS},
+        {name: _parse_pair(unknowns.end_values(x, name)) for name in END_UNKNOWNS},
         found.chi2, found.data, found.untold,
     )  # fmt: skip
 
 
-def _pair(ends: Array) -> tuple[float, float]:
+def _parse_pair(ends: Array) -> tuple[float, float]:
     return float(ends[0]), float(ends[1])
 
 
-def _read(arguments: argparse.Namespace) -> tuple[Design, list[Shot], Integrator | None]:
+def _read_inputs(arguments: argparse.Namespace) -> tuple[Design, list[Shot], Integrator | None]:
     """Return design, shots, and the integrator of a simulated element."""
     design = design_of(arguments.design).design if arguments.design else None
     shots: list[Shot] = []
     integrators: set[Integrator | None] = set()
     for source in arguments.source:
         if source.endswith('.csv'):
-            shots.append(csv_shots.load(Path(source)))
+            shots.append(csv_shots.load_shot(Path(source)))
             integrators.add(None)
             continue
-        session = load(source)
+        session = load_session(source)
         if not session.shots:
             raise Misfitting(f'{source} holds no shots: run `mlmem survey` while it is recorded')
         header = session.require_header()
@@ -124,7 +126,7 @@ def _as_dict(found: Fit) -> dict[str, Any]:
                 'value': float(found.x[unknowns.shared(name)]),
                 'std': float(deviations[unknowns.shared(name)]),
             }
-            for name in SHARED
+            for name in SHARED_UNKNOWNS
         },
         'walls': sorted({shot.wall for shot in found.misfit.shots if shot.wall}),
         'noise': found.noise,
@@ -132,7 +134,7 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'in_band': found.in_band,
         'data': found.data,
         'held_out': list(found.held_out),
-        'added': _added(found),
+        'added': _added_terms(found),
         'scatter': dict(found.misfit.scatter),
         'untold': list(found.untold),
     }
@@ -147,12 +149,12 @@ def _as_dict(found: Fit) -> dict[str, Any]:
     return told
 
 
-def _added(found: Fit) -> list[str]:
-    """Return which terms the data asked for, keys of `TERMS`."""
-    return [term for term in ADDED if has(found.misfit, term)]
+def _added_terms(found: Fit) -> list[str]:
+    """Return which terms the data asked for, keys of `TERM_DESCRIPTIONS`."""
+    return [term for term in ADDED_TERMS if has_term(found.misfit, term)]
 
 
-def _describe(found: Fit, output: str | None) -> None:
+def _describe_fit(found: Fit, output: str | None) -> None:
     """Print what was found in some lines."""
     unknowns = found.unknowns
     nominal = unknowns.design.alpha
@@ -170,8 +172,8 @@ def _describe(found: Fit, output: str | None) -> None:
         f'each pulse, predicted from the others: misfit per datum {min(found.held_out):.3f} to '
         f'{max(found.held_out):.3f}'
     )
-    for term in _added(found):
-        print(f'fitted, too, as the data ask for it: {TERMS[term]}')
+    for term in _added_terms(found):
+        print(f'fitted, too, as the data ask for it: {TERM_DESCRIPTIONS[term]}')
     for words in found.untold:
         print(f'not told: {words}')
     if output:

@@ -11,15 +11,15 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from mlmem.physics.potential import Array
 
-from .misfit import LARGEST, WHOLE, Misfit, Normal, Slopes, basis
+from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Normal, Slopes, free_basis
 
-FEW = 1e-2
+SMALL_DAMPING = 1e-2
 """Damping up to which a small decrease means that the minimum is near."""
 
-ROUGH = 1e-3
+SMALL_DECREASE = 1e-3
 """Decrease of a misfit beyond what is allowed that is little: such a model lacks something."""
 
-FORESEEN = 0.2
+MAX_FORECAST_ERROR = 0.2
 """Error of the decrease that is foreseen up to which derivatives are kept, relative."""
 
 
@@ -44,7 +44,7 @@ class Stage:
     least: float = 0.0
 
 
-def minimise(
+def minimise_misfit(
     misfit: Misfit, x: Array, stage: Stage, slopes: Slopes | None = None
 ) -> tuple[Array, float, Slopes | None]:
     """Return the values of least misfit and prior, by Levenberg and Marquardt's method.
@@ -64,10 +64,10 @@ def minimise(
         StateError, DesignError: The start makes no element.
     """
     mean, precision = misfit.unknowns.mean, misfit.precision
-    free = basis(misfit.unknowns, stage.free)
+    free = free_basis(misfit.unknowns, stage.free)
     prior = free.T @ precision @ free
 
-    def total(x: Array, cost: float) -> float:
+    def total_cost(x: Array, cost: float) -> float:
         return cost + float((x - mean) @ precision @ (x - mean))
 
     shared, damping, left = stage.free == 'shared', 0.0, stage.iterations
@@ -78,7 +78,7 @@ def minimise(
         if new:
             slopes, sure, near = misfit.slopes(x, stage.window, shared), True, None
         normal = near = misfit.normal(x, stage.window, stage.blur, slopes, near)
-        now = total(x, normal.cost)
+        now = total_cost(x, normal.cost)
         H, g = (normal.H, normal.g) if shared else (free.T @ normal.H @ free, free.T @ normal.g)
         H, g = H + prior, g + free.T @ precision @ (x - mean)
         scale = 1.0 / np.sqrt(np.diag(H))
@@ -91,63 +91,63 @@ def minimise(
                 continue
             step = cho_solve(factor, scale * g)
             moved = x - free @ (scale * step)
-            then = total(moved, misfit.cost(moved, stage.window, stage.blur))
+            then = total_cost(moved, misfit.cost(moved, stage.window, stage.blur))
             if then < now or damping > 1e6 or not new:
                 break
             damping = max(1e-4, 10.0 * damping)
         foreseen = float(step @ (2.0 * scale * g - H @ step))
-        beyond = now - LARGEST * normal.data
-        enough = max(stage.least, stage.enough * now, ROUGH * beyond)
+        beyond = now - MAX_MISFIT_PER_DATUM * normal.data
+        enough = max(stage.least, stage.enough * now, SMALL_DECREASE * beyond)
         if not then < now:
-            if new or (sure and damping < FEW and foreseen < enough):
+            if new or (sure and damping < SMALL_DAMPING and foreseen < enough):
                 return x, now / max(1, normal.data), slopes
             slopes = None
             continue
         x, damping, left = moved, damping / 10.0 if damping > 1e-4 else 0.0, left - 1
-        little = now - then < enough and (damping < FEW or last < enough)
+        little = now - then < enough and (damping < SMALL_DAMPING or last < enough)
         last = now - then
         if little and sure:
             break
-        if little or abs(now - then - foreseen) > max(FORESEEN * foreseen, enough):
+        if little or abs(now - then - foreseen) > max(MAX_FORECAST_ERROR * foreseen, enough):
             slopes = None
     return x, then / max(1, normal.data), slopes
 
 
-AGAIN = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))
+SHARED_STAGES = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))
 """How what all cells share is fitted once more."""
 
-SHARPER = (
-    Stage(WHOLE, 3e-4),
-    Stage(WHOLE, 1e-4, iterations=1),
-    Stage(WHOLE, 3e-5, iterations=1),
+WHOLE_STAGES = (
+    Stage(WHOLE_WINDOW, 3e-4),
+    Stage(WHOLE_WINDOW, 1e-4, iterations=1),
+    Stage(WHOLE_WINDOW, 3e-5, iterations=1),
 )
 """How the whole record is taken into account."""
 
-BLANK = (*SHARPER, Stage(WHOLE, 0.0, iterations=20, enough=1e-3))
+BLANK_STAGES = (*WHOLE_STAGES, Stage(WHOLE_WINDOW, 0.0, iterations=20, enough=1e-3))
 """How a blank element alone is fitted at last: it leaves cells open, so that its minimum lies at
 the end of a long valley, and only begins what follows."""
 
-LAST = (*SHARPER, Stage(WHOLE, 0.0, iterations=60, enough=1e-6, least=0.05))
+LAST_STAGES = (*WHOLE_STAGES, Stage(WHOLE_WINDOW, 0.0, iterations=60, enough=1e-6, least=0.05))
 """How every cell is fitted once the wall is found. A shorter window would leave far cells open,
 and as they wander, the wall may lose its place. Few iterations do for most elements; where the
 wall was at one place only, the minimum lies at the end of a long valley, too."""
 
-SCHEDULE = (
-    Stage(-WHOLE, 0.0, 'rest'),
+FIRST_SCHEDULE = (
+    Stage(-WHOLE_WINDOW, 0.0, 'rest'),
     *(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 120.0, 200.0)),
     *(Stage(window, 3e-4, iterations=3) for window in (60.0, 150.0, 300.0)),
-    *BLANK,
+    *BLANK_STAGES,
 )
 """What all cells share first, on growing windows, so that a clock that is some per cent off skips
 no cycle; then every cell; then all that the noise allows."""
 
-SLOWER = (
-    SCHEDULE[0],
+SLOW_SCHEDULE = (
+    FIRST_SCHEDULE[0],
     *(
         Stage(window, 2e-4, 'shared', 12, 0.01)
         for window in (10.0, 20.0, 40.0, 80.0, 140.0, 200.0)
     ),
     *(Stage(window, 5e-4, 'cells', 6, 0.01) for window in (20.0, 40.0, 80.0, 160.0, 320.0)),
-    *BLANK,
+    *BLANK_STAGES,
 )
 """For an element on which the first one ends in a local minimum."""

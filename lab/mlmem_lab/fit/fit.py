@@ -17,32 +17,48 @@ import numpy as np
 from mlmem.instrument.end import Shot
 from mlmem.physics import Design, Integrator, StateError
 from mlmem.physics.potential import Array
-from mlmem_tools.twin.forward import NEAR, equilibria
+from mlmem_tools.twin.forward import MAX_WALL_OFFSET_CELLS, find_equilibria
 from mlmem_tools.twin.unknowns import Unknowns
 
-from .descent import AGAIN, BLANK, LAST, SCHEDULE, SLOWER, Stage, minimise
-from .fitted import ADDED, OF_LINE, Fit, posterior, rescaled, widened, with_term
-from .misfit import LARGEST, WHOLE, Misfit, Prior, Slopes
-from .trusted import asks, doubts, held_out
+from .descent import (
+    BLANK_STAGES,
+    FIRST_SCHEDULE,
+    LAST_STAGES,
+    SHARED_STAGES,
+    SLOW_SCHEDULE,
+    Stage,
+    minimise_misfit,
+)
+from .fitted import (
+    ADDED_TERMS,
+    LINE_TERMS,
+    Fit,
+    compute_posterior,
+    rescale_scatter,
+    widen_unknowns,
+    with_term,
+)
+from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, Misfit, Prior, Slopes
+from .trusted import held_out, list_doubts, needs_term
 
-WINDOW = 300.0
+WAVEFORM_WINDOW = 300.0
 """Time after a pulse in which its waveforms are compared."""
 
-BLUR = 3e-4
+MIN_SAMPLE_DEVIATION = 3e-4
 """Least standard deviation of a sample: the element is not yet known well."""
 
 
-TRIED = 3
+MAX_TRIED_PLACES = 3
 """Places that are tried for the first wall."""
 
-APART = 2.0
+MIN_PLACE_DISTANCE = 2.0
 """Least distance between two of them in cells: a fit moves between nearer ones."""
 
-BEHIND = 4.0
+WRONG_PLACE_RATIO = 4.0
 """Misfit of a wrong place over that of the best."""
 
 
-def located(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
+def locate_walls(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
     """Return a misfit with the walls where they most probably were, and better values.
 
     Shots that were fired at the same supposed site saw the same wall. The first wall shows how
@@ -52,89 +68,97 @@ def located(misfit: Misfit, x: Array) -> tuple[Misfit, Array]:
     x are values as fitted to the blank element.
     """
     found = {0.0: 0.0}
-    for supposed in _walls(misfit):
-        same = _with(misfit, supposed)
-        places = ranked(misfit, x, same)
+    for supposed in _list_walls(misfit):
+        same = _shots_with_wall(misfit, supposed)
+        places = rank_places(misfit, x, same)
         if places and places[0] and not any(found.values()):
             nearest = min(places, key=lambda place: abs(place - supposed))
-            tried = dict.fromkeys((nearest, *_apart(places)[:TRIED]))
-            guesses = [misfit.only(_with(misfit, 0.0) + _moved(same, place)) for place in tried]
-            best, x = _best(guesses, x)
+            tried = dict.fromkeys((nearest, *_drop_close_places(places)[:MAX_TRIED_PLACES]))
+            guesses = [
+                misfit.only(_shots_with_wall(misfit, 0.0) + _move_walls(same, place))
+                for place in tried
+            ]
+            best, x = _choose_best(guesses, x)
             places = [best.shots[-1].wall]
         found[supposed] = places[0] if places else supposed
     return misfit.only([replace(shot, wall=found[shot.wall]) for shot in misfit.shots]), x
 
 
-def relocated(misfit: Misfit, x: Array) -> Misfit:
-    """Return a misfit with the walls where they were, at most `NEAR` from where they are."""
+def relocate_walls(misfit: Misfit, x: Array) -> Misfit:
+    """Return a misfit with the walls where they were, at most `MAX_WALL_OFFSET_CELLS` from where
+    they are.
+    """
     found = {0.0: 0.0}
-    for known in _walls(misfit):
-        places = ranked(misfit, x, _with(misfit, known), known)
+    for known in _list_walls(misfit):
+        places = rank_places(misfit, x, _shots_with_wall(misfit, known), known)
         found[known] = places[0] if places else known
     return misfit.only([replace(shot, wall=found[shot.wall]) for shot in misfit.shots])
 
 
-def _walls(misfit: Misfit) -> list[float]:
+def _list_walls(misfit: Misfit) -> list[float]:
     return sorted({shot.wall for shot in misfit.shots if shot.wall})
 
 
-def _with(misfit: Misfit, wall: float) -> list[Shot]:
+def _shots_with_wall(misfit: Misfit, wall: float) -> list[Shot]:
     """Return the shots with a wall, or those of the blank element."""
     return [shot for shot in misfit.shots if shot.wall == wall]
 
 
-def ranked(
+def rank_places(
     misfit: Misfit, x: Array, shots: Sequence[Shot], near: float | None = None
 ) -> list[float]:
     """Return where the wall of some shots can have rested, the most probable place first.
 
-    The shots have the same wall; 0 if a survey lost it. `near` takes only places at most `NEAR`
-    from there.
+    The shots have the same wall; 0 if a survey lost it. `near` takes only places at most
+    `MAX_WALL_OFFSET_CELLS` from there.
     """
     sites, lost = np.arange(2.0, misfit.unknowns.design.N), [0.0]
     if near is not None:
-        sites, lost = sites[np.abs(sites - near) <= NEAR], []
+        sites, lost = sites[np.abs(sites - near) <= MAX_WALL_OFFSET_CELLS], []
     scores = {}
-    for place in (*lost, *equilibria(misfit.forward(x), shots[0], sites)):
+    for place in (*lost, *find_equilibria(misfit.forward(x), shots[0], sites)):
         try:
-            each = (misfit.residuals(x, shot, WINDOW, BLUR)[0] for shot in _moved(shots, place))
+            each = (
+                misfit.residuals(x, shot, WAVEFORM_WINDOW, MIN_SAMPLE_DEVIATION)[0]
+                for shot in _move_walls(shots, place)
+            )
             scores[place] = sum(float(np.sum(values**2)) for values in each)
         except StateError:  # held so weakly there that it is not found again
             continue
     return sorted(scores, key=lambda place: scores[place])
 
 
-def _moved(shots: Sequence[Shot], place: float) -> list[Shot]:
+def _move_walls(shots: Sequence[Shot], place: float) -> list[Shot]:
     return [replace(shot, wall=place) for shot in shots]
 
 
-def _apart(places: Sequence[float]) -> list[float]:
+def _drop_close_places(places: Sequence[float]) -> list[float]:
     """Return places that are not close to a better one."""
     kept: list[float] = []
     for place in places:
-        if all(abs(place - other) > APART for other in kept):
+        if all(abs(place - other) > MIN_PLACE_DISTANCE for other in kept):
             kept.append(place)
     return kept
 
 
-def _best(guesses: Sequence[Misfit], x: Array) -> tuple[Misfit, Array]:
+def _choose_best(guesses: Sequence[Misfit], x: Array) -> tuple[Misfit, Array]:
     """Return the best of some guesses, and values with what all cells share fitted to it.
 
     Those that are far behind on a window are not tried on a longer one.
     """
     tried = [(guess, x, 0.0) for guess in guesses]
-    for stage in AGAIN:
-        tried = [(guess, *minimise(guess, at, stage)[:2]) for guess, at, _ in tried]
+    for stage in SHARED_STAGES:
+        tried = [(guess, *minimise_misfit(guess, at, stage)[:2]) for guess, at, _ in tried]
         least = min(cost for *_, cost in tried)
-        tried = [each for each in tried if each[2] <= BEHIND * least]
+        tried = [each for each in tried if each[2] <= WRONG_PLACE_RATIO * least]
     best, x, _ = min(tried, key=lambda each: each[2])
     return best, x
 
 
-BESIDE = 0.5
+MAX_WALL_SHIFT = 0.5
 """Cells from its place at which a wall is at another one; it follows what is fitted by less."""
 
-PREDICTED = 2.0
+MAX_PREDICTED_MISFIT = 2.0
 """Largest misfit per datum of a shot as the others predict it."""
 
 
@@ -146,7 +170,7 @@ Report = Callable[[str, float], object]
 """Is told what is being fitted, and the fraction done."""
 
 
-def fit(
+def fit_element(
     design: Design,
     shots: Sequence[Shot],
     *,
@@ -165,34 +189,35 @@ def fit(
     Raises:
         Misfitting: The data cannot answer, or no model describes the element.
     """
-    _check(design, shots)
+    _check_shots(design, shots)
     told = report or (lambda what, share: None)
     misfit = Misfit(Unknowns(design), shots, prior or Prior(), integrator)
-    first = _blank(misfit, told)
+    first = _fit_blank(misfit, told)
     told('where the wall was', 0.0)
-    misfit, x = located(first.misfit.only(shots), first.x)
-    if not _walls(misfit):
+    misfit, x = locate_walls(first.misfit.only(shots), first.x)
+    if not _list_walls(misfit):
         raise Misfitting('the wall was lost before every shot that was to see one: survey again')
-    _, x = _best([misfit], x)
-    found = _descend(relocated(misfit, x), x, LAST, told)
-    if found.chi2 > LARGEST and not found.missing.term:
+    _, x = _choose_best([misfit], x)
+    found = _descend_stages(relocate_walls(misfit, x), x, LAST_STAGES, told)
+    if found.chi2 > MAX_MISFIT_PER_DATUM and not found.missing.term:
         found = _without_worst(found, x, told)
-    found = _explained(found, told)
+    found = _extend_model(found, told)
     told('pulses held out', 0.5)
-    return _predicted(replace(found, held_out=held_out(found), slopes=None))
+    return _predict_shots(replace(found, held_out=held_out(found), slopes=None))
 
 
-def _predicted(found: Fit) -> Fit:
+def _predict_shots(found: Fit) -> Fit:
     """Return a fit in which the other shots predict every one.
 
     Far from the minimum, what all cells share can be bent until all shots agree; leave one out,
     and they do not.
     """
     worst = int(np.argmax(found.held_out))
-    if not found.held_out[worst] <= PREDICTED:  # also NaN
+    if not found.held_out[worst] <= MAX_PREDICTED_MISFIT:  # also NaN
         raise Misfitting(
             f'the fit cannot be trusted: the other shots predict shot {worst + 1} with a misfit '
-            f'of {found.held_out[worst]:.3g} per datum, where {PREDICTED:g} is allowed; the fit '
+            f'of {found.held_out[worst]:.3g} per datum, where {MAX_PREDICTED_MISFIT:g} is '
+            f'allowed; the fit '
             'is far from its minimum: survey again'
         )
     return found
@@ -204,89 +229,92 @@ def _without_worst(found: Fit, x: Array, told: Report) -> Fit:
     The others are fitted without it, and tell where it was.
     """
     misfit = found.misfit
-    parts = {wall: misfit.only(_with(misfit, wall)) for wall in _walls(misfit)}
-    costs = {wall: part.cost(found.x, WHOLE) for wall, part in parts.items()}
+    parts = {wall: misfit.only(_shots_with_wall(misfit, wall)) for wall in _list_walls(misfit)}
+    costs = {wall: part.cost(found.x, WHOLE_WINDOW) for wall, part in parts.items()}
     if len(costs) < 2:
         return found
     worst = max(costs, key=lambda wall: costs[wall])
     others = [shot for shot in misfit.shots if shot.wall != worst]
-    again = _descend(misfit.only(others), x, LAST, told)
-    if again.chi2 > LARGEST:
+    again = _descend_stages(misfit.only(others), x, LAST_STAGES, told)
+    if again.chi2 > MAX_MISFIT_PER_DATUM:
         return found
-    moved = ranked(misfit, again.x, _with(misfit, worst))[:1]
-    shots = others + [replace(shot, wall=wall) for wall in moved for shot in _with(misfit, worst)]
-    whole = _descend(misfit.only(shots), again.x, LAST, told)
-    if whole.chi2 <= LARGEST:
+    moved = rank_places(misfit, again.x, _shots_with_wall(misfit, worst))[:1]
+    shots = others + [
+        replace(shot, wall=wall) for wall in moved for shot in _shots_with_wall(misfit, worst)
+    ]
+    whole = _descend_stages(misfit.only(shots), again.x, LAST_STAGES, told)
+    if whole.chi2 <= MAX_MISFIT_PER_DATUM:
         return whole
     left_out = f'the shots with the wall near {worst:.0f}, which agree with no place of it'
     return replace(again, untold=(*again.untold, left_out))
 
 
-def _blank(misfit: Misfit, told: Report) -> Fit:
+def _fit_blank(misfit: Misfit, told: Report) -> Fit:
     """Return the fit to the blank element alone, whose state is known.
 
     It need not describe the element yet, but what is wrong with the line must be known.
     """
-    blank = misfit.only(_with(misfit, 0.0))
-    found = _descend(blank, misfit.unknowns.mean, SCHEDULE, told)
-    while found.chi2 > LARGEST:
+    blank = misfit.only(_shots_with_wall(misfit, 0.0))
+    found = _descend_stages(blank, misfit.unknowns.mean, FIRST_SCHEDULE, told)
+    while found.chi2 > MAX_MISFIT_PER_DATUM:
         term, why, _ = found.missing
-        if term in OF_LINE:
-            found = _with_more(found, term, BLANK, told)
+        if term in LINE_TERMS:
+            found = _fit_with_term(found, term, BLANK_STAGES, told)
             continue
         if not term:  # a local minimum?
-            again = _descend(found.misfit, misfit.unknowns.mean, SLOWER, told)
+            again = _descend_stages(found.misfit, misfit.unknowns.mean, SLOW_SCHEDULE, told)
             found = min(found, again, key=lambda each: each.chi2)
-        elif term not in ADDED:
+        elif term not in ADDED_TERMS:
             raise Misfitting(
-                f'the model does not describe this element: {doubts(found)[0]}; {why}'
+                f'the model does not describe this element: {list_doubts(found)[0]}; {why}'
             )
         break
     return found
 
 
-def _explained(found: Fit, told: Report) -> Fit:
+def _extend_model(found: Fit, told: Report) -> Fit:
     """Return a fit that describes the element, with more unknowns if the data ask for them."""
-    while asks(found):
+    while needs_term(found):
         term, why, _ = found.missing
-        if term in ADDED:
-            found = _with_more(found, term, LAST, told)
-        elif doubt := doubts(found):
+        if term in ADDED_TERMS:
+            found = _fit_with_term(found, term, LAST_STAGES, told)
+        elif doubt := list_doubts(found):
             raise Misfitting(
-                f'the model does not describe this element: {doubt[0]}{_where(found)}; {why}'
+                f'the model does not describe this element: '
+                f'{doubt[0]}{_describe_misfit_place(found)}; {why}'
             )
         else:
             break
     return found
 
 
-def _with_more(found: Fit, term: str, stages: Sequence[Stage], told: Report) -> Fit:
+def _fit_with_term(found: Fit, term: str, stages: Sequence[Stage], told: Report) -> Fit:
     """Return the fit with one more term, from where it was without: what is missing may have put a
     wall beside its place.
     """
     misfit, slopes = with_term(found.misfit, term), found.missing.slopes
-    x = widened(found, misfit.unknowns)
-    moved = _moving(misfit, x)
-    return _descend(moved, x, stages, told, slopes if moved is misfit else None)
+    x = widen_unknowns(found, misfit.unknowns)
+    moved = _move_strayed_walls(misfit, x)
+    return _descend_stages(moved, x, stages, told, slopes if moved is misfit else None)
 
 
-def _moving(misfit: Misfit, x: Array) -> Misfit:
+def _move_strayed_walls(misfit: Misfit, x: Array) -> Misfit:
     """Return a misfit with the walls that were beside their places there; the same without any."""
-    again = relocated(misfit, x)
+    again = relocate_walls(misfit, x)
     pairs = zip(again.shots, misfit.shots, strict=True)
-    return again if any(abs(a.wall - b.wall) > BESIDE for a, b in pairs) else misfit
+    return again if any(abs(a.wall - b.wall) > MAX_WALL_SHIFT for a, b in pairs) else misfit
 
 
-def _where(found: Fit) -> str:
+def _describe_misfit_place(found: Fit) -> str:
     """Return in words where most of a misfit is, if it is with one wall."""
     misfit, x, total = found.misfit, found.x, found.chi2 * found.data
-    for wall in _walls(misfit):
-        if misfit.only(_with(misfit, wall)).cost(x, WHOLE) > 0.8 * total:
+    for wall in _list_walls(misfit):
+        if misfit.only(_shots_with_wall(misfit, wall)).cost(x, WHOLE_WINDOW) > 0.8 * total:
             return f', nearly all of it in the shots with the wall near {wall:.0f}'
     return ''
 
 
-def _check(design: Design, shots: Sequence[Shot]) -> None:
+def _check_shots(design: Design, shots: Sequence[Shot]) -> None:
     """Raise `Misfitting` if shots cannot answer, whatever they hold."""
     if not shots:
         raise Misfitting('there are no shots to fit')
@@ -309,29 +337,29 @@ def _check(design: Design, shots: Sequence[Shot]) -> None:
         raise Misfitting(f'only {heard_share:.0%} of the samples are there; half are needed')
 
 
-def _descend(
+def _descend_stages(
     misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report, slopes: Slopes | None = None
 ) -> Fit:
     """Return the fit to which a sequence of stages leads; derivatives near x may be known."""
     for number, stage in enumerate(stages):
-        what = _what(misfit.unknowns) if stage.free == 'cells' else 'shared values'
-        told(f'{what}, {_window(stage)}', number / len(stages))
-        if not stage.blur and stage.window == WHOLE:
-            misfit = misfit.drifting(x)
-        x, _, slopes = minimise(misfit, x, stage, slopes)
+        what = _describe_unknowns(misfit.unknowns) if stage.free == 'cells' else 'shared values'
+        told(f'{what}, {_describe_window(stage)}', number / len(stages))
+        if not stage.blur and stage.window == WHOLE_WINDOW:
+            misfit = misfit.with_drift(x)
+        x, _, slopes = minimise_misfit(misfit, x, stage, slopes)
     told('fitted', 1.0)
-    scaled = rescaled(misfit, x, slopes)
+    scaled = rescale_scatter(misfit, x, slopes)
     if scaled is not misfit:
-        x, _, slopes = minimise(scaled, x, stages[-1], slopes)
-    return posterior(scaled, x, slopes)
+        x, _, slopes = minimise_misfit(scaled, x, stages[-1], slopes)
+    return compute_posterior(scaled, x, slopes)
 
 
-def _what(unknowns: Unknowns) -> str:
-    added = [term for term in ADDED if getattr(unknowns, term, False)]
+def _describe_unknowns(unknowns: Unknowns) -> str:
+    added = [term for term in ADDED_TERMS if getattr(unknowns, term, False)]
     return ', '.join(('every cell', *added))
 
 
-def _window(stage: Stage) -> str:
+def _describe_window(stage: Stage) -> str:
     if stage.window < 0.0:
         return 'displacements at rest'
-    return 'whole record' if stage.window == WHOLE else f'{stage.window:g} after the pulse'
+    return 'whole record' if stage.window == WHOLE_WINDOW else f'{stage.window:g} after the pulse'

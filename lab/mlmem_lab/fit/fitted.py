@@ -18,26 +18,26 @@ from numpy.typing import NDArray
 from mlmem.physics import Specimen
 from mlmem.physics.potential import Array
 from mlmem_tools.twin.forward import Clock
-from mlmem_tools.twin.unknowns import SHARED, Unknowns
+from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS, Unknowns
 
-from .misfit import DRIFT, LARGEST, WHOLE, Misfit, Normal, Slopes
+from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, ZERO_DRIFT_CELLS, Misfit, Normal, Slopes
 
-SCATTERS = {'mass': 'mass', 'offset': 'offset', 'k_r': 'k_r', 'damping': 'damped'}
+SCATTER_UNKNOWNS = {'mass': 'mass', 'offset': 'offset', 'k_r': 'k_r', 'damping': 'damped'}
 """Standard deviations of a `Prior` that the data tell better, and the unknowns that have them."""
 
-ROUNDS = 10
+SCATTER_ROUNDS = 10
 """In which such a deviation settles: each leaves an eighth of its error."""
 
 LEAST_SCATTER = 0.01
 """Least one that is believed, over what was expected."""
 
-KNOWN = 1e-12
+MAX_KNOWN_VARIANCE = 1e-12
 """Variance below which a value is known beforehand."""
 
-LEAST = 1e-300
+MIN_DIVISOR = 1e-300
 """Keeps quotients finite."""
 
-TOLD = 0.7
+MAX_DEVIATION_RATIO = 0.7
 """Fraction of its prior deviation below which the deviation of an unknown counts as told."""
 
 
@@ -86,11 +86,11 @@ class Fit:
     @cached_property
     def drifts(self) -> float:
         """By how much gains that drift would raise twice the logarithm of the evidence."""
-        if has(self.misfit, 'drift'):
+        if has_term(self.misfit, 'drift'):
             return 0.0
         x, every = self.x, np.ones(self.unknowns.size, bool)
         loose, before = (
-            _evidence(each, each.normal(x, WHOLE, slopes=self.slopes), x, every)
+            _log_evidence(each, each.normal(x, WHOLE_WINDOW, slopes=self.slopes), x, every)
             for each in (with_term(self.misfit, 'drift'), self.misfit)
         )
         return loose - before
@@ -106,19 +106,21 @@ class Fit:
         return np.sqrt(np.diag(self.covariance))
 
 
-def posterior(misfit: Misfit, x: Array, slopes: Slopes | None = None) -> Fit:
+def compute_posterior(misfit: Misfit, x: Array, slopes: Slopes | None = None) -> Fit:
     """Return the fit with its posterior at a minimum, near which derivatives may be known."""
-    if slopes is None or slopes.window < WHOLE or slopes.shared:
-        slopes = misfit.slopes(x, WHOLE)
-    normal, precision = misfit.normal(x, WHOLE, slopes=slopes), misfit.precision
-    in_band, sound = _in_band(misfit, x, slopes, normal.H + precision)
-    covariance = inverse(normal.H + precision) * max(1.0, in_band)
+    if slopes is None or slopes.window < WHOLE_WINDOW or slopes.shared:
+        slopes = misfit.slopes(x, WHOLE_WINDOW)
+    normal, precision = misfit.normal(x, WHOLE_WINDOW, slopes=slopes), misfit.precision
+    in_band, sound = _band_misfit(misfit, x, slopes, normal.H + precision)
+    covariance = invert_matrix(normal.H + precision) * max(1.0, in_band)
     chi2 = normal.cost / normal.data
     found = Fit(misfit, x, covariance, chi2, normal.data, in_band, sound, slopes=slopes)
-    return replace(found, untold=tuple(_untold(found, normal, inverse(precision))))
+    return replace(
+        found, untold=tuple(_describe_undetermined(found, normal, invert_matrix(precision)))
+    )
 
 
-def rescaled(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
+def rescale_scatter(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
     """Return a misfit with the scatter of the cells that the data show, near its minimum at x.
 
     Nobody knows by how much springs or masses differ before they are fitted, and a prior that is
@@ -127,15 +129,15 @@ def rescaled(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
     itself; at most what is expected, as if they tell few.
     """
     unknowns, prior = misfit.unknowns, misfit.prior
-    own = {name: where for name, cells in SCATTERS.items()
+    own = {name: where for name, cells in SCATTER_UNKNOWNS.items()
            if (where := getattr(unknowns, cells)).stop > where.start}  # fmt: skip
     if not own:
         return misfit
-    normal, off = misfit.normal(x, WHOLE, slopes=slopes), x - unknowns.mean
+    normal, off = misfit.normal(x, WHOLE_WINDOW, slopes=slopes), x - unknowns.mean
     scatter = {name: getattr(prior, name) for name in own}
-    for _ in range(ROUNDS):
+    for _ in range(SCATTER_ROUNDS):
         precision = replace(prior, **scatter).precision(unknowns)
-        covariance = inverse(normal.H + precision)
+        covariance = invert_matrix(normal.H + precision)
         best = off - covariance @ (normal.g + precision @ off)
         for name, where in own.items():
             most, left = getattr(prior, name), np.trace(covariance[where, where])
@@ -145,7 +147,7 @@ def rescaled(misfit: Misfit, x: Array, slopes: Slopes | None) -> Misfit:
     return replace(misfit, scatter=scatter)
 
 
-def _in_band(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[float, float]:
+def _band_misfit(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[float, float]:
     """Return the misfit per datum, weighted with the power of the echoes at each frequency, and
     what it is at most if noise alone is left.
 
@@ -156,10 +158,10 @@ def _in_band(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[float,
     scale = 1.0 / np.sqrt(np.diag(H))
     root = np.linalg.inv(np.linalg.cholesky(scale[:, None] * H * scale))
     spread = (scale[:, None] * root.T).astype(np.float32)
-    every = misfit.linearised(x, WHOLE, slopes=slopes)
+    every = misfit.linearised(x, WHOLE_WINDOW, slopes=slopes)
     for shot, (residual, own, *_) in zip(misfit.shots, every, strict=True):
-        _, weights = misfit.residuals(x, shot, WHOLE)
-        heard = misfit.whitened(shot, misfit.predicted(x, shot, WHOLE), weights)
+        _, weights = misfit.residuals(x, shot, WHOLE_WINDOW)
+        heard = misfit.whitened(shot, misfit.predicted(x, shot, WHOLE_WINDOW), weights)
         left, echo, taken = (
             np.abs(np.fft.rfft(each[:, 1:], axis=1)) ** 2 / each.shape[1]
             for each in (residual, heard, own @ spread)
@@ -170,17 +172,17 @@ def _in_band(misfit: Misfit, x: Array, slopes: Slopes, H: Array) -> tuple[float,
         expected += float(np.sum(free))
         variance += float(np.sum(free**2))
     if not power:
-        return 1.0, ASKS
-    return both / power, (expected + SEEN * math.sqrt(variance)) / power
+        return 1.0, MIN_BAND_MISFIT
+    return both / power, (expected + MIN_BAND_DEVIATIONS * math.sqrt(variance)) / power
 
 
-def inverse(matrix: Array) -> Array:
+def invert_matrix(matrix: Array) -> Array:
     """Return the inverse of a positive definite matrix of any scaling."""
     scale = 1.0 / np.sqrt(np.diag(matrix))
     return np.asarray(scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale)
 
 
-def _untold(found: Fit, normal: Normal, before: Array) -> list[str]:
+def _describe_undetermined(found: Fit, normal: Normal, before: Array) -> list[str]:
     """Return what the data cannot tell."""
     unknowns = found.unknowns
     remaining = found.deviations / np.sqrt(np.diag(before))
@@ -188,17 +190,19 @@ def _untold(found: Fit, normal: Normal, before: Array) -> list[str]:
         'gamma, beta and the overall stiffness from alpha: only alpha_j d acts; '
         "they are held at the design's values"
     ]
-    if silent := [str(j + 1) for j in np.flatnonzero(remaining[unknowns.alpha] > TOLD)]:
+    if silent := [
+        str(j + 1) for j in np.flatnonzero(remaining[unknowns.alpha] > MAX_DEVIATION_RATIO)
+    ]:
         words.append(f'alpha of cells {", ".join(silent)}')
     words += [
         f'{name}: {found.x[place]:.4g} is mostly the prior'
-        for name, place in ((name, unknowns.shared(name)) for name in SHARED)
-        if remaining[place] > TOLD and before[place, place] > KNOWN
+        for name, place in ((name, unknowns.shared(name)) for name in SHARED_UNKNOWNS)
+        if remaining[place] > MAX_DEVIATION_RATIO and before[place, place] > MAX_KNOWN_VARIANCE
     ]
     return words
 
 
-TERMS = {
+TERM_DESCRIPTIONS = {
     'latency': 'transducers that are late',
     'drift': 'gains that drift from shot to shot',
     'masses': 'masses that differ from cell to cell',
@@ -209,45 +213,45 @@ TERMS = {
 }
 """What a model may lack."""
 
-OF_LINE = ('latency', 'drift')
+LINE_TERMS = ('latency', 'drift')
 """Those that are of the transducers and their line: a blank element tells them."""
 
-ADDED = (*OF_LINE, 'masses', 'offsets', 'springs', 'damping')
+ADDED_TERMS = (*LINE_TERMS, 'masses', 'offsets', 'springs', 'damping')
 """Those that can be added to it."""
 
 GAIN_DRIFT = 0.005
 """Standard deviation of a gain from shot to shot, where it is taken to drift."""
 
-ASKS = 1.2
+MIN_BAND_MISFIT = 1.2
 """Misfit per datum at the frequencies of the echoes from which a missing term is sought, however
 uncertain it is."""
 
-SEEN = 3.0
+MIN_BAND_DEVIATIONS = 3.0
 """The same in standard deviations above what noise leaves of it."""
 
-HELPS = 0.2
+MIN_EXPLAINED_PART = 0.2
 """Least part of the misfit beyond noise that a missing term explains."""
 
-ALL = 0.9
+FULLY_EXPLAINED_PART = 0.9
 """Part of the misfit beyond noise from which a term explains it, so that no other is tried."""
 
-SURE = 10.0
+MIN_EVIDENCE_GAIN = 10.0
 """Least gain of twice the logarithm of the evidence for which a term is added."""
 
-WHITE = 0.3
+MAX_WHITE_CORRELATION = 0.3
 """Correlation from sample to sample of what residuals have beyond noise, below which no motion
 leaves them: waves last some samples."""
 
 
-def has(misfit: Misfit, term: str) -> bool:
-    """Return whether a term, a key of `TERMS`, is part of a model."""
+def has_term(misfit: Misfit, term: str) -> bool:
+    """Return whether a term, a key of `TERM_DESCRIPTIONS`, is part of a model."""
     return misfit.gain_drift > 0.0 if term == 'drift' else bool(getattr(misfit.unknowns, term))
 
 
 def with_term(misfit: Misfit, term: str) -> Misfit:
     """Return a model with one more term."""
     if term == 'drift':
-        return replace(misfit, gain_drift=GAIN_DRIFT, drift=DRIFT)
+        return replace(misfit, gain_drift=GAIN_DRIFT, drift=ZERO_DRIFT_CELLS)
     added: dict[str, Any] = {term: True}
     return replace(misfit, unknowns=replace(misfit.unknowns, **added))
 
@@ -256,7 +260,7 @@ class Missing(NamedTuple):
     """Which missing term the data ask for most.
 
     Attributes:
-        term: A key of `TERMS`, empty if none helps.
+        term: A key of `TERM_DESCRIPTIONS`, empty if none helps.
         why: The same in words.
         slopes: Derivatives of the model that has it, where the fit is.
     """
@@ -273,37 +277,43 @@ def missing_term(own: Fit) -> Missing:
     lowers the misfit, less what it costs to have more unknowns. Drift is tried first, which takes
     no more derivatives.
     """
-    lacking = [term for term in TERMS if not has(own.misfit, term)]
+    lacking = [term for term in TERM_DESCRIPTIONS if not has_term(own.misfit, term)]
     # up to the largest misfit that is allowed, noise may be that much louder than it was measured
-    explained = own.chi2 <= LARGEST
+    explained = own.chi2 <= MAX_MISFIT_PER_DATUM
     beyond, gain = 0.0 if explained else (own.chi2 - 1.0) * own.data, dict[str, float]()
     fuller, slopes = own.misfit, own.slopes
     for terms in ([term for term in lacking if term == 'drift'], lacking):
-        if explained or max(gain.values(), default=0.0) <= ALL * beyond:
+        if explained or max(gain.values(), default=0.0) <= FULLY_EXPLAINED_PART * beyond:
             untried = [term for term in terms if term not in gain]
-            gains, fuller, slopes = _gains(own, untried)
+            gains, fuller, slopes = _evidence_gains(own, untried)
             gain |= gains
     term = max(gain, key=lambda each: gain[each], default='')
-    helps = term and gain[term] > max(SURE, HELPS * beyond)
-    if not helps and not explained and (late := jitter(own)):
+    helps = term and gain[term] > max(MIN_EVIDENCE_GAIN, MIN_EXPLAINED_PART * beyond)
+    if not helps and not explained and (late := estimate_jitter(own)):
         return Missing('', (
             'what is left differs from sample to sample, more where the ends are faster: samples '
             f'whose times jitter by {late:.0%} of a sample would explain it'
         ))  # fmt: skip
     if not helps:
-        return Missing('', (
-            f'nothing that was tried explains it ({", ".join(TERMS)}): were the levels and '
-            'strains as recorded, and was the element at rest before every shot?'
-        ))  # fmt: skip
+        return Missing(
+            '',
+            (
+                f'nothing that was tried explains it ({", ".join(TERM_DESCRIPTIONS)}): were the '
+                f'levels and '
+                'strains as recorded, and was the element at rest before every shot?'
+            ),
+        )
     share = min(1.0, gain[term] / beyond) if beyond else 1.0
     sought = with_term(own.misfit, term).unknowns
     return Missing(
-        term, f'{TERMS[term]} would explain {share:.0%} of it',
-        slopes and slopes.only(_among(sought, fuller.unknowns)),
+        term, f'{TERM_DESCRIPTIONS[term]} would explain {share:.0%} of it',
+        slopes and slopes.only(_locate_unknowns(sought, fuller.unknowns)),
     )  # fmt: skip
 
 
-def _gains(own: Fit, terms: Sequence[str]) -> tuple[dict[str, float], Misfit, Slopes | None]:
+def _evidence_gains(
+    own: Fit, terms: Sequence[str]
+) -> tuple[dict[str, float], Misfit, Slopes | None]:
     """Return by how much each of some terms raises twice the logarithm of the evidence, a misfit
     that has them all, and its derivatives.
     """
@@ -325,18 +335,18 @@ def _gains(own: Fit, terms: Sequence[str]) -> tuple[dict[str, float], Misfit, Sl
     known = np.ones(full.size, bool)
     for term in others:
         known[places[term]] = False
-    at = widened(own, full)
-    slopes = fuller.slopes(at, WHOLE)
-    normal = fuller.normal(at, WHOLE, slopes=slopes)
-    before = _evidence(fuller, normal, at, known)
+    at = widen_unknowns(own, full)
+    slopes = fuller.slopes(at, WHOLE_WINDOW)
+    normal = fuller.normal(at, WHOLE_WINDOW, slopes=slopes)
+    before = _log_evidence(fuller, normal, at, known)
     for term in others:
         free = known.copy()
         free[places[term]] = True
-        gain[term] = _evidence(fuller, normal, at, free) - before
+        gain[term] = _log_evidence(fuller, normal, at, free) - before
     return gain, fuller, slopes
 
 
-def _evidence(misfit: Misfit, normal: Normal, x: Array, free: NDArray[np.bool_]) -> float:
+def _log_evidence(misfit: Misfit, normal: Normal, x: Array, free: NDArray[np.bool_]) -> float:
     """Return twice the logarithm of the evidence of a linearised model, but for a constant.
 
     `free` says which unknowns it has; the others are where the prior has them.
@@ -354,7 +364,7 @@ def _evidence(misfit: Misfit, normal: Normal, x: Array, free: NDArray[np.bool_])
     return float(lowered - normal.cost - normal.loosened - off @ precision @ off - wide)
 
 
-def jitter(found: Fit) -> float:
+def estimate_jitter(found: Fit) -> float:
     """Return the jitter of the samples' times that would explain a misfit, in samples.
 
     It is 0 if the residuals are correlated, as those of a wrong model are.
@@ -362,29 +372,29 @@ def jitter(found: Fit) -> float:
     x, misfit = found.x, found.misfit
     along = beyond = slopes = 0.0
     for shot in misfit.shots:
-        residual, weights = misfit.residuals(x, shot, WHOLE)
-        speeds = np.gradient(misfit.predicted(x, shot, WHOLE), axis=1)
+        residual, weights = misfit.residuals(x, shot, WHOLE_WINDOW)
+        speeds = np.gradient(misfit.predicted(x, shot, WHOLE_WINDOW), axis=1)
         r, slope = residual[:, 1:], (weights * speeds)[:, 1:]
         along += float(np.sum(r[:, 1:] * r[:, :-1]))
         beyond += float(np.sum(r**2 - (weights[:, 1:] > 0.0)))
         slopes += float(np.sum(slope**2))
-    if beyond <= 0.0 or abs(along) > WHITE * beyond:
+    if beyond <= 0.0 or abs(along) > MAX_WHITE_CORRELATION * beyond:
         return 0.0
     stride = Clock.of(misfit.shots[0].dt, misfit.integrator).stride
     return stride * float(np.sqrt(beyond / slopes))
 
 
-def widened(found: Fit, unknowns: Unknowns) -> Array:
+def widen_unknowns(found: Fit, unknowns: Unknowns) -> Array:
     """Return the values of a fit among more unknowns, the new ones as designed."""
     x = unknowns.mean
-    x[_among(found.unknowns, unknowns)] = found.x
+    x[_locate_unknowns(found.unknowns, unknowns)] = found.x
     return x
 
 
-def _among(some: Unknowns, more: Unknowns) -> NDArray[np.int64]:
+def _locate_unknowns(some: Unknowns, more: Unknowns) -> NDArray[np.int64]:
     """Return where some unknowns are among more, shape (size of some,)."""
     places = [np.arange(more.shared_end)]
-    for cells in SCATTERS.values():
+    for cells in SCATTER_UNKNOWNS.values():
         own, all_of_them = getattr(some, cells), getattr(more, cells)
         places.append(np.arange(all_of_them.start, all_of_them.start + own.stop - own.start))
     return np.concatenate(places)

@@ -21,14 +21,14 @@ from mlmem.instrument.end import Shot
 from mlmem.physics import Design, DesignError, Integrator, StateError
 from mlmem.physics.potential import Array
 from mlmem_tools.twin.forward import Clock, Forward
-from mlmem_tools.twin.noise import noise, straightened, whitened
+from mlmem_tools.twin.noise import estimate_noise, remove_lines, whiten_waveforms
 from mlmem_tools.twin.tangent import Single
-from mlmem_tools.twin.unknowns import SHARED, Unknowns
+from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS, Unknowns
 
-AT_REST = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
+EQUILIBRIUM_UNKNOWNS = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
 """Unknowns that the displacements at rest show."""
 
-IN_TIME = 1e-9
+KNOWN_DEVIATION = 1e-9
 """Standard deviation of what is known."""
 
 
@@ -85,7 +85,7 @@ class Prior:
         """
         design, alpha = unknowns.design, unknowns.design.alpha
         relative = np.array((self.stiffness, self.gamma, self.beta))
-        shared = relative[:, None] * patterns(design)
+        shared = relative[:, None] * alpha_patterns(design)
         spread = np.diag((self.scatter * alpha) ** 2) + shared.T @ shared
         deviations = np.zeros(unknowns.size)
         deviations[design.N : unknowns.shared_end] = (
@@ -93,7 +93,7 @@ class Prior:
             self.eta * max(design.eta, 1e-4), self.time_unit,
             self.substrate_ratio * design.s_max / design.s_min, self.j_0,
             *(self.zero,) * 2, *(self.gain,) * 4,
-            *(self.late if unknowns.latency else IN_TIME,) * 4,
+            *(self.late if unknowns.latency else KNOWN_DEVIATION,) * 4,
         )  # fmt: skip
         deviations[unknowns.mass], deviations[unknowns.offset] = self.mass, self.offset
         deviations[unknowns.k_r], deviations[unknowns.damped] = self.k_r, self.damping
@@ -104,7 +104,7 @@ class Prior:
         return full
 
 
-def patterns(design: Design) -> Array:
+def alpha_patterns(design: Design) -> Array:
     """Return how alpha changes with the relative changes of stiffness, gamma and beta.
 
     Shape (3, N). Data cannot distinguish these three from cells that happen to follow them.
@@ -116,36 +116,36 @@ def patterns(design: Design) -> Array:
     return np.asarray(alpha * np.array([np.ones(design.N), gradient, anomaly]))
 
 
-def basis(unknowns: Unknowns, free: str) -> Array:
+def free_basis(unknowns: Unknowns, free: str) -> Array:
     """Return a basis of the changes that are free, shape (size, m); see `Stage.free`."""
     if free == 'cells':
         return np.eye(unknowns.size)
     if free == 'rest':
-        return np.eye(unknowns.size)[:, [unknowns.shared(name) for name in AT_REST]]
-    shared = np.zeros((unknowns.size, 3 + len(SHARED)))
-    shared[unknowns.alpha, :3] = patterns(unknowns.design).T
-    shared[unknowns.design.N : unknowns.shared_end, 3:] = np.eye(len(SHARED))
+        return np.eye(unknowns.size)[:, [unknowns.shared(name) for name in EQUILIBRIUM_UNKNOWNS]]
+    shared = np.zeros((unknowns.size, 3 + len(SHARED_UNKNOWNS)))
+    shared[unknowns.alpha, :3] = alpha_patterns(unknowns.design).T
+    shared[unknowns.design.N : unknowns.shared_end, 3:] = np.eye(len(SHARED_UNKNOWNS))
     return shared
 
 
-LARGEST = 1.1
+MAX_MISFIT_PER_DATUM = 1.1
 """Largest misfit per datum of a model that describes the element."""
 
-WHOLE = 1e9
+WHOLE_WINDOW = 1e9
 """A window as long as the record."""
 
-DRIFT = 1e-4
+ZERO_DRIFT_CELLS = 1e-4
 """Standard deviation of a transducer's zero from shot to shot in cells, as long as it is not
 known."""
 
 LEAST_DRIFT = 1e-5
 """Least one that is believed."""
 
-WITHIN = 0.1
+PULSE_DRIFT_RATIO = 0.1
 """How far a gain drifts during half a pulse, over how far it drifts from shot to shot: the element
 rests for some ten times as long in between."""
 
-HELD_OFF = 1e-4
+HELD_END_DEVIATION = 1e-4
 """Standard deviation of where an end is held from where it rests in cells, if gains drift."""
 
 
@@ -172,7 +172,7 @@ class Slopes(NamedTuple):
 
     Attributes:
         window: Time after the pulses up to which there are any.
-        shared: Whether they are those of `basis(..., 'shared')` alone.
+        shared: Whether they are those of `free_basis(..., 'shared')` alone.
         each: By shot, shape (2, m, size).
     """
 
@@ -200,16 +200,16 @@ class Misfit:
     shots: Sequence[Shot]
     prior: Prior = field(default_factory=Prior)
     integrator: Integrator | None = None
-    drift: float = DRIFT
+    drift: float = ZERO_DRIFT_CELLS
     gain_drift: float = 0.0
     scatter: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
-    def _noise(self) -> dict[int, tuple[Array, Array]]:
+    def _noise_deviations(self) -> dict[int, tuple[Array, Array]]:
         return {}
 
     @cached_property
-    def _latest(self) -> list[Forward]:
+    def _latest_samples(self) -> list[Forward]:
         return []
 
     @cached_property
@@ -219,18 +219,18 @@ class Misfit:
 
     def noise(self, shot: Shot) -> Array:
         """Return the standard deviation of a sample of either end, shape (2,), measured once."""
-        known = self._noise.get(key := id(shot.samples))
+        known = self._noise_deviations.get(key := id(shot.samples))
         if known is None or known[0] is not shot.samples:  # an address of before it was pickled
-            known = self._noise[key] = shot.samples, noise(shot)
+            known = self._noise_deviations[key] = shot.samples, estimate_noise(shot)
         return known[1]
 
     def forward(self, x: Array) -> Forward:
         """Return the forward model with these values, the same one as long as they are asked for;
         raises as `Forward` does.
         """
-        if not (self._latest and self._latest[0].x is x):
-            self._latest[:] = [Forward(self.unknowns, x, self.integrator)]
-        return self._latest[0]
+        if not (self._latest_samples and self._latest_samples[0].x is x):
+            self._latest_samples[:] = [Forward(self.unknowns, x, self.integrator)]
+        return self._latest_samples[0]
 
     def predicted(self, x: Array, shot: Shot, window: float) -> Array:
         """Return what both ends read at rest, then until a window after the pulse has passed,
@@ -248,34 +248,36 @@ class Misfit:
                 model that is still far off are smoothed so.
         """
         values, weights, drifts = self._compared(x, shot, window, blur)
-        return self._loosened(values, drifts)[0], weights
+        return self._loosen_gains(values, drifts)[0], weights
 
     def _compared(
         self, x: Array, shot: Shot, window: float, blur: float
     ) -> tuple[Array, Array, Array]:
-        """Return whitened residuals before gains may drift, their weights, and `_drifts`."""
-        predicted, stride = self.predicted(x, shot, window), self._stride(shot)
+        """Return whitened residuals before gains may drift, their weights, and
+        `_drift_changes`.
+        """
+        predicted, stride = self.predicted(x, shot, window), self._sample_stride(shot)
         measured = shot.samples[:, stride - 1 :: stride][:, : predicted.shape[1] - 1]
         measured = np.concatenate((shot.rest[:, None], measured), axis=1)
         spread = np.maximum(self.noise(shot), blur)[:, None] * np.ones_like(measured)
         spread[:, 0] = max(self.drift, blur)
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
-        drifts = self._drifts(x, shot, window, weights)
+        drifts = self._drift_changes(x, shot, window, weights)
         return self.whitened(shot, misfit, weights), weights, drifts
 
-    def _stride(self, shot: Shot) -> int:
+    def _sample_stride(self, shot: Shot) -> int:
         return Clock.of(shot.dt, self.integrator).stride
 
     def whitened(self, shot: Shot, waveforms: Array | Single, weights: Array) -> Array:
         """Return what a shot tells of waveforms, (2, m, ...), in standard deviations."""
-        return whitened(waveforms, weights, self._held(shot))
+        return whiten_waveforms(waveforms, weights, self._held(shot))
 
     def _held(self, shot: Shot) -> int:
         """Return for how many compared samples an end is held."""
-        return math.ceil(shot.pulse.duration / (shot.dt * self._stride(shot)))
+        return math.ceil(shot.pulse.duration / (shot.dt * self._sample_stride(shot)))
 
-    def _drifts(self, x: Array, shot: Shot, window: float, weights: Array) -> Array:
+    def _drift_changes(self, x: Array, shot: Shot, window: float, weights: Array) -> Array:
         """Return what gains that drift change by a standard deviation each, shape (k, 2, m).
 
         They are the gain of either sensor, its rest included; its slope; the gain of the pulse,
@@ -287,19 +289,23 @@ class Misfit:
         if not self.gain_drift:
             return np.zeros((0, *predicted.shape))
         heard = self.whitened(shot, predicted, weights)
-        moved = self.forward(x).predict(shot, shot.pulse.duration + window, HELD_OFF) - predicted
+        moved = (
+            self.forward(x).predict(shot, shot.pulse.duration + window, HELD_END_DEVIATION)
+            - predicted
+        )
         changes = np.zeros((6, *heard.shape))
         changes[0, 0], changes[1, 1], changes[2, :, 1:] = heard[0], heard[1], heard[:, 1:]
-        changes[3:5] = WITHIN * np.linspace(-1.0, 1.0, heard.shape[1]) * changes[:2]
+        changes[3:5] = PULSE_DRIFT_RATIO * np.linspace(-1.0, 1.0, heard.shape[1]) * changes[:2]
         changes[:5] *= self.gain_drift
         changes[5] = self.whitened(shot, moved, weights)
         return changes
 
-    def _loosened(self, values: Array, drifts: Array) -> tuple[Array, float]:
+    def _loosen_gains(self, values: Array, drifts: Array) -> tuple[Array, float]:
         """Return whitened values, (2, m, ...), where gains may be others than before.
 
-        To integrate over `_drifts` takes most of their directions out of the values. The second
-        number is twice what that and a zero that drifts cost in the logarithm of the evidence.
+        To integrate over `_drift_changes` takes most of their directions out of the values. The
+        second number is twice what that and a zero that drifts cost in the logarithm of the
+        evidence.
         """
         cost = 4.0 * math.log(self.drift / LEAST_DRIFT)
         if not len(drifts):
@@ -310,15 +316,15 @@ class Misfit:
         flat -= (way * (1.0 - wide**-0.5)) @ (way.T @ flat)
         return flat.reshape(values.shape), cost + float(np.sum(np.log(wide)))
 
-    def drifting(self, x: Array) -> Misfit:
+    def with_drift(self, x: Array) -> Misfit:
         """Return this misfit with the drift that the displacements at rest show.
 
         If gains drift, these move them, and of their zeros no more is known.
         """
         if self.gain_drift:
-            return replace(self, drift=DRIFT)
-        each = [self.predicted(x, shot, -WHOLE)[:, 0] - shot.rest for shot in self.shots]
-        free = max(1, 2 * len(each) - len(AT_REST))
+            return replace(self, drift=ZERO_DRIFT_CELLS)
+        each = [self.predicted(x, shot, -WHOLE_WINDOW)[:, 0] - shot.rest for shot in self.shots]
+        free = max(1, 2 * len(each) - len(EQUILIBRIUM_UNKNOWNS))
         found = float(np.sqrt(np.sum(np.square(each)) / free))
         return replace(self, drift=max(found, LEAST_DRIFT))
 
@@ -336,7 +342,7 @@ class Misfit:
 
     def slopes(self, x: Array, window: float, shared: bool = False) -> Slopes:
         """Return the derivatives of every shot; raises as `Forward.linearised` does."""
-        forward, along = self.forward(x), patterns(self.unknowns.design) if shared else None
+        forward, along = self.forward(x), alpha_patterns(self.unknowns.design) if shared else None
         each = (
             forward.linearised(shot, shot.pulse.duration + window, along) for shot in self.shots
         )
@@ -355,12 +361,12 @@ class Misfit:
         """
         for shot, J in zip(self.shots, (slopes or self.slopes(x, window)).each, strict=True):
             values, weights, drifts = self._compared(x, shot, window, blur)
-            residual, loose = self._loosened(values, drifts)
+            residual, loose = self._loosen_gains(values, drifts)
             of_unknowns = self.whitened(shot, J[:, : values.shape[1]], weights)
-            own, _ = self._loosened(of_unknowns, drifts)
+            own, _ = self._loosen_gains(of_unknowns, drifts)
             yield residual, own, int(np.count_nonzero(weights)), loose
 
-    def normals(
+    def iterate_normals(
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None
     ) -> Iterator[Normal]:
         """Yield the normal equations of every shot; see `linearised`."""
@@ -377,11 +383,13 @@ class Misfit:
         near x with the same derivatives: H is taken from there.
         """
         if near is not None and slopes is not None:
-            return self._shifted(x, window, blur, slopes, near)
-        H, g, cost, data, loosened = zip(*self.normals(x, window, blur, slopes), strict=True)
+            return self._shift_normals(x, window, blur, slopes, near)
+        H, g, cost, data, loosened = zip(
+            *self.iterate_normals(x, window, blur, slopes), strict=True
+        )
         return Normal(np.sum(H, axis=0), np.sum(g, axis=0), sum(cost), sum(data), sum(loosened))
 
-    def _shifted(
+    def _shift_normals(
         self, x: Array, window: float, blur: float, slopes: Slopes, near: Normal
     ) -> Normal:
         """Return normal equations with another g and cost: what is done to weighted waveforms is
@@ -390,10 +398,10 @@ class Misfit:
         g, cost = np.zeros(len(near.g)), 0.0
         for shot, J in zip(self.shots, slopes.each, strict=True):
             values, weights, drifts = self._compared(x, shot, window, blur)
-            residual, _ = self._loosened(values, drifts)
+            residual, _ = self._loosen_gains(values, drifts)
             cost += float(np.sum(residual**2))
-            twice = self._loosened(residual, drifts)[0][..., None]
-            twice = weights * straightened(twice, weights, self._held(shot))[..., 0]
+            twice = self._loosen_gains(residual, drifts)[0][..., None]
+            twice = weights * remove_lines(twice, weights, self._held(shot))[..., 0]
             for of_end, J_of_end in zip(twice.astype(np.float32), J, strict=True):
                 g += of_end @ J_of_end[: len(of_end)]
         return near._replace(g=g, cost=cost)

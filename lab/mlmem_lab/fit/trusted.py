@@ -11,90 +11,92 @@ import math
 import numpy as np
 
 from mlmem.physics import DesignError, StateError
-from mlmem_tools.twin.unknowns import SHARED
+from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 
-from .fitted import ASKS, LEAST, SURE, Fit, inverse
-from .misfit import LARGEST, WHOLE, patterns
+from .fitted import MIN_BAND_MISFIT, MIN_DIVISOR, MIN_EVIDENCE_GAIN, Fit, invert_matrix
+from .misfit import MAX_MISFIT_PER_DATUM, WHOLE_WINDOW, alpha_patterns
 
-IN_BAND = 2.0
+MAX_BAND_MISFIT = 2.0
 """Largest one at the frequencies of the echoes; up to there, intervals are widened."""
 
-PRIOR = 2.5
+MAX_PRIOR_MISFIT = 2.5
 """Largest misfit of the prior per cell: 0.3 in sound fits, 1 where cells scatter as expected."""
 
-CORRELATED = 5.0
+MAX_NEIGHBOUR_CORRELATION = 5.0
 """Largest correlation of neighbouring cells, in standard deviations."""
 
-FAR = 4.5
+MAX_SHARED_DEVIATION = 4.5
 """Farthest that a shared value may be from what is expected, in standard deviations."""
 
-CELLS = ('alpha', 'mass', 'offset', 'k_r', 'damped')
+CELL_UNKNOWNS = ('alpha', 'mass', 'offset', 'k_r', 'damped')
 """Unknowns of every cell, as `Unknowns` names them."""
 
 
-def doubts(found: Fit) -> list[str]:
+def list_doubts(found: Fit) -> list[str]:
     """Return why a fit cannot be trusted, in words; nothing if it can."""
     unknowns, precision = found.unknowns, found.misfit.precision
     why = []
-    if not found.chi2 <= LARGEST:
-        why.append(f'the misfit is {found.chi2:.3g} per datum, where {LARGEST:g} is allowed')
-    if not found.in_band <= IN_BAND:
+    if not found.chi2 <= MAX_MISFIT_PER_DATUM:
+        why.append(
+            f'the misfit is {found.chi2:.3g} per datum, where {MAX_MISFIT_PER_DATUM:g} is allowed'
+        )
+    if not found.in_band <= MAX_BAND_MISFIT:
         why.append(
             f'at the frequencies of the echoes the misfit is {found.in_band:.3g} per datum, '
-            f'where {IN_BAND:g} is allowed'
+            f'where {MAX_BAND_MISFIT:g} is allowed'
         )
     off = found.x - unknowns.mean
-    for name in CELLS:
+    for name in CELL_UNKNOWNS:
         where = getattr(unknowns, name, slice(0, 0))
         if where.stop == where.start:
             continue
         prior = precision[where, where]
         each = float(off[where] @ prior @ off[where]) / len(prior)
-        if each > PRIOR:
+        if each > MAX_PRIOR_MISFIT:
             why.append(
                 f'{name} would have to scatter {math.sqrt(each):.2g} times as much as expected'
             )
-        sure = neighbours(found, where)
-        if abs(sure) > CORRELATED:
+        sure = neighbour_correlation(found, where)
+        if abs(sure) > MAX_NEIGHBOUR_CORRELATION:
             way = 'alternates from cell to cell' if sure < 0.0 else 'is alike in neighbours'
             why.append(f'{name} {way}, which chance does to one element in millions')
     deviations = 1.0 / np.sqrt(np.diag(precision))
     why += [
         f'{name} would have to be {found.x[place]:.4g}, {abs(off[place] / deviations[place]):.2g} '
         'standard deviations off what is expected'
-        for name, place in ((name, unknowns.shared(name)) for name in SHARED)
-        if abs(off[place]) > FAR * deviations[place]
+        for name, place in ((name, unknowns.shared(name)) for name in SHARED_UNKNOWNS)
+        if abs(off[place]) > MAX_SHARED_DEVIATION * deviations[place]
     ]
     return why
 
 
-def neighbours(found: Fit, where: slice) -> float:
+def neighbour_correlation(found: Fit, where: slice) -> float:
     """Return the correlation of neighbouring cells over what chance makes of it, in s.d.
 
     It is that of the cells' deviations from the patterns that they may share. What the data leave
     open draws cells to the prior, and errors of neighbours are correlated: both are allowed for.
     """
-    prior = inverse(found.misfit.precision[where, where])
+    prior = invert_matrix(found.misfit.precision[where, where])
     design, n = found.unknowns.design, where.stop - where.start
     scale = design.alpha if where == found.unknowns.alpha else np.ones(n)
-    shared = (patterns(design) / design.alpha).T[:n]
+    shared = (alpha_patterns(design) / design.alpha).T[:n]
     rest = np.eye(n) - shared @ np.linalg.pinv(shared)
     z = rest @ ((found.x - found.unknowns.mean)[where] / scale)
     spread = (prior - found.covariance[where, where]) / np.multiply.outer(scale, scale)
     spread = rest @ spread @ rest
     beside = 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1)) @ spread
     expected, deviation = np.trace(beside), math.sqrt(2.0 * max(0.0, np.trace(beside @ beside)))
-    correlation = float(z[1:] @ z[:-1]) / max(float(z @ z), LEAST)
-    return float((correlation * np.trace(spread) - expected) / max(deviation, LEAST))
+    correlation = float(z[1:] @ z[:-1]) / max(float(z @ z), MIN_DIVISOR)
+    return float((correlation * np.trace(spread) - expected) / max(deviation, MIN_DIVISOR))
 
 
-def asks(found: Fit) -> bool:
+def needs_term(found: Fit) -> bool:
     """Return whether something may be missing.
 
     Gains that drift by a thousandth bend what all cells share before they leave a misfit.
     """
-    left = found.in_band > min(ASKS, found.sound) or found.drifts > SURE
-    return left or bool(doubts(found))
+    left = found.in_band > min(MIN_BAND_MISFIT, found.sound) or found.drifts > MIN_EVIDENCE_GAIN
+    return left or bool(list_doubts(found))
 
 
 def held_out(found: Fit) -> tuple[float, ...]:
@@ -105,15 +107,15 @@ def held_out(found: Fit) -> tuple[float, ...]:
     that.
     """
     misfit, x = found.misfit, found.x
-    slopes = found.slopes or misfit.slopes(x, WHOLE)
-    parts = list(misfit.normals(x, WHOLE, slopes=slopes))
+    slopes = found.slopes or misfit.slopes(x, WHOLE_WINDOW)
+    parts = list(misfit.iterate_normals(x, WHOLE_WINDOW, slopes=slopes))
     H = np.sum([part.H for part in parts], axis=0) + misfit.precision
-    told = inverse(H)
+    told = invert_matrix(H)
     costs = []
     for shot, J, part in zip(misfit.shots, slopes.each, parts, strict=True):
-        alone, without = misfit.only([shot]), x + inverse(H - part.H) @ part.g
+        alone, without = misfit.only([shot]), x + invert_matrix(H - part.H) @ part.g
         try:
-            normal = alone.normal(without, WHOLE, slopes=slopes._replace(each=(J,)))
+            normal = alone.normal(without, WHOLE_WINDOW, slopes=slopes._replace(each=(J,)))
         except (DesignError, StateError):
             costs.append(np.inf)
             continue

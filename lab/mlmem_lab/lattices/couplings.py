@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem.physics.jit import formula
+from mlmem.physics.jit import register_formula
 from mlmem.physics.potential import Array
 
 from .lattice import Coupling
@@ -43,8 +43,8 @@ class PowerLawConstants(NamedTuple):
     touch: float
 
 
-@formula(PowerLawConstants)
-def power_law_pull(
+@register_formula(PowerLawConstants)
+def power_law_force(
     constants: PowerLawConstants, j: int, left: float, x: float, right: float
 ) -> float:
     """Return the pull of both neighbours, which is the difference of two pushes."""
@@ -100,8 +100,8 @@ class TodaConstants(NamedTuple):
     b: float
 
 
-@formula(TodaConstants)
-def toda_pull(constants: TodaConstants, j: int, left: float, x: float, right: float) -> float:
+@register_formula(TodaConstants)
+def toda_force(constants: TodaConstants, j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both springs."""
     scale, b = constants
     return scale * (math.exp(-b * (x - left)) - math.exp(-b * (right - x)))

@@ -6,7 +6,7 @@ have in common.
 `Chain` is the material of a memory; a lattice is what the same loops do with another law: a
 measured potential, magnets between the cells, dry friction. A law is a value. It knows its energy
 and force for arrays, and its constants, whose type chooses the scalar formula of its force in the
-loops (`mlmem.physics.jit.formula`).
+loops (`mlmem.physics.jit.register_formula`).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mlmem.physics.methods import NOH_BATHE, Integrator
-from mlmem.physics.methods.integrator import Cells, Forcing, aligned
+from mlmem.physics.methods.integrator import Cells, Forcing, align_array
 from mlmem.physics.potential import Array, StateError
-from mlmem.physics.stepping import FREE, HeldCell
+from mlmem.physics.stepping import NO_HELD_CELL, HeldCell
 
 
 class Law(ABC):
@@ -40,7 +40,8 @@ class Law(ABC):
 class OnSite(Law):
     """The energy of a cell at configuration D, in a chain of n cells.
 
-    `formulas.on_site(constants, j, y)` returns two factors of cell j's slope at y = D - origin.
+    `formulas.on_site_factors(constants, j, y)` returns two factors of cell j's slope at y = D -
+    origin.
 
     Attributes:
         origin: The configuration from which the loops count.
@@ -56,8 +57,8 @@ class OnSite(Law):
 class Coupling(Law):
     """The energy of a spring between neighbours of extension e; no force at e = 0.
 
-    `formulas.coupling(constants, j, left, x, right)` returns the pull of both springs on cell j
-    at x.
+    `formulas.coupling_pull(constants, j, left, x, right)` returns the pull of both springs on
+    cell j at x.
     """
 
     @abstractmethod
@@ -123,12 +124,12 @@ class Lattice:
         self.on_site, self.coupling, self.masses = on_site, coupling, masses
         self.damping, self.friction = damping, friction
         self.dt, self.integrator, self.steps_done = dt, integrator, 0
-        self._arrays = integrator.arrays(n)
-        mobility = aligned(1.0 / masses)
+        self._arrays = integrator.make_arrays(n)
+        mobility = align_array(1.0 / masses)
         mobility[np.asarray(held, dtype=np.int64) - 1] = 0.0
         self._cells = Cells(
-            on_site.constants(n), coupling.constants(), aligned(np.full(n, on_site.origin)),
-            mobility, aligned(np.zeros(n)), np.flatnonzero(mobility == 0.0), damping,
+            on_site.constants(n), coupling.constants(), align_array(np.full(n, on_site.origin)),
+            mobility, align_array(np.zeros(n)), np.flatnonzero(mobility == 0.0), damping,
         )  # fmt: skip
         self._constants = integrator.constants(dt, mobility, damping)
         self._rub = None if friction is None else (friction.force, friction.creep)
@@ -185,7 +186,7 @@ class Lattice:
         Raises:
             StateError: The chain stopped being finite; the step is too long.
         """
-        nodes, given = self.integrator.substeps * steps, held_cell or FREE
+        nodes, given = self.integrator.substeps * steps, held_cell or NO_HELD_CELL
         still, motion = np.zeros(nodes), np.array(given.motion, order='C')
         if not (motion.shape[1] <= nodes and given.site in (1, len(self.masses))):
             raise StateError('a held cell must be at an end and finish with the run')

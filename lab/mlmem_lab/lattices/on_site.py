@@ -11,16 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mlmem.physics.jit import formula, inlined
+from mlmem.physics.jit import inline_function, register_formula
 from mlmem.physics.potential import Array
 
 from .lattice import OnSite
 
-DEGREE = 4
+POLYNOMIAL_DEGREE = 4
 
 
-@inlined
-def slope_of(coefficients: Array, edges: Array, x: float) -> float:
+@inline_function
+def evaluate_slope(coefficients: Array, edges: Array, x: float) -> float:
     """Return the derivative at x of pieces, shapes (m, 5) and (m - 1,)."""
     k = 0
     for edge in edges:
@@ -44,9 +44,10 @@ class Pieces:
 
     def __post_init__(self) -> None:
         m = len(self.coefficients)
-        if self.coefficients.shape != (m, DEGREE + 1) or self.edges.shape != (m - 1,):
+        if self.coefficients.shape != (m, POLYNOMIAL_DEGREE + 1) or self.edges.shape != (m - 1,):
             raise ValueError(
-                f'coefficients and edges must have shapes (m, {DEGREE + 1}) and (m - 1,); got '
+                f'coefficients and edges must have shapes (m, {POLYNOMIAL_DEGREE + 1}) and (m - '
+                f'1,); got '
                 f'{self.coefficients.shape} and {self.edges.shape}'
             )
         if not (np.diff(self.edges) >= 0.0).all():
@@ -69,11 +70,11 @@ class WellsConstants(NamedTuple):
     tilt: Array
 
 
-@formula(WellsConstants)
+@register_formula(WellsConstants)
 def wells_slope(constants: WellsConstants, j: int, y: float) -> tuple[float, float]:
     """Return the slope."""
     coefficients, edges, tilt = constants
-    return slope_of(coefficients[j], edges[j], y) + tilt[j], 1.0
+    return evaluate_slope(coefficients[j], edges[j], y) + tilt[j], 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +90,13 @@ class Wells(OnSite):
 
     def energy(self, x: ArrayLike) -> Array:
         """Return the energy of every cell."""
-        return np.asarray(self._derivative(x, 0) + self.tilt * np.asarray(x))
+        return np.asarray(self._evaluate_derivative(x, 0) + self.tilt * np.asarray(x))
 
     def slope(self, x: ArrayLike) -> Array:
         """Return its slope."""
-        return np.asarray(self._derivative(x, 1) + self.tilt)
+        return np.asarray(self._evaluate_derivative(x, 1) + self.tilt)
 
-    def _derivative(self, x: ArrayLike, order: int) -> Array:
+    def _evaluate_derivative(self, x: ArrayLike, order: int) -> Array:
         if isinstance(self.each, Pieces):
             return self.each.derivative(x, order)
         columns = np.moveaxis(np.asarray(x, dtype=np.float64), -1, 0)
@@ -119,7 +120,7 @@ class Phi4Constants(NamedTuple):
     tilt: float
 
 
-@formula(Phi4Constants)
+@register_formula(Phi4Constants)
 def phi4_slope(constants: Phi4Constants, j: int, y: float) -> tuple[float, float]:
     """Return the slope."""
     height, tilt = constants

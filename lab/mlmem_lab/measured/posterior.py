@@ -24,8 +24,8 @@ import numpy as np
 
 from mlmem.physics.potential import Array
 
-from .runs import CASES, RAILS, SILENT, Case, runs
-from .shells import SERIES, Chains, table, waves
+from .runs import ALL_CASES, RAIL_DISTANCES_CM, SILENT_CASES, Case, load_runs
+from .shells import TESTS_BY_RAIL, Chains, launch_waves, load_force_table
 
 SPEED_ERROR = 0.06
 """Relative: two runs of one lattice differ by 5.3 %, and elements are not alike."""
@@ -36,33 +36,33 @@ RISE_ERROR = 0.2
 PASSES_SILENCE = 0.02
 """Likelihood that a wave was missed."""
 
-STOPS = -20.0, -3.0
+STOP_LOG_LIKELIHOODS = -20.0, -3.0
 """Logarithm of the likelihood of a wave that stops, and for each element that it lacks."""
 
-LOSSES = {'viscous': (False, False), 'snap': (True, False), 'friction': (False, True)}
+LOSS_MODELS = {'viscous': (False, False), 'snap': (True, False), 'friction': (False, True)}
 """Which losses act beside viscous damping: in the snap, dry friction."""
 
-COMMON = 5
+COMMON_UNKNOWNS = 5
 """Logarithms of damping and damping of the snap (per ms), friction (10 N), logarithm of the
 factor of the magnets, scatter of the tilts (10 N)."""
 
-PRIOR = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0, 0.0])
-WIDTH = np.array([0.7, 1.0, 0.01, 0.05, 0.005])
+PRIOR_MEAN = np.array([np.log(0.012), np.log(0.02), 0.0, 0.0, 0.0])
+PRIOR_WIDTH = np.array([0.7, 1.0, 0.01, 0.05, 0.005])
 """Mean and width of their priors; friction and scatter are the upper half of a normal."""
 
-TILT = 0.01
+TILT_WIDTH = 0.01
 """Width of a rail's mean tilt, 10 N: 0.1 N is half the weight of an element."""
 
-HANDS = 10.0, 100.0
+HAND_TIME_BOUNDS_MS = 10.0, 100.0
 """Shortest and longest time of the hand, ms; its logarithm is uniform."""
 
-WELL = 0.2
+WELL_DEVIATION_CM = 0.2
 """Uncertainty of the second well where no wave has shown it, cm."""
 
 PARTICLES, SWEEPS, SETTLE = 250, 1, 4
 """How many there are, how often they are moved for every weight of the data, and in the end."""
 
-DRAWS = 20
+DRAWS_PER_PARTICLE = 20
 """Of the unknowns of a lattice that is left out, for every particle."""
 
 
@@ -75,7 +75,7 @@ class Particles:
         shares: Logits of the force tests of each rail, (n, 3, 3); those of no test are -inf.
         mean: Mean tilt of each rail, 10 N, (n, 3).
         tilt, hand, well: Of each lattice: 10 N, logarithm of ms, cm, shape (n, 9).
-        speed, rise, passed: Of its waves (see `waves`), (n, 9).
+        speed, rise, passed: Of its waves (see `launch_waves`), (n, 9).
     """
 
     common: Array
@@ -88,7 +88,7 @@ class Particles:
     rise: Array
     passed: Array
 
-    def chosen(self, which: Array) -> Particles:
+    def select_particles(self, which: Array) -> Particles:
         """Return those of some numbers."""
         return Particles(*(each[which] for each in vars(self).values()))
 
@@ -100,7 +100,7 @@ class Particles:
     def chains(self, case: int) -> Chains:
         """Return their chains of a lattice."""
         rail = case // 3
-        tables = [table(name) for name in SERIES[RAILS[rail]]]
+        tables = [load_force_table(name) for name in TESTS_BY_RAIL[RAIL_DISTANCES_CM[rail]]]
         weights = self.laws(rail)[:, : len(tables)]
         own = np.array([well for _, well in tables])
         well = self.well[:, case]
@@ -109,7 +109,7 @@ class Particles:
         return Chains(
             laws=stretch * (weights @ np.array([force for force, _ in tables])),
             well=well,
-            spacing=np.full_like(well, CASES[case].spacing),
+            spacing=np.full_like(well, ALL_CASES[case].spacing),
             tilt=self.tilt[:, case],
             damping=np.exp(common[0]),
             snap=np.exp(common[1]),
@@ -121,7 +121,7 @@ class Particles:
     def run(self, cases: Sequence[int]) -> None:
         """Find the waves of some lattices."""
         for case in cases:
-            found = waves(self.chains(case))
+            found = launch_waves(self.chains(case))
             for own, each in zip((self.speed, self.rise, self.passed), found, strict=True):
                 own[:, case] = each
 
@@ -135,12 +135,14 @@ class Data:
     well: float
 
 
-def measured(case: Case) -> Data:
+def mean_measurement(case: Case) -> Data:
     """Return the means over the runs of a lattice; of a silent one the rail's mean well."""
-    if case in SILENT:
+    if case in SILENT_CASES:
         others = [Case(case.rail, spacing) for spacing in (6.0, 8.0)]
-        return Data(np.nan, np.nan, float(np.mean([measured(other).well for other in others])))
-    found = runs(case)
+        return Data(
+            np.nan, np.nan, float(np.mean([mean_measurement(other).well for other in others]))
+        )
+    found = load_runs(case)
     return Data(
         float(np.exp(np.mean([np.log(run.speed) for run in found]))),
         float(np.exp(np.nanmean([np.log(run.rise) for run in found]))),
@@ -152,65 +154,65 @@ class Model:
     """Prior and likelihood, and moves that leave the posterior as it is."""
 
     def __init__(self, losses: str, rng: np.random.Generator) -> None:
-        """Take some losses of `LOSSES`."""
+        """Take some losses of `LOSS_MODELS`."""
         self.losses, self.rng = losses, rng
-        self.data = [measured(case) for case in CASES]
-        self.free = np.array([True, *LOSSES[losses], True, True])
+        self.data = [mean_measurement(case) for case in ALL_CASES]
+        self.free = np.array([True, *LOSS_MODELS[losses], True, True])
 
     def draw(self, n: int) -> Particles:
         """Return particles of the prior, with their waves."""
         normal = self.rng.standard_normal
-        common = PRIOR + WIDTH * normal((n, COMMON))
+        common = PRIOR_MEAN + PRIOR_WIDTH * normal((n, COMMON_UNKNOWNS))
         common[:, [2, 4]] = np.abs(common[:, [2, 4]])
         common[:, ~self.free] = np.array([0.0, -99.0, 0.0, 0.0, 0.0])[~self.free]
         shares = normal((n, 3, 3))
         shares[:, 2, 2] = -np.inf
-        mean = TILT * normal((n, 3))
+        mean = TILT_WIDTH * normal((n, 3))
         new = Particles(common, shares, mean, *np.zeros((6, n, 9)))
         for case in range(9):
-            self._refresh(new, case)
+            self._refresh_unknowns(new, case)
         new.run(range(9))
         return new
 
-    def _refresh(self, at: Particles, case: int) -> None:
+    def _refresh_unknowns(self, at: Particles, case: int) -> None:
         """Draw the unknowns of a lattice of their prior."""
-        n, normal, low, high = len(at.tilt), self.rng.standard_normal, *np.log(HANDS)
+        n, normal, low, high = len(at.tilt), self.rng.standard_normal, *np.log(HAND_TIME_BOUNDS_MS)
         at.tilt[:, case] = at.mean[:, case // 3] + at.common[:, 4] * normal(n)
         at.hand[:, case] = self.rng.uniform(low, high, n)
         at.well[:, case] = self.data[case].well
-        if CASES[case] in SILENT:
-            at.well[:, case] += WELL * normal(n)
+        if ALL_CASES[case] in SILENT_CASES:
+            at.well[:, case] += WELL_DEVIATION_CM * normal(n)
 
-    def predicted(self, at: Particles, case: int, draws: int = DRAWS) -> Array:
+    def predicted(self, at: Particles, case: int, draws: int = DRAWS_PER_PARTICLE) -> Array:
         """Return speeds of a lattice whose own unknowns are drawn afresh, NaN for silence.
 
         Shape (draws, n).
         """
         speeds = []
         for _ in range(draws):
-            self._refresh(at, case)
+            self._refresh_unknowns(at, case)
             at.run([case])
             speeds.append(at.speed[:, case].copy())
         return np.array(speeds)
 
     def prior(self, at: Particles) -> Array:
         """Return the logarithm of the prior density, up to a constant, shape (n,)."""
-        z = (at.common - PRIOR) / WIDTH
+        z = (at.common - PRIOR_MEAN) / PRIOR_WIDTH
         found = -0.5 * (z[:, self.free] ** 2).sum(axis=1)
         found -= 0.5 * (np.where(np.isfinite(at.shares), at.shares, 0.0) ** 2).sum(axis=(1, 2))
-        found -= 0.5 * ((at.mean / TILT) ** 2).sum(axis=1)
+        found -= 0.5 * ((at.mean / TILT_WIDTH) ** 2).sum(axis=1)
         spread = at.common[:, 4:]
         with np.errstate(all='ignore'):
             off = (at.tilt - np.repeat(at.mean, 3, axis=1)) / spread
             found -= 0.5 * (off**2).sum(axis=1) + 9.0 * np.log(spread[:, 0])
-        for case in map(CASES.index, SILENT):
-            found -= 0.5 * ((at.well[:, case] - self.data[case].well) / WELL) ** 2
-        low, high = np.log(HANDS)
+        for case in map(ALL_CASES.index, SILENT_CASES):
+            found -= 0.5 * ((at.well[:, case] - self.data[case].well) / WELL_DEVIATION_CM) ** 2
+        low, high = np.log(HAND_TIME_BOUNDS_MS)
         bad = (at.hand < low).any(axis=1) | (at.hand > high).any(axis=1)
         bad |= (at.common[:, [2, 4]] < 0.0).any(axis=1)
         return np.asarray(np.where(bad, -np.inf, found))
 
-    def likelihood(self, at: Particles) -> Array:
+    def log_likelihood(self, at: Particles) -> Array:
         """Return the logarithm of the likelihood of each lattice, (n, 9)."""
         found = np.zeros_like(at.speed)
         for case, data in enumerate(self.data):
@@ -220,7 +222,9 @@ class Model:
                 continue
             speed = np.log(at.speed[:, case] / data.speed) / SPEED_ERROR
             rise = np.log(at.rise[:, case] / data.rise) / RISE_ERROR
-            stopped = STOPS[0] + STOPS[1] * (11.0 - at.passed[:, case])
+            stopped = STOP_LOG_LIKELIHOODS[0] + STOP_LOG_LIKELIHOODS[1] * (
+                11.0 - at.passed[:, case]
+            )
             rise = np.where(np.isfinite(rise), rise, 3.0)
             found[:, case] = np.where(passes, -0.5 * (speed**2 + rise**2), stopped)
             found[:, case] = np.maximum(found[:, case], stopped.min())
@@ -231,16 +235,21 @@ class Model:
     def move(self, at: Particles, weight: Array) -> float:
         """Move all particles once, of data with a weight per lattice; return what was accepted."""
         taken = [
-            *(self._step(at, weight, partial(self._common, size=s), range(9)) for s in (0.3, 1.0)),
             *(
-                self._step(at, weight, partial(self._shares, rail=rail), _of(rail))
+                self._step(at, weight, partial(self._propose_common, size=s), range(9))
+                for s in (0.3, 1.0)
+            ),
+            *(
+                self._step(
+                    at, weight, partial(self._propose_shares, rail=rail), _rail_columns(rail)
+                )
                 for rail in range(3)
             ),
             *(
                 self._step(at, weight, partial(self._lattice, case=case), [case])
                 for case in range(9)
             ),
-            *(self._step(at, weight, self._tilts, []) for _ in range(5)),
+            *(self._step(at, weight, self._propose_tilts, []) for _ in range(5)),
         ]
         return float(np.mean(taken))
 
@@ -253,19 +262,19 @@ class Model:
         before, after = self.prior(at), self.prior(new)
         legal = np.isfinite(after)
         if cases:
-            some = new.chosen(legal)
+            some = new.select_particles(legal)
             some.run(cases)
             for name in ('speed', 'rise', 'passed'):
                 getattr(new, name)[legal] = getattr(some, name)
-            before = before + self.likelihood(at) @ weight
-            after = after + self.likelihood(new) @ weight
+            before = before + self.log_likelihood(at) @ weight
+            after = after + self.log_likelihood(new) @ weight
         with np.errstate(invalid='ignore'):
             take = legal & (np.log(self.rng.uniform(size=len(legal))) < after - before)
         for name, value in vars(at).items():
             value[take] = getattr(new, name)[take]
         return float(take.mean())
 
-    def _jump(self, x: Array) -> Array:
+    def _propose_jump(self, x: Array) -> Array:
         """Return differences of pairs of particles, and a little noise: as wide as they lie."""
         n, d = x.shape
         a, b = (self.rng.integers(n, size=n) for _ in range(2))
@@ -273,22 +282,22 @@ class Model:
         noise = 0.03 * x.std(axis=0) * self.rng.standard_normal((n, d))
         return np.asarray(size * (x[a] - x[b]) + noise)
 
-    def _common(self, new: Particles, size: float) -> None:
+    def _propose_common(self, new: Particles, size: float) -> None:
         own = np.flatnonzero(self.free[:4])
-        new.common[:, own] += size * self._jump(new.common[:, own])
+        new.common[:, own] += size * self._propose_jump(new.common[:, own])
 
-    def _shares(self, new: Particles, rail: int) -> None:
-        k = len(SERIES[RAILS[rail]])
-        new.shares[:, rail, :k] += self._jump(new.shares[:, rail, :k])
+    def _propose_shares(self, new: Particles, rail: int) -> None:
+        k = len(TESTS_BY_RAIL[RAIL_DISTANCES_CM[rail]])
+        new.shares[:, rail, :k] += self._propose_jump(new.shares[:, rail, :k])
 
     def _lattice(self, new: Particles, case: int) -> None:
-        names = ['tilt', 'hand', *(['well'] if CASES[case] in SILENT else [])]
+        names = ['tilt', 'hand', *(['well'] if ALL_CASES[case] in SILENT_CASES else [])]
         columns = np.array([getattr(new, name)[:, case] for name in names]).T
-        for name, jump in zip(names, self._jump(columns).T, strict=True):
+        for name, jump in zip(names, self._propose_jump(columns).T, strict=True):
             getattr(new, name)[:, case] += jump
 
-    def _tilts(self, new: Particles) -> None:
-        both = self._jump(np.column_stack((new.mean, new.common[:, 4])))
+    def _propose_tilts(self, new: Particles) -> None:
+        both = self._propose_jump(np.column_stack((new.mean, new.common[:, 4])))
         new.mean += both[:, :3]
         new.common[:, 4] += both[:, 3]
 
@@ -304,38 +313,38 @@ class Model:
         if without is not None:
             weight[without] = 0.0
         while done < 1.0:
-            gain = self.likelihood(at) @ weight
+            gain = self.log_likelihood(at) @ weight
             step = _largest_step(gain, 1.0 - done)
             done = 1.0 if step >= 1.0 - done else done + step
             w = np.exp(step * (gain - gain.max()))
             evidence += float(np.log(w.mean()) + step * gain.max())
-            at = at.chosen(_resampled(w / w.sum(), self.rng))
+            at = at.select_particles(_resample_particles(w / w.sum(), self.rng))
             for _ in range(SWEEPS + SETTLE * (done == 1.0)):
                 self.move(at, done * weight)
             yield done, at, evidence
 
 
-def _of(rail: int) -> Sequence[int]:
+def _rail_columns(rail: int) -> Sequence[int]:
     return range(3 * rail, 3 * rail + 3)
 
 
 def _largest_step(gain: Array, most: float) -> float:
     """Return the step at which half of the particles still count."""
 
-    def effective(step: float) -> float:
+    def effective_size(step: float) -> float:
         w = np.exp(step * (gain - gain.max()))
         return float(w.sum() ** 2 / (w**2).sum())
 
-    if effective(most) >= 0.5 * len(gain):
+    if effective_size(most) >= 0.5 * len(gain):
         return most
     low, high = 0.0, most
     for _ in range(50):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if effective(middle) > 0.5 * len(gain) else (low, middle)
+        low, high = (middle, high) if effective_size(middle) > 0.5 * len(gain) else (low, middle)
     return max(low, 1e-6)
 
 
-def _resampled(weights: Array, rng: np.random.Generator) -> Array:
+def _resample_particles(weights: Array, rng: np.random.Generator) -> Array:
     """Return numbers of particles, systematically resampled."""
     n = len(weights)
     at = (np.arange(n) + rng.uniform()) / n

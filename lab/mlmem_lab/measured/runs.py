@@ -17,11 +17,11 @@ import numpy as np
 
 from mlmem.physics.potential import Array
 
-DATA = Path(__file__).parent / 'data'
+DATA_FOLDER = Path(__file__).parent / 'data'
 CM_PER_MS = 10.0
 """A centimetre per millisecond, in m/s."""
 
-AT_REST = 40.0
+REST_WINDOW_MS = 40.0
 """The last part of a run over which rest positions are averaged, ms."""
 
 
@@ -35,16 +35,18 @@ class Case(NamedTuple):
         return f'{self.rail:g}/{self.spacing:g}'
 
 
-RAILS = (21.5, 22.0, 22.5)
-SPACINGS = (6.0, 7.0, 8.0)
-CASES = tuple(Case(rail, spacing) for rail in RAILS for spacing in SPACINGS)
-SILENT = (Case(21.5, 7.0), Case(22.0, 7.0))
+RAIL_DISTANCES_CM = (21.5, 22.0, 22.5)
+SPACINGS_CM = (6.0, 7.0, 8.0)
+ALL_CASES = tuple(Case(rail, spacing) for rail in RAIL_DISTANCES_CM for spacing in SPACINGS_CM)
+SILENT_CASES = (Case(21.5, 7.0), Case(22.0, 7.0))
 """Where no wave was seen to propagate."""
 
-AUTHORS = dict(zip(CASES, (2.91, 2.69, 2.43, 2.70, 2.39, 1.86, 2.64, 2.01, 1.39), strict=True))
+AUTHORS_SPEEDS = dict(
+    zip(ALL_CASES, (2.91, 2.69, 2.43, 2.70, 2.39, 1.86, 2.64, 2.01, 1.39), strict=True)
+)
 """Speeds of the authors' own simulation, m/s."""
 
-ATTRIBUTION = (
+DATA_ATTRIBUTION = (
     'Measured: Nadkarni, Arrieta, Chong, Kochmann & Daraio, Phys. Rev. Lett. 116, 244501 (2016), '
     'Daraio-lab/Neel-PRL, CC BY 4.0'
 )
@@ -66,33 +68,33 @@ class Run:
     @cached_property
     def rest(self) -> Array:
         """Where each element comes to rest, in cm, shape (4,)."""
-        return np.asarray(self.u[:, self.t > self.t[-1] - AT_REST].mean(axis=1))
+        return np.asarray(self.u[:, self.t > self.t[-1] - REST_WINDOW_MS].mean(axis=1))
 
     @cached_property
     def arrivals(self) -> Array:
         """When each element passes half its way, ms, shape (4,)."""
         pairs = zip(self.u, self.rest, strict=True)
-        return np.array([first(self.t, u, rest / 2.0) for u, rest in pairs])
+        return np.array([first_crossing(self.t, u, rest / 2.0) for u, rest in pairs])
 
     @cached_property
     def speed(self) -> float:
         """Mean speed over the four elements, m/s."""
-        return speed(self.case, self.arrivals)
+        return mean_speed(self.case, self.arrivals)
 
     @cached_property
     def rise(self) -> Array:
         """Time each element takes from a tenth to nine tenths of its way, ms, shape (4,)."""
         pairs = zip(self.u, self.rest, strict=True)
-        return np.array([rise(self.t, u, rest) for u, rest in pairs])
+        return np.array([rise_time(self.t, u, rest) for u, rest in pairs])
 
 
-def speed(case: Case, arrivals: Array) -> float:
+def mean_speed(case: Case, arrivals: Array) -> float:
     """Return the mean speed in m/s of a wave that arrives at neighbours at these times in ms."""
     steps = len(arrivals) - 1
     return float(CM_PER_MS * case.spacing * steps / (arrivals[-1] - arrivals[0]))
 
 
-def first(t: Array, u: Array, level: float) -> float:
+def first_crossing(t: Array, u: Array, level: float) -> float:
     """Return when u first reaches a level, interpolated; NaN if it never does."""
     k = int(np.argmax(u >= level))
     if k == 0:
@@ -100,14 +102,14 @@ def first(t: Array, u: Array, level: float) -> float:
     return float(t[k - 1] + (level - u[k - 1]) / (u[k] - u[k - 1]) * (t[k] - t[k - 1]))
 
 
-def rise(t: Array, u: Array, rest: float) -> float:
+def rise_time(t: Array, u: Array, rest: float) -> float:
     """Return the time from a tenth to nine tenths of the way to rest."""
-    return first(t, u, 0.9 * rest) - first(t, u, 0.1 * rest)
+    return first_crossing(t, u, 0.9 * rest) - first_crossing(t, u, 0.1 * rest)
 
 
 @cache
-def runs(case: Case) -> tuple[Run, ...]:
+def load_runs(case: Case) -> tuple[Run, ...]:
     """Return the measured runs of a case; none where nothing propagates."""
-    files = sorted(DATA.glob(f'rail{case.rail:g}_spacing{case.spacing:g}_run*.csv'))
+    files = sorted(DATA_FOLDER.glob(f'rail{case.rail:g}_spacing{case.spacing:g}_run*.csv'))
     tables = (np.loadtxt(file, delimiter=',', skiprows=1, unpack=True) for file in files)
     return tuple(Run(case, t, np.asarray(u) / 10.0) for t, *u in tables)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Waves of shells as their force curves have them: laws, magnets, and a loop for many chains.
 
-A posterior needs some hundred thousand waves. `waves` steps chains of equal shells, with laws and
-magnets from tables, in half a millisecond each; `test_measured.py` compares it with a `Lattice`.
-Units: g, cm, ms; force in 10 N.
+A posterior needs some hundred thousand waves. `launch_waves` steps chains of equal shells, with
+laws and magnets from tables, in half a millisecond each; `test_measured.py` compares it with a
+`Lattice`. Units: g, cm, ms; force in 10 N.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from functools import cache
 import numpy as np
 from scipy.optimize import least_squares
 
-from mlmem.physics.jit import kernel
+from mlmem.physics.jit import compile_kernel
 from mlmem.physics.potential import Array
 
-from .runs import DATA
-from .wave import ELEMENTS, FIRST, LAST, MASS
+from .runs import DATA_FOLDER
+from .wave import ELEMENT_COUNT, ELEMENT_MASS, FIRST, LAST
 
-FORCE = DATA / 'force'
-SERIES = {
+FORCE_FOLDER = DATA_FOLDER / 'force'
+TESTS_BY_RAIL = {
     21.5: ('180mm_run29', '180mm_run30', '180mm_run32'),
     22.0: ('22mm_run11', '22mm_run13', '185mm_run22'),
     22.5: ('225mm_run1', '225mm_run2'),
 }
 """The force tests of one shell that belong to a distance of the rails, by their second well."""
 
-FAR = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
+FAR_REPULSION = {6.0: 0.0420, 7.0: 0.0232, 8.0: 0.0134}
 """Repulsion of the magnets at the spacings in use, 10 N: what was measured there of a longer
 travel than the file has."""
 
-CONTACT = 142.0
+CONTACT_DISTANCE_MM = 142.0
 """Distance of the magnets at no travel, mm."""
 
 KNOTS, ENDS = 601, (-1.0, 2.0)
@@ -42,22 +42,22 @@ KNOTS, ENDS = 601, (-1.0, 2.0)
 TOUCH, NEAR = 0.3, 0.01
 """Least distance of the table of the magnets, and its step, cm."""
 
-PATIENCE = 200.0
+WAVE_TIMEOUT_MS = 200.0
 """A wave that has reached no further element for so long has stopped, ms: at 8 cm a slower one
 than 0.4 m/s."""
 
-REACH = 20.0
+MAX_MAGNET_DISTANCE_CM = 20.0
 """Its greatest distance, cm."""
 
 
 @cache
-def table(name: str) -> tuple[Array, float]:
+def load_force_table(name: str) -> tuple[Array, float]:
     """Return a force test as a table over `ENDS` of its way, 10 N, and its second well, cm.
 
     Before its first and beyond its last point it goes on straight.
     """
     D, force = np.loadtxt(
-        FORCE / f'{name}.csv', delimiter=',', skiprows=1, usecols=(0, 1), unpack=True
+        FORCE_FOLDER / f'{name}.csv', delimiter=',', skiprows=1, usecols=(0, 1), unpack=True
     ) / 10.0  # fmt: skip
     rising = np.flatnonzero((force[:-1] < 0.0) & (force[1:] >= 0.0))[-1]
     well = float(np.interp(0.0, force[rising : rising + 2], D[rising : rising + 2]))
@@ -71,25 +71,29 @@ def table(name: str) -> tuple[Array, float]:
 
 
 @cache
-def magnets() -> tuple[float, float, float]:
-    """Return A, b and p of the repulsion A (r + b)^-p: as measured up close, and at `FAR`."""
-    travel, force = np.loadtxt(FORCE / 'magnets.csv', delimiter=',', skiprows=1, unpack=True)
-    near = np.linspace(0, len(travel) - 1, 3 * len(FAR)).astype(int)
-    r = np.append((CONTACT - travel[near]) / 10.0, list(FAR))
-    pushed = np.log(np.append(force[near] / 10.0, list(FAR.values())))
+def fit_magnets() -> tuple[float, float, float]:
+    """Return A, b and p of the repulsion A (r + b)^-p: as measured up close, and at
+    `FAR_REPULSION`.
+    """
+    travel, force = np.loadtxt(
+        FORCE_FOLDER / 'magnets.csv', delimiter=',', skiprows=1, unpack=True
+    )
+    near = np.linspace(0, len(travel) - 1, 3 * len(FAR_REPULSION)).astype(int)
+    r = np.append((CONTACT_DISTANCE_MM - travel[near]) / 10.0, list(FAR_REPULSION))
+    pushed = np.log(np.append(force[near] / 10.0, list(FAR_REPULSION.values())))
 
-    def miss(x: Array) -> Array:
+    def force_residual(x: Array) -> Array:
         return np.asarray(x[0] - x[2] * np.log(r + x[1]) - pushed)
 
-    A, b, p = least_squares(miss, [12.0, 3.7, 6.5]).x
+    A, b, p = least_squares(force_residual, [12.0, 3.7, 6.5]).x
     return float(np.exp(A)), float(b), float(p)
 
 
 @cache
-def repulsion() -> Array:
-    """Return the table of the magnets, 10 N, from `TOUCH` to `REACH`."""
-    A, b, p = magnets()
-    r = np.arange(0.0, REACH, NEAR)
+def tabulate_repulsion() -> Array:
+    """Return the table of the magnets, 10 N, from `TOUCH` to `MAX_MAGNET_DISTANCE_CM`."""
+    A, b, p = fit_magnets()
+    r = np.arange(0.0, MAX_MAGNET_DISTANCE_CM, NEAR)
     return np.asarray(A * (np.maximum(r, TOUCH) + b) ** -p)
 
 
@@ -125,7 +129,7 @@ class Chains:
         return np.asarray(100.0 * self.well * (self.tilt - self.laws[:, inside].mean(axis=1)))
 
 
-def waves(chains: Chains, dt: float = 0.4) -> tuple[Array, Array, Array]:
+def launch_waves(chains: Chains, dt: float = 0.4) -> tuple[Array, Array, Array]:
     """Return speed (m/s) and rise (ms) over the tracked elements, and how many passed half-way.
 
     Speed and rise are NaN where the wave does not pass. A rise is from a tenth to nine tenths.
@@ -136,14 +140,14 @@ def waves(chains: Chains, dt: float = 0.4) -> tuple[Array, Array, Array]:
         chains.well, chains.spacing, chains.tilt, chains.damping, chains.snap, chains.friction,
         chains.magnets, chains.hand,
     ))  # fmt: skip
-    _run(np.ascontiguousarray(chains.laws), numbers, repulsion(), dt, found)
+    _run_chains(np.ascontiguousarray(chains.laws), numbers, tabulate_repulsion(), dt, found)
     return found[:, 0], found[:, 1], found[:, 2]
 
 
-@kernel
-def _run(laws: Array, numbers: Array, near: Array, dt: float, found: Array) -> None:
+@compile_kernel
+def _run_chains(laws: Array, numbers: Array, near: Array, dt: float, found: Array) -> None:
     """Step each chain by the leap-frog method, drag in the middle."""
-    n = ELEMENTS + 1
+    n = ELEMENT_COUNT + 1
     well, spacing, tilt, damping, snap, friction, magnets, hand = numbers
     u, v, f = np.zeros(n), np.zeros(n), np.zeros(n)
     marks = np.zeros((3, n))
@@ -181,7 +185,7 @@ def _run(laws: Array, numbers: Array, near: Array, dt: float, found: Array) -> N
                 if friction[k] > 0.0:
                     force -= friction[k] * v[j] / np.sqrt(v[j] * v[j] + 4e-6)
                 drag = 0.5 * dt * rate
-                v[j] = ((1.0 - drag) * v[j] + dt * force / MASS) / (1.0 + drag)
+                v[j] = ((1.0 - drag) * v[j] + dt * force / ELEMENT_MASS) / (1.0 + drag)
                 before = u[j]
                 u[j] += dt * v[j]
                 for m in range(3):
@@ -190,7 +194,7 @@ def _run(laws: Array, numbers: Array, near: Array, dt: float, found: Array) -> N
                         marks[m, j] = t + dt * (level - before) / (u[j] - before)
                         if m == 1 and j > passed:
                             passed, since = j, t
-            if not np.isnan(marks[2, LAST]) or t - since > PATIENCE:
+            if not np.isnan(marks[2, LAST]) or t - since > WAVE_TIMEOUT_MS:
                 break
         late, early = marks[1, LAST], marks[1, FIRST]
         found[k, 0] = 10.0 * D * (LAST - FIRST) / (late - early)

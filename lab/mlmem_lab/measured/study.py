@@ -18,21 +18,29 @@ from ..studies import style
 from .fits import (
     Fit,
     Scatter,
+    fit_front,
+    fit_steady,
+    fit_viscous,
     force_scatter,
-    front,
     greatest_friction,
     launch_chains,
-    pattern,
-    rest,
-    steady,
-    stopped,
-    viscous,
+    measured_rest,
+    pattern_probability,
+    share_stopped,
     well_scatter,
 )
-from .runs import AUTHORS, CASES, RAILS, SILENT, SPACINGS, Case, runs
-from .wave import FIRST, LAST, launch, shell
+from .runs import (
+    ALL_CASES,
+    AUTHORS_SPEEDS,
+    RAIL_DISTANCES_CM,
+    SILENT_CASES,
+    SPACINGS_CM,
+    Case,
+    load_runs,
+)
+from .wave import FIRST, LAST, build_shell, launch_wave
 
-BAND = (0.05, 0.95)
+BAND_QUANTILES = (0.05, 0.95)
 """Quantiles of a band."""
 
 
@@ -55,9 +63,9 @@ class Study:
     """Everything that `mlmem measured` tells.
 
     Attributes:
-        steady, viscous, front: The fits; `steady` is ours, `front` only in a full study,
+        steady, viscous, front: The fits; `fit_steady` is ours, `fit_front` only in a full study,
             as `left_out`, `friction`, `force` and `stops`.
-        left_out: Speed of each case at 8 cm when it is left out of the fit `steady`, m/s.
+        left_out: Speed of each case at 8 cm when it is left out of the fit `fit_steady`, m/s.
         friction: Dry friction that just lets a wave pass, 10 N.
         wells: Scatter of the second wells within a chain, relative.
         bands: By case, with that scatter; empty without random chains.
@@ -82,22 +90,24 @@ class Study:
     @cached_property
     def rows(self) -> list[dict[str, Any]]:
         """A row per case: prediction, band, measurement, and the other models."""
-        return [self._row(case) for case in CASES]
+        return [self._row(case) for case in ALL_CASES]
 
     def _row(self, case: Case) -> dict[str, Any]:
         band = self.bands.get(case)
         return {
             'rail': case.rail,
             'spacing': int(case.spacing),
-            'speed': _number(self.steady.speed(case)),
+            'speed': _finite_number(self.steady.speed(case)),
             'fitted': case in self.steady.fitted,
             'low': band and band.low,
             'high': band and band.high,
             'stops': band and band.stops,
-            'measured': [run.speed for run in runs(case)] if case not in SILENT else None,
-            'viscous': _number(self.viscous.speed(case)),
-            'front': self.front and _number(self.front.speed(case)),
-            'authors': AUTHORS[case],
+            'measured': [run.speed for run in load_runs(case)]
+            if case not in SILENT_CASES
+            else None,
+            'viscous': _finite_number(self.viscous.speed(case)),
+            'front': self.front and _finite_number(self.front.speed(case)),
+            'authors': AUTHORS_SPEEDS[case],
             'left_out': self.left_out.get(case),
             'friction_limit': self.friction.get(case),
         }
@@ -107,11 +117,13 @@ class Study:
         return {
             'cases': self.rows,
             'fits': {
-                each.name: _told(each) for each in (self.steady, self.viscous, self.front) if each
+                each.name: _summarise_fit(each)
+                for each in (self.steady, self.viscous, self.front)
+                if each
             },
             'scatter': {'wells': self.wells, 'force': self.force},
             'stops': [
-                {'force': force, 'pattern': pattern(by_case), **by_case}
+                {'force': force, 'pattern': pattern_probability(by_case), **by_case}
                 for force, by_case in self.stops.items()
             ],
             'chains': self.chains,
@@ -119,7 +131,7 @@ class Study:
         }
 
 
-def studied(chains: int, seed: int, full: bool = False) -> Study:
+def build_study(chains: int, seed: int, full: bool = False) -> Study:
     """Fit, predict, and launch random chains.
 
     Args:
@@ -128,27 +140,31 @@ def studied(chains: int, seed: int, full: bool = False) -> Study:
         full: Whether to fit the fronts, and to find out how probable silence is with a force on
             each element, or with more friction; and leave out each fitted case in turn.
     """
-    ours = steady()
+    ours = fit_steady()
     left_out, friction = {}, {}
     if full:
-        left_out = {case: steady(left_out=case).speed(case) for case in ours.fitted}
-        friction = {case: greatest_friction(case, ours) for case in CASES}
+        left_out = {case: fit_steady(left_out=case).speed(case) for case in ours.fitted}
+        friction = {case: greatest_friction(case, ours) for case in ALL_CASES}
     wells = well_scatter(ours.fitted)
     generator = np.random.default_rng(seed)
     bands, force, stopping = {}, None, {}
     if chains:
-        bands = {case: _band(case, ours, Scatter(wells), chains, generator) for case in CASES}
+        bands = {
+            case: _speed_band(case, ours, Scatter(wells), chains, generator) for case in ALL_CASES
+        }
     if chains and full:
         force = force_scatter(ours, ours.fitted, wells, chains, seed)
         for size in (0.0, 0.5 * force, force):
             stopping[size] = {
-                case: stopped(launch_chains(case, ours, Scatter(wells, size), chains, generator))
-                for case in CASES
+                case: share_stopped(
+                    launch_chains(case, ours, Scatter(wells, size), chains, generator)
+                )
+                for case in ALL_CASES
             }
     return Study(
         ours,
-        viscous(),
-        front() if full else None,
+        fit_viscous(),
+        fit_front() if full else None,
         left_out,
         friction,
         wells,
@@ -160,16 +176,16 @@ def studied(chains: int, seed: int, full: bool = False) -> Study:
     )
 
 
-def _band(
+def _speed_band(
     case: Case, fit: Fit, scatter: Scatter, chains: int, generator: np.random.Generator
 ) -> Band:
     waves = launch_chains(case, fit, scatter, chains, generator, uncertain=True)
     speeds = [wave.speed for wave in waves if np.isfinite(wave.speed)]
-    low, high = np.quantile(speeds, BAND) if speeds else (np.nan, np.nan)
-    return Band(float(low), float(high), stopped(waves))
+    low, high = np.quantile(speeds, BAND_QUANTILES) if speeds else (np.nan, np.nan)
+    return Band(float(low), float(high), share_stopped(waves))
 
 
-def _told(fit: Fit) -> dict[str, Any]:
+def _summarise_fit(fit: Fit) -> dict[str, Any]:
     return {
         'fitted': [str(case) for case in fit.fitted],
         'losses': {
@@ -186,12 +202,12 @@ def _told(fit: Fit) -> dict[str, Any]:
     }
 
 
-def _number(value: float) -> float | None:
+def _finite_number(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-CREDIT = 'Measured: Nadkarni et al., Phys. Rev. Lett. 116, 244501 (2016), CC BY 4.0'
-ORDER = (style.S2, style.MARK, '#009e73', '#cc79a7')
+DATA_CREDIT = 'Measured: Nadkarni et al., Phys. Rev. Lett. 116, 244501 (2016), CC BY 4.0'
+ELEMENT_COLOURS = (style.ACTIVE_COLOUR, style.MARK_COLOUR, '#009e73', '#cc79a7')
 """Colours of the four tracked elements."""
 
 
@@ -202,7 +218,7 @@ def draw_all(study: Study, folder: Path) -> list[Path]:
         OSError: One cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with style.styled():
+    with style.style_context():
         return [
             *style.save_figure(draw_speeds(study), folder / 'measured_speeds'),
             *style.save_figure(draw_fronts(study), folder / 'measured_fronts'),
@@ -212,88 +228,101 @@ def draw_all(study: Study, folder: Path) -> list[Path]:
 def draw_speeds(study: Study) -> Any:
     """Return the figure of all speeds against the spacing, a panel per rail."""
     figure = style.new_figure(3.4)
-    for axes, rail in zip(style.axes_grid(figure, 1, 3, sharey=True)[0], RAILS, strict=True):
-        cases = [Case(rail, spacing) for spacing in SPACINGS]
+    for axes, rail in zip(
+        style.axes_grid(figure, 1, 3, sharey=True)[0], RAIL_DISTANCES_CM, strict=True
+    ):
+        cases = [Case(rail, spacing) for spacing in SPACINGS_CM]
         axes.plot(
-            SPACINGS,
-            [AUTHORS[c] for c in cases],
+            SPACINGS_CM,
+            [AUTHORS_SPEEDS[c] for c in cases],
             's',
-            color=style.FAINT,
+            color=style.FAINT_COLOUR,
             ms=5,
             label="authors' simulation",
         )
         axes.plot(
-            SPACINGS,
+            SPACINGS_CM,
             [study.viscous.speed(c) for c in cases],
             ':',
-            color=style.FAINT,
+            color=style.FAINT_COLOUR,
             label='damping alone, fitted at 6 cm',
         )
         for case in cases:
-            _speed(axes, study, case)
+            _draw_speed(axes, study, case)
         axes.set_title(f'rails {rail:g} cm apart')
         axes.set_xlabel('spacing (cm)')
-        axes.set_xticks(SPACINGS)
+        axes.set_xticks(SPACINGS_CM)
         axes.set_xlim(5.6, 8.4)
         axes.set_ylim(0.0, 4.0)
     figure.axes[0].set_ylabel('speed (m/s)')
     handles, labels = figure.axes[2].get_legend_handles_labels()
     by_label = dict(zip(labels, handles, strict=True))
     figure.legend(
-        by_label.values(), by_label.keys(), loc='outside lower center', ncols=3, title=CREDIT
+        by_label.values(), by_label.keys(), loc='outside lower center', ncols=3, title=DATA_CREDIT
     )
     return figure
 
 
-def _speed(axes: Any, study: Study, case: Case) -> None:
+def _draw_speed(axes: Any, study: Study, case: Case) -> None:
     x, fitted = case.spacing, case in study.steady.fitted
     if (band := study.bands.get(case)) is not None:
         axes.plot(
             [x, x],
             [band.low, min(band.high, 9.0)],
-            color=style.S2,
+            color=style.ACTIVE_COLOUR,
             lw=6,
             alpha=0.25,
             label='nine of ten random chains',
         )
     axes.plot(
         x, study.steady.speed(case), 'D' if fitted else 'o', ms=7,
-        mfc=style.S2 if fitted else 'white', mec=style.S2,
+        mfc=style.ACTIVE_COLOUR if fitted else 'white', mec=style.ACTIVE_COLOUR,
         label='ours, fitted to this' if fitted else 'ours, predicted',
     )  # fmt: skip
-    if case in SILENT:
-        axes.plot(x, 0.08, 'x', color=style.S1, ms=8, label='measured: no wave')
-    for run in runs(case):
-        axes.plot(x + 0.12, run.speed, '_', color=style.S1, ms=10, mew=2, label='measured')
+    if case in SILENT_CASES:
+        axes.plot(x, 0.08, 'x', color=style.INACTIVE_COLOUR, ms=8, label='measured: no wave')
+    for run in load_runs(case):
+        axes.plot(
+            x + 0.12, run.speed, '_', color=style.INACTIVE_COLOUR, ms=10, mew=2, label='measured'
+        )
 
 
 def draw_fronts(study: Study) -> Any:
     """Return the figure of the measured fronts with ours, a panel per lattice that propagates."""
     figure = style.new_figure(7.0)
     grid = style.axes_grid(figure, 3, 3, sharex=True)
-    for axes, case in zip(grid.T.ravel(), sorted(CASES), strict=True):
-        if case in SILENT:
+    for axes, case in zip(grid.T.ravel(), sorted(ALL_CASES), strict=True):
+        if case in SILENT_CASES:
             axes.axis('off')
             axes.text(0.5, 0.5, f'{case}: no wave', ha='center', transform=axes.transAxes)
             continue
-        for run in runs(case):
-            for u, colour in zip(run.u, ORDER, strict=True):
+        for run in load_runs(case):
+            for u, colour in zip(run.u, ELEMENT_COLOURS, strict=True):
                 axes.plot(run.t - run.arrivals.mean(), u, color=colour, lw=0.8)
-        wave = launch(
-            case, shell(study.steady.well(case)), study.steady.losses[case.rail], last=LAST + 6
+        wave = launch_wave(
+            case,
+            build_shell(study.steady.well(case)),
+            study.steady.losses[case.rail],
+            last=LAST + 6,
         )
         if np.isfinite(wave.speed):
             for j in range(FIRST, LAST + 1):
                 axes.plot(
-                    wave.t - wave.arrivals.mean(), wave.u[:, j], '--', color=style.INK, lw=0.8
+                    wave.t - wave.arrivals.mean(),
+                    wave.u[:, j],
+                    '--',
+                    color=style.INK_COLOUR,
+                    lw=0.8,
                 )
         told = 'fitted' if case in study.steady.fitted else 'predicted'
         axes.set_title(f'{case}: speed {told}')
-        axes.set_ylim(-0.4, 1.15 * rest(case).max())
+        axes.set_ylim(-0.4, 1.15 * measured_rest(case).max())
         axes.set_xlim(-130.0, 150.0)
     for axes in grid[:, 0]:
         axes.set_ylabel('displacement (cm)')
     for axes in grid[-1]:
         axes.set_xlabel('time (ms)')
-    figure.supxlabel(f'Dashed: ours. {CREDIT}', fontsize=style.SMALL - 2, color=style.INK)
+    figure.supxlabel(
+        f'Dashed: ours. {DATA_CREDIT}', fontsize=style.SMALL_FONT_SIZE - 2, color=style.INK_COLOUR
+    )
     return figure

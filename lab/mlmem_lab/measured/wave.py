@@ -23,7 +23,7 @@ from ..lattices import Friction, Lattice, Pieces, PowerLaw, Wells
 from . import runs
 from .runs import Case
 
-DEGREE = 4
+POLYNOMIAL_DEGREE = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,25 +44,25 @@ class Shell:
         return float(-self.well * self.energy.derivative(middles, 1).mean())
 
 
-def _measured(edges: tuple[float, float], well: float, *pieces: tuple[float, ...]) -> Shell:
-    filled = [np.pad(piece, (0, DEGREE + 1 - len(piece))) for piece in pieces]
+def _measured_shell(edges: tuple[float, float], well: float, *pieces: tuple[float, ...]) -> Shell:
+    filled = [np.pad(piece, (0, POLYNOMIAL_DEGREE + 1 - len(piece))) for piece in pieces]
     return Shell(Pieces(np.array(filled), np.array(edges)), well)
 
 
-MEASURED = {
-    21.5: _measured(
+MEASURED_SHELLS = {
+    21.5: _measured_shell(
         (1.75, 5.229), 6.264,
         (0.0, 0.0, 0.0256743, -0.00489034),
         (0.10991, -0.204049, 0.160139, -0.040711, 0.00291668),
         (-0.809805, 4.92206, -0.979682, 0.0624519),
     ),
-    22.0: _measured(
+    22.0: _measured_shell(
         (1.091, 3.81635), 5.270,
         (0.0, 0.0, 0.0593034, -0.018119),
         (0.0216472, -0.0664308, 0.132853, -0.0521944, 0.00531799),
         (-0.815088, 0.886911, -0.271859, 0.0237451),
     ),
-    22.5: _measured(
+    22.5: _measured_shell(
         (1.104, 2.61696), 3.971,
         (0.0, 0.0, 0.0402355, -0.0121484),
         (0.139316, -0.416266, 0.48557, -0.208458, 0.0280114),
@@ -74,13 +74,13 @@ join: the third piece at 21.5 lies 7.3 too high. Only slopes matter, and those d
 
 
 @cache
-def shell(well: float) -> Shell:
+def build_shell(well: float) -> Shell:
     """Return the shell whose second well is at a place, in cm.
 
     It has five pieces, however few differ. Beyond the outermost measured wells the blend is
     extrapolated.
     """
-    known = sorted(MEASURED.values(), key=lambda each: each.well)
+    known = sorted(MEASURED_SHELLS.values(), key=lambda each: each.well)
     low, high = known[:2] if well < known[1].well else known[1:]
     share = (well - low.well) / (high.well - low.well)
     scaled = [
@@ -89,37 +89,37 @@ def shell(well: float) -> Shell:
     ]
     edges = np.sort(np.concatenate([each.edges * stretch for _, stretch, each in scaled]))
     middles = np.concatenate(([edges[0] - 1.0], 0.5 * (edges[1:] + edges[:-1]), [edges[-1] + 1.0]))
-    coefficients = np.zeros((len(middles), DEGREE + 1))
+    coefficients = np.zeros((len(middles), POLYNOMIAL_DEGREE + 1))
     for weight, stretch, each in scaled:
         piece = each.coefficients[np.searchsorted(each.edges, middles / stretch)]
-        coefficients += weight * piece / stretch ** np.arange(DEGREE + 1)
+        coefficients += weight * piece / stretch ** np.arange(POLYNOMIAL_DEGREE + 1)
     return Shell(Pieces(coefficients, edges), well)
 
 
-ELEMENTS = 25
-MASS = 21.0
+ELEMENT_COUNT = 25
+ELEMENT_MASS = 21.0
 A, POWER = 17.51805, -3.2744
 """Magnets at a distance r in cm repel with A r^POWER, in 10 N."""
 
-TOUCH = 0.3
+MIN_MAGNET_DISTANCE_CM = 0.3
 """Distance in cm below which the magnets' law is held constant."""
 
-CREEP = 0.002
+CREEP_SPEED = 0.002
 """Velocity below which dry friction is viscous, cm/ms."""
 
-HAND = 25.0
+HAND_TIME_MS = 25.0
 """Time in ms that the hand takes, about that of a neighbour's snap. It is not known."""
 
-STEP = 0.2
+TIME_STEP_MS = 0.2
 """ms; half of it changes speeds by less than 0.1 %."""
 
-LOOK = 2.0
+SAMPLE_PERIOD_MS = 2.0
 """Time between two looks, ms; arrivals are interpolated."""
 
-STILL = 1e-5
+MAX_IDLE_SPEED = 1e-5
 """No element is faster than this, in cm/ms: the wave has stopped."""
 
-LONGEST = 1500.0
+MAX_WAVE_TIME_MS = 1500.0
 FIRST, LAST = 7, 10
 """The tracked elements, 8 to 11 counting the driven one as 1; from 0 here."""
 
@@ -156,29 +156,31 @@ class Wave:
     def arrivals(self) -> Array:
         """When the tracked elements pass half their way, ms, shape (4,); NaN for never."""
         tracked = range(FIRST, LAST + 1)
-        return np.array([runs.first(self.t, self.u[:, j], 0.5 * self.wells[j]) for j in tracked])
+        return np.array(
+            [runs.first_crossing(self.t, self.u[:, j], 0.5 * self.wells[j]) for j in tracked]
+        )
 
     @property
     def speed(self) -> float:
         """Mean speed over the tracked elements, m/s; NaN if the wave does not pass them."""
-        return runs.speed(self.case, self.arrivals)
+        return runs.mean_speed(self.case, self.arrivals)
 
     @property
     def rise(self) -> Array:
         """Their times from a tenth to nine tenths of the way, ms, shape (4,)."""
         tracked = range(FIRST, LAST + 1)
-        return np.array([runs.rise(self.t, self.u[:, j], self.wells[j]) for j in tracked])
+        return np.array([runs.rise_time(self.t, self.u[:, j], self.wells[j]) for j in tracked])
 
 
-def launch(
+def launch_wave(
     case: Case,
     shells: Shell | Sequence[Shell],
     losses: Losses,
     bias: Array | float = 0.0,
-    hand: float = HAND,
+    hand: float = HAND_TIME_MS,
     last: int = LAST,
     integrator: Integrator = NOH_BATHE,
-    dt: float = STEP,
+    dt: float = TIME_STEP_MS,
 ) -> Wave:
     """Push the first element over and return what follows.
 
@@ -190,33 +192,33 @@ def launch(
         last: Element that ends the run when it has reached its well, or all have come to rest.
         dt: Step, ms.
     """
-    each = [shells] * ELEMENTS if isinstance(shells, Shell) else list(shells)
+    each = [shells] * ELEMENT_COUNT if isinstance(shells, Shell) else list(shells)
     each.append(each[-1])  # the end of the chain, which is held
     wells = np.array([one.well for one in each])
     lattice = Lattice(
-        Wells([one.energy for one in each], np.broadcast_to(bias, ELEMENTS + 1)),
-        PowerLaw(A, POWER, case.spacing, TOUCH),
-        np.full(ELEMENTS + 1, MASS),
+        Wells([one.energy for one in each], np.broadcast_to(bias, ELEMENT_COUNT + 1)),
+        PowerLaw(A, POWER, case.spacing, MIN_MAGNET_DISTANCE_CM),
+        np.full(ELEMENT_COUNT + 1, ELEMENT_MASS),
         dt,
-        damping=MASS * losses.damping,
-        friction=Friction(losses.friction, CREEP),
-        held=(ELEMENTS + 1,),
+        damping=ELEMENT_MASS * losses.damping,
+        friction=Friction(losses.friction, CREEP_SPEED),
+        held=(ELEMENT_COUNT + 1,),
         integrator=integrator,
     )
-    every, u = round(LOOK / dt), [lattice.displacement.copy()]
-    while lattice.time < LONGEST:
+    every, u = round(SAMPLE_PERIOD_MS / dt), [lattice.displacement.copy()]
+    while lattice.time < MAX_WAVE_TIME_MS:
         driven = substep_times(every, dt, integrator, lattice.steps_done)
-        lattice.advance(every, HeldCell(1, _held(driven, hand, wells[0])))
+        lattice.advance(every, HeldCell(1, _hand_motion(driven, hand, wells[0])))
         u.append(lattice.displacement.copy())
         if lattice.time > hand and (
-            u[-1][last] > wells[last] or np.abs(lattice.velocity).max() < STILL
+            u[-1][last] > wells[last] or np.abs(lattice.velocity).max() < MAX_IDLE_SPEED
         ):
             break
-    t = np.arange(len(u), dtype=np.float64) * LOOK
+    t = np.arange(len(u), dtype=np.float64) * SAMPLE_PERIOD_MS
     return Wave(case, wells[:-1], t, np.array(u)[:, :-1])
 
 
-def _held(t: Array, hand: float, well: float) -> Array:
+def _hand_motion(t: Array, hand: float, well: float) -> Array:
     """Return where the hand holds the first element, and how fast it moves it, shape (2, m)."""
     x = np.minimum(t / hand, 1.0)
     return np.array((well * x * x * (3.0 - 2.0 * x), well * 6.0 * x * (1.0 - x) / hand))

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mlmem_tools.cli.command import JOBS, JSON, command, option
-from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.command import JOBS_OPTION, JSON_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
-from ..results import DEVICE, ROOT, SHOWN, keep_picture, save
-from ..studies.campaign import cores
-from ..studies.campaign.terminal import mapped
+from ..results import CHECKOUT_ROOT, DEVICE_MODULES, PICTURE_FOLDERS, keep_picture, save_result
+from ..studies.campaign import count_cores
+from ..studies.campaign.terminal import map_calls
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
-from .gallery import CLAIMS, FIGURES, FOLDER
+from .gallery import ALL_CLAIMS, ALL_FIGURES, OUTPUT_FOLDER
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,44 +35,46 @@ if TYPE_CHECKING:
     from .figure import Figure
 
 
-def load_all(output: Path, figures: Iterable[Figure] = FIGURES) -> dict[str, Data]:
+def load_all(output: Path, figures: Iterable[Figure] = ALL_FIGURES) -> dict[str, Data]:
     """Return the data of figures that were made in an output folder, by name."""
-    return {figure.name: load_data(output / FOLDER / f'{figure.stem}.npz') for figure in figures}
+    return {
+        figure.name: load_data(output / OUTPUT_FOLDER / f'{figure.stem}.npz') for figure in figures
+    }
 
 
 def save_verdicts(output: Path, quality: Quality, folder: Path) -> Path:
     """Write the result file of a complete run into a folder; return its path."""
     command = 'mlmem figures' + quality.pick(' --draft', ' --pages')
-    modules = [*DEVICE, 'lab/mlmem_lab/paper']
-    return save(folder / 'paper.json', verdicts(load_all(output)), command, modules)
+    modules = [*DEVICE_MODULES, 'lab/mlmem_lab/paper']
+    return save_result(folder / 'paper.json', judge_claims(load_all(output)), command, modules)
 
 
-def keep(figure: Figure, output: Path) -> None:
+def keep_figure_picture(figure: Figure, output: Path) -> None:
     """Put the picture of a figure that was made among those of the pages, if it has one."""
     if figure.ending:
-        picture = ROOT / SHOWN[0] / f'{figure.stem}.{figure.ending}'
-        shutil.copyfile(output / FOLDER / picture.name, picture)
+        picture = CHECKOUT_ROOT / PICTURE_FOLDERS[0] / f'{figure.stem}.{figure.ending}'
+        shutil.copyfile(output / OUTPUT_FOLDER / picture.name, picture)
         own_file = f'lab/mlmem_lab/paper/figures/{figure.stem}.py'
         keep_picture(picture, f'mlmem figures {figure.name} --pages', [*figure.modules, own_file])
 
 
-def verdicts(data: Mapping[str, Data]) -> dict[str, Any]:
+def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
     """Return claims, their counts, the independent check, and what figures keep, from all data."""
-    claims = {claim.key: _claim(claim, data) for claim in CLAIMS}
+    claims = {claim.key: _summarise_claim(claim, data) for claim in ALL_CLAIMS}
     count = Counter(claim['verdict'] for claim in claims.values())
-    kept = [figure for figure in FIGURES if figure.summary is not None]
+    kept = [figure for figure in ALL_FIGURES if figure.summary is not None]
     return {
         'counts': {
             'claims': len(claims),
             **{judgement.value: count[judgement.value] for judgement in Judgement},
         },
         'claims': claims,
-        'check': _check(data['check']),
+        'check': _summarise_check(data['check']),
         **{figure.name: figure.summary(data[figure.name]) for figure in kept if figure.summary},
     }
 
 
-def _claim(claim: Claim, data: Mapping[str, Data]) -> dict[str, str]:
+def _summarise_claim(claim: Claim, data: Mapping[str, Data]) -> dict[str, str]:
     judgement, numbers = claim.judged(data)
     return {
         'verdict': judgement.value,
@@ -84,7 +86,7 @@ def _claim(claim: Claim, data: Mapping[str, Data]) -> dict[str, str]:
     }
 
 
-def _check(data: Data) -> list[dict[str, Any]]:
+def _summarise_check(data: Data) -> list[dict[str, Any]]:
     columns = (data[name] for name in ('quantity', 'ours', 'theirs', 'route'))
     return [
         {
@@ -98,63 +100,67 @@ def _check(data: Data) -> list[dict[str, Any]]:
     ]
 
 
-@command(
+@declare_command(
     "draw the paper's figures from our simulation, judge its claims",
-    option('names', nargs='*', metavar='FIGURE', help='such as 2b; all if none is given'),
-    option('--output', type=Path, default=Path('reproduction'), help='folder'),
-    option('--pages', action='store_true', help='keep pictures and results for the pages, too'),
-    option('--draft', action='store_true', help='coarse sweeps, in seconds: for a quick look'),
-    JOBS,
-    option('--list', action='store_true', help='list the figures and exit'),
-    JSON,
+    declare_option('names', nargs='*', metavar='FIGURE', help='such as 2b; all if none is given'),
+    declare_option('--output', type=Path, default=Path('reproduction'), help='folder'),
+    declare_option(
+        '--pages', action='store_true', help='keep pictures and results for the pages, too'
+    ),
+    declare_option(
+        '--draft', action='store_true', help='coarse sweeps, in seconds: for a quick look'
+    ),
+    JOBS_OPTION,
+    declare_option('--list', action='store_true', help='list the figures and exit'),
+    JSON_OPTION,
     text=__doc__,
 )
 def figures(arguments: argparse.Namespace) -> int:
     """Draw the figures; return 0 when all were drawn, 1 when a file could not be
     written, 2 for a wrong argument.
     """
-    from ..results import FOLDER
-    from .command import keep, save_verdicts
+    from ..results import RESULT_FOLDER
+    from .command import keep_figure_picture, save_verdicts
     from .figure import Quality
-    from .gallery import BY_NAME, FIGURES, make, select
+    from .gallery import ALL_FIGURES, FIGURES_BY_NAME, make_figure, select_figures
 
-    console = plain_console(aside=arguments.json)
+    console = create_console(aside=arguments.json)
     if arguments.list:
-        for figure in FIGURES:
+        for figure in ALL_FIGURES:
             console.print(f'{figure.name:<10}{figure.title}', highlight=False)
         return 0
     try:
-        figures = select(arguments.names)
+        figures = select_figures(arguments.names)
         if arguments.pages and arguments.draft:
             raise ValueError('--pages takes no draft')
-        jobs = cores() if arguments.jobs is None else arguments.jobs
+        jobs = count_cores() if arguments.jobs is None else arguments.jobs
         if jobs < 1:
             raise ValueError(f'--jobs must be at least 1; got {jobs}')
         arguments.output.mkdir(parents=True, exist_ok=True)
     except (KeyError, ValueError) as error:
-        return complain('figures', error.args[0], 2)
+        return print_failure('figures', error.args[0], 2)
     except OSError as error:
-        return complain('figures', f'--output must be a writable folder; {error}', 2)
+        return print_failure('figures', f'--output must be a writable folder; {error}', 2)
     quality = Quality.DRAFT if arguments.draft else Quality.FULL
     began = time.monotonic()
     made = {figure.name: [Path()] for figure in figures}
-    longest_first = sorted(made, key=lambda name: -BY_NAME[name].seconds)
-    one = partial(make, quality=quality, output=arguments.output)
+    longest_first = sorted(made, key=lambda name: -FIGURES_BY_NAME[name].seconds)
+    one = partial(make_figure, quality=quality, output=arguments.output)
     try:
-        mapped(console, min(jobs, len(made)), 'figures', one, longest_first, then=made.update)
+        map_calls(console, min(jobs, len(made)), 'figures', one, longest_first, then=made.update)
     except OSError as error:
-        return complain('figures', f'a file could not be written; {error}', 1)
+        return print_failure('figures', f'a file could not be written; {error}', 1)
     for name, files in made.items():
         shown = '  '.join(str(file) for file in files if file.suffix != '.npz')
         console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
     claims = _print_claims(console, figures, arguments.output)
-    if len(figures) == len(FIGURES):
-        for folder in (arguments.output, *([FOLDER] if arguments.pages else ())):
+    if len(figures) == len(ALL_FIGURES):
+        for folder in (arguments.output, *([RESULT_FOLDER] if arguments.pages else ())):
             found = save_verdicts(arguments.output, quality, folder)
             console.print(f'claims    {found}', highlight=False, soft_wrap=True)
     if arguments.pages:
         for figure in figures:
-            keep(figure, arguments.output)
+            keep_figure_picture(figure, arguments.output)
     console.print(f'{len(made)} in {time.monotonic() - began:.0f} s', highlight=False)
     if arguments.json:
         print_json({'figures': made, 'claims': claims})
@@ -167,7 +173,7 @@ def _print_claims(console: Console, figures: list[Figure], output: Path) -> list
 
     from .command import load_all
     from .figure import Judgement
-    from .gallery import CLAIMS
+    from .gallery import ALL_CLAIMS
 
     data = load_all(output, figures)
     colors = {
@@ -176,9 +182,9 @@ def _print_claims(console: Console, figures: list[Figure], output: Path) -> list
         Judgement.IN_PART: 'yellow',
         Judgement.FAILS: 'red',
     }
-    table = plain_table("the paper's claims", 'verdict', 'the paper says', 'we find')
+    table = create_table("the paper's claims", 'verdict', 'the paper says', 'we find')
     claims = []
-    for claim in CLAIMS:
+    for claim in ALL_CLAIMS:
         if all(name in data for name in claim.needs):
             judgement, numbers = claim.judged(data)
             text = Text(judgement.value, colors[judgement])

@@ -15,23 +15,23 @@ from mlmem.physics.potential import Array
 from mlmem.readers.echo import Echo, EchoDetector
 from mlmem.settings import ProbeSettings
 
-PAPER = ProbeSettings(omega_c=2.0, v_th=7.5e-5, gain_decay=0.0)
+PAPER_PROBE = ProbeSettings(omega_c=2.0, v_th=7.5e-5, gain_decay=0.0)
 """The paper's detector, a plain threshold, with our reading of its two numbers."""
 
-PRINTED = ProbeSettings(omega_c=2.4, v_th=7.5e-3, gain_decay=0.0)
+PRINTED_PROBE = ProbeSettings(omega_c=2.4, v_th=7.5e-3, gain_decay=0.0)
 """The paper's detector with the numbers as printed."""
 
-STEP = 1.0 / 32.0
+CONVERGED_STEP = 1.0 / 32.0
 """At which delays have converged: half of it changes none by more than a sample."""
 
 
-def listen(
+def record_echo(
     design: Design,
     v: Array,
     probe: ProbeSettings,
     end: End = End.LEFT,
     duration: float = 1200.0,
-    dt: float | None = STEP,
+    dt: float | None = CONVERGED_STEP,
     settle: float = 0.0,
     integrator: Integrator = PEFRL,
 ) -> tuple[Array, float]:
@@ -59,7 +59,7 @@ def listen(
     return ends[end.row] - rest, chain.dt
 
 
-def detect(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.LEFT) -> Echo:
+def detect_echo(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.LEFT) -> Echo:
     """Return what the device's detector makes of displacements from rest, shape (n,)."""
     detector = EchoDetector(probe, dt, filtered=False)
     detector.feed(displacement)
@@ -69,18 +69,20 @@ def detect(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.
 def probe_element(
     design: Design, v: Array, probe: ProbeSettings, end: End = End.LEFT, duration: float = 1200.0
 ) -> Echo:
-    """Return what the device's detector makes of what `listen` hears."""
-    return detect(*listen(design, v, probe, end, duration), probe, end)
+    """Return what the device's detector makes of what `record_echo` hears."""
+    return detect_echo(*record_echo(design, v, probe, end, duration), probe, end)
 
 
 def without_wall(
     design: Design, probe: ProbeSettings, end: End = End.LEFT, duration: float = 1200.0
 ) -> tuple[Array, float]:
-    """Listen as `listen` does to an element of one phase, too long to echo from its far end."""
+    """Listen as `record_echo` does to an element of one phase, too long to echo from its far
+    end.
+    """
     longer = math.ceil(0.36 * duration)  # half of what the fastest wave, 0.72 cells/time, covers
     if end is End.LEFT:
         endless = dataclasses.replace(design, N=design.N + longer)
-        return listen(endless, np.full(endless.N, design.D_s2), probe, end, duration)
+        return record_echo(endless, np.full(endless.N, design.D_s2), probe, end, duration)
     # From the right the chain goes on beyond j = 1 with cells like the first one: shift the
     # pattern so that the probed end keeps its place among the defects.
     # 1 + gamma (j - shift) is (1 - gamma shift) (1 + gamma' j).
@@ -89,4 +91,4 @@ def without_wall(
     endless = dataclasses.replace(
         design, N=design.N + shift, gamma=design.gamma / scale, d=design.d * scale
     )
-    return listen(endless, np.full(endless.N, design.D_s1), probe, end, duration)
+    return record_echo(endless, np.full(endless.N, design.D_s1), probe, end, duration)

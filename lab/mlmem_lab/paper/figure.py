@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..results import DEVICE
-from ..studies.style import save_figure, styled
+from ..results import DEVICE_MODULES
+from ..studies.style import save_figure, style_context
 
 Data = dict[str, Any]
 """Arrays by name: what a figure computes, what it draws, and what is kept as .npz."""
@@ -51,7 +51,9 @@ class Judged(NamedTuple):
     numbers: str
 
 
-def judged(holds: bool | np.bool_, numbers: str, *, in_part: bool | np.bool_ = False) -> Judged:
+def judge_numbers(
+    holds: bool | np.bool_, numbers: str, *, in_part: bool | np.bool_ = False
+) -> Judged:
     """Return HOLDS, or else IN_PART where something of it is true, or else FAILS."""
     if holds:
         return Judged(Judgement.HOLDS, numbers)
@@ -116,7 +118,7 @@ class Figure:
     name: str
     title: str
     seconds: float
-    modules: tuple[str, ...] = DEVICE
+    modules: tuple[str, ...] = DEVICE_MODULES
     claims: list[Claim] = field(default_factory=list)
     summary: Callable[[Data], Mapping[str, Any]] | None = None
     ending: str = ''
@@ -126,13 +128,13 @@ class Figure:
         """Take what computes the data, arrays or what becomes arrays."""
 
         @functools.wraps(compute)
-        def arrays(quality: Quality) -> Data:
+        def compute_arrays(quality: Quality) -> Data:
             return {name: np.asarray(value) for name, value in compute(quality).items()}
 
-        self.compute = arrays
-        return arrays
+        self.compute = compute_arrays
+        return compute_arrays
 
-    def drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
+    def register_drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
         """Take what draws the data and returns a Matplotlib figure."""
         self._save = lambda data, stem: save_figure(draw(data), stem)
         self.draw, self.ending = draw, 'png'
@@ -148,7 +150,7 @@ class Figure:
         """Take what makes of the data what the result file keeps, for the pages."""
         self.summary = summary
 
-    def claim(
+    def register_claim(
         self,
         sentence: str,
         *,
@@ -164,14 +166,14 @@ class Figure:
         The judge takes the data of this figure, then those of the figures in `also`.
         """
 
-        def keep(judge: Judge) -> Judge:
+        def keep_judge(judge: Judge) -> Judge:
             key, needs = judge.__name__.removeprefix('_'), (self.name, *also)
             self.claims.append(
                 Claim(key, sentence, page, where, how, printed, replaced, needs, judge)
             )
             return judge
 
-        return keep
+        return keep_judge
 
     @property
     def stem(self) -> str:
@@ -185,7 +187,7 @@ class Figure:
         """
         stem = folder / self.stem
         np.savez_compressed(stem.with_suffix('.npz'), **data, allow_pickle=False)
-        with styled():
+        with style_context():
             return [stem.with_suffix('.npz'), *self._save(data, stem)]
 
 

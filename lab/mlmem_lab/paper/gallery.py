@@ -10,7 +10,7 @@ from pathlib import Path
 
 from .figure import Claim, Figure, Quality
 
-FILES = (
+FIGURE_FILES = (
     'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
     'mov_s1', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design', 'retention',
     'kicked', 'mov_kicks', 'byte', 'mov_bytes', 'walls', 'tolerated', 'energy_use',
@@ -18,22 +18,24 @@ FILES = (
 )  # fmt: skip
 """Those of the folder `figures`, each with a `FIGURE`."""
 
-FOLDER = 'figures'
+OUTPUT_FOLDER = 'figures'
 """Folder of what they write, below the output folder."""
 
-FIGURES: tuple[Figure, ...] = tuple(
-    importlib.import_module(f'.figures.{file}', __package__).FIGURE for file in FILES
+ALL_FIGURES: tuple[Figure, ...] = tuple(
+    importlib.import_module(f'.figures.{file}', __package__).FIGURE for file in FIGURE_FILES
 )
 
-BY_NAME = {figure.name: figure for figure in FIGURES}
+FIGURES_BY_NAME = {figure.name: figure for figure in ALL_FIGURES}
 
-CLAIMS: tuple[Claim, ...] = tuple(
-    sorted((claim for figure in FIGURES for claim in figure.claims), key=lambda claim: claim.page)
+ALL_CLAIMS: tuple[Claim, ...] = tuple(
+    sorted(
+        (claim for figure in ALL_FIGURES for claim in figure.claims), key=lambda claim: claim.page
+    )
 )
 """The claims of all figures."""
 
 
-def select(names: Iterable[str]) -> list[Figure]:
+def select_figures(names: Iterable[str]) -> list[Figure]:
     """Return the named figures in the order of the paper; all of them for no name.
 
     Args:
@@ -45,15 +47,15 @@ def select(names: Iterable[str]) -> list[Figure]:
     wanted = []
     for name in names:
         key = name.lower().removeprefix('fig').lstrip('._ ').removeprefix('mov_')
-        if key not in BY_NAME:
-            raise KeyError(f'figure must be one of {", ".join(BY_NAME)}; got {name!r}')
+        if key not in FIGURES_BY_NAME:
+            raise KeyError(f'figure must be one of {", ".join(FIGURES_BY_NAME)}; got {name!r}')
         wanted.append(key)
-    return [figure for figure in FIGURES if not wanted or figure.name in wanted]
+    return [figure for figure in ALL_FIGURES if not wanted or figure.name in wanted]
 
 
-def make(name: str, quality: Quality, output: Path) -> dict[str, list[Path]]:
+def make_figure(name: str, quality: Quality, output: Path) -> dict[str, list[Path]]:
     """Compute, draw and save one figure below a folder, which is made; return files by name."""
-    folder = output / FOLDER
+    folder = output / OUTPUT_FOLDER
     folder.mkdir(parents=True, exist_ok=True)
-    figure = BY_NAME[name]
+    figure = FIGURES_BY_NAME[name]
     return {name: figure.save(figure.compute(quality), folder)}

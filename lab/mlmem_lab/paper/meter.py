@@ -60,20 +60,24 @@ class MeteredChain(Chain):
         for k in range(steps):
             now = slice(substeps * k, substeps * (k + 1))
             held = held_cell and HeldCell(held_cell.site, held_cell.motion[:, now])
-            ends[:, k : k + 1], strayed = self._stretch(Inputs(V_N[now], held, base[now]), 0)
+            ends[:, k : k + 1], strayed = self._advance_stretch(
+                Inputs(V_N[now], held, base[now]), 0
+            )
             if strayed or not np.isfinite(self.velocity).all():
                 raise StateError(f'a step of {self.dt:.4g} is too long for what drives the chain')
             states.append(self._moving())
             end.append(self.V_N)
         base = np.concatenate((base[:1], base[substeps - 1 :: substeps]))
-        self._book(np.stack(states, 1), np.array(end), held_cell, base)
+        self._book_energy(np.stack(states, 1), np.array(end), held_cell, base)
         return ends
 
     def _moving(self) -> Array:
         """Return v, its velocity, V and its velocity, shape (4, N)."""
         return np.array((self.v, self.velocity, self.V, self.substrate_velocity))
 
-    def _book(self, states: Array, V_N: Array, held_cell: HeldCell | None, base: Array) -> None:
+    def _book_energy(
+        self, states: Array, V_N: Array, held_cell: HeldCell | None, base: Array
+    ) -> None:
         """Add what happened between m moments, at which the cells were so, shape (4, m, N)."""
         (v, w, V, W), made = states, self.specimen
         masses = made.masses
@@ -84,12 +88,14 @@ class MeteredChain(Chain):
             pull = -metamaterial_force(made, v[driven], V[driven])[:, j]
             pull += made.eta * speed + masses[j] * base[driven]
             kinetic = 0.5 * float(masses[j] * (speed[-1] ** 2 - speed[0] ** 2))
-            self.transducer_work += float(_between(pull) @ np.diff(v[driven, j])) + kinetic
-        self.actuator_work += float(_between(end_force(made, v, V)) @ np.diff(V_N))
-        self.shake_work -= self.dt * float(_between(base * (w @ masses + W.sum(axis=1))).sum())
-        self.heat += self.dt * _between(made.eta * w**2).sum(axis=0)
+            self.transducer_work += float(_midpoint_means(pull) @ np.diff(v[driven, j])) + kinetic
+        self.actuator_work += float(_midpoint_means(end_force(made, v, V)) @ np.diff(V_N))
+        self.shake_work -= self.dt * float(
+            _midpoint_means(base * (w @ masses + W.sum(axis=1))).sum()
+        )
+        self.heat += self.dt * _midpoint_means(made.eta * w**2).sum(axis=0)
         if made.design.substrate == 'elastic':
-            self.substrate_heat += self.dt * _between(made.eta * W**2).sum(axis=0)
+            self.substrate_heat += self.dt * _midpoint_means(made.eta * W**2).sum(axis=0)
         else:  # dragged at V_N' shape_j by the actuator, which does this work too
             rates = np.diff(V_N) / self.dt
             dragged = self.dt * made.eta * float(rates @ rates) * made.strain_shape**2
@@ -103,7 +109,7 @@ class MeteredChain(Chain):
         return np.array([self.actuator_work, self.transducer_work, heat, stored])
 
 
-def _between(moments: Array) -> Array:
+def _midpoint_means(moments: Array) -> Array:
     """Return the means of consecutive moments."""
     return np.asarray(0.5 * (moments[:-1] + moments[1:]))
 

@@ -18,47 +18,48 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import PRESETS, Preset
-from mlmem.element_file import load, save
-from mlmem.move_settings import peak
-from mlmem.moves.corrections import corrected, kicked
+from mlmem.element_file import read_element_file, write_element_file
+from mlmem.move_settings import select_peak
+from mlmem.moves.corrections import apply_correction, is_kicked
 from mlmem.moves.planner import kick_speed
 from mlmem.parsing import DecodeError
 from mlmem.physics import Design, DesignError
 from mlmem_ros.parameter_file import ParameterFileError
-from mlmem_ros.parameter_file import load as preset_of
-from mlmem_tools.cli.command import JSON, command, option
-from mlmem_tools.cli.output import complain, plain_console, print_json
+from mlmem_ros.parameter_file import load_preset as preset_of
+from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, print_failure, print_json
 
 from ..studies.campaign.terminal import Bar
 from .plan import Plan, Step
-from .plan import plan as planned
+from .plan import plan_pulses as planned
 
 
-@command(
+@declare_command(
     'find pulses that take the wall of a fitted element to every level',
-    option('element', metavar='FILE', help='element, as mlmem fit writes it'),
-    option('--design', metavar='FILE|PRESET',
+    declare_option('element', metavar='FILE', help='element, as mlmem fit writes it'),
+    declare_option('--design', metavar='FILE|PRESET',
            help='design and settings of the instrument; by default the only preset that fits'),
-    option('--output', metavar='FILE', help='write the element with its pulses here; by default '
+    declare_option('--output', metavar='FILE',
+        help='write the element with its pulses here; by default '
            'into its own file'),
-    JSON,
+    JSON_OPTION,
     text=__doc__,
 )  # fmt: skip
 def plan(arguments: argparse.Namespace) -> int:
     """Plan; return 0, 1 if some level has no pulse, 2 if the element cannot be read."""
     try:
-        element = load(Path(arguments.element))
+        element = read_element_file(Path(arguments.element))
         design = element.specimen.design
-        preset = preset_of(arguments.design) if arguments.design else like(design)
-        with Bar(plain_console(aside=True)) as report:
-            found = planned(element.timed, preset, report)
+        preset = preset_of(arguments.design) if arguments.design else matching_preset(design)
+        with Bar(create_console(aside=True)) as report:
+            found = planned(element.timed_specimen, preset, report)
         element = dataclasses.replace(element, plan=found.corrections)
-        save(Path(arguments.output or arguments.element), element)
+        write_element_file(Path(arguments.output or arguments.element), element)
     except (DecodeError, DesignError, OSError) as error:
-        return complain('plan', error, 2)
-    rows = [_row(preset, found, level) for level in range(len(found.steps))]
-    speeds = preset.settings.kick.of_kinks
-    kinks = [_of_kink(step, speeds[step.level]) for step in found.kinks]
+        return print_failure('plan', error, 2)
+    rows = [_plan_row(preset, found, level) for level in range(len(found.steps))]
+    speeds = preset.settings.kick.kink_speeds
+    kinks = [_kink_step_row(step, speeds[step.level]) for step in found.kinks]
     if arguments.json:
         print_json({'steps': rows, 'kinks': kinks, 'complete': found.complete})
     else:
@@ -66,16 +67,19 @@ def plan(arguments: argparse.Namespace) -> int:
             told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
             if row['kick']:
                 told = f'level {row["level"]:3}: kick {row["kick"]:.4g}'
-            print(f'{told}, {_distance(row)}')
+            print(f'{told}, {_describe_margin(row)}')
         for row in kinks:
-            print(f'level {row["level"]:3}: kick of a kink {row["kick"]:.4g}, {_distance(row)}')
+            print(
+                f'level {row["level"]:3}: kick of a kink {row["kick"]:.4g}, '
+                f'{_describe_margin(row)}'
+            )
         if not math.isnan(found.erase):
             told = f'with its speed {found.erase:.0%} off' if found.erase else 'it leaves a wall'
             print(f'erase: {told}')
     return 0 if found.complete else 1
 
 
-def like(design: Design) -> Preset:
+def matching_preset(design: Design) -> Preset:
     """Return the preset whose levels a design has.
 
     Raises:
@@ -94,7 +98,7 @@ def like(design: Design) -> Preset:
     return first
 
 
-def _distance(row: Mapping[str, Any]) -> str:
+def _describe_margin(row: Mapping[str, Any]) -> str:
     margin = row['margin']
     if margin is None:
         return 'no pulse found'
@@ -103,26 +107,26 @@ def _distance(row: Mapping[str, Any]) -> str:
     return f'arrives with peaks {margin:.0%} off' if margin else 'arrives, with nothing off'
 
 
-def _of_kink(step: Step, speed: float) -> dict[str, Any]:
+def _kink_step_row(step: Step, speed: float) -> dict[str, Any]:
     """Return a kick of a kink as plain values."""
     margin = step.margin if step.margin >= 0.0 else None
     return {'level': step.level, 'kick': step.correction.speed * speed, 'margin': margin}
 
 
-def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
+def _plan_row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
     """Return a step of a plan as plain values."""
     step = found.steps[level]
-    write = corrected(preset.settings, step.correction).write
+    write = apply_correction(preset.settings, step.correction).write
     launched = level == 0
     kick = (
         step.correction.speed * kick_speed(*preset, level)
-        if kicked(preset.settings, level)
+        if is_kicked(preset.settings, level)
         else None
     )
-    compress = not launched and preset.design.freed_by_compression(level - 1)
+    compress = not launched and preset.design.is_freed_by_compression(level - 1)
     return {
         'level': level,
-        'peak': write.start_strain if launched else peak(write, compress),
+        'peak': write.start_strain if launched else select_peak(write, compress),
         'ramp': write.ramp,
         'hold': write.hold,
         'ease': write.ease,

@@ -13,31 +13,31 @@ import numpy as np
 
 from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections, kicked, schedule_of
+from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule, is_kicked
 from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, find_walls
-from mlmem.physics.equilibrium import blank, relax, resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
 from mlmem.physics.potential import Array
 from mlmem.presets import Preset
-from mlmem.procedures.blocks import run
+from mlmem.procedures.blocks import run_procedure
 from mlmem.procedures.driving import go_to_level
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.reading import BLANK
 from mlmem.settings import Settings
 
-from ..windows.flight import Found, bare, least_erase_room, search_kicks
+from ..windows.flight import Found, build_chain, least_erase_margin, search_kicks
 from .words import search_words
 
-RADII = (0.05, 0.1, 0.15)
+TRIAL_RADII = (0.05, 0.1, 0.15)
 """Relative changes at which a pulse is tried, too; the distance to failure follows."""
 
-ENOUGH = 0.15
+ENOUGH_MARGIN = 0.15
 """Distance to failure at which no better pulse is sought."""
 
-NEAR = 1.0
+MAX_ARRIVAL_ERROR_CELLS = 1.0
 """Cells from its defect within which a wall has arrived."""
 
-PEAKS = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8, 2.2)
-TIMES = (1.0, 0.42, 0.5, 1.3, 0.3, 0.36, 0.7, 1.6, 0.2, 2.2)
+PEAK_FACTORS = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8, 2.2)
+TIME_FACTORS = (1.0, 0.42, 0.5, 1.3, 0.3, 0.36, 0.7, 1.6, 0.2, 2.2)
 LAUNCH_SPEEDS = (1.0, 2.0)
 """Factors that are tried, nearest to the settings first."""
 
@@ -80,7 +80,7 @@ class Plan:
         return all(step.margin >= 0.0 for step in (*self.steps, *self.kinks))
 
 
-def plan(
+def plan_pulses(
     specimen: Specimen, preset: Preset, report: Callable[[str, float], object] | None = None
 ) -> Plan:
     """Return the pulses for an element.
@@ -92,48 +92,52 @@ def plan(
     The preset is its design as built, and the settings of its instrument.
     """
     if preset.settings.register.spacing:
-        return _of_register(specimen, preset.settings, report)
+        return _plan_register(specimen, preset.settings, report)
     tried = _Trial(specimen, preset)
     state, steps, erase = tried.blank(), [], math.nan
-    by_kicks, chain = [Found()] * preset.design.levels, bare(specimen, preset.settings)
-    if kicked(preset.settings, 0):
+    by_kicks, chain = [Found()] * preset.design.levels, build_chain(specimen, preset.settings)
+    if is_kicked(preset.settings, 0):
         most = preset.settings.transducer.max_speed
         by_kicks = search_kicks(chain, preset.settings.kick, most)
-        erase = least_erase_room(chain, preset.settings.kick)
+        erase = least_erase_margin(chain, preset.settings.kick)
     for level in range(preset.design.levels):
         if report is not None:
             report(f'level {level}', level / preset.design.levels)
-        if kicked(preset.settings, level):
-            speed = preset.settings.kick.by_level[level]
-            step, state = _kick(level, speed, by_kicks[level]), tried.at(level)
+        if is_kicked(preset.settings, level):
+            speed = preset.settings.kick.wall_speeds[level]
+            step, state = _correct_kick(level, speed, by_kicks[level]), tried.at(level)
         else:
-            step, state = _best(tried, state, level)
+            step, state = _choose_best(tried, state, level)
         steps.append(step)
     settings = preset.settings
-    corrections = PulseCorrections(tuple(step.correction for step in steps), schedule_of(settings))
+    corrections = PulseCorrections(
+        tuple(step.correction for step in steps), hash_schedule(settings)
+    )
     return Plan(tuple(steps), corrections, erase)
 
 
-def _of_register(
+def _plan_register(
     specimen: Specimen, settings: Settings, report: Callable[[str, float], object] | None
 ) -> Plan:
     """Return the kicks of walls and kinks for an element that holds many."""
     kick = settings.kick
     walls, kinks = (
-        tuple(_kick(level, speeds[level], each) for level, each in enumerate(found))
+        tuple(_correct_kick(level, speeds[level], each) for level, each in enumerate(found))
         for speeds, found in zip(
-            (kick.by_level, kick.of_kinks), search_words(specimen, settings, report), strict=True
+            (kick.wall_speeds, kick.kink_speeds),
+            search_words(specimen, settings, report),
+            strict=True,
         )
     )
     unused = (1.0,) * (len(walls) - len(kinks))
     corrections = PulseCorrections(
-        tuple(step.correction for step in walls), schedule_of(settings),
+        tuple(step.correction for step in walls), hash_schedule(settings),
         kinks=(*(step.correction.speed for step in kinks), *unused),
     )  # fmt: skip
     return Plan(walls, corrections, kinks=kinks)
 
 
-def _kick(level: int, speed: float, found: Found) -> Step:
+def _correct_kick(level: int, speed: float, found: Found) -> Step:
     """Return a kick as a factor on the speed in the settings."""
     if not found.speed:
         return Step(level, PulseCorrection(), -1.0)
@@ -141,26 +145,26 @@ def _kick(level: int, speed: float, found: Found) -> Step:
     return Step(level, PulseCorrection(speed=min(max(factor, 0.1), 10.0)), found.room)
 
 
-def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
+def _choose_best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
     """Return the pulse to a level that is farthest from failure, and the state after it."""
     best, after = Step(level, PulseCorrection(), -1.0), tried.at(level)
     speeds = (1.0,) if level else LAUNCH_SPEEDS
-    for speed, times, peak in itertools.product(speeds, TIMES, PEAKS):
+    for speed, times, peak in itertools.product(speeds, TIME_FACTORS, PEAK_FACTORS):
         correction = PulseCorrection(peak, times, speed)
-        reached = tried.arrives(state, level, correction)
+        reached = tried.try_pulse(state, level, correction)
         if reached is None:
             continue
         margin = 0.0
-        for radius in RADII:
+        for radius in TRIAL_RADII:
             around = (
                 replace(correction, peak=correction.peak * (1.0 + by)) for by in (-radius, radius)
             )
-            if any(tried.arrives(state, level, each) is None for each in around):
+            if any(tried.try_pulse(state, level, each) is None for each in around):
                 break
             margin = radius
         if margin > best.margin:
             best, after = Step(level, correction, margin), reached
-        if margin >= ENOUGH:
+        if margin >= ENOUGH_MARGIN:
             break
     return best, after
 
@@ -181,35 +185,40 @@ class _Trial:
 
     def blank(self) -> Array:
         """Return the blank element at rest."""
-        self._chain.place(blank(self._specimen))
+        self._chain.place(make_blank(self._specimen))
         return self._chain.state()
 
     def at(self, level: int) -> Array:
         """Return the element with its wall at a level, at rest, if that holds it, else blank."""
         try:
-            self._chain.place(resting_wall(self._specimen, level))
+            self._chain.place(find_pinned_wall(self._specimen, level))
         except StateError:
             return self.blank()
         return self._chain.state()
 
-    def arrives(self, state: Array, level: int, correction: PulseCorrection) -> Array | None:
+    def try_pulse(self, state: Array, level: int, correction: PulseCorrection) -> Array | None:
         """Return the state after a pulse if it takes the wall to a level, at rest."""
         memory, chain, design = self._memory, self._chain, self.preset.design
         chain.restore(state, V_N=0.0, steps_done=chain.steps_done)
-        memory.transducer.assume_rest()
+        memory.transducer.assume_equilibrium()
         corrections = [correction] * design.levels
         try:
             start = level - 1 if level else BLANK
-            run(memory, go_to_level(memory, start, level, plainly=True, corrections=corrections))
+            run_procedure(
+                memory, go_to_level(memory, start, level, plainly=True, corrections=corrections)
+            )
         except (StateError, DesignError):
-            memory.stand_still('')
+            memory.stop_after_failure('')
             return None
         try:
-            rest = relax(self._specimen, chain.v, np.zeros(design.N))
+            rest = relax_to_equilibrium(self._specimen, chain.v, np.zeros(design.N))
         except StateError:
             return None
         found = find_walls(self._specimen.design, rest)
-        if len(found) != 1 or abs(found[0].position - design.defect(level)) > NEAR:
+        if (
+            len(found) != 1
+            or abs(found[0].position - design.defect_site(level)) > MAX_ARRIVAL_ERROR_CELLS
+        ):
             return None
         chain.place(rest)
         return chain.state()

@@ -13,10 +13,10 @@ import numpy as np
 from mlmem.physics import Specimen
 from mlmem.settings import Settings
 
-from ..windows.flight import SPEEDS, Found, bare, middle
-from ..windows.words import KINDS, ahead, kicked_behind
+from ..windows.flight import KICK_SPEEDS, Found, build_chain, middle_speed
+from ..windows.words import STEP_KINDS, cases_ahead, kicked_behind
 
-REACH = 2.5
+MAX_SPEED_FACTOR = 2.5
 """Most by which a speed may differ from that in the settings."""
 
 
@@ -26,31 +26,33 @@ def search_words(
     """Return the kicks of walls and of kinks to every level of an element.
 
     Each is the middle of the slowest range of speeds that is wide enough, or else of the widest,
-    whatever rests ahead: see `windows.words.ahead`. Kinks come to no level behind which no wall
-    may rest.
+    whatever rests ahead: see `windows.words.cases_ahead`. Kinks come to no level behind which no
+    wall may rest.
     """
-    chain, levels = bare(made, settings), made.design.levels
+    chain, levels = build_chain(made, settings), made.design.levels
 
     @cache
-    def after(walls: tuple[int, ...], speed: float) -> tuple[int, ...] | None:
+    def walls_after_kick(walls: tuple[int, ...], speed: float) -> tuple[int, ...] | None:
         return kicked_behind(chain, settings.kick, walls, speed)
 
     found = list[list[Found]]()
-    speeds = SPEEDS[settings.kick.fastest * SPEEDS <= settings.transducer.max_speed]
-    for kind, shipped in enumerate((settings.kick.by_level, settings.kick.of_kinks)):
+    speeds = KICK_SPEEDS[
+        settings.kick.peak_speed_ratio * KICK_SPEEDS <= settings.transducer.max_speed
+    ]
+    for kind, shipped in enumerate((settings.kick.wall_speeds, settings.kick.kink_speeds)):
         found.append([])
         for level in range(levels):
             if report is not None:
-                report(f'{KINDS[kind]} to level {level}', (kind + level / levels) / 2.0)
-            cases = ahead(levels, settings.register.spacing, level, kind)
+                report(f'{STEP_KINDS[kind]} to level {level}', (kind + level / levels) / 2.0)
+            cases = cases_ahead(levels, settings.register.spacing, level, kind)
             if not cases:
                 break
             cases.sort(key=lambda each: (len(each), *(-wall for wall in each)))  # common ones
             good = [
-                abs(math.log(speed / shipped[level])) <= math.log(REACH)
-                and all(after(each, speed) == (level, *each) for each in cases)
+                abs(math.log(speed / shipped[level])) <= math.log(MAX_SPEED_FACTOR)
+                and all(walls_after_kick(each, speed) == (level, *each) for each in cases)
                 for speed in map(float, speeds)
             ]
             there = np.flatnonzero(good)
-            found[kind].append(middle(there, lambda at, _: float(speeds[at])))
+            found[kind].append(middle_speed(there, lambda at, _: float(speeds[at])))
     return found[0], found[1]

@@ -32,29 +32,29 @@ from mlmem import (
     new_element,
     preset,
 )
-from mlmem.factory import rehearsed
+from mlmem.factory import rehearse_levels
 from mlmem.physics import StateError
-from mlmem.readers.register import resting
+from mlmem.readers.register import pin_walls
 from mlmem.settings import ElementSettings
 
 from ..results import run
 from .count import true_level
 
-EVERY = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
+SITE_SPACINGS = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
 """Distance of the sites of the bad cell, by preset."""
 
-KINDS: dict[str, Callable[[int], tuple[str, Faults]]] = {
+CELL_FAULTS: dict[str, Callable[[int], tuple[str, Faults]]] = {
     'stuck': lambda site: (f'{site}', Faults(stuck_cell=site)),
     'half as stiff': lambda site: (f'{site}:0.5', Faults(weak_cell=site, weak_factor=0.5)),
 }
 """By name: how an element is told of a cell, and the fault."""
 
-SEED = 1
+RANDOM_SEED = 1
 
 Rng = np.random.Generator
 
 
-def element_with(name: str, told: str, faults: Faults) -> MemoryElement:
+def build_element(name: str, told: str, faults: Faults) -> MemoryElement:
     """Return a blank element that is told of bad cells, with faults that may be others."""
     design, settings = preset(name)
     element = new_element(design, replace(settings, element=ElementSettings(told)))
@@ -62,16 +62,16 @@ def element_with(name: str, told: str, faults: Faults) -> MemoryElement:
     return element
 
 
-def used(name: str, told: str, faults: Faults, random: Rng) -> Counter[str]:
+def use_element(name: str, told: str, faults: Faults, random: Rng) -> Counter[str]:
     """Write, read and erase with a cell that is known; count how that ended."""
     design, settings = preset(name)
     found = Counter[str](cells=1, levels=design.levels)
     try:
-        rehearsed(design, replace(settings, element=ElementSettings(told)))
+        rehearse_levels(design, replace(settings, element=ElementSettings(told)))
     except SettingsError:
         found['lost'] += 1
         return found
-    element = element_with(name, told, faults)
+    element = build_element(name, told, faults)
     assert element.bad_cells is not None
     usable = element.bad_cells.usable
     found['usable'] += len(usable)
@@ -81,32 +81,32 @@ def used(name: str, told: str, faults: Faults, random: Rng) -> Counter[str]:
         found['writes'] += 1
         found['written'] += done.success and true == level
         found['written wrong'] += done.success and true != level
-        _read(element, found)
+        _count_read(element, found)
     return found
 
 
-def mistaken(name: str, told: str, faults: Faults) -> Counter[str]:
+def misinform_element(name: str, told: str, faults: Faults) -> Counter[str]:
     """Read every level of an element that is told of the wrong cells."""
     design, settings = preset(name)
     found = Counter[str]()
     try:
         if told:
-            rehearsed(design, replace(settings, element=ElementSettings(told)))
+            rehearse_levels(design, replace(settings, element=ElementSettings(told)))
     except SettingsError:
         return found
     for level in range(BLANK, design.levels):
-        element = element_with(name, told, faults)
+        element = build_element(name, told, faults)
         try:
             made = element.chain.specimen
-            element.chain.place(resting(made, () if level == BLANK else (level,)))
+            element.chain.place(pin_walls(made, () if level == BLANK else (level,)))
         except StateError:
             continue
-        element.transducer.assume_rest()
-        _read(element, found)
+        element.transducer.assume_equilibrium()
+        _count_read(element, found)
     return found
 
 
-def _read(element: MemoryElement, found: Counter[str]) -> None:
+def _count_read(element: MemoryElement, found: Counter[str]) -> None:
     read = element.perform(Read())
     said = read.reading.level if read.success and read.reading else None
     found['reads'] += 1
@@ -114,25 +114,25 @@ def _read(element: MemoryElement, found: Counter[str]) -> None:
     found['read wrong'] += said is not None and said != true_level(element)
 
 
-def measure(name: str) -> dict[str, Any]:
+def measure_element(name: str) -> dict[str, Any]:
     """Count an element with a bad cell at every so many sites."""
     result: dict[str, Any] = {}
-    random = np.random.Generator(np.random.PCG64(SEED))
+    random = np.random.Generator(np.random.PCG64(RANDOM_SEED))
     design = preset(name).design
     names = ('cells', 'lost', 'levels', 'usable', 'writes', 'written', 'written wrong', 'reads',
              'read', 'read wrong')  # fmt: skip
     wrongly = Counter[str]()
-    for kind, of in KINDS.items():
+    for kind, of in CELL_FAULTS.items():
         found = Counter[str]()
-        for number, site in enumerate(range(2, design.N, EVERY[name])):
+        for number, site in enumerate(range(2, design.N, SITE_SPACINGS[name])):
             told, faults = of(site)
-            found += used(name, told, faults, random)
+            found += use_element(name, told, faults, random)
             if number % 2:
                 continue
             elsewhere = int(random.integers(2, design.N))
             for other in ('', f'{elsewhere}'):
-                wrongly += mistaken(name, other, faults)
-            wrongly += mistaken(name, told, Faults())
+                wrongly += misinform_element(name, other, faults)
+            wrongly += misinform_element(name, told, Faults())
         result[kind] = {each: found[each] for each in names}
         result[kind]['usable share'] = found['usable'] / found['levels']
         print(name, kind, result[kind], flush=True)
@@ -141,22 +141,29 @@ def measure(name: str) -> dict[str, Any]:
     return result
 
 
-def _sum(counts: Iterable[Mapping[str, float]]) -> dict[str, int]:
+def _sum_counts(counts: Iterable[Mapping[str, float]]) -> dict[str, int]:
     total = Counter[str]()
     for each in counts:
         total.update({name: n for name, n in each.items() if isinstance(n, int)})
     return dict(total)
 
 
-def joined(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
     """Return the counts of every preset, and their sums."""
     presets = kept.get('presets', {}) | {name: found}
-    known = {f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in KINDS}
-    wrongly = _sum(each['told wrongly'] for each in presets.values())
+    known = {
+        f'{preset}, {kind}': each[kind] for preset, each in presets.items() for kind in CELL_FAULTS
+    }
+    wrongly = _sum_counts(each['told wrongly'] for each in presets.values())
     return {
-        'presets': presets, 'known': known, 'all': _sum(known.values()), 'told wrongly': wrongly,
-    }  # fmt: skip
+        'presets': presets,
+        'known': known,
+        'all': _sum_counts(known.values()),
+        'told wrongly': wrongly,
+    }
 
 
 if __name__ == '__main__':
-    sys.exit(run('reads.bad_cells', __doc__, measure, SEED, joined, EVERY))
+    sys.exit(
+        run('reads.bad_cells', __doc__, measure_element, RANDOM_SEED, merge_counts, SITE_SPACINGS)
+    )

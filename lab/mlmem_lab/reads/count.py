@@ -17,90 +17,92 @@ import numpy as np
 
 from mlmem import Abort, Erase, MemoryElement, Read, SetStrain, Settings, Write, new_element
 from mlmem.instrument.drivers import Simulation, steps_per_tick
-from mlmem.physics import INTEGRATORS, Chain, Design, Specimen, StateError, find_walls, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import INTEGRATORS, Chain, Design, Specimen, StateError, find_level, find_walls
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
-from mlmem.readers.register import resting
-from mlmem.readers.words import words_of
-from mlmem_lab.designer import propose
+from mlmem.readers.register import pin_walls
+from mlmem.readers.words import count_words
+from mlmem_lab.designer import propose_design
 from mlmem_lab.studies.tolerance.estimate import Rate
 
 from ..results import STRAINED_PRESETS
 
-SCATTER = {25: 8e-5, 9: 4e-3}
+SCATTER_BY_SPACING = {25: 8e-5, 9: 4e-3}
 """Scatter of alpha at which one step in a thousand fails, by cells per level (tolerance.md)."""
 
-DESIGNED = 'levels_'
+DESIGN_PREFIX = 'levels_'
 """A design is named by this and its number of levels."""
 
-REST = 3000.0
+SETTLE_TIME = 3000.0
 """Time in which a wall that a bad cell moves comes to rest."""
 
 
 @lru_cache(maxsize=2)
-def known(name: str) -> tuple[Design, Settings]:
+def find_preset(name: str) -> tuple[Design, Settings]:
     """Return a preset, or the design for a number of levels such as `levels_24`."""
     if name in PRESETS:
         return PRESETS[name]
-    found = propose(int(name.removeprefix(DESIGNED)))
+    found = propose_design(int(name.removeprefix(DESIGN_PREFIX)))
     return found.design, found.settings
 
 
-def made(name: str, finer: int = 1, specimen: int | None = None) -> MemoryElement:
+def build_device(name: str, finer: int = 1, specimen: int | None = None) -> MemoryElement:
     """Return a blank device.
 
     Args:
-        name: As for `known`.
+        name: As for `find_preset`.
         finer: Number of steps in place of one of the device's.
         specimen: Number of a specimen with the scatter that its design stands; None for the ideal.
     """
-    design, settings = known(name)
+    design, settings = find_preset(name)
     steps = steps_per_tick(design, settings.time) * finer
     chain = Chain(design, settings.time.tick / steps, INTEGRATORS[settings.time.integrator])
     element = new_element(design, settings, driver=Simulation(chain))
     if specimen is not None:
-        chain.set_specimen(scattered(design, Scatter(alpha=SCATTER.get(design.J, 0.0)), specimen))
+        chain.set_specimen(
+            scattered(design, Scatter(alpha=SCATTER_BY_SPACING.get(design.J, 0.0)), specimen)
+        )
     return element
 
 
-def with_bad_cell(name: str, level: int, site: int, kind: str) -> MemoryElement:
+def build_faulty_device(name: str, level: int, site: int, kind: str) -> MemoryElement:
     """Return a device with its wall at rest at a level, or -1 for blank, and one bad cell.
 
     `kind` is 'stuck', or a factor on the cell's alpha or mass such as 'alpha 0.3' or 'mass 3'.
     """
-    element = made(name)
+    element = build_device(name)
     design, chain = element.design, element.chain
     blank = np.full(design.N, design.D_s1)
     if element.register is not None:
-        chain.place(resting(Specimen(design), element.register.code.walls(level)))
+        chain.place(pin_walls(Specimen(design), element.register.code.walls(level)))
     else:
-        chain.place(blank if level < 0 else resting_wall(Specimen(design), level))
+        chain.place(blank if level < 0 else find_pinned_wall(Specimen(design), level))
     what, _, factor = kind.partition(' ')
     factors = np.ones(design.N)
     factors[site - 1] = float(factor or 1.0)
     alpha, mass = (factors, 1.0) if what == 'alpha' else (1.0, factors)
     stuck = () if factor else (site,)
     chain.set_specimen(Specimen(design, alpha_factor=alpha, mass=mass, stuck=stuck))
-    chain.rest(math.ceil(REST / chain.dt))
-    element.transducer.assume_rest()
+    chain.rest(math.ceil(SETTLE_TIME / chain.dt))
+    element.transducer.assume_equilibrium()
     return element
 
 
-ENDS = ('left', 'right', 'both')
+READ_ENDS = ('left', 'right', 'both')
 
-READS = ('right', 'wrong', 'undecodable', 'no level')
+READ_OUTCOMES = ('right', 'wrong', 'undecodable', 'no level')
 """How a read may end; the last two say 'undecodable', the last of a wall at no level or of two."""
 
-IN_A_ROW = 10
+READS_PER_MOVE = 10
 """Reads after every move."""
 
-MOVES = ('write', 'erase', 'strain', 'abort')
+MOVE_KINDS = ('write', 'erase', 'strain', 'abort')
 """What happens before a row of reads: a write; an erase and a write; a strain by hand, let go; a
 read that is aborted while it listens."""
 
-HAND = 0.005
+HAND_STRAIN = 0.005
 """Strain by hand, well below that which moves a wall."""
 
 
@@ -109,8 +111,8 @@ class Counts:
     """How reads and writes of one element ended.
 
     Attributes:
-        found: Reads and writes by how they ended: `READS`; `written`, `written wrong`, `not
-            written`, `second attempts`; `lost by hand`.
+        found: Reads and writes by how they ended: `READ_OUTCOMES`; `written`, `written wrong`,
+            `not written`, `second attempts`; `lost by hand`.
         blocks: Rows of reads; those of a row depend on each other and count as one.
         wrong_blocks: Rows with a wrong read.
         reasons: Why reads were undecodable and writes failed, by text.
@@ -125,7 +127,7 @@ class Counts:
     @property
     def reads(self) -> int:
         """How many reads were counted: all."""
-        return sum(self.found[name] for name in READS)
+        return sum(self.found[name] for name in READ_OUTCOMES)
 
     def add(self, other: Counts) -> None:
         """Add the counts of other rows."""
@@ -140,7 +142,7 @@ class Counts:
         most = Rate(self.wrong_blocks, self.blocks).interval[1] if self.blocks else None
         return {
             'reads': self.reads,
-            **{name: self.found[name] for name in READS},
+            **{name: self.found[name] for name in READ_OUTCOMES},
             'rows': self.blocks,
             'wrong rows': self.wrong_blocks,
             'wrong rows, at most (95 %)': most,
@@ -168,25 +170,29 @@ def true_level(element: MemoryElement, near: float = math.inf) -> int:
     """
     design, near = element.design, min(near, 0.5 * element.design.J)
     if element.register is None:
-        return level_of(design, element.chain.configuration, near)
+        return find_level(design, element.chain.configuration, near)
     found = [round(wall.position) for wall in find_walls(design, element.chain.configuration)]
-    defects = {design.defect(level): level for level in range(design.levels)}
+    defects = {design.defect_site(level): level for level in range(design.levels)}
     at = [min(defects, key=lambda site: abs(site - wall)) for wall in found]
     if len(set(at)) < len(at) or any(abs(a - b) > near for a, b in zip(at, found, strict=True)):
         return UNDECODABLE
     code, levels = element.register.code, sorted(defects[site] for site in at)
-    return code.word(levels) if code.allows(levels) else UNDECODABLE
+    return code.word(levels) if code.is_valid_word(levels) else UNDECODABLE
 
 
-def rows(name: str, count: int, seed: int, finer: int = 1, specimen: int | None = None) -> Counts:
+def count_rows(
+    name: str, count: int, seed: int, finer: int = 1, specimen: int | None = None
+) -> Counts:
     """Move the wall of an element at random, and read ten times after every move."""
     random = np.random.Generator(np.random.PCG64([seed, finer, specimen or 0]))
-    element, counts = made(name, finer, specimen), Counts()
+    element, counts = build_device(name, finer, specimen), Counts()
     for row in range(count):
         before = dict(counts.found)
-        _move(element, counts, MOVES[row % len(MOVES)], int(random.integers(element.words)))
-        for number in range(IN_A_ROW):
-            _read(element, counts, ENDS[int(random.integers(3))] if number else '')
+        _move_wall(
+            element, counts, MOVE_KINDS[row % len(MOVE_KINDS)], int(random.integers(element.words))
+        )
+        for number in range(READS_PER_MOVE):
+            _count_read(element, counts, READ_ENDS[int(random.integers(3))] if number else '')
         counts.blocks += 1
         counts.wrong_blocks += counts.found['wrong'] > before.get('wrong', 0)
     return counts
@@ -200,32 +206,32 @@ def bad_cells(
     Args:
         reach: Only levels so near the cell, in cells.
     """
-    counts, design = Counts(), known(name)[0]
-    words = words_of(*known(name))
+    counts, design = Counts(), find_preset(name)[0]
+    words = count_words(*find_preset(name))
     many, each = words > design.levels, words // design.levels
     for level in range(site % each, words, each) if many else range(-1, words):
-        where = site if many else design.defect(level) if level >= 0 else design.N
+        where = site if many else design.defect_site(level) if level >= 0 else design.N
         if abs(site - where) <= reach:
-            element = with_bad_cell(name, level, site, kind)
+            element = build_faulty_device(name, level, site, kind)
             before = counts.found['wrong']
-            _read(element, counts, '')
+            _count_read(element, counts, '')
             if write:
-                _write(element, counts, (level + 2) % words)
+                _write_level(element, counts, (level + 2) % words)
             counts.blocks += 1
             counts.wrong_blocks += counts.found['wrong'] > before
     return counts
 
 
-def _move(element: MemoryElement, counts: Counts, how: str, level: int) -> None:
+def _move_wall(element: MemoryElement, counts: Counts, how: str, level: int) -> None:
     if how == 'erase':
         element.perform(Erase())
     if how in ('write', 'erase'):
-        _write(element, counts, level)
+        _write_level(element, counts, level)
     elif how == 'strain':
         before, sign = true_level(element), (-1) ** level
-        for strain in (sign * HAND, 0.0):
+        for strain in (sign * HAND_STRAIN, 0.0):
             element.apply(SetStrain(strain))
-            while element.actuator.moving:
+            while element.actuator.is_moving:
                 element.advance()
         counts.found['lost by hand'] += true_level(element) != before
     else:
@@ -235,7 +241,7 @@ def _move(element: MemoryElement, counts: Counts, how: str, level: int) -> None:
         element.perform(Abort())
 
 
-def _read(element: MemoryElement, counts: Counts, end: str) -> None:
+def _count_read(element: MemoryElement, counts: Counts, end: str) -> None:
     outcome = element.perform(Read(end))
     counts.ticks.append(outcome.end_tick - outcome.start_tick)
     if not outcome.success or outcome.reading is None:
@@ -248,7 +254,7 @@ def _read(element: MemoryElement, counts: Counts, end: str) -> None:
             counts.reasons[f'WRONG: {outcome.reading.level} at {true_level(element)}'] += 1
 
 
-def _write(element: MemoryElement, counts: Counts, level: int) -> None:
+def _write_level(element: MemoryElement, counts: Counts, level: int) -> None:
     try:
         outcome = element.perform(Write(level))
     except StateError as stop:  # a bad cell left its range: the device stops, and says so
@@ -263,7 +269,7 @@ def _write(element: MemoryElement, counts: Counts, level: int) -> None:
         counts.reasons[f'{level} of {element.design.levels}: {outcome.error}'] += 1
 
 
-def total(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+def sum_counts(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Return the sum of counts as `Counts.as_dict` gives them; it has no median."""
     summed: Counter[str] = Counter()
     reasons: Counter[str] = Counter()
@@ -279,6 +285,6 @@ def total(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def names(fewest: int, most: int) -> list[str]:
+def list_designs(fewest: int, most: int) -> list[str]:
     """Return the presets that are written by strain, and the designs with so many levels."""
     return [*STRAINED_PRESETS, *(f'levels_{levels}' for levels in range(fewest, most + 1))]

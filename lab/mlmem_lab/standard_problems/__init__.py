@@ -15,7 +15,7 @@ from .fronts import kink, real_lattice, speed_law
 from .problem import Answers, Problem
 from .walls import byte, echo, kick, pinning
 
-PROBLEMS = (kink, speed_law, real_lattice, pinning, echo, kick, byte)
+ALL_PROBLEMS = (kink, speed_law, real_lattice, pinning, echo, kick, byte)
 """In the order of the page."""
 
-__all__ = ['PROBLEMS', 'Answers', 'Problem']
+__all__ = ['ALL_PROBLEMS', 'Answers', 'Problem']

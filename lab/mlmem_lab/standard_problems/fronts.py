@@ -7,12 +7,12 @@ import numpy as np
 from mlmem.physics import Integrator
 
 from ..lattices import Coupling, Lattice, Linear, Phi4, PowerLaw, Toda
-from ..measured.runs import CASES
-from ..measured.wave import MEASURED, Losses, launch
-from .problem import Answers, crossing, passage, problem
+from ..measured.runs import ALL_CASES
+from ..measured.wave import MEASURED_SHELLS, Losses, launch_wave
+from .problem import Answers, crossing_site, define_problem, passage_time
 
 
-@problem('kink', 0.05)
+@define_problem('kink', 0.05)
 def kink(integrator: Integrator, dt: float) -> Answers:
     """A phi-4 kink under damping and a tilt.
 
@@ -25,11 +25,11 @@ def kink(integrator: Integrator, dt: float) -> Answers:
         Phi4(height, 0.004), Linear(), np.ones(300), dt, damping=0.05, integrator=integrator
     )
     chain.place(-np.tanh((np.arange(1.0, 301.0) - 50.0) * np.sqrt(2.0 * height)))
-    time = passage(chain, 0.0, first, last, max(1, round(1.0 / dt)), 20_000)
+    time = passage_time(chain, 0.0, first, last, max(1, round(1.0 / dt)), 20_000)
     return {'speed': (last - first) / time}
 
 
-COUPLINGS: dict[str, Coupling] = {
+COUPLINGS_BY_NAME: dict[str, Coupling] = {
     'linear': Linear(),
     'toda': Toda(1.0, 0.5),
     'power law': PowerLaw(4.0**4 / 3.0, -3.0, 4.0),
@@ -37,7 +37,7 @@ COUPLINGS: dict[str, Coupling] = {
 """Those of the speed law."""
 
 
-@problem('speed law', 0.02)
+@define_problem('speed law', 0.02)
 def speed_law(integrator: Integrator, dt: float) -> Answers:
     """The speed law E = gain v / (2 gamma) for three couplings (Nadkarni et al. 2016).
 
@@ -55,7 +55,7 @@ def speed_law(integrator: Integrator, dt: float) -> Answers:
     low, high = wells[0], wells[-1]
     gain = float(well.energy(low) - well.energy(high))
     j = np.arange(1.0, 301.0)
-    for name, coupling in COUPLINGS.items():
+    for name, coupling in COUPLINGS_BY_NAME.items():
         chain = Lattice(well, coupling, np.ones(300), dt, damping=damping, integrator=integrator)
         chain.place(low + 0.5 * (high - low) * (1.0 - np.tanh((j - 40.0) * np.sqrt(2 * height))))
         times: list[float] = []
@@ -64,7 +64,7 @@ def speed_law(integrator: Integrator, dt: float) -> Answers:
         while len(times) < 20_000 and not (places and places[-1] >= last):
             chain.advance(max(1, round(0.1 / dt)))
             times.append(chain.time)
-            places.append(crossing(chain.displacement, 0.0))
+            places.append(crossing_site(chain.displacement, 0.0))
             energies.append(0.5 * float((chain.velocity**2).sum()))
         begin, end = np.interp((first, last), places, times)
         inside = (np.array(times) >= begin) & (np.array(times) <= end)
@@ -76,7 +76,7 @@ def speed_law(integrator: Integrator, dt: float) -> Answers:
     return answers
 
 
-@problem('real lattice', 0.05)
+@define_problem('real lattice', 0.05)
 def real_lattice(integrator: Integrator, dt: float) -> Answers:
     """Nine measured lattices.
 
@@ -89,6 +89,8 @@ def real_lattice(integrator: Integrator, dt: float) -> Answers:
     """
     losses = Losses(damping=0.0186, friction=0.0146)
     return {
-        str(case): launch(case, MEASURED[case.rail], losses, integrator=integrator, dt=dt).speed
-        for case in CASES
+        str(case): launch_wave(
+            case, MEASURED_SHELLS[case.rail], losses, integrator=integrator, dt=dt
+        ).speed
+        for case in ALL_CASES
     }

@@ -32,12 +32,14 @@ class Problem:
     solve: Callable[[Integrator, float], Answers]
 
 
-def problem(name: str, step: float) -> Callable[[Callable[[Integrator, float], Answers]], Problem]:
+def define_problem(
+    name: str, step: float
+) -> Callable[[Callable[[Integrator, float], Answers]], Problem]:
     """Return a decorator that makes a function a problem; arguments as for `Problem`."""
     return lambda solve: Problem(name, step, solve)
 
 
-def crossing(field: Array, level: float) -> float:
+def crossing_site(field: Array, level: float) -> float:
     """Return the site, counted from 1, where a field last falls below a level; NaN for none."""
     above = np.flatnonzero(field >= level)
     if not above.size or above[-1] + 1 == len(field):
@@ -46,7 +48,9 @@ def crossing(field: Array, level: float) -> float:
     return float(j + 1 + (field[j] - level) / (field[j] - field[j + 1]))
 
 
-def passage(lattice: Lattice, level: float, first: int, last: int, every: int, most: int) -> float:
+def passage_time(
+    lattice: Lattice, level: float, first: int, last: int, every: int, most: int
+) -> float:
     """Return the time a falling front takes from one site to another.
 
     Args:
@@ -55,11 +59,11 @@ def passage(lattice: Lattice, level: float, first: int, last: int, every: int, m
         every: Steps between two looks; times are interpolated.
         most: Looks after which the front is taken to have stopped: NaN.
     """
-    times, places = [lattice.time], [crossing(lattice.displacement, level)]
+    times, places = [lattice.time], [crossing_site(lattice.displacement, level)]
     while not places[-1] >= last and len(places) < most:
         lattice.advance(every)
         times.append(lattice.time)
-        places.append(crossing(lattice.displacement, level))
+        places.append(crossing_site(lattice.displacement, level))
     if not places[-1] >= last:
         return float('nan')
     rising = np.maximum.accumulate(np.nan_to_num(places))

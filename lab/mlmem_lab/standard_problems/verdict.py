@@ -14,15 +14,15 @@ from pathlib import Path
 from mlmem import parsing
 from mlmem.parsing import DecodeError
 from mlmem.physics import NOH_BATHE, PEFRL
-from mlmem.schema import printable, short_repr
+from mlmem.schema import make_printable, short_repr
 
-from . import PROBLEMS, Answers
+from . import ALL_PROBLEMS, Answers
 
-OURS = Path(__file__).with_name('answers.csv')
-CLOSE = 1e-3
+ANSWERS_FILE = Path(__file__).with_name('answers.csv')
+MAX_RELATIVE_ERROR = 1e-3
 """Relative difference from our answer that is right; so are ten times our own error."""
 
-DIGITS = 7
+ANSWER_DIGITS = 7
 
 
 @dataclass(frozen=True)
@@ -36,15 +36,17 @@ class Answer:
 
     def right(self, value: float) -> bool:
         """Return whether another answer agrees."""
-        return abs(value - self.value) <= max(CLOSE * abs(self.value), 10.0 * self.error)
+        return abs(value - self.value) <= max(
+            MAX_RELATIVE_ERROR * abs(self.value), 10.0 * self.error
+        )
 
 
-def solved() -> Iterator[Answer]:
+def solve_all() -> Iterator[Answer]:
     """Solve all problems: our answer, by PEFRL.
 
     Its error is the larger of its differences from twice the step and from Noh-Bathe.
     """
-    for problem in PROBLEMS:
+    for problem in ALL_PROBLEMS:
         ours, coarse, other = (
             problem.solve(integrator, step * problem.step)
             for integrator, step in ((PEFRL, 1), (PEFRL, 2), (NOH_BATHE, 1))
@@ -73,7 +75,7 @@ def write(path: Path, answers: list[Answer]) -> None:
         rows = csv.writer(file, lineterminator='\n')
         rows.writerow(['problem', 'quantity', 'value', 'error'])
         for each in answers:
-            value = f'{each.value:.{DIGITS}g}'
+            value = f'{each.value:.{ANSWER_DIGITS}g}'
             rows.writerow([each.problem, each.quantity, value, f'{each.error:.1e}'])
 
 
@@ -85,7 +87,7 @@ def read_others(path: Path) -> dict[str, Answers]:
     """
     found: dict[str, Answers] = {}
     try:
-        rows = csv.DictReader(io.StringIO(parsing.read(path), newline=''))
+        rows = csv.DictReader(io.StringIO(parsing.read_file(path), newline=''))
         if not {'problem', 'quantity', 'value'} <= set(rows.fieldnames or ()):
             names = short_repr(rows.fieldnames)
             raise DecodeError(f'it must have the columns problem, quantity, value; got {names}')
@@ -95,7 +97,7 @@ def read_others(path: Path) -> dict[str, Answers]:
             except (TypeError, ValueError):
                 value = math.nan
             if not math.isfinite(value):
-                got = printable(str(row['value']), 60)
+                got = make_printable(str(row['value']), 60)
                 raise DecodeError(f'line {rows.line_num}: value must be a number; got {got}')
             found.setdefault(row['problem'], {})[row['quantity']] = value
     except (csv.Error, DecodeError) as error:

@@ -10,10 +10,10 @@ from mlmem.physics import CASE_I, CASE_II, Chain, Design, HeldCell, Integrator, 
 from mlmem.physics.energy import energy
 from mlmem.physics.potential import Array
 
-from .problem import Answers, crossing, problem
+from .problem import Answers, crossing_site, define_problem
 
 
-def _started(design: Design, site: float, width: float, dt: float, by: Integrator) -> Chain:
+def _start_chain(design: Design, site: float, width: float, dt: float, by: Integrator) -> Chain:
     """Return a chain at rest with a wall."""
     chain = Chain(design, dt, by)
     middle, half = 0.5 * (design.D_s1 + design.D_s2), 0.5 * (design.D_s2 - design.D_s1)
@@ -21,7 +21,7 @@ def _started(design: Design, site: float, width: float, dt: float, by: Integrato
     return chain
 
 
-def _heard(
+def _record_echo(
     chain: Chain, amplitude: float, sigma: float, omega: float, steps: int, free: bool
 ) -> Array:
     """Return v_1 less its place after every step, from the start of a pulse on: that and its
@@ -38,28 +38,28 @@ def _heard(
     return np.asarray(heard[held * free :])
 
 
-def _moved(t: Array, home: float, goal: float, moving: float) -> HeldCell:
+def _moved_cell(t: Array, home: float, goal: float, moving: float) -> HeldCell:
     """Return the first cell, moved along 3 x^2 - 2 x^3 from one place to another and held."""
     x, way = np.minimum(t / moving, 1.0), goal - home
     velocity = np.where(t < moving, 6.0 * way * x * (1.0 - x) / moving, 0.0)
     return HeldCell(1, np.stack((home + way * x * x * (3.0 - 2.0 * x), velocity)))
 
 
-@problem('pinning', 0.1)
+@define_problem('pinning', 0.1)
 def pinning(integrator: Integrator, dt: float) -> Answers:
     """A soft defect stops a wall.
 
     The paper's Case I (Table I), no strain. X = 50, w = 8. *farthest* place of the wall in 12 000,
     looked at once per unit of time, and where it comes to *rest*.
     """
-    chain, places = _started(CASE_I, 50.0, 8.0, dt, integrator), []
+    chain, places = _start_chain(CASE_I, 50.0, 8.0, dt, integrator), []
     for _ in range(12_000):
         chain.rest(round(1.0 / dt))
-        places.append(crossing(chain.v, CASE_I.D_barrier))
+        places.append(crossing_site(chain.v, CASE_I.D_barrier))
     return {'farthest': max(places), 'rest': places[-1]}
 
 
-@problem('echo', 0.05)
+@define_problem('echo', 0.05)
 def echo(integrator: Integrator, dt: float) -> Answers:
     """An echo of a wall.
 
@@ -69,9 +69,9 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     after t = 144, minus 48. *loudness*: that maximum.
     """
     sigma, carrier = 8.0, 1.5
-    chain = _started(CASE_II, 100.0, 4.0, dt, integrator)
+    chain = _start_chain(CASE_II, 100.0, 4.0, dt, integrator)
     chain.rest(round(6_000.0 / dt))
-    heard = _heard(chain, 0.01, sigma, carrier, round(600.0 / dt), free=False)
+    heard = _record_echo(chain, 0.01, sigma, carrier, round(600.0 / dt), free=False)
     box = round(16.0 * math.pi / carrier / dt)
     smooth = np.convolve(np.abs(heard), np.full(box, 1.0 / box), 'same')
     late = round(18.0 * sigma / dt)
@@ -79,7 +79,7 @@ def echo(integrator: Integrator, dt: float) -> Answers:
     return {'delay': (loudest + 1) * dt - 6.0 * sigma, 'loudness': float(smooth[loudest])}
 
 
-@problem('kick', 0.05)
+@define_problem('kick', 0.05)
 def kick(integrator: Integrator, dt: float) -> Answers:
     """A wall is kicked from an end, without strain, and stops at a defect.
 
@@ -92,12 +92,12 @@ def kick(integrator: Integrator, dt: float) -> Answers:
     chain = Chain(CASE_II, dt, integrator)
     before = energy(chain).total
     t = substep_times(round((moving + held) / dt), dt, integrator)
-    chain.advance(np.zeros(len(t)), _moved(t, CASE_II.D_s1, CASE_II.D_s2, moving))
+    chain.advance(np.zeros(len(t)), _moved_cell(t, CASE_II.D_s1, CASE_II.D_s2, moving))
     put_in = energy(chain).total - before
-    places = [crossing(chain.configuration, CASE_II.D_barrier)]
+    places = [crossing_site(chain.configuration, CASE_II.D_barrier)]
     for _ in range(round(1_000.0 - moving - held)):
         chain.rest(round(1.0 / dt))
-        places.append(crossing(chain.configuration, CASE_II.D_barrier))
+        places.append(crossing_site(chain.configuration, CASE_II.D_barrier))
     chain.rest(round(10_000.0 / dt))
     passed = int(np.argmax(np.nan_to_num(places) >= mark))
     share = (mark - places[passed - 1]) / (places[passed] - places[passed - 1])
@@ -105,11 +105,11 @@ def kick(integrator: Integrator, dt: float) -> Answers:
         'energy': put_in,
         'time to cell 60': moving + held + passed - 1 + float(share),
         'place after 1000': places[-1],
-        'rest': crossing(chain.configuration, CASE_II.D_barrier),
+        'rest': crossing_site(chain.configuration, CASE_II.D_barrier),
     }
 
 
-@problem('byte', 0.025)
+@define_problem('byte', 0.025)
 def byte(integrator: Integrator, dt: float) -> Answers:
     """Five kicks write a byte, and one pulse hears it.
 
@@ -124,13 +124,13 @@ def byte(integrator: Integrator, dt: float) -> Answers:
         home, goal = wells[number % 2], wells[1 - number % 2]
         moving = abs(goal - home) / speed
         t = substep_times(round((moving + 20.0) / dt), dt, integrator)
-        chain.advance(np.zeros(len(t)), _moved(t, home, goal, moving))
+        chain.advance(np.zeros(len(t)), _moved_cell(t, home, goal, moving))
         chain.rest(round(1_000.0 / dt))
     chain.rest(round(6_000.0 / dt))
     over = chain.configuration - CASE_II.D_barrier
     sites = np.flatnonzero(over[:-1] * over[1:] < 0.0)
     places = sites + 1 + over[sites] / (over[sites] - over[sites + 1])
-    heard = _heard(chain, 0.01, 16.0, 1.7, round(900.0 / dt), free=True)
+    heard = _record_echo(chain, 0.01, 16.0, 1.7, round(900.0 / dt), free=True)
     found = dict(zip((0, 1, 2, 5, 7), places.tolist(), strict=True))
     loud = float(np.sqrt(np.mean(np.square(heard))))
     return {**{f'wall {level}': place for level, place in found.items()}, 'echo': loud}

@@ -11,15 +11,15 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from mlmem import Calibration, MemoryElement, Settings, factory_calibration
-from mlmem.element_file import Element, element_of
-from mlmem.factory import calibration_of
+from mlmem.element_file import Element, parse_element
+from mlmem.factory import compute_calibration
 from mlmem.instrument.drivers import Simulation
 from mlmem.move_settings import WriteSettings
 from mlmem.moves.corrections import make_corrections
-from mlmem.parsing import decode
-from mlmem.physics import Design, Specimen, level_of
+from mlmem.parsing import decode_value
+from mlmem.physics import Design, Specimen, find_level
 from mlmem.readers.reading import UNDECODABLE
-from mlmem.readers.register import levels_of
+from mlmem.readers.register import find_wall_levels
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,14 @@ class Bench:
     @classmethod
     def of(cls, data: Mapping[str, Any]) -> Bench:
         """Return what `as_dict` described."""
-        element = _element(json.dumps(data['element'])) if 'element' in data else None
-        design = decode(Design, data['design'])
-        return cls(design, decode(Settings, data['settings']), element)
+        element = _load_element(json.dumps(data['element'])) if 'element' in data else None
+        design = decode_value(Design, data['design'])
+        return cls(design, decode_value(Settings, data['settings']), element)
 
     @cached_property
     def made(self) -> Specimen:
         """The element as it is simulated."""
-        return Specimen(self.design) if self.element is None else self.element.timed
+        return Specimen(self.design) if self.element is None else self.element.timed_specimen
 
     @property
     def calibration(self) -> Calibration:
@@ -66,14 +66,16 @@ class Bench:
         corrections = self.element.plan and make_corrections(
             self.element.plan.steps, self.settings
         )
-        return replace(_delays(self.element, self.design, heard), pulse_corrections=corrections)
+        return replace(
+            _calibrate_delays(self.element, self.design, heard), pulse_corrections=corrections
+        )
 
     def device(self, calibration: Calibration | None = None) -> MemoryElement:
         """Return a blank device; raises as `calibration`."""
         calibration = calibration or self.calibration
         if self.element is None:
             return MemoryElement(self.design, self.settings, calibration)
-        settings = self.element.kicks(self.settings)
+        settings = self.element.apply_planned_kicks(self.settings)
         driver = Simulation.of(self.made, settings.time)
         device = MemoryElement(self.design, settings, calibration, driver)
         if device.register is not None:
@@ -86,25 +88,28 @@ class Bench:
         """
         made = self.made
         if device.register is not None:
-            code, levels = device.register.code, levels_of(made.design, device.chain.configuration)
-            allowed = levels is not None and code.allows(levels)
+            code, levels = (
+                device.register.code,
+                find_wall_levels(made.design, device.chain.configuration),
+            )
+            allowed = levels is not None and code.is_valid_word(levels)
             return code.word(levels or ()) if allowed else UNDECODABLE
-        return level_of(made.design, device.chain.configuration, nearness(made))
+        return find_level(made.design, device.chain.configuration, arrival_tolerance(made))
 
 
-def nearness(made: Specimen) -> float:
+def arrival_tolerance(made: Specimen) -> float:
     """Return how near to its defect a wall must rest, in cells.
 
     Cells that scatter may hold it anywhere nearer to its own defect than to the next.
     """
-    return 1.0 if made.ideal else 0.5 * made.design.J
+    return 1.0 if made.is_ideal else 0.5 * made.design.J
 
 
 @lru_cache(maxsize=4)
-def _element(text: str) -> Element:
-    return element_of(json.loads(text))
+def _load_element(text: str) -> Element:
+    return parse_element(json.loads(text))
 
 
 @lru_cache(maxsize=64)
-def _delays(element: Element, design: Design, settings: Settings) -> Calibration:
-    return calibration_of(element.timed, design, settings)
+def _calibrate_delays(element: Element, design: Design, settings: Settings) -> Calibration:
+    return compute_calibration(element.timed_specimen, design, settings)

@@ -19,35 +19,40 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from mlmem import EchoReceived, Erase, Outcome, Read, Write, new_element, preset
 from mlmem.physics import CASE_II
-from mlmem.readers.echo import Echo, threshold
+from mlmem.readers.echo import Echo, detection_threshold
 
-from ..results import DEVICE, ROOT, keep_picture
+from ..results import CHECKOUT_ROOT, DEVICE_MODULES, keep_picture
 from . import style
-from .trace import Trace, watch
+from .trace import Trace, record_procedure
 
-LEVEL = 3
-FRAMES = {'write': 46, 'read': 26, 'erase': 20}
+FILMED_LEVEL = 3
+FRAMES_BY_PROCEDURE = {'write': 46, 'read': 26, 'erase': 20}
 """Frames of each procedure."""
 
-MILLISECONDS = 100
-LAST = 900
+FRAME_TIME_MS = 100
+LAST_FRAME_TIME_MS = 900
 """How long a frame is shown, and the last of a procedure."""
 
-GAIN = 40.0
+READ_GAIN = 40.0
 """By how much small waves are magnified during the read."""
 
-COLOURS = 32
-SIZE = 7.2, 3.9
-DOTS = 100
+PALETTE_COLOURS = 32
+FIGURE_SIZE = 7.2, 3.9
+FIGURE_DPI = 100
 
-THEMES: Mapping[str, Mapping[str, str]] = {
-    'film': {'ground': '#ffffff', 'ink': style.INK, 'faint': style.FAINT, 'rest': '#f7f7f7'},
+COLOUR_THEMES: Mapping[str, Mapping[str, str]] = {
+    'film': {
+        'ground': '#ffffff',
+        'ink': style.INK_COLOUR,
+        'faint': style.FAINT_COLOUR,
+        'rest': '#f7f7f7',
+    },
     'film_dark': {'ground': '#0d1117', 'ink': '#e6edf3', 'faint': '#59626e', 'rest': '#30363d'},
 }
 """Colours on GitHub's pages, light and dark."""
 
 
-def seen() -> tuple[Trace, dict[str, int], Echo]:
+def record_element() -> tuple[Trace, dict[str, int], Echo]:
     """Return an element over all ticks, in how many ticks each procedure had ended, and the echo.
 
     Raises:
@@ -55,7 +60,7 @@ def seen() -> tuple[Trace, dict[str, int], Echo]:
     """
     element, trace, ended = new_element(preset('case_2')), Trace(), {}
     echoes: list[Echo] = []
-    for name, command in (('write', Write(LEVEL)), ('read', Read()), ('erase', Erase())):
+    for name, command in (('write', Write(FILMED_LEVEL)), ('read', Read()), ('erase', Erase())):
         if name == 'read':
             element.apply(command)
             while len(trace.outcomes) < 2:
@@ -68,19 +73,21 @@ def seen() -> tuple[Trace, dict[str, int], Echo]:
                 trace.strain.append(element.actuator.strain)
                 trace.configuration.append(element.chain.configuration)
         else:
-            watch(element, command, trace)
+            record_procedure(element, command, trace)
         if not trace.outcomes[-1].success:
             raise ValueError(f'{name} failed: {trace.outcomes[-1]}')
         ended[name] = len(trace.t)
     return trace, ended, echoes[-1]
 
 
-def picture(theme: Mapping[str, str], trace: Trace, ended: Mapping[str, int], echo: Echo) -> Any:
+def draw_frames(
+    theme: Mapping[str, str], trace: Trace, ended: Mapping[str, int], echo: Echo
+) -> Any:
     """Yield the frames of the film, and for how many milliseconds each is shown."""
     ink, faint = theme['ink'], theme['faint']
     t = 1e-3 * np.array(trace.t)
     field, strain = np.array(trace.configuration), 1e3 * np.array(trace.strain)
-    figure = style.new_figure(SIZE[1], SIZE[0])
+    figure = style.new_figure(FIGURE_SIZE[1], FIGURE_SIZE[0])
     figure.set_facecolor(theme['ground'])
     grid = figure.add_gridspec(3, 2, width_ratios=(1.9, 1.0), height_ratios=(1.0, 2.0, 0.9))
     cells, over, lower = (figure.add_subplot(grid[row, 0]) for row in range(3))
@@ -92,8 +99,8 @@ def picture(theme: Mapping[str, str], trace: Trace, ended: Mapping[str, int], ec
             spine.set_color(faint)
         for part in (axes.xaxis.label, axes.yaxis.label, axes.title):
             part.set_color(ink)
-    colours = style.PHASES
-    defects = [CASE_II.defect(level) for level in range(CASE_II.levels)]
+    colours = style.PHASE_COLOURS
+    defects = [CASE_II.defect_site(level) for level in range(CASE_II.levels)]
     cells.set(xlim=(0.5, CASE_II.N + 0.5), ylim=(-1.7, 1.7), xticks=defects)
     cells.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
     cells.set_xticklabels(range(CASE_II.levels))
@@ -102,14 +109,16 @@ def picture(theme: Mapping[str, str], trace: Trace, ended: Mapping[str, int], ec
     over.set_ylabel('level', color=ink)
     lower.axhline(0.0, color=faint, lw=0.8)
     lower.set(xlim=(0, t[-1]), ylim=(1.15 * strain.min(), 1.15 * strain.max()))
-    lower.set_xlabel(style.TIME, color=ink)
-    lower.set_ylabel(style.STRAIN.replace('strain ', 'strain\n'), color=ink)
+    lower.set_xlabel(style.TIME_LABEL, color=ink)
+    lower.set_ylabel(style.STRAIN_LABEL.replace('strain ', 'strain\n'), color=ink)
     gain = np.exp(echo.probe.gain_decay * echo.t)
     late = echo.t > 110.0
     v_c = np.where(late, gain * echo.v_c, np.nan)
-    limit = float((gain * threshold(echo.probe, echo.t))[0])
-    heard.axhline(limit, color=style.MARK, ls='--', lw=1.2)
-    heard.text(echo.t[-1], 1.08 * limit, 'threshold', color=style.MARK, ha='right', fontsize=9)
+    limit = float((gain * detection_threshold(echo.probe, echo.t))[0])
+    heard.axhline(limit, color=style.MARK_COLOUR, ls='--', lw=1.2)
+    heard.text(
+        echo.t[-1], 1.08 * limit, 'threshold', color=style.MARK_COLOUR, ha='right', fontsize=9
+    )
     heard.set(yscale='log', xlim=(0, echo.t[-1]), ylim=(3e-6, 3e-3), xlabel='time units')
     heard.set_title('echo at the left end', color=ink, loc='left')
     heard.xaxis.label.set_color(ink)
@@ -118,73 +127,78 @@ def picture(theme: Mapping[str, str], trace: Trace, ended: Mapping[str, int], ec
     dots.set_cmap(colours)
     dots.set_clim(-1.3, 1.3)
     (pulled,) = lower.plot([], [], color=ink, lw=1.2)
-    (wave,) = heard.plot([], [], color=style.S2 if theme['ground'] == '#ffffff' else '#5fb0f2')
+    (wave,) = heard.plot(
+        [], [], color=style.ACTIVE_COLOUR if theme['ground'] == '#ffffff' else '#5fb0f2'
+    )
     (found,) = heard.plot([], [], 'o', color=ink, ms=6)
     delay = echo.delay
     assert delay is not None
     canvas = FigureCanvasAgg(figure)
-    figure.set_dpi(DOTS)
+    figure.set_dpi(FIGURE_DPI)
     title = cells.set_title(' ', color=ink, loc='left', fontsize=12)
     begun = 0
-    for name, count in FRAMES.items():
+    for name, count in FRAMES_BY_PROCEDURE.items():
         ticks = np.unique(np.linspace(begun, ended[name] - 1, count).astype(int))
         for number, tick in enumerate(ticks):
             now, share = field[tick], (number + 1) / len(ticks)
             if name == 'read':
                 ground = np.where(now > 0.0, CASE_II.D_s2, CASE_II.D_s1)
                 calm = np.abs(now - ground) < 0.02  # not the wall itself
-                now = np.where(calm, ground + GAIN * (now - ground), now)
+                now = np.where(calm, ground + READ_GAIN * (now - ground), now)
                 upto = echo.t <= share * echo.t[-1]
                 wave.set_data(echo.t[upto], v_c[upto])
                 if echo.t[upto][-1] >= delay:
                     found.set_data([delay], [limit])
-            title.set_text(_words(name, echo, len(found.get_xdata()) > 0))
+            title.set_text(_describe_frame(name, echo, len(found.get_xdata()) > 0))
             dots.set_offsets(np.column_stack((CASE_II.sites, now)))
             dots.set_array(field[tick])
             for old in over.collections:
                 old.remove()
             for line in over.lines:
                 line.remove()
-            style.contour(over, t[: tick + 1 : 3], CASE_II.sites, field[: tick + 1 : 3])
+            style.draw_contour(over, t[: tick + 1 : 3], CASE_II.sites, field[: tick + 1 : 3])
             for place in defects:
                 over.axhline(place, color=ink, lw=0.4, alpha=0.3)
             pulled.set_data(t[: tick + 1], strain[: tick + 1])
             canvas.draw()
-            yield np.asarray(canvas.buffer_rgba()).copy(), LAST if share == 1.0 else MILLISECONDS
+            yield (
+                np.asarray(canvas.buffer_rgba()).copy(),
+                LAST_FRAME_TIME_MS if share == 1.0 else FRAME_TIME_MS,
+            )
         begun = ended[name]
 
 
-def _words(name: str, echo: Echo, heard: bool) -> str:
+def _describe_frame(name: str, echo: Echo, heard: bool) -> str:
     """Return what happens in a frame."""
     if name == 'write':
-        return f'write {LEVEL}: strain moves the wall to level {LEVEL}'
+        return f'write {FILMED_LEVEL}: strain moves the wall to level {FILMED_LEVEL}'
     if name == 'erase':
         return 'erase: strain drives a kink across, which takes the wall out'
     if heard:
-        return f'read: an echo after {echo.delay:.0f} time units is level {LEVEL}'
-    return f'read: a small pulse, drawn {GAIN:.0f} times larger'
+        return f'read: an echo after {echo.delay:.0f} time units is level {FILMED_LEVEL}'
+    return f'read: a small pulse, drawn {READ_GAIN:.0f} times larger'
 
 
 def main(folder: Path) -> None:
     """Make both films."""
     from PIL import Image
 
-    trace, ended, echo = seen()
-    for name, theme in THEMES.items():
-        with style.styled():
-            frames = list(picture(theme, trace, ended, echo))
+    trace, ended, echo = record_element()
+    for name, theme in COLOUR_THEMES.items():
+        with style.style_context():
+            frames = list(draw_frames(theme, trace, ended, echo))
         images = [Image.fromarray(pixels).convert('RGB') for pixels, _ in frames]
-        palette = images[len(images) * 3 // 5].quantize(COLOURS, dither=Image.Dither.NONE)
+        palette = images[len(images) * 3 // 5].quantize(PALETTE_COLOURS, dither=Image.Dither.NONE)
         drawn = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in images]
         path = folder / f'{name}.gif'
         drawn[0].save(
             path, save_all=True, append_images=drawn[1:], duration=[each for _, each in frames],
             loop=0, optimize=True,
         )  # fmt: skip
-        modules = [*DEVICE, 'lab/mlmem_lab/studies/film.py']
+        modules = [*DEVICE_MODULES, 'lab/mlmem_lab/studies/film.py']
         keep_picture(path, 'python3 -m mlmem_lab.studies.film', modules)
         print(f'{path}: {path.stat().st_size} bytes')
 
 
 if __name__ == '__main__':
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / 'docs' / 'images')
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else CHECKOUT_ROOT / 'docs' / 'images')

@@ -26,24 +26,24 @@ import numpy as np
 
 from mlmem import Calibration, Erase, Read, Settings, Write
 from mlmem.element_file import Element
-from mlmem.parsing import decode
+from mlmem.parsing import decode_value
 from mlmem.physics import Design
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.reading import BLANK
-from mlmem.readers.register import resting
-from mlmem.readers.words import code_of
+from mlmem.readers.register import pin_walls
+from mlmem.readers.words import make_code
 
 from .bench import Bench
 from .campaign import Campaign, Row
 from .campaign.campaign import Values
 from .trace import least_margins, write_upward
 
-KINDS = ('upward', 'down', 'erase', 'read')
+RUN_KINDS = ('upward', 'down', 'erase', 'read')
 
-IN_A_ROW = 10
+READS_PER_LEVEL = 10
 """Reads of a level, one after the other."""
 
-EVERY = 16
+MAX_FULL_LEVELS = 16
 """Number of levels up to which every downward write is made; above that a sample."""
 
 
@@ -53,8 +53,8 @@ class Proof:
 
     Attributes:
         settings: The instrument's settings.
-        sample: Most downward writes to make; by default all, or above `EVERY` levels as many as
-            levels. Every level is erased, and read.
+        sample: Most downward writes to make; by default all, or above `MAX_FULL_LEVELS` levels as
+            many as levels. Every level is erased, and read.
         element: An element of the design with its pulses; None for one exactly as designed.
     """
 
@@ -75,15 +75,15 @@ class Proof:
         )
         bench = Bench(self.design, settings, self.element)
         common = bench.as_dict() | {
-            'calibration': bench.calibration.as_dict(), 'contents': self._contents(),
+            'calibration': bench.calibration.as_dict(), 'contents': self._written_contents(),
         }  # fmt: skip
-        return Campaign('proof', evaluate, common, self.points(), self.seed)
+        return Campaign('proof', evaluate_run, common, self.points(), self.seed)
 
     def points(self) -> list[dict[str, Any]]:
         """Return the runs: kind, the level begun at and the level asked for (-1 for blank)."""
         p = self.design.levels
         downs = [(start, goal) for start in range(p) for goal in range(start)]
-        if p > EVERY or self.sample is not None:
+        if p > MAX_FULL_LEVELS or self.sample is not None:
             downs = self._some(downs, p if self.sample is None else self.sample)
         return [
             {'kind': 'upward', 'start': -1, 'goal': p - 1},
@@ -92,9 +92,9 @@ class Proof:
             *({'kind': 'down', 'start': start, 'goal': goal} for start, goal in downs),
         ]
 
-    def _contents(self) -> list[int]:
+    def _written_contents(self) -> list[int]:
         """Return what is written for each level, and at last what is blank."""
-        code = code_of(self.design, self.settings)
+        code = make_code(self.design, self.settings)
         if code is None:
             return [*range(self.design.levels), BLANK]
         drawn = random.Random(self.seed).sample(range(1, code.words), self.design.levels)
@@ -109,7 +109,7 @@ class Proof:
         return [whole[i] for i in sorted({0, len(whole) - 1, *map(int, inner)})]
 
 
-def evaluate(common: Values, values: Values, seed: int) -> Row:
+def evaluate_run(common: Values, values: Values, seed: int) -> Row:
     """Return how one run went.
 
     Returns:
@@ -121,7 +121,7 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         time: Duration in time units.
     """
     bench = Bench.of(common)
-    element = bench.device(decode(Calibration, common['calibration']))
+    element = bench.device(decode_value(Calibration, common['calibration']))
     contents = common['contents']
     begin, goal = contents[values['start']], contents[values['goal']]
     if values['kind'] == 'upward':
@@ -132,9 +132,9 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
     else:
         made, register = bench.made, element.register
         walls = register.code.walls(begin) if register else ()
-        element.chain.place(resting(made, walls) if register else resting_wall(made, begin))
-        element.transducer.assume_rest()
-        outcomes = [element.perform(command) for command in _commands(values['kind'], goal)]
+        element.chain.place(pin_walls(made, walls) if register else find_pinned_wall(made, begin))
+        element.transducer.assume_equilibrium()
+        outcomes = [element.perform(command) for command in _run_commands(values['kind'], goal)]
         true = bench.level(element)
         said = [each.reading.level if each.success and each.reading else None for each in outcomes]
         right = [true == goal == level for level in said]
@@ -148,10 +148,10 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
     }  # fmt: skip
 
 
-def _commands(kind: str, goal: int) -> list[Erase | Write | Read]:
+def _run_commands(kind: str, goal: int) -> list[Erase | Write | Read]:
     """Return what a run does once the walls are in their places."""
     if kind == 'read':
-        return [Read(('left', 'right', 'both')[number % 3]) for number in range(IN_A_ROW)]
+        return [Read(('left', 'right', 'both')[number % 3]) for number in range(READS_PER_LEVEL)]
     return [Erase() if kind == 'erase' else Write(goal)]
 
 
@@ -179,14 +179,14 @@ class Tally:
     def of(cls, rows: Iterable[Row]) -> Tally:
         """Add up the rows of a campaign; one of them is the upward run."""
         rows = list(rows)
-        of_kind = {kind: [row for row in rows if row['kind'] == kind] for kind in KINDS}
+        of_kind = {kind: [row for row in rows if row['kind'] == kind] for kind in RUN_KINDS}
         done = {kind: sum(row['done'] for row in some) for kind, some in of_kind.items()}
         margins = [row['level_margin'] for row in rows if row['level_margin'] is not None]
         return cls(
             (done['upward'], of_kind['upward'][0]['goal'] + 1),
             (done['down'], len(of_kind['down'])),
             (done['erase'], len(of_kind['erase'])),
-            (done['read'], IN_A_ROW * len(of_kind['read'])),
+            (done['read'], READS_PER_LEVEL * len(of_kind['read'])),
             min(margins, default=math.nan),
             max((row['time'] for row in of_kind['erase']), default=0.0),
             tuple(

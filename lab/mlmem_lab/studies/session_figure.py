@@ -12,19 +12,19 @@ import numpy as np
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Units
 from mlmem.physics.potential import Array
-from mlmem.readers.echo import threshold
+from mlmem.readers.echo import detection_threshold
 from mlmem_ros.session.data import SessionData
 
 from ..results import keep_picture
 from . import style
 
-ROWS = 8
+MAX_ECHO_ROWS = 8
 """Most echoes that are shown; of more levels every second, third ..."""
 
-SHOWN = (0.05, 20.0)
+SHOWN_AMPLITUDES = (0.05, 20.0)
 """Range of v_c over the threshold that is shown."""
 
-DECADE = 0.35
+DECADE_HEIGHT_ROWS = 0.35
 """Height of a factor of ten, in rows."""
 
 
@@ -40,31 +40,33 @@ def draw(session: SessionData, path: str | Path) -> Path:
     Returns:
         The path.
     """
-    with style.styled():
-        figure_of(session).savefig(path)
+    with style.style_context():
+        build_figure(session).savefig(path)
     modules = ['lab/mlmem_lab/studies/session_figure.py']
     keep_picture(Path(path), f'mlmem inspect SESSION --plot {path}', modules)
     return Path(path)
 
 
-def figure_of(session: SessionData) -> Any:
+def build_figure(session: SessionData) -> Any:
     """Return the picture of a session; see `draw`."""
     end = End.RIGHT if session.settings.read.end == End.RIGHT else End.LEFT
     heard = session.reads(end, ('read', 'write'))
     last = {int(values['level']): (echo, float(values['delay'])) for echo, values in heard}
     reads = {level: last[level] for level in sorted(last) if level >= 0}
-    chosen = list(reads)[:: -(-len(reads) // ROWS) or 1]
+    chosen = list(reads)[:: -(-len(reads) // MAX_ECHO_ROWS) or 1]
     height = 0.8 + 0.45 * max(3, len(chosen))
     figure = style.new_figure(4.2 + height)
     upper, lower = figure.subfigures(2, 1, height_ratios=(4.2, height))
     _draw_history(upper, session)
     left, right = lower.subfigures(1, 2, width_ratios=(1.5, 1.0))
     axes = style.axes_grid(left)[0, 0]
-    style.label(axes, 'b', f'{"last echoes" if reads else "no echo gave a level"}, {end} end')
+    style.label_panel(
+        axes, 'b', f'{"last echoes" if reads else "no echo gave a level"}, {end} end'
+    )
     probe = end.probe(session.settings)
     for row, level in enumerate(chosen):
         echo, delay = reads[level]
-        _draw_echo(axes, row, echo.t, echo.v_c / threshold(probe, echo.t), delay)
+        _draw_echo(axes, row, echo.t, echo.v_c / detection_threshold(probe, echo.t), delay)
     axes.set(xlabel='time since the pulse (time units)', ylabel='level')
     axes.set_yticks(range(len(chosen)), [session.design.code(level) for level in chosen])
     left.legend(*axes.get_legend_handles_labels(), loc='outside lower center', ncols=3)
@@ -76,19 +78,21 @@ def figure_of(session: SessionData) -> Any:
 
 def _draw_history(figure: Any, session: SessionData) -> None:
     design = session.design
-    upper, lower = style.stacked(figure)[:, 0]
+    upper, lower = style.stacked_axes(figure)[:, 0]
     if session.configuration:
         field = np.array(session.configuration)
-        mesh = style.contour(upper, np.array(session.field_time), design.sites, field)
+        mesh = style.draw_contour(upper, np.array(session.field_time), design.sites, field)
         style.mark_defects(upper, design)
         upper.set_ylabel('site $j$, level')
         style.phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
     else:  # of a real element
         upper.set_axis_off()
     what = 'configuration' if session.configuration else 'configuration not recorded'
-    style.label(upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}')
+    style.label_panel(
+        upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}'
+    )
     length = Units(design, session.settings.scale).elongation
-    style.schedule(
+    style.draw_schedule(
         lower, np.array(session.strain_time), np.array(session.end_displacement) / length
     )
     lower.set_xlabel('time (s)')
@@ -96,21 +100,30 @@ def _draw_history(figure: Any, session: SessionData) -> None:
 
 def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> None:
     """Draw v_c over its threshold, on a logarithmic scale about a row."""
-    height = row + DECADE * np.log10(np.clip(ratio, *SHOWN))
+    height = row + DECADE_HEIGHT_ROWS * np.log10(np.clip(ratio, *SHOWN_AMPLITUDES))
     first = row == 0
-    axes.axhline(row, color=style.MARK, ls='--', label='threshold' if first else None)
-    axes.plot(t, height, color=style.S2, label='$v_c$, logarithmic' if first else None)
-    axes.fill_between(t, row, height, where=height > row, color=style.S2, alpha=0.25, lw=0.0)
+    axes.axhline(row, color=style.MARK_COLOUR, ls='--', label='threshold' if first else None)
+    axes.plot(t, height, color=style.ACTIVE_COLOUR, label='$v_c$, logarithmic' if first else None)
+    axes.fill_between(
+        t, row, height, where=height > row, color=style.ACTIVE_COLOUR, alpha=0.25, lw=0.0
+    )
     axes.plot(
-        [delay] * 2, [row - 0.4, row + 0.4], color=style.INK, label='delay' if first else None
+        [delay] * 2,
+        [row - 0.4, row + 0.4],
+        color=style.INK_COLOUR,
+        label='delay' if first else None,
     )
 
 
 def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
     calibration = session.require_header().calibration
     calibrated = calibration.table(calibration.ends[0]).delays
-    axes.plot(range(len(calibrated)), calibrated, '+', color=style.INK, ms=10, label='calibrated')
-    axes.plot(list(delays), list(delays.values()), 'o', color=style.S2, ms=5, label='measured')
+    axes.plot(
+        range(len(calibrated)), calibrated, '+', color=style.INK_COLOUR, ms=10, label='calibrated'
+    )
+    axes.plot(
+        list(delays), list(delays.values()), 'o', color=style.ACTIVE_COLOUR, ms=5, label='measured'
+    )
     axes.set(xlabel='level', ylabel=r'echo delay $\Delta t$ (time units)')
     axes.legend()
-    style.label(axes, 'c', 'delay of every level')
+    style.label_panel(axes, 'c', 'delay of every level')

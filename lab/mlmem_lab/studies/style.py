@@ -21,67 +21,83 @@ from matplotlib.figure import Figure
 
 from mlmem.physics import Design
 
-S1 = '#d55e00'
+INACTIVE_COLOUR = '#d55e00'
 """The inactive phase: vermilion, for the paper's red."""
 
-S2 = '#0072b2'
+ACTIVE_COLOUR = '#0072b2'
 """The active phase: blue."""
 
-COMPRESSION = '#cc79a7'
-TENSION = '#009e73'
-INK = '#222222'
-FAINT = '#b0b0b0'
-PALE = '#e8e8e8'
-MARK = '#e69f00'
+COMPRESSION_COLOUR = '#cc79a7'
+TENSION_COLOUR = '#009e73'
+INK_COLOUR = '#222222'
+FAINT_COLOUR = '#b0b0b0'
+PALE_COLOUR = '#e8e8e8'
+MARK_COLOUR = '#e69f00'
 """Thresholds and other settings."""
 
-PHASES = LinearSegmentedColormap.from_list(
-    'phases', [(0.0, '#8a3d00'), (0.115, S1), (0.5, '#f7f7f7'), (0.885, S2), (1.0, '#004a75')]
+PHASE_COLOURS = LinearSegmentedColormap.from_list(
+    'phases',
+    [
+        (0.0, '#8a3d00'),
+        (0.115, INACTIVE_COLOUR),
+        (0.5, '#f7f7f7'),
+        (0.885, ACTIVE_COLOUR),
+        (1.0, '#004a75'),
+    ],
 )
 """Colours of the configuration from -1.3 to 1.3: a phase at rest has that of its lines."""
 
-SMALL = 9.0
+SMALL_FONT_SIZE = 9.0
 """Size of notes, ticks and legends in points; everything else is larger."""
 
-SETTINGS: Any = {
+STYLE_SETTINGS: Any = {
     'font.size': 10.0,
     'axes.titlesize': 10.0,
     'axes.titlelocation': 'left',
     'axes.labelsize': 10.0,
     'axes.linewidth': 0.8,
-    'axes.prop_cycle': cycler(color=[S2, MARK, TENSION, COMPRESSION, '#56b4e9', S1]),
+    'axes.prop_cycle': cycler(
+        color=[
+            ACTIVE_COLOUR,
+            MARK_COLOUR,
+            TENSION_COLOUR,
+            COMPRESSION_COLOUR,
+            '#56b4e9',
+            INACTIVE_COLOUR,
+        ]
+    ),
     'axes.spines.top': False,
     'axes.spines.right': False,
-    'xtick.labelsize': SMALL,
-    'ytick.labelsize': SMALL,
+    'xtick.labelsize': SMALL_FONT_SIZE,
+    'ytick.labelsize': SMALL_FONT_SIZE,
     'lines.linewidth': 1.4,
     'legend.frameon': False,
-    'legend.fontsize': SMALL,
-    'legend.title_fontsize': SMALL,
+    'legend.fontsize': SMALL_FONT_SIZE,
+    'legend.title_fontsize': SMALL_FONT_SIZE,
     'savefig.dpi': 120,
     'svg.fonttype': 'none',
     'svg.hashsalt': 'mlmem_ros',
 }
 
-WIDTH = 7.2
+FIGURE_WIDTH_INCHES = 7.2
 """Width of a picture in inches."""
 
-MIDDLE = 100.0
+MIDDLE_SITE = 100.0
 """The site that the paper calls x = 0."""
 
-TIME = 'time $t$ (1000 time units)'
-STRAIN = 'strain ($10^{-3}$)'
+TIME_LABEL = 'time $t$ (1000 time units)'
+STRAIN_LABEL = 'strain ($10^{-3}$)'
 
-COLUMNS = 1200
+MAX_CONTOUR_COLUMNS = 1200
 """Most columns of a contour: a screen shows no more."""
 
 
-def styled() -> AbstractContextManager[None]:
+def style_context() -> AbstractContextManager[None]:
     """Return the context in which figures are drawn and saved."""
-    return mpl.rc_context(SETTINGS)
+    return mpl.rc_context(STYLE_SETTINGS)
 
 
-def new_figure(height: float, width: float = WIDTH) -> Any:
+def new_figure(height: float, width: float = FIGURE_WIDTH_INCHES) -> Any:
     """Return an empty Matplotlib figure (its types are too narrow); sizes in inches."""
     return Figure(figsize=(width, height), layout='constrained')
 
@@ -91,7 +107,7 @@ def axes_grid(figure: Figure, rows: int = 1, columns: int = 1, **options: Any) -
     return np.asarray(figure.subplots(rows, columns, squeeze=False, **options))
 
 
-def stacked(figure: Figure, columns: int = 1) -> np.ndarray:
+def stacked_axes(figure: Figure, columns: int = 1) -> np.ndarray:
     """Return high axes above low ones that share their times, shape (2, columns)."""
     return axes_grid(figure, 2, columns, sharex='col', height_ratios=(3.0, 1.0))
 
@@ -105,20 +121,20 @@ def save_figure(figure: Figure, stem: Path) -> list[Path]:
     return [png, svg]
 
 
-def label(axes: Any, text: str, title: str = '') -> None:
+def label_panel(axes: Any, text: str, title: str = '') -> None:
     """Title a panel in the paper's style: (a) in bold, then what it shows."""
     axes.set_title(rf'$\bf{{({text})}}$ {title}', loc='left')
 
 
-def note(
+def annotate_place(
     axes: Any, text: str, at: tuple[Any, Any], shift: tuple[float, float] = (0, 0), **options: Any
 ) -> None:
     """Write beside a place in the data, shifted by points, what is there."""
-    options = {'fontsize': SMALL, 'color': INK, **options}
+    options = {'fontsize': SMALL_FONT_SIZE, 'color': INK_COLOUR, **options}
     axes.annotate(text, at, shift, textcoords='offset points', **options)
 
 
-def contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> Any:
+def draw_contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> Any:
     """Draw an x-t contour of the configuration, as Fig. 4a.
 
     Args:
@@ -127,21 +143,21 @@ def contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> Any:
     Returns:
         The mesh, for a colour bar.
     """
-    thin = max(1, len(t) // COLUMNS)
+    thin = max(1, len(t) // MAX_CONTOUR_COLUMNS)
     return axes.pcolormesh(
-        t[::thin], x, field[::thin].T, cmap=PHASES, vmin=-1.3, vmax=1.3, shading='nearest',
+        t[::thin], x, field[::thin].T, cmap=PHASE_COLOURS, vmin=-1.3, vmax=1.3, shading='nearest',
         rasterized=True,
     )  # fmt: skip
 
 
-def schedule(axes: Any, t: np.ndarray, strain: np.ndarray) -> None:
+def draw_schedule(axes: Any, t: np.ndarray, strain: np.ndarray) -> None:
     """Draw the strain over times, shapes (m,), as the lower half of Fig. 4a."""
-    axes.axhline(0.0, color=FAINT, lw=0.8)
-    axes.plot(t, 1e3 * strain, color=INK, lw=1.0)
-    axes.set_ylabel(STRAIN)
+    axes.axhline(0.0, color=FAINT_COLOUR, lw=0.8)
+    axes.plot(t, 1e3 * strain, color=INK_COLOUR, lw=1.0)
+    axes.set_ylabel(STRAIN_LABEL)
 
 
-def driven(
+def draw_driven(
     figure: Any, t: np.ndarray, design: Design, field: np.ndarray, strain: np.ndarray
 ) -> tuple[Any, Any]:
     """Draw the configuration above the strain that drives it, as Fig. 4a; return both axes.
@@ -150,13 +166,13 @@ def driven(
         t: Times in 1000 time units, shape (m,).
         field: Configuration, shape (m, N).
     """
-    upper, lower = stacked(figure)[:, 0]
-    mesh = contour(upper, t, design.sites - MIDDLE, field)
-    mark_defects(upper, design, MIDDLE)
+    upper, lower = stacked_axes(figure)[:, 0]
+    mesh = draw_contour(upper, t, design.sites - MIDDLE_SITE, field)
+    mark_defects(upper, design, MIDDLE_SITE)
     upper.set_ylabel('$x = j - 100$, level')
     phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
-    schedule(lower, t, strain)
-    lower.set(xlim=(t[0], t[-1]), xlabel=TIME)
+    draw_schedule(lower, t, strain)
+    lower.set(xlim=(t[0], t[-1]), xlabel=TIME_LABEL)
     return upper, lower
 
 
@@ -169,15 +185,17 @@ def phase_bar(figure: Any, mesh: Any, axes: Any, states: Sequence[float]) -> Non
 
 def mark_defects(axes: Any, design: Design, origin: float = 0.0) -> None:
     """Draw a line at every defect, and name levels by their codes: at most eight of them."""
-    places = [design.defect(level) - origin for level in range(design.levels)]
+    places = [design.defect_site(level) - origin for level in range(design.levels)]
     every = -(-design.levels // 8)
     for place in places:
-        axes.axhline(place, color=INK, lw=0.4, alpha=0.3)
+        axes.axhline(place, color=INK_COLOUR, lw=0.4, alpha=0.3)
     codes = [f'{place:.0f}   {design.code(m)}' for m, place in enumerate(places)]
     axes.set_yticks(places[::every], codes[::every])
 
 
-def window(axes: Any, factors: np.ndarray, share: np.ndarray, radius: float, cmap: Any) -> Any:
+def draw_window(
+    axes: Any, factors: np.ndarray, share: np.ndarray, radius: float, cmap: Any
+) -> Any:
     """Draw how well factors on two settings do, about an operating point at 1.
 
     Args:
@@ -191,7 +209,9 @@ def window(axes: Any, factors: np.ndarray, share: np.ndarray, radius: float, cma
     mesh = axes.pcolormesh(factors, factors, share, cmap=cmap, vmin=0, vmax=1, shading='nearest')
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
     if np.isfinite(radius):
-        axes.plot(1.0 + radius * np.cos(angle), 1.0 + radius * np.sin(angle), ':', color=INK, lw=1)
-    axes.plot(1.0, 1.0, '+', color=MARK, ms=10, mew=2.5)
+        axes.plot(
+            1.0 + radius * np.cos(angle), 1.0 + radius * np.sin(angle), ':', color=INK_COLOUR, lw=1
+        )
+    axes.plot(1.0, 1.0, '+', color=MARK_COLOUR, ms=10, mew=2.5)
     axes.set_aspect('equal')
     return mesh

@@ -14,7 +14,7 @@ import numpy as np
 
 from mlmem import Command, MemoryElement, Outcome, Write
 from mlmem.instrument.motion import Cycle, Ramp
-from mlmem.physics import Chain, Design, find_walls, level_of, substep_times
+from mlmem.physics import Chain, Design, find_level, find_walls, substep_times
 from mlmem.physics.potential import Array
 
 
@@ -35,7 +35,7 @@ class Trace:
     outcomes: list[Outcome] = field(default_factory=list)
 
 
-def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
+def record_procedure(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
     """Apply a command, advance until its procedure has ended, and record every tick.
 
     Args:
@@ -195,7 +195,7 @@ def write_upward(
     for asked in contents:
         outcome = element.perform(Write(asked), heat.kick if heat else None)
         found = element.chain.configuration
-        true = level_of(design, found) if level is None else level(element)
+        true = find_level(design, found) if level is None else level(element)
         writes.append(WrittenLevel(asked, outcome, true, wall_position(design, found)))
         if writes[-1].failure:
             break

@@ -24,35 +24,35 @@ from mlmem.instrument.motion import Ramp
 from mlmem.physics import Chain
 from mlmem.physics.potential import Array
 from mlmem.presets import Preset
-from mlmem.readers.echo import blanking, listening_time, weights, window
+from mlmem.readers.echo import blanking_time, compute_weights, listening_time, window_width
 from mlmem.readers.reading import BLANK
 from mlmem.settings import ProbeSettings, Settings
 from mlmem_tools.view.about import About
-from mlmem_tools.view.session_frame import load
+from mlmem_tools.view.session_frame import load_frame
 
-from .webassembly import FOLDER
+from .webassembly import MODULE_FOLDER
 
-SHOWN = {
+SHOWN_PRESETS = {
     'case_2': "by strain: the paper's element with eight levels",
     'kick_2': 'by kicks: four levels, written without strain',
     'byte': 'a byte: as many walls as there are ones',
 }
 """The presets of the page, and what it says of them."""
 
-BEGUN = {'case_2': 3, 'kick_2': 3, 'byte': 0b1100}
+INITIAL_CONTENTS = {'case_2': 3, 'kick_2': 3, 'byte': 0b1100}
 """What they hold when the page is opened."""
 
-SESSION = FOLDER.parents[1] / 'test' / 'data' / 'life'
+SESSION_FOLDER = MODULE_FOLDER.parents[1] / 'test' / 'data' / 'life'
 """The recorded session."""
 
-DIGITS = 9
+SIGNIFICANT_DIGITS = 9
 """Significant digits of what the page plays."""
 
 Event = dict[str, Any]
 """A move of the actuator or of an end, and the time `at` which it begins."""
 
 
-def cells_of(chain: Chain) -> dict[str, Any]:
+def describe_cells(chain: Chain) -> dict[str, Any]:
     """Return what the loop needs of a chain, as `docs/try/material.js` takes it; a list of one
     number stands for all cells.
     """
@@ -60,13 +60,13 @@ def cells_of(chain: Chain) -> dict[str, Any]:
     height, a, b = cells.law
     return {
         'n': n,
-        'v': _short(chain.v),
-        'height': _short(height),
-        'origin': _short(cells.origin),
-        'mobility': _short(cells.mobility),
-        'under': _short(cells.substrate),
+        'v': _shorten_values(chain.v),
+        'height': _shorten_values(height),
+        'origin': _shorten_values(cells.origin),
+        'mobility': _shorten_values(cells.mobility),
+        'under': _shorten_values(cells.substrate),
         **{
-            name: [_short(row[:n]) for row in getattr(constants, name)]
+            name: [_shorten_values(row[:n]) for row in getattr(constants, name)]
             for name in ('decay', 'kick', 'push')
         },
         'drifts': constants.drifts.tolist(),
@@ -76,12 +76,12 @@ def cells_of(chain: Chain) -> dict[str, Any]:
     }
 
 
-def _short(values: Array) -> list[float]:
+def _shorten_values(values: Array) -> list[float]:
     told: list[float] = values.tolist()
     return told[:1] if len(set(told)) == 1 else told
 
 
-def told(name: str) -> dict[str, Any]:
+def describe_preset(name: str) -> dict[str, Any]:
     """Return all that the page knows of a preset."""
     shipped = preset(name)
     design, settings = shipped
@@ -91,27 +91,27 @@ def told(name: str) -> dict[str, Any]:
     about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
     many = settings.register.spacing > 0
     found: dict[str, Any] = {
-        'text': SHOWN[name],
+        'text': SHOWN_PRESETS[name],
         'about': about,
         'dt': element.chain.dt,
         'nodes': element.chain.integrator.nodes,
         'length': design.end_displacement(1.0),
         'unit': settings.scale.time,
-        'rate': settings.actuator.by_hand,
+        'rate': settings.actuator.hand_rate_limit,
         'phases': [design.D_s1, design.D_s2],
-        'probes': _probes(element, many),
+        'probes': _describe_probes(element, many),
     }
     if many:
-        found['register'] = _register(settings)
+        found['register'] = _describe_register(settings)
     else:
-        found['ways'] = _ways(shipped)
-    found['begun'] = BEGUN[name]
-    element.perform(Write(BEGUN[name]))
-    found['cells'] = cells_of(element.chain)
+        found['ways'] = _record_transitions(shipped)
+    found['begun'] = INITIAL_CONTENTS[name]
+    element.perform(Write(INITIAL_CONTENTS[name]))
+    found['cells'] = describe_cells(element.chain)
     return found
 
 
-def _probes(element: MemoryElement, many: bool) -> dict[str, Any]:
+def _describe_probes(element: MemoryElement, many: bool) -> dict[str, Any]:
     """Return pulse and detector of both ends."""
     settings, dt = element.settings, element.chain.dt
     probes = {}
@@ -121,22 +121,22 @@ def _probes(element: MemoryElement, many: bool) -> dict[str, Any]:
         probes[end.value] = {
             **{key: getattr(probe, key) for key in ('A', 'omega_c', 'sigma', 'v_th')},
             'gain': probe.gain_decay,
-            'weights': weights(probe, dt).tolist(),
-            'half': max(1, round(0.5 * window(probe) / dt)),
-            'blanking': blanking(probe),
+            'weights': compute_weights(probe, dt).tolist(),
+            'half': max(1, round(0.5 * window_width(probe) / dt)),
+            'blanking': blanking_time(probe),
             'listen': listen,
             'delays': [] if many else list(element.calibration.table(end).delays),
         }
     return probes
 
 
-def _register(settings: Settings) -> dict[str, Any]:
-    """Return how a byte is written: see `procedures.many_walls.put`."""
+def _describe_register(settings: Settings) -> dict[str, Any]:
+    """Return how a byte is written: see `procedures.many_walls.put_word`."""
     kick = settings.kick
     pulse = settings.clearing_pulse
     return {
-        'clearing_pulse': {'end': pulse.end, **_drive(Pulse(0.0, pulse))},
-        'speeds': [kick.by_level, kick.of_kinks],
+        'clearing_pulse': {'end': pulse.end, **_describe_motion(Pulse(0.0, pulse))},
+        'speeds': [kick.wall_speeds, kick.kink_speeds],
         'late': kick.late,
         'hold': kick.hold,
         'settle': kick.settle,
@@ -144,18 +144,18 @@ def _register(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _ways(shipped: Preset) -> dict[str, Any]:
+def _record_transitions(shipped: Preset) -> dict[str, Any]:
     """Return events and duration of every way from one content to another, -1 being blank."""
     contents = range(BLANK, shipped.design.levels)
     ways = {}
     for start in contents:
         for target in contents:
             if start != target:
-                ways[f'{start} {target}'] = way(shipped, start, target)
+                ways[f'{start} {target}'] = record_transition(shipped, start, target)
     return ways
 
 
-def way(shipped: Preset, start: int, target: int) -> dict[str, Any]:
+def record_transition(shipped: Preset, start: int, target: int) -> dict[str, Any]:
     """Return what an instrument does to bring an element from one content to another: all that it
     does in one attempt or more.
 
@@ -165,7 +165,7 @@ def way(shipped: Preset, start: int, target: int) -> dict[str, Any]:
     element = new_element(shipped)
     if start != BLANK:
         element.perform(Write(start))
-    watched = _watched(element)
+    watched = _record_events(element)
     outcome = element.perform(Erase() if target == BLANK else Write(target))
     if not outcome.success:
         raise ValueError(f'{start} to {target}: {outcome}')
@@ -176,41 +176,41 @@ def way(shipped: Preset, start: int, target: int) -> dict[str, Any]:
     return {'events': events, 'duration': after[0] - begun}
 
 
-def _watched(element: MemoryElement) -> list[Event]:
+def _record_events(element: MemoryElement) -> list[Event]:
     """Return a list that grows by all that actuator and transducers of an element begin."""
     events: list[Event] = []
 
-    def watch(owner: Any, name: str, tell: Callable[[], Mapping[str, Any]]) -> None:
+    def watch_method(owner: Any, name: str, tell: Callable[[], Mapping[str, Any]]) -> None:
         act = getattr(owner, name)
 
-        def acting(*arguments: Any, **named: Any) -> Any:
+        def act_and_record(*arguments: Any, **named: Any) -> Any:
             result = act(*arguments, **named)
             events.append({'at': element.ticks * element.tick, **tell()})
             return result
 
-        setattr(owner, name, acting)
+        setattr(owner, name, act_and_record)
 
-    def strained() -> Mapping[str, Any]:
+    def strain_event() -> Mapping[str, Any]:
         motion = element.actuator.motion
         if isinstance(motion, Ramp):
             times, strains = [0.0, motion.duration], [motion.start, motion.target]
             return {'times': times, 'strains': strains, 'rates': [0.0, 0.0]}
         return {'times': motion.times, 'strains': motion.strains, 'rates': motion.rates}
 
-    def driven() -> Mapping[str, Any]:
+    def drive_event() -> Mapping[str, Any]:
         held = element.transducer.held
         assert held is not None
-        return {'end': 'left' if held.site == 1 else 'right', **_drive(held.motion)}
+        return {'end': 'left' if held.site == 1 else 'right', **_describe_motion(held.motion)}
 
-    watch(element.actuator, 'ramp_to', strained)
+    watch_method(element.actuator, 'ramp_to', strain_event)
     for name in ('move', 'kick'):
-        watch(element.transducer, name, driven)
+        watch_method(element.transducer, name, drive_event)
     for name in ('fire', 'shoot'):
-        watch(element.transducer, name, lambda: {'probe': True})
+        watch_method(element.transducer, name, lambda: {'probe': True})
     return events
 
 
-def _drive(motion: BoundaryMotion) -> dict[str, Any]:
+def _describe_motion(motion: BoundaryMotion) -> dict[str, Any]:
     if isinstance(motion, Pulse):
         kept = {key: getattr(motion.probe, key) for key in ('A', 'omega_c', 'sigma')}
         return {'kind': 'pulse', 'duration': motion.duration, **kept}
@@ -220,26 +220,29 @@ def _drive(motion: BoundaryMotion) -> dict[str, Any]:
     return {'kind': 'move', 'target': motion.target, 'speed': motion.speed}
 
 
-def rounded(value: Any) -> Any:
-    """Return a JSON value whose numbers have `DIGITS` digits."""
+def round_numbers(value: Any) -> Any:
+    """Return a JSON value whose numbers have `SIGNIFICANT_DIGITS` digits."""
     if isinstance(value, float):
-        return float(f'{value:.{DIGITS}g}')
+        return float(f'{value:.{SIGNIFICANT_DIGITS}g}')
     if isinstance(value, dict):
-        return {key: rounded(item) for key, item in value.items()}
+        return {key: round_numbers(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [rounded(item) for item in value]
+        return [round_numbers(item) for item in value]
     return value
 
 
 def main(folder: Path) -> None:
     """Write what the page knows."""
     file, recorded = folder / 'presets.json', folder / 'session.gz'
-    text = json.dumps({name: rounded(told(name)) for name in SHOWN}, separators=(',', ':'))
+    text = json.dumps(
+        {name: round_numbers(describe_preset(name)) for name in SHOWN_PRESETS},
+        separators=(',', ':'),
+    )
     file.write_text(text + '\n', encoding='utf-8')
-    recorded.write_bytes(gzip.compress(load(SESSION).frame, 9, mtime=0))
+    recorded.write_bytes(gzip.compress(load_frame(SESSION_FOLDER).frame, 9, mtime=0))
     for made in (file, recorded):
         print(f'{made}: {made.stat().st_size} bytes')
 
 
 if __name__ == '__main__':
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else MODULE_FOLDER)

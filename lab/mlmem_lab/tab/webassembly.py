@@ -21,19 +21,19 @@ import sys
 from pathlib import Path
 from typing import Any
 
-FOLDER = Path(__file__).parents[3] / 'docs' / 'try'
+MODULE_FOLDER = Path(__file__).parents[3] / 'docs' / 'try'
 """Where the modules are, in a checkout."""
 
-NAMES = {True: 'pefrl_exact.wasm', False: 'pefrl.wasm'}
+MODULE_NAMES = {True: 'pefrl_exact.wasm', False: 'pefrl.wasm'}
 """Of the modules, by whether they are exact."""
 
-PAGES = 16
+MEMORY_PAGES = 16
 """Pages of 64 kB that a module's memory has at first."""
 
 MEMORY, EXPORTS = 5, 7
 """Numbers of sections, which follow each other in this order; 2 is that of imports, 0 of notes."""
 
-FAST = """
+FAST_FUSED_CODE = """
 define internal double @fused(double %a, double %b, double %c) alwaysinline {
   %p = fmul double %a, %b
   %s = fadd double %p, %c
@@ -42,7 +42,7 @@ define internal double @fused(double %a, double %b, double %c) alwaysinline {
 """
 """a b + c, rounded twice."""
 
-EXACT = """
+EXACT_FUSED_CODE = """
 define internal double @fused(double %a, double %b, double %c) alwaysinline {
   ; a b = p + e, by Veltkamp's halves
   %p = fmul double %a, %b
@@ -102,7 +102,7 @@ define internal double @fused(double %a, double %b, double %c) alwaysinline {
 """a b + c, rounded once: Boldo and Melquiond, IEEE Trans. Comput. 57 (2008) 462."""
 
 
-def loop() -> tuple[str, str]:
+def compile_loop() -> tuple[str, str]:
     """Return the loop in LLVM's intermediate code, and the name of its function; it must not have
     been optimised for the processor of this machine.
     """
@@ -148,11 +148,11 @@ def loop() -> tuple[str, str]:
     return made.library.get_llvm_str(), made.fndesc.llvm_func_name
 
 
-def compiled(exact: bool) -> bytes:
+def compile_object(exact: bool) -> bytes:
     """Return the object file of the loop as function `run`."""
     import llvmlite.binding as llvm
 
-    text, name = loop()
+    text, name = compile_loop()
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     target = llvm.Target.from_triple('wasm32-unknown-unknown')
@@ -168,7 +168,7 @@ def compiled(exact: bool) -> bytes:
     text = text.replace('@llvm.fma.f64(', '@fused(')
     for key, value in (('datalayout', machine.target_data), ('triple', target.triple)):
         text = re.sub(rf'^target {key}.*$', f'target {key} = "{value}"', text, flags=re.MULTILINE)
-    module = llvm.parse_assembly(text + (EXACT if exact else FAST))
+    module = llvm.parse_assembly(text + (EXACT_FUSED_CODE if exact else FAST_FUSED_CODE))
     for each in (*module.functions, *module.global_variables):
         if not each.is_declaration and each.name != 'run':
             each.linkage = 'internal'  # and goes, as far as `run` does not use it
@@ -178,26 +178,26 @@ def compiled(exact: bool) -> bytes:
     return told
 
 
-def linked(told: bytes) -> bytes:
+def link_module(told: bytes) -> bytes:
     """Return a module that exports `run` and `memory`, made of an object file.
 
     Raises:
         ValueError: The object needs a linker: it has data, or uses what it does not define.
     """
-    head, parts = told[:8], dict(_sections(told))
+    head, parts = told[:8], dict(_iterate_sections(told))
     if unexpected := set(parts) - {0, 1, 2, 3, 10, 12}:
         raise ValueError(f'the loop must need code only; got sections {sorted(unexpected)}')
     if parts[2][:1] != b'\x01' or b'__linear_memory' not in parts[2]:
         raise ValueError(f'the loop must import nothing but a memory; got {parts[2]!r}')
-    parts[MEMORY] = b'\x01\x00' + _number(PAGES)
+    parts[MEMORY] = b'\x01\x00' + _encode_number(MEMORY_PAGES)
     names = ((b'run', 0, 0), (b'memory', 2, 0))
     exports = (bytes([len(name)]) + name + bytes([kind, index]) for name, kind, index in names)
     parts[EXPORTS] = bytes([len(names)]) + b''.join(exports)
     kept = (1, 3, MEMORY, EXPORTS, 10)
-    return head + b''.join(bytes([k]) + _number(len(parts[k])) + parts[k] for k in kept)
+    return head + b''.join(bytes([k]) + _encode_number(len(parts[k])) + parts[k] for k in kept)
 
 
-def _sections(told: bytes) -> Any:
+def _iterate_sections(told: bytes) -> Any:
     """Yield number and content of the sections of an object file."""
     at = 8
     while at < len(told):
@@ -211,7 +211,7 @@ def _sections(told: bytes) -> Any:
         at += size
 
 
-def _number(value: int) -> bytes:
+def _encode_number(value: int) -> bytes:
     """Return a whole number in LEB128."""
     out = []
     while value > 127:
@@ -226,11 +226,11 @@ def main(folder: Path) -> None:
         command = [sys.executable, '-m', 'mlmem_lab.tab.webassembly', str(folder)]
         subprocess.run(command, env={**os.environ, 'NUMBA_OPT': '0'}, check=True)
         return
-    for exact, name in NAMES.items():
-        module = linked(compiled(exact))
+    for exact, name in MODULE_NAMES.items():
+        module = link_module(compile_object(exact))
         (folder / name).write_bytes(module)
         print(f'{folder / name}: {len(module)} bytes')
 
 
 if __name__ == '__main__':
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER)
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else MODULE_FOLDER)

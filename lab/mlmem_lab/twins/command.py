@@ -19,19 +19,19 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mlmem.presets import PRESETS
-from mlmem_tools.cli.command import JSON, command, option
-from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
-from ..results import DEVICE, load_kept, save
-from ..studies.campaign.terminal import mapped
-from .surveyed import KINDS, surveyed
-from .surveyed import summary as summary_of_fits
+from ..results import DEVICE_MODULES, load_kept, save_result
+from ..studies.campaign.terminal import map_calls
+from .surveyed import HIDDEN_KINDS, survey_element
+from .surveyed import summarise_fits as summary_of_fits
 from .watched import (
-    CHANGES,
-    changed,
-    healthy,
-    summary_of_changed,
-    summary_of_healthy,
+    CHANGE_KINDS,
+    summarise_changed,
+    summarise_healthy,
+    watch_changed,
+    watch_healthy,
 )
 
 Row = Mapping[str, Any]
@@ -55,134 +55,147 @@ class Part(NamedTuple):
     of: tuple[dict[str, str], ...] = ({},)
 
 
-PARTS = {
+STUDY_PARTS = {
     'fits': Part(
-        surveyed, summary_of_fits,
+        survey_element, summary_of_fits,
         ('kind', 'elements', 'fitted', 'lies', 'inside', 'error', 'most error', 'most chi2',
          'seconds'),
-        ('bits_1', 'bits_4', 'case_2'), tuple({'kind': kind} for kind in KINDS),
+        ('bits_1', 'bits_4', 'case_2'), tuple({'kind': kind} for kind in HIDDEN_KINDS),
     ),
     'healthy': Part(
-        healthy, summary_of_healthy, ('elements', 'reads', 'alarms', 'chi2', 'most chi2'),
+        watch_healthy, summarise_healthy, ('elements', 'reads', 'alarms', 'chi2', 'most chi2'),
         ('bits_4',),
     ),
     'changes': Part(
-        changed, summary_of_changed,
+        watch_changed, summarise_changed,
         ('change', 'elements', 'told', 'named', 'reads', 'off', 'alarms'), ('bits_4',),
-        tuple({'change': change} for change in CHANGES),
+        tuple({'change': change} for change in CHANGE_KINDS),
     ),
 }  # fmt: skip
 
 
-@command(
+@declare_command(
     'count what fits and twins of elements are worth',
-    option('parts', nargs='*', metavar='PART', help=f'{", ".join(PARTS)}; none: all'),
-    option('--presets', nargs='+', metavar='PRESET', help='elements; by default, of each part its'
+    declare_option('parts', nargs='*', metavar='PART',
+        help=f'{", ".join(STUDY_PARTS)}; none: all'),
+    declare_option('--presets', nargs='+', metavar='PRESET',
+        help='elements; by default, of each part its'
            ' own'),
-    option('--scatter', type=float, nargs='+', default=(0.01,), metavar='X',
+    declare_option('--scatter', type=float, nargs='+', default=(0.01,), metavar='X',
            help='scatter of alpha, relative'),
-    option('--kinds', nargs='+', metavar='KIND', help='of fits, all by default: '
-           + ', '.join(KINDS).replace('%', '%%')),
-    option('--elements', type=int, default=10, help='elements of each kind'),
-    option('--seed', type=int, default=0, help='of the first element'),
-    option('--workers', type=int, default=2, help='processes'),
-    option('--output', type=Path, help='result file; what it has is kept, and not counted again'),
-    JSON,
+    declare_option('--kinds', nargs='+', metavar='KIND', help='of fits, all by default: '
+           + ', '.join(HIDDEN_KINDS).replace('%', '%%')),
+    declare_option('--elements', type=int, default=10, help='elements of each kind'),
+    declare_option('--seed', type=int, default=0, help='of the first element'),
+    declare_option('--workers', type=int, default=2, help='processes'),
+    declare_option('--output', type=Path,
+        help='result file; what it has is kept, and not counted again'),
+    JSON_OPTION,
     text=__doc__,
 )  # fmt: skip
 def twins(arguments: argparse.Namespace) -> int:
     """Count; return 0, 1 if a file was not written, 2 for a wrong argument."""
-    if unknown := sorted(set(arguments.parts) - set(PARTS)):
-        return complain('twins', f'a part must be one of {", ".join(PARTS)}; got {unknown[0]}', 2)
+    if unknown := sorted(set(arguments.parts) - set(STUDY_PARTS)):
+        return print_failure(
+            'twins', f'a part must be one of {", ".join(STUDY_PARTS)}; got {unknown[0]}', 2
+        )
     if unknown := sorted(set(arguments.presets or ()) - set(PRESETS)):
-        return complain(
+        return print_failure(
             'twins', f'a preset must be one of {", ".join(PRESETS)}; got {unknown[0]}', 2
         )
-    if unknown := sorted(set(arguments.kinds or ()) - set(KINDS)):
-        return complain('twins', f'a kind must be one of {", ".join(KINDS)}; got {unknown[0]}', 2)
+    if unknown := sorted(set(arguments.kinds or ()) - set(HIDDEN_KINDS)):
+        return print_failure(
+            'twins', f'a kind must be one of {", ".join(HIDDEN_KINDS)}; got {unknown[0]}', 2
+        )
     if min(arguments.elements, arguments.workers) < 1 or arguments.seed < 0:
-        return complain('twins', '--elements and --workers must be at least 1, --seed 0', 2)
+        return print_failure('twins', '--elements and --workers must be at least 1, --seed 0', 2)
     if not all(0.0 < scatter < 0.5 for scatter in arguments.scatter):
-        return complain('twins', '--scatter must be above 0 and below 0.5', 2)
-    console, output = plain_console(aside=arguments.json), arguments.output
+        return print_failure('twins', '--scatter must be above 0 and below 0.5', 2)
+    console, output = create_console(aside=arguments.json), arguments.output
     seeds = range(arguments.seed, arguments.seed + arguments.elements)
     kinds = [
         (part, {'preset': preset, 'scatter': scatter, **other})
-        for part in arguments.parts or PARTS
-        for preset in arguments.presets or PARTS[part].presets
+        for part in arguments.parts or STUDY_PARTS
+        for preset in arguments.presets or STUDY_PARTS[part].presets
         for scatter in arguments.scatter
-        for other in PARTS[part].of
-        if other.get('kind') in (None, *(arguments.kinds or KINDS))
+        for other in STUDY_PARTS[part].of
+        if other.get('kind') in (None, *(arguments.kinds or HIDDEN_KINDS))
     ]
     try:
-        known = [_known(output, part, kind, arguments.seed) for part, kind in kinds]
+        known = [_load_known(output, part, kind, arguments.seed) for part, kind in kinds]
         todo = [(k, seed) for seed in seeds for k in range(len(kinds)) if seed not in known[k]]
         coming = iter(todo)
 
-        def take(row: Row) -> None:
+        def keep_row(row: Row) -> None:
             """Keep the row of the element that is done next."""
             k, seed = next(coming)
             known[k][seed] = row
             if output is not None:
-                _keep(output, *kinds[k], known[k])
+                _keep_rows(output, *kinds[k], known[k])
 
         if todo:
             tasks = [(*kinds[k], seed) for k, seed in todo]
             columns = zip(*tasks, strict=True)
-            mapped(console, arguments.workers, 'elements', _row, *columns, then=take)
+            map_calls(
+                console, arguments.workers, 'elements', _compute_row, *columns, then=keep_row
+            )
     except (OSError, ValueError) as error:
-        return complain('twins', f'the result could not be written; {error}', 1)
+        return print_failure('twins', f'the result could not be written; {error}', 1)
     found: dict[str, list[dict[str, Any]]] = {}
     for (part, kind), rows in zip(kinds, known, strict=True):
-        found.setdefault(part, []).append(_entry(part, kind, rows))
+        found.setdefault(part, []).append(_build_entry(part, kind, rows))
     for part, entries in found.items():
-        table = plain_table(part, 'preset', '>scatter', *PARTS[part].columns)
+        table = create_table(part, 'preset', '>scatter', *STUDY_PARTS[part].columns)
         for entry in entries:
-            names = 'preset', 'scatter', *PARTS[part].columns
-            table.add_row(*(_cell(entry.get(name)) for name in names))
+            names = 'preset', 'scatter', *STUDY_PARTS[part].columns
+            table.add_row(*(_format_cell(entry.get(name)) for name in names))
         console.print(table)
     if arguments.json:
         print_json(found)
     return 0
 
 
-def _row(part: str, kind: Mapping[str, Any], seed: int) -> Row:
-    return PARTS[part].one(seed=seed, **kind)
+def _compute_row(part: str, kind: Mapping[str, Any], seed: int) -> Row:
+    return STUDY_PARTS[part].one(seed=seed, **kind)
 
 
-def _entry(part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> dict[str, Any]:
+def _build_entry(part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> dict[str, Any]:
     """Return what the elements of a kind, by seed, have in common."""
-    return {**kind, 'seed': min(rows), **PARTS[part].summary(list(rows.values()))}
+    return {**kind, 'seed': min(rows), **STUDY_PARTS[part].summary(list(rows.values()))}
 
 
-def _known(path: Path | None, part: str, kind: Mapping[str, Any], seed: int) -> dict[int, Row]:
+def _load_known(
+    path: Path | None, part: str, kind: Mapping[str, Any], seed: int
+) -> dict[int, Row]:
     """Return the elements of a kind that a file has, from a first seed, by seed."""
     for entry in load_kept(path).get(part, ()) if path else ():
-        if _same(entry, kind) and entry['seed'] == seed:
+        if _is_same_kind(entry, kind) and entry['seed'] == seed:
             return {row['seed']: row for row in entry.get('rows', ())}
     return {}
 
 
-SAME = 'preset', 'scatter', 'change', 'kind'
+IDENTIFYING_KEYS = 'preset', 'scatter', 'change', 'kind'
 """What tells entries apart."""
 
 
-def _same(entry: Mapping[str, Any], kind: Mapping[str, Any]) -> bool:
-    return all(entry.get(key) == kind.get(key) for key in SAME)
+def _is_same_kind(entry: Mapping[str, Any], kind: Mapping[str, Any]) -> bool:
+    return all(entry.get(key) == kind.get(key) for key in IDENTIFYING_KEYS)
 
 
-def _keep(path: Path, part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> None:
+def _keep_rows(path: Path, part: str, kind: Mapping[str, Any], rows: Mapping[int, Row]) -> None:
     """Put the elements of a kind into a result file, in place of what it has of this kind."""
-    kept, entry = load_kept(path), _entry(part, kind, rows) | {'rows': list(rows.values())}
-    parts = {name: list(kept.get(name, ())) for name in PARTS}
-    place = next((k for k, each in enumerate(parts[part]) if _same(each, kind)), len(parts[part]))
+    kept, entry = load_kept(path), _build_entry(part, kind, rows) | {'rows': list(rows.values())}
+    parts = {name: list(kept.get(name, ())) for name in STUDY_PARTS}
+    place = next(
+        (k for k, each in enumerate(parts[part]) if _is_same_kind(each, kind)), len(parts[part])
+    )
     parts[part][place : place + 1] = [entry]
-    told = ' '.join([part, *(str(entry[key]) for key in SAME if key in entry)])
-    modules = [*DEVICE, 'lab/mlmem_lab/fit', 'lab/mlmem_lab/twins']
-    save(path, parts, made(parts, path.name), modules, [told], kept=kept)
+    told = ' '.join([part, *(str(entry[key]) for key in IDENTIFYING_KEYS if key in entry)])
+    modules = [*DEVICE_MODULES, 'lab/mlmem_lab/fit', 'lab/mlmem_lab/twins']
+    save_result(path, parts, join_commands(parts, path.name), modules, [told], kept=kept)
 
 
-def made(parts: Mapping[str, Sequence[Mapping[str, Any]]], name: str) -> str:
+def join_commands(parts: Mapping[str, Sequence[Mapping[str, Any]]], name: str) -> str:
     """Return the commands that make all entries of a result file of some name again."""
     kinds: dict[tuple[Any, ...], dict[str, list[str]]] = {}
     for part, entries in parts.items():
@@ -201,9 +214,9 @@ def made(parts: Mapping[str, Sequence[Mapping[str, Any]]], name: str) -> str:
     return ' && '.join(commands)
 
 
-def _cell(value: Any) -> str:
+def _format_cell(value: Any) -> str:
     if isinstance(value, Mapping):
-        return ', '.join(f'{key} {_cell(each)}' for key, each in value.items())
+        return ', '.join(f'{key} {_format_cell(each)}' for key, each in value.items())
     if isinstance(value, float):
         return f'{value:.3g}' if value < 1000.0 else f'{value:.0f}'
     return '' if value is None else str(value)

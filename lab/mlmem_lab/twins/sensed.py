@@ -12,7 +12,7 @@ import numpy as np
 
 from mlmem import Driver, Event, Faults, MemoryElement, Outcome, SetFaults, SettingsError
 from mlmem.element_file import Element
-from mlmem.factory import calibration_of, factory_calibration
+from mlmem.factory import compute_calibration, factory_calibration
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import HeldCell, Scatter, Specimen, scattered
 from mlmem.physics.potential import Array
@@ -21,7 +21,7 @@ from mlmem.procedure_table import Procedures
 from mlmem_ros.rig.link import Tcp
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
-from ..plans.plan import plan
+from ..plans.plan import plan_pulses
 from ..rk4 import Rk4Element
 
 
@@ -45,7 +45,7 @@ class Sensed(Driver):
         if held_cell is not None:
             motion = self.sensors.held(held_cell.site, held_cell.motion)
             held_cell = replace(held_cell, motion=motion)
-        return self.sensors.readings(super().advance(V_N, held_cell, shake, looks))  # type: ignore[safe-super]
+        return self.sensors.measure_ends(super().advance(V_N, held_cell, shake, looks))  # type: ignore[safe-super]
 
     def end(self, site: int) -> float:
         """Return the displacement of an end as its sensor gives it."""
@@ -115,7 +115,7 @@ class HiddenElement(Driver):
         self._past = known[:, -width:].copy()
         self._time += n * self.element.dt
         self.V_N = self.element.V_N
-        return self._sensors.readings(heard[:, self.PARTS - 1 :: self.PARTS])
+        return self._sensors.measure_ends(heard[:, self.PARTS - 1 :: self.PARTS])
 
     def end(self, site: int) -> float:
         """Return the displacement of an end as its sensor gives it."""
@@ -151,24 +151,24 @@ class AtOnce(Tcp):
         """Do nothing: nobody else waits for the rig."""
 
 
-KNOWN = 5e-4
+FIT_ALPHA_ERROR = 5e-4
 """Error of every alpha that a fit leaves, relative (s.d.): twice what fits of surveys have."""
 
 
-def made(name: str, scatter: float, seed: int) -> Specimen:
+def make_specimen(name: str, scatter: float, seed: int) -> Specimen:
     """Return an element of a preset whose alpha scatters."""
     return scattered(PRESETS[name].design, Scatter(alpha=scatter), seed)
 
 
-def fitted(specimen: Specimen, seed: int) -> Element:
+def fit_specimen(specimen: Specimen, seed: int) -> Element:
     """Return what a fit knows of it."""
     design = specimen.design
-    error = KNOWN * np.random.default_rng(seed).standard_normal(design.N)
+    error = FIT_ALPHA_ERROR * np.random.default_rng(seed).standard_normal(design.N)
     known = replace(specimen, alpha_factor=specimen.alpha_factor * (1.0 + error))
-    return Element(known, KNOWN * known.alpha)
+    return Element(known, FIT_ALPHA_ERROR * known.alpha)
 
 
-def device(name: str, specimen: Specimen, noise: float = 0.0) -> MemoryElement:
+def build_device(name: str, specimen: Specimen, noise: float = 0.0) -> MemoryElement:
     """Return a device with this element, as its factory calibrates it."""
     design, settings = PRESETS[name]
     chain = SensedSimulation.of(specimen, settings.time).chain
@@ -179,19 +179,19 @@ def device(name: str, specimen: Specimen, noise: float = 0.0) -> MemoryElement:
     return element
 
 
-def foretell(name: str, element: MemoryElement, known: Element) -> None:
+def load_forecast(name: str, element: MemoryElement, known: Element) -> None:
     """Give a device the forecast of a twin, as a node does: delays and planned pulses."""
     design, settings = PRESETS[name]
     try:
-        delays = calibration_of(known.timed, design, settings)
+        delays = compute_calibration(known.timed_specimen, design, settings)
     except SettingsError:  # some level has no echo: those of the design
         delays = factory_calibration(design, settings)
     element.forecast = replace(
-        delays, pulse_corrections=plan(known.specimen, PRESETS[name]).corrections
+        delays, pulse_corrections=plan_pulses(known.specimen, PRESETS[name]).corrections
     )
 
 
-def performed(element: MemoryElement, command: Procedures) -> tuple[Outcome, list[Event]]:
+def perform_command(element: MemoryElement, command: Procedures) -> tuple[Outcome, list[Event]]:
     """Perform a command; return its outcome, and the events of it."""
     run, events = element.apply(command), list[Event]()
     assert run is not None

@@ -23,42 +23,42 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Design, Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem_ros.rig import Rig
-from mlmem_tools.cli.rig import FINER
+from mlmem_tools.cli.rig import STEP_REFINEMENT
 from mlmem_tools.rig.emulated import EmulatedRig, Sensors
 
-from ..fit.fit import Misfitting, fit
-from ..fit.fitted import ADDED, has
+from ..fit.fit import Misfitting, fit_element
+from ..fit.fitted import ADDED_TERMS, has_term
 from ..rk4 import Rk4Element
-from .sensed import AtOnce, HiddenElement, performed
+from .sensed import AtOnce, HiddenElement, perform_command
 
-NOISE = 1e-5
+TRANSDUCER_NOISE_CELLS = 1e-5
 """Of the transducers, in cells."""
 
-OFF = 0.02
+MAX_SHARED_ERROR = 0.02
 """Most by which what all cells share is off, relative."""
 
-GAIN = 0.01
+GAIN_DEVIATION = 0.01
 """Standard deviation of a transducer's gain."""
 
-SAMPLING = 0.25
+SAMPLE_PERIOD = 0.25
 """Time units between two samples of a transducer."""
 
-LIE = 3.0
+MIN_LIE_RATIO = 3.0
 """Error over what a fit states from which it lies."""
 
-BESIDE = 1.959964
+INTERVAL_DEVIATIONS = 1.959964
 """Standard deviations to either side of a 95 % interval."""
 
 
-ALPHA = 'alpha'
+ALPHA_KIND = 'alpha'
 """The kind of element of which nothing else than alpha scatters."""
 
-LINE = 'of mlmem rig'
+RIG_KIND = 'of mlmem rig'
 """The kind of element that `mlmem rig` emulates: as designed but for alpha, with ideal sensors."""
 
-KINDS: dict[str, dict[str, float]] = {
-    ALPHA: {},
-    LINE: {},
+HIDDEN_KINDS: dict[str, dict[str, float]] = {
+    ALPHA_KIND: {},
+    RIG_KIND: {},
     'springs 0.1 %': {'k_r': 0.001},
     'springs 0.3 %': {'k_r': 0.003},
     'masses 0.3 %': {'mass': 0.003},
@@ -72,26 +72,30 @@ KINDS: dict[str, dict[str, float]] = {
 """What a hidden element has besides, with its amount (s.d. where it scatters)."""
 
 
-def hidden(design: Design, scatter: float, seed: int, kind: str = ALPHA) -> Element:
+def make_hidden_element(
+    design: Design, scatter: float, seed: int, kind: str = ALPHA_KIND
+) -> Element:
     """Return an element whose cells scatter and whose shared values are off, and its clock."""
-    if kind == LINE:
+    if kind == RIG_KIND:
         return Element(scattered(design, Scatter(alpha=scatter), seed), np.zeros(design.N))
     random = np.random.default_rng([seed, design.N])
 
-    def about(value: float) -> float:
-        return float(value * (1.0 + OFF * random.uniform(-1.0, 1.0)))
+    def draw_about(value: float) -> float:
+        return float(value * (1.0 + MAX_SHARED_ERROR * random.uniform(-1.0, 1.0)))
 
     made = replace(
-        design, d=about(design.d), a=about(design.a), eta=about(design.eta),
-        s_max=about(design.s_max), j_0=design.j_0 + 0.2 * random.uniform(-1.0, 1.0),
+        design, d=draw_about(design.d), a=draw_about(design.a), eta=draw_about(design.eta),
+        s_max=draw_about(design.s_max), j_0=design.j_0 + 0.2 * random.uniform(-1.0, 1.0),
     )  # fmt: skip
-    amount = KINDS[kind]
+    amount = HIDDEN_KINDS[kind]
     scatters = Scatter(alpha=scatter, k_r=amount.get('k_r', 0.0), mass=amount.get('mass', 0.0))
     specimen = scattered(made, scatters, seed)
-    return Element(specimen, np.zeros(design.N), time_unit=about(1.0))
+    return Element(specimen, np.zeros(design.N), time_unit=draw_about(1.0))
 
 
-def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[str, Any]:
+def survey_element(
+    preset: str, scatter: float, seed: int, kind: str = ALPHA_KIND
+) -> dict[str, Any]:
     """Return how well a hidden element is found from a survey.
 
     Returns:
@@ -100,13 +104,13 @@ def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[
         of alpha and what the fit states (rms, relative). Or only why there is no fit.
     """
     chosen = PRESETS[preset]
-    truth = hidden(chosen.design, scatter, seed, kind)
+    truth = make_hidden_element(chosen.design, scatter, seed, kind)
     found: dict[str, Any] = {'seed': seed}
     try:
-        shots, spent = shots_of(preset, truth, seed, kind)
+        shots, spent = survey_shots(preset, truth, seed, kind)
         found |= {'shots': len(shots), 'time': spent}
         begun = time.process_time()
-        fitted = fit(chosen.design, shots)
+        fitted = fit_element(chosen.design, shots)
     except Misfitting as error:
         return found | {'refused': str(error)}
     made = truth.specimen
@@ -116,8 +120,8 @@ def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[
     inside = {}
     for name, (cells, values) in own.items():
         where = getattr(fitted.unknowns, cells)
-        if KINDS[kind].get(name) and where.stop > where.start:
-            off = np.abs(fitted.x[where] - values) < BESIDE * fitted.deviations[where]
+        if HIDDEN_KINDS[kind].get(name) and where.stop > where.start:
+            off = np.abs(fitted.x[where] - values) < INTERVAL_DEVIATIONS * fitted.deviations[where]
             inside = {'inside own': float(np.mean(off))}
     return (
         found
@@ -126,16 +130,16 @@ def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[
             'seconds': time.process_time() - begun,
             'chi2': fitted.chi2,
             'in band': fitted.in_band,
-            'added': [term for term in ADDED if has(fitted.misfit, term)],
-            'inside': float(np.mean(np.abs(alpha - strength) < BESIDE * deviation)),
+            'added': [term for term in ADDED_TERMS if has_term(fitted.misfit, term)],
+            'inside': float(np.mean(np.abs(alpha - strength) < INTERVAL_DEVIATIONS * deviation)),
             'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
             'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
         }
     )
 
 
-def shots_of(
-    preset: str, truth: Element, seed: int, kind: str = ALPHA
+def survey_shots(
+    preset: str, truth: Element, seed: int, kind: str = ALPHA_KIND
 ) -> tuple[list[Shot], float]:
     """Return the shots of a survey of a hidden element, and how long it took in time units.
 
@@ -143,33 +147,38 @@ def shots_of(
         Misfitting: The survey failed.
     """
     design, settings = PRESETS[preset]
-    random, amount = np.random.default_rng([seed, 1]), KINDS[kind]
-    gains = 1.0 + GAIN * random.standard_normal(2)
+    random, amount = np.random.default_rng([seed, 1]), HIDDEN_KINDS[kind]
+    gains = 1.0 + GAIN_DEVIATION * random.standard_normal(2)
     late = random.integers(1, HiddenElement.PARTS + 1, 2) if 'latency' in amount else (0, 0)
     uneven = 1.0 + amount.get('damping', 0.0) * random.standard_normal(design.N)
     driver: Driver
-    if kind == LINE:
-        driver = Simulation.of(truth.specimen, settings.time, FINER)
+    if kind == RIG_KIND:
+        driver = Simulation.of(truth.specimen, settings.time, STEP_REFINEMENT)
     else:
         element = Rk4Element(
-            truth.timed, SAMPLING / HiddenElement.PARTS, damping=np.maximum(uneven, 0.1),
-            friction=amount.get('friction', 0.0), harmonic=amount.get('harmonic', 0.0),
-        )  # fmt: skip
-        sensors = Sensors(gain=(float(gains[0]), float(gains[1])), noise=NOISE, seed=seed)
+            truth.timed_specimen,
+            SAMPLE_PERIOD / HiddenElement.PARTS,
+            damping=np.maximum(uneven, 0.1),
+            friction=amount.get('friction', 0.0),
+            harmonic=amount.get('harmonic', 0.0),
+        )
+        sensors = Sensors(
+            gain=(float(gains[0]), float(gains[1])), noise=TRANSDUCER_NOISE_CELLS, seed=seed
+        )
         driver = HiddenElement(
             element, sensors, (int(late[0]), int(late[1])), amount.get('drift', 0.0)
         )
     rig = EmulatedRig(design, settings, driver, at_once=True)
     there = Rig(design, settings, 'tcp://here:1', AtOnce(rig))
     device = MemoryElement(design, settings, factory_calibration(design, settings), there)
-    outcome, events = performed(device, Survey())
+    outcome, events = perform_command(device, Survey())
     if not outcome.success:
         raise Misfitting(f'the survey failed: {outcome.error}')
     shots = [event for event in events if isinstance(event, Shot)]
     return shots, device.ticks * device.tick
 
 
-def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def summarise_fits(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what many fits have in common."""
     fits = [row for row in rows if 'chi2' in row]
     told = {
@@ -185,7 +194,7 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     if 'inside own' in every:
         told['inside own'] = 100.0 * np.mean(every['inside own'])
     return told | {
-        'lies': int(np.sum(every['error'] > LIE * every['stated'])),
+        'lies': int(np.sum(every['error'] > MIN_LIE_RATIO * every['stated'])),
         'most off': np.max(every['error'] / every['stated']),
         'added': dict(Counter(', '.join(row['added']) or 'nothing' for row in fits)),
         'inside': 100.0 * np.mean(every['inside']), 'least inside': 100.0 * every['inside'].min(),

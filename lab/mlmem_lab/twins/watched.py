@@ -21,26 +21,33 @@ from mlmem import (
 )
 from mlmem.physics import INTEGRATORS
 from mlmem_tools.rig.emulated import Sensors
-from mlmem_tools.twin.watching import Comparison, Residuals, place
+from mlmem_tools.twin.watching import Comparison, Residuals, locate_wall
 
-from .sensed import SensedSimulation, device, fitted, foretell, made, performed
+from .sensed import (
+    SensedSimulation,
+    build_device,
+    fit_specimen,
+    load_forecast,
+    make_specimen,
+    perform_command,
+)
 
-NOISE = 1e-5
+TRANSDUCER_NOISE_CELLS = 1e-5
 """Of the transducers, in cells."""
 
-READS = 280
+HEALTHY_READS = 280
 """Healthy reads of an element, every tenth by a write."""
 
-REST = 10.0
+SETTLE_DAMPING_TIMES = 10.0
 """Damping times before a read: only if the element was at rest is a read compared."""
 
-MOST = 10
+MAX_CHANGED_READS = 10
 """Reads after which a change that has not been told is given up."""
 
-ROUND = 0.5
+MAX_RELATIVE_ERROR = 0.5
 """A change counts as found if what is told of it is off by at most this fraction."""
 
-CHANGES: dict[str, dict[str, Any]] = {
+CHANGE_KINDS: dict[str, dict[str, Any]] = {
     'a cell 3 % weaker': {'weak_factor': 0.97},
     'a cell 8 % weaker': {'weak_factor': 0.92},
     'a cell 20 % weaker': {'weak_factor': 0.8},
@@ -54,7 +61,7 @@ CHANGES: dict[str, dict[str, Any]] = {
 }
 """Faults by what they are; a cell is drawn."""
 
-TOLD_AS = {
+REPORTED_NAMES = {
     'weak_factor': 'cell', 'stuck_cell': 'cell', 'damping_factor': 'eta',
     'actuator_offset': 'strain',
 }  # fmt: skip
@@ -66,21 +73,26 @@ class Bench:
 
     def __init__(self, preset: str, scatter: float, seed: int) -> None:
         """Make the element of a seed, and calibrate it by its forecast."""
-        specimen = made(preset, scatter, seed)
-        self.element, known = device(preset, specimen, NOISE), fitted(specimen, seed)
-        foretell(preset, self.element, known)
-        performed(self.element, Calibrate())
+        specimen = make_specimen(preset, scatter, seed)
+        self.element, known = (
+            build_device(preset, specimen, TRANSDUCER_NOISE_CELLS),
+            fit_specimen(specimen, seed),
+        )
+        load_forecast(preset, self.element, known)
+        perform_command(self.element, Calibrate())
         self.watch = Residuals(known, INTEGRATORS[self.element.settings.time.integrator])
         self.wall: float | None = 0.0
 
     def heard(self, command: Read | Write) -> Comparison | None:
         """Perform a command and compare its last read, as a node does."""
-        return self._compared(performed(self.element, command)[1], isinstance(command, Write))
+        return self._compared(
+            perform_command(self.element, command)[1], isinstance(command, Write)
+        )
 
     def read(self) -> Comparison | None:
         """Let the element rest, read it, and compare the read."""
         element = self.element
-        element.pass_ticks(math.ceil(REST / element.design.eta / element.tick))
+        element.pass_ticks(math.ceil(SETTLE_DAMPING_TIMES / element.design.eta / element.tick))
         return self.heard(Read())
 
     def _compared(self, events: list[Event], moved: bool) -> Comparison | None:
@@ -88,7 +100,7 @@ class Bench:
         if not heard:
             return None
         heard = [each for each in heard if each.reading is heard[-1].reading]
-        self.wall = place(self.element.design, heard[-1].reading, self.wall, moved)
+        self.wall = locate_wall(self.element.design, heard[-1].reading, self.wall, moved)
         shots = [each.echo.shot for each in heard if each.echo.shot is not None]
         shots.sort(key=lambda shot: -shot.samples.shape[1])
         if self.wall is None or not self.watch.quiet(shots):
@@ -97,12 +109,12 @@ class Bench:
 
     def change(self, change: str, site: int) -> tuple[str, float]:
         """Change something; return the name under which it should be told, and its amount."""
-        faults = dict(CHANGES[change])
+        faults = dict(CHANGE_KINDS[change])
         if 'gain' in faults:
             gains = faults.pop('gain')
             assert isinstance(self.element.driver, SensedSimulation)
             self.element.driver.sensors = Sensors(gain=gains)
-            self.element.transducer.assume_rest()
+            self.element.transducer.assume_equilibrium()
             end = int(gains[1] != 1.0)
             return ('gain_left', 'gain_right')[end], gains[end] - 1.0
         [(name, value)] = faults.items()
@@ -110,16 +122,16 @@ class Bench:
             faults['weak_cell'] = site
         elif name == 'stuck_cell':
             faults['stuck_cell'] = site
-        self.element.apply(SetFaults(Faults(sensor_noise=NOISE, **faults)))
+        self.element.apply(SetFaults(Faults(sensor_noise=TRANSDUCER_NOISE_CELLS, **faults)))
         amount = value if name == 'actuator_offset' else value - 1.0
-        return TOLD_AS.get(name, ''), float(amount)
+        return REPORTED_NAMES.get(name, ''), float(amount)
 
 
-def healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:
+def watch_healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:
     """Return how many of healthy reads, with writes between, were told as a change."""
     bench, random = Bench(preset, scatter, seed), np.random.default_rng(seed)
     told, chi2 = [], []
-    for number in range(READS):
+    for number in range(HEALTHY_READS):
         if number % 10 == 0:
             found = bench.heard(Write(int(random.integers(bench.element.design.levels))))
         else:
@@ -133,7 +145,7 @@ def healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def summary_of_healthy(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def summarise_healthy(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the totals of many elements."""
     return {
         'elements': len(rows),
@@ -145,7 +157,7 @@ def summary_of_healthy(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def changed(preset: str, scatter: float, seed: int, change: str) -> dict[str, Any]:
+def watch_changed(preset: str, scatter: float, seed: int, change: str) -> dict[str, Any]:
     """Return what is told of a change, after how many reads, and how far off it is."""
     bench, random = Bench(preset, scatter, seed), np.random.default_rng([seed, len(change)])
     design = bench.element.design
@@ -157,7 +169,7 @@ def changed(preset: str, scatter: float, seed: int, change: str) -> dict[str, An
         'seed': seed, 'site': site, 'wall': bench.wall, 'alarm': any(before), 'text': '',
         'reads': None, 'named': False, 'off': None,
     }  # fmt: skip
-    for number in range(1, MOST + 1):
+    for number in range(1, MAX_CHANGED_READS + 1):
         seen = bench.read()
         if seen is not None and seen.text:
             found |= {'text': seen.text, 'reads': number}
@@ -165,12 +177,12 @@ def changed(preset: str, scatter: float, seed: int, change: str) -> dict[str, An
                 stuck = 'stuck' in change
                 near = name != 'cell' or abs(one.site - site) <= 1
                 off = None if stuck else abs(one.amount / amount - 1.0)
-                found |= {'named': near and (off is None or off <= ROUND), 'off': off}
+                found |= {'named': near and (off is None or off <= MAX_RELATIVE_ERROR), 'off': off}
             break
     return found
 
 
-def summary_of_changed(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def summarise_changed(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what was told of a change of many elements."""
     told = [row for row in rows if row['text']]
     off = [row['off'] for row in rows if row['named'] and row['off'] is not None]

@@ -26,34 +26,54 @@ from mlmem.element_file import Element
 from mlmem.moves.planner import How
 from mlmem.physics import INTEGRATORS
 from mlmem.presets import PRESETS
-from mlmem_ros.parameter_file import load
-from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
-from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_ros.parameter_file import load_preset
+from mlmem_tools.cli.command import (
+    ELEMENT_OPTION,
+    JSON_OPTION,
+    declare_command,
+    declare_option,
+    load_element_option,
+)
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
-from ..results import DEVICE, STRAINED_PRESETS, load_kept, save
-from ..studies.campaign.terminal import mapped
+from ..results import DEVICE_MODULES, STRAINED_PRESETS, load_kept, save_result
+from ..studies.campaign.terminal import map_calls
 from . import sent
 from .sent import Sent
-from .window import DIRECTIONS, RADII, Window, bound, described, measured, moves
+from .window import (
+    CHANGE_RADII,
+    UNIT_DIRECTIONS,
+    Window,
+    bound_failures,
+    describe_settings,
+    list_moves,
+    measure_window,
+)
 
-METHODS = ('strain', 'kick', 'auto')
+WRITE_METHODS = ('strain', 'kick', 'auto')
 """Of writing, whose moves are measured."""
 
 
-@command(
+@declare_command(
     'measure how far every move may be off',
-    option('presets', nargs='*', metavar='FILE|PRESET', help='ROS parameter files, or presets; '
+    declare_option('presets', nargs='*', metavar='FILE|PRESET',
+        help='ROS parameter files, or presets; '
            f'none: {", ".join(STRAINED_PRESETS)}'),
-    option('--method', choices=METHODS, default='auto', help='moves by strain, kicks, '
+    declare_option('--method', choices=WRITE_METHODS, default='auto',
+        help='moves by strain, kicks, '
            'or both'),
-    ELEMENT,
-    option('--radii', type=float, nargs='+', default=RADII, help='relative changes to try'),
-    option('--points', type=int, default=100, help='random changes of every move, up to 0.1'),
-    option('--seed', type=int, default=5, help='of these'),
-    option('--integrator', choices=tuple(INTEGRATORS), help="in place of the preset's own"),
-    option('--workers', type=int, default=2, help='processes'),
-    option('--output', type=Path, help='result file; what it has of other presets is kept'),
-    JSON,
+    ELEMENT_OPTION,
+    declare_option('--radii', type=float, nargs='+', default=CHANGE_RADII,
+        help='relative changes to try'),
+    declare_option('--points', type=int, default=100,
+        help='random changes of every move, up to 0.1'),
+    declare_option('--seed', type=int, default=5, help='of these'),
+    declare_option('--integrator', choices=tuple(INTEGRATORS),
+        help="in place of the preset's own"),
+    declare_option('--workers', type=int, default=2, help='processes'),
+    declare_option('--output', type=Path,
+        help='result file; what it has of other presets is kept'),
+    JSON_OPTION,
     text=__doc__,
 )  # fmt: skip
 def windows(arguments: argparse.Namespace) -> int:
@@ -61,46 +81,51 @@ def windows(arguments: argparse.Namespace) -> int:
     output: Path | None = arguments.output
     presets = arguments.presets or list(STRAINED_PRESETS)
     try:
-        first, *_ = [load(name) for name in presets]
-        element = element_of(arguments, *first)
+        first, *_ = [load_preset(name) for name in presets]
+        element = load_element_option(arguments, *first)
     except ValueError as error:
-        return complain('windows', error, 2)
+        return print_failure('windows', error, 2)
     if output is not None and (arguments.method == 'kick' or not set(presets) <= set(PRESETS)):
-        return complain('windows', '--output is for moves of presets that strain them', 2)
+        return print_failure('windows', '--output is for moves of presets that strain them', 2)
     if arguments.workers < 1:
-        return complain('windows', '--workers must be at least 1', 2)
+        return print_failure('windows', '--workers must be at least 1', 2)
     if min(arguments.points, arguments.seed) < 0:
-        return complain('windows', '--points and --seed must be at least 0', 2)
+        return print_failure('windows', '--points and --seed must be at least 0', 2)
     radii = tuple(sorted(arguments.radii))
     if not all(0.0 < radius < 1.0 for radius in radii):
-        return complain('windows', '--radii must be above 0 and below 1', 2)
+        return print_failure('windows', '--radii must be above 0 and below 1', 2)
     if arguments.element is not None and (len(arguments.presets) != 1 or arguments.output):
-        return complain(
+        return print_failure(
             'windows', '--element needs the one preset that it is of, and no --output', 2
         )
-    console = plain_console(aside=arguments.json)
-    others = _unstrained(arguments, presets, element, console)
+    console = create_console(aside=arguments.json)
+    others = _measure_unstrained(arguments, presets, element, console)
     strained = presets if arguments.method != 'kick' else []
-    tasks = [(name, move) for name in strained for move in moves(name)]
+    tasks = [(name, move) for name in strained for move in list_moves(name)]
     asked = [name for name, _ in tasks], [move for _, move in tasks]
     found: dict[str, list[Window]] = {name: [] for name in strained}
     integrator = arguments.integrator or ''
     points, seed = arguments.points, arguments.seed
     measure = partial(
-        measured, integrator=integrator, radii=radii, element=element, points=points, seed=seed
+        measure_window,
+        integrator=integrator,
+        radii=radii,
+        element=element,
+        points=points,
+        seed=seed,
     )
-    done = mapped(console, arguments.workers, 'moves', measure, *asked) if tasks else []
+    done = map_calls(console, arguments.workers, 'moves', measure, *asked) if tasks else []
     for (name, _), window in zip(tasks, done, strict=True):
         found[name].append(window)
     if tasks:
-        console.print(_table(found, radii))
+        console.print(_build_table(found, radii))
     integrator = arguments.integrator or "the preset's"
     result: dict[str, Any] = {
         name: {
             'integrator': integrator,
             'radii': radii,
             'seed': seed,
-            'settings': described(name),
+            'settings': describe_settings(name),
             'moves': [each.as_dict() for each in some],
         }
         for name, some in found.items()
@@ -110,11 +135,11 @@ def windows(arguments: argparse.Namespace) -> int:
             kept = load_kept(output)
             both = kept.get('presets', {}) | result
             made = ' '.join(['mlmem windows', *both])
-            whole = {'drawn': bound(both), 'presets': both}
-            modules = [*DEVICE, 'lab/mlmem_lab/windows']
-            console.print(save(output, whole, made, modules, presets, seed, kept))
+            whole = {'drawn': bound_failures(both), 'presets': both}
+            modules = [*DEVICE_MODULES, 'lab/mlmem_lab/windows']
+            console.print(save_result(output, whole, made, modules, presets, seed, kept))
         except (OSError, ValueError) as error:
-            return complain('windows', f'the result could not be written; {error}', 1)
+            return print_failure('windows', f'the result could not be written; {error}', 1)
     if arguments.json:
         for name, some in others.items():
             result.setdefault(name, {})['sent'] = [each.as_dict() for each in some]
@@ -123,17 +148,17 @@ def windows(arguments: argparse.Namespace) -> int:
     return int(failed or any(each.fails for some in others.values() for each in some))
 
 
-def _unstrained(
+def _measure_unstrained(
     arguments: argparse.Namespace, presets: list[str], element: Element | None, console: Console
 ) -> dict[str, list[Sent]]:
     """Measure and print the kicks that are asked for, by preset."""
     found: dict[str, list[Sent]] = {name: [] for name in presets}
-    tasks = [(name, *each) for name in presets for each in sent.moves(name)]
+    tasks = [(name, *each) for name in presets for each in sent.list_kicks(name)]
     if arguments.method == 'strain' or not tasks:
         return found
     names = [name for name, *_ in tasks]
-    measure = partial(sent.measured, integrator=arguments.integrator or '', element=element)
-    done = mapped(
+    measure = partial(sent.measure_window, integrator=arguments.integrator or '', element=element)
+    done = map_calls(
         console, arguments.workers, 'kicks', measure, names,
         [how for _, how, _ in tasks], [level for *_, level in tasks],
     )  # fmt: skip
@@ -142,33 +167,33 @@ def _unstrained(
     for name, some in found.items():
         for how in (How.KICK, How.KICK_OUT):
             if of_kind := [each for each in some if each.how is how]:
-                console.print(sent.table(name, how, of_kind))
+                console.print(sent.build_table(name, how, of_kind))
     return found
 
 
-def _table(found: dict[str, list[Window]], radii: tuple[float, ...]) -> Table:
+def _build_table(found: dict[str, list[Window]], radii: tuple[float, ...]) -> Table:
     """Return a row for every preset: its nearest failure, and how many fail."""
-    table = plain_table(
+    table = create_table(
         'Windows of steps up', 'preset', '>levels', '>least', 'where', *(f'>{r:g}' for r in radii),
         '>drawn',
     )  # fmt: skip
     for name, some in found.items():
         all_failed = [f for window in some for f in window.failures]
         failed = [sum(f.radius == r for f in all_failed) for r in radii]
-        failed.append(sum(f.direction not in ('', *DIRECTIONS) for f in all_failed))
+        failed.append(sum(f.direction not in ('', *UNIT_DIRECTIONS) for f in all_failed))
         if some:
-            table.add_row(name, str(len(some)), *_nearest(some), *map(str, failed))
+            table.add_row(name, str(len(some)), *_describe_nearest(some), *map(str, failed))
     return table
 
 
-def _nearest(some: Iterable[Window]) -> tuple[str, str]:
+def _describe_nearest(some: Iterable[Window]) -> tuple[str, str]:
     """Return the least distance and where it is, as text."""
     near = min(some, key=lambda window: window.distance)
     if math.isinf(near.distance):
         return 'none', ''
     first = near.failures[0]
-    return f'{first.radius:g}', f'{near.start} {first.direction}: {_place(first.ended)}'
+    return f'{first.radius:g}', f'{near.start} {first.direction}: {_describe_level(first.ended)}'
 
 
-def _place(level: int) -> str:
+def _describe_level(level: int) -> str:
     return {-1: 'blank', -2: 'lost'}.get(level, str(level))

@@ -18,21 +18,21 @@ import numpy as np
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import BoundaryMotion, Kick
 from mlmem.move_settings import KickSettings
-from mlmem.physics import Chain, HeldCell, Specimen, StateError, level_of, substep_times
-from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics import Chain, HeldCell, Specimen, StateError, find_level, substep_times
+from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.potential import Array
 from mlmem.readers.reading import BLANK, UNDECODABLE
 from mlmem.settings import Settings
 
-from ..studies.bench import nearness
+from ..studies.bench import arrival_tolerance
 
-SPEEDS = np.geomspace(0.002, 1.2, 321)
+KICK_SPEEDS = np.geomspace(0.002, 1.2, 321)
 """Mean speeds of kicks: 2 % apart."""
 
 DAMPING_TIMES = 10.0
 """Of rest after a motion."""
 
-QUANTITIES = ('speed', 'gain', 'hold', 'late')
+KICK_QUANTITIES = ('speed', 'gain', 'hold', 'late')
 """What of a kick may be off: `gain` makes all its displacements greater, as a transducer that is
 calibrated wrong; `late` is off by that itself, the others by that share of themselves."""
 
@@ -40,12 +40,12 @@ STEP, FARTHEST = 0.02, 0.3
 """Changes of a quantity that are tried, until the first at which the move fails."""
 
 
-def bare(made: Specimen, settings: Settings, finer: int = 1) -> Chain:
+def build_chain(made: Specimen, settings: Settings, finer: int = 1) -> Chain:
     """Return the chain of an element as the device steps it, or with `finer` times the steps."""
     return Simulation.of(made, settings.time, finer).chain
 
 
-def drive(
+def drive_end(
     chain: Chain,
     site: int,
     motion: BoundaryMotion | Course,
@@ -64,7 +64,7 @@ def drive(
         chain.advance(np.zeros(len(times)), held, None if shake is None else shake(times))
     except StateError:  # driven so hard that the chain diverges
         return UNDECODABLE
-    return level_of(chain.design, chain.configuration, nearness(chain.specimen))
+    return find_level(chain.design, chain.configuration, arrival_tolerance(chain.specimen))
 
 
 @dataclass(frozen=True)
@@ -88,12 +88,12 @@ class Course:
         return found
 
 
-def rest_of(chain: Chain) -> float:
+def rest_time(chain: Chain) -> float:
     """Return the time after which nothing moves any more."""
     return DAMPING_TIMES / chain.design.eta
 
 
-def kick_of(
+def build_kick(
     chain: Chain, speed: float, shape: KickSettings, quantity: str = '', off: float = 0.0
 ) -> Kick:
     """Return a kick from where the left end is to its other phase, with one quantity off."""
@@ -113,21 +113,21 @@ def kick_of(
 def after_kick(
     chain: Chain, speed: float, shape: KickSettings, quantity: str = '', off: float = 0.0
 ) -> int:
-    """Return where a kick from rest leaves the wall, as `drive`."""
-    chain.place(blank(chain.specimen))
-    return drive(chain, 1, kick_of(chain, speed, shape, quantity, off), rest_of(chain))
+    """Return where a kick from rest leaves the wall, as `drive_end`."""
+    chain.place(make_blank(chain.specimen))
+    return drive_end(chain, 1, build_kick(chain, speed, shape, quantity, off), rest_time(chain))
 
 
 def after_erase(
     chain: Chain, level: int, shape: KickSettings, quantity: str = '', off: float = 0.0
 ) -> int:
-    """Return where the kick that erases leaves the wall of a level, as `drive`."""
-    chain.place(resting_wall(chain.specimen, level))
-    kick = kick_of(chain, shape.erase_speed, shape, quantity, off)
-    return drive(chain, 1, kick, rest_of(chain))
+    """Return where the kick that erases leaves the wall of a level, as `drive_end`."""
+    chain.place(find_pinned_wall(chain.specimen, level))
+    kick = build_kick(chain, shape.erase_speed, shape, quantity, off)
+    return drive_end(chain, 1, kick, rest_time(chain))
 
 
-def distance(fails: Callable[[float], bool], farthest: float = FARTHEST) -> float:
+def margin_to_failure(fails: Callable[[float], bool], farthest: float = FARTHEST) -> float:
     """Return how far a quantity may be off to either side: the nearest change at which a move
     fails, to 0.005; `farthest` if none was seen.
     """
@@ -144,25 +144,27 @@ def distance(fails: Callable[[float], bool], farthest: float = FARTHEST) -> floa
     return farthest
 
 
-def kick_rooms(chain: Chain, level: int, shape: KickSettings) -> dict[str, float]:
+def kick_margins(chain: Chain, level: int, shape: KickSettings) -> dict[str, float]:
     """Return how far each quantity of the kick to a level may be off."""
-    speed = shape.by_level[level]
+    speed = shape.wall_speeds[level]
 
-    def fails(quantity: str, off: float) -> bool:
+    def kick_fails(quantity: str, off: float) -> bool:
         return after_kick(chain, speed, shape, quantity, off) != level
 
-    return {each: distance(partial(fails, each)) for each in QUANTITIES}
+    return {each: margin_to_failure(partial(kick_fails, each)) for each in KICK_QUANTITIES}
 
 
-def erase_rooms(
+def erase_margins(
     chain: Chain, level: int, shape: KickSettings, farthest: float = FARTHEST
 ) -> dict[str, float]:
     """Return how far each quantity of the kick that erases a level may be off."""
 
-    def fails(quantity: str, off: float) -> bool:
+    def erase_fails(quantity: str, off: float) -> bool:
         return after_erase(chain, level, shape, quantity, off) != BLANK
 
-    return {each: distance(partial(fails, each), farthest) for each in QUANTITIES}
+    return {
+        each: margin_to_failure(partial(erase_fails, each), farthest) for each in KICK_QUANTITIES
+    }
 
 
 @dataclass(frozen=True)
@@ -183,15 +185,17 @@ def search_kicks(chain: Chain, shape: KickSettings, fastest: float = math.inf) -
     is wide enough, or else of the widest, none of which needs more than the `fastest` speed of the
     end. A fast wall that was turned back comes to a level, too, but then faster is not farther.
     """
-    speeds = SPEEDS[::2][SPEEDS[::2] * shape.fastest <= fastest]
+    speeds = KICK_SPEEDS[::2][KICK_SPEEDS[::2] * shape.peak_speed_ratio <= fastest]
     ends = np.array([after_kick(chain, float(u), shape) for u in speeds])
     return [
-        middle(np.flatnonzero(ends == level), partial(edge, chain, shape, level, speeds, ends))
+        middle_speed(
+            np.flatnonzero(ends == level), partial(speed_edge, chain, shape, level, speeds, ends)
+        )
         for level in range(chain.design.levels)
     ]
 
 
-def middle(there: np.ndarray, edge_at: Callable[[int, int], float]) -> Found:
+def middle_speed(there: np.ndarray, edge_at: Callable[[int, int], float]) -> Found:
     """Return the middle of the slowest range of speeds that is wide enough, or else of the widest.
 
     Args:
@@ -202,17 +206,17 @@ def middle(there: np.ndarray, edge_at: Callable[[int, int], float]) -> Found:
     for run in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1) if there.size else ():
         low, high = edge_at(int(run[0]), -1), edge_at(int(run[-1]), 1)
         found = Found(float(f'{math.sqrt(low * high):.4g}'), round(math.sqrt(high / low) - 1.0, 3))
-        if found.room >= ENOUGH:
+        if found.room >= ENOUGH_SPEED_MARGIN:
             return found
         best = max(found, best, key=lambda each: each.room)
     return best
 
 
-FINE = 5e-4
+EDGE_TOLERANCE = 5e-4
 """Relative error of the edge of a range of speeds."""
 
 
-def edge(
+def speed_edge(
     chain: Chain,
     shape: KickSettings,
     level: int,
@@ -230,7 +234,7 @@ def edge(
     if not 0 <= inside + way < len(speeds):
         return good
     bad = float(speeds[inside + way])
-    while abs(bad / good - 1.0) > FINE:
+    while abs(bad / good - 1.0) > EDGE_TOLERANCE:
         middle = math.sqrt(good * bad)
         if after_kick(chain, middle, shape) == level:
             good = middle
@@ -239,17 +243,17 @@ def edge(
     return good
 
 
-def least_erase_room(chain: Chain, shape: KickSettings) -> float:
+def least_erase_margin(chain: Chain, shape: KickSettings) -> float:
     """Return how far the speed of the kick that erases may be off at the worst level."""
 
-    def fails(level: int, off: float) -> bool:
+    def erase_fails(level: int, off: float) -> bool:
         return after_erase(chain, level, shape, 'speed', off) != BLANK
 
     levels = range(chain.design.levels)
-    if any(fails(level, 0.0) for level in levels):
+    if any(erase_fails(level, 0.0) for level in levels):
         return 0.0
-    return min(distance(partial(fails, level)) for level in levels)
+    return min(margin_to_failure(partial(erase_fails, level)) for level in levels)
 
 
-ENOUGH = 0.1
+ENOUGH_SPEED_MARGIN = 0.1
 """A kick is wide enough if its speed may be off by so much."""

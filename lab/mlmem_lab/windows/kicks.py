@@ -23,82 +23,89 @@ from typing import Any
 import numpy as np
 
 from mlmem import Erase, Write, new_element, preset
-from mlmem.physics import Specimen, level_of
-from mlmem.presets import written_by_kicks
+from mlmem.physics import Specimen, find_level
+from mlmem.presets import use_kicks
 from mlmem.readers.reading import BLANK
-from mlmem_tools.cli.command import JSON, command, option
-from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
-from ..landscapes import KickedWall, edges, modes
-from ..results import DEVICE, keep_picture, load, load_kept, save
+from ..landscapes import KickedWall, band_edges, lowest_modes
+from ..results import DEVICE_MODULES, keep_picture, load_kept, load_result, save_result
 from ..studies import style
-from ..studies.bench import nearness
-from ..studies.campaign.terminal import mapped
-from .flight import SPEEDS, after_kick, bare, edge, erase_rooms, kick_rooms
-from .maps import astray, levels_of, maps, stored
+from ..studies.bench import arrival_tolerance
+from ..studies.campaign.terminal import map_calls
+from .flight import KICK_SPEEDS, after_kick, build_chain, erase_margins, kick_margins, speed_edge
+from .maps import compute_maps, count_astray, parse_levels, stored_energy
 
-KICKED = ('kick_2', 'case_2', 'kick_4')
+KICKED_PRESETS = ('kick_2', 'case_2', 'kick_4')
 """The presets that are written without strain here."""
 
-ERASES = 10
+PROCEDURES_PER_ERASE = 10
 """Every so many procedures is an erase."""
 
-PARTS = {'kicks': 'levels', 'erases': 'erases', 'maps': 'maps', 'astray': 'astray',
+PART_ENTRIES = {'kicks': 'levels', 'erases': 'erases', 'maps': 'maps', 'astray': 'astray',
          'written': 'written'}  # fmt: skip
 """Parts of a measurement, and an entry of each."""
 
 
-@command(
+@declare_command(
     'map kicks, how exact they must be, and count writes without strain',
-    option('presets', nargs='*', metavar='PRESET', help=f'none: {", ".join(KICKED)}'),
-    option('--writes', type=int, default=1000, help='random procedures of each preset'),
-    option('--elements', type=int, default=10, help='scattered elements for every disorder'),
-    option('--seed', type=int, default=0, help='of all random numbers'),
-    option('--parts', nargs='+', choices=PARTS, default=[*PARTS], help='to measure; others are as '
+    declare_option('presets', nargs='*', metavar='PRESET',
+        help=f'none: {", ".join(KICKED_PRESETS)}'),
+    declare_option('--writes', type=int, default=1000, help='random procedures of each preset'),
+    declare_option('--elements', type=int, default=10,
+        help='scattered elements for every disorder'),
+    declare_option('--seed', type=int, default=0, help='of all random numbers'),
+    declare_option('--parts', nargs='+', choices=PART_ENTRIES, default=[*PART_ENTRIES],
+        help='to measure; others are as '
            'the result file has them'),
-    option('--workers', type=int, default=1, help='processes'),
-    option('--output', type=Path, help='result file'),
-    option('--figure', type=Path, metavar='PNG', help='draw what the result file has: the maps of '
+    declare_option('--workers', type=int, default=1, help='processes'),
+    declare_option('--output', type=Path, help='result file'),
+    declare_option('--figure', type=Path, metavar='PNG',
+        help='draw what the result file has: the maps of '
            'the one preset that is named, or all presets beside each other; no more'),
-    JSON,
+    JSON_OPTION,
     text=__doc__,
 )  # fmt: skip
 def kicks(arguments: argparse.Namespace) -> int:
     """Measure; return 0, 1 if a write went wrong or a file was not written, 2 if misused."""
-    names = arguments.presets or list(KICKED)
-    if strained := [name for name in names if not preset(name).settings.kick.by_level]:
-        return complain('kicks', f'{strained[0]} has no kicks', 2)
+    names = arguments.presets or list(KICKED_PRESETS)
+    if strained := [name for name in names if not preset(name).settings.kick.wall_speeds]:
+        return print_failure('kicks', f'{strained[0]} has no kicks', 2)
     if arguments.figure is not None:
-        return _figure(arguments)
+        return _draw_figure(arguments)
     try:
         kept = load_kept(arguments.output) if arguments.output is not None else {}
     except (OSError, ValueError) as error:
-        return complain('kicks', f'--output could not be read; {error}', 2)
+        return print_failure('kicks', f'--output could not be read; {error}', 2)
     known = kept.get('presets', {})
     for name in names:
-        parts = [each for each in PARTS if each not in arguments.parts]
-        if missing := [each for each in parts if PARTS[each] not in known.get(name, {})]:
-            return complain(
+        parts = [each for each in PART_ENTRIES if each not in arguments.parts]
+        if missing := [each for each in parts if PART_ENTRIES[each] not in known.get(name, {})]:
+            return print_failure(
                 'kicks', f'--parts must name {missing[0]}: no file has it of {name}', 2
             )
-    console = plain_console(aside=arguments.json)
+    console = create_console(aside=arguments.json)
     measure = partial(
-        measured,
+        measure_kicks,
         parts=arguments.parts,
         writes=arguments.writes,
         elements=arguments.elements,
         seed=arguments.seed,
     )
-    done = mapped(console, arguments.workers, 'presets', measure, names)
+    done = map_calls(console, arguments.workers, 'presets', measure, names)
     found = {name: known.get(name, {}) | new for name, new in zip(names, done, strict=True)}
-    table = plain_table(
+    table = create_table(
         'Without strain', 'preset', '>least room', '>stroke', '>erase speed', '>writes', '>wrong',
         '>failed', '>again', '>median', '>erase',
     )  # fmt: skip
     for name, each in found.items():
         told = each['written']
-        least = [_least(each['levels'], 'room'), _least(each['levels'], 'rooms', 'gain')]
-        least.append(_least(each['erases'], 'speed'))
+        least = [
+            _least_value(each['levels'], 'room'),
+            _least_value(each['levels'], 'rooms', 'gain'),
+        ]
+        least.append(_least_value(each['erases'], 'speed'))
         table.add_row(
             name, *(f'{room:.3f}' for room in least),
             *(str(told[key]) for key in ('writes', 'wrong', 'failed', 'again', 'median', 'erase')),
@@ -108,17 +115,17 @@ def kicks(arguments: argparse.Namespace) -> int:
         try:
             every = {'presets': known | found}
             made = f'mlmem kicks {" ".join(every["presets"])} --writes {arguments.writes}'
-            modules = [*DEVICE, 'lab/mlmem_lab/windows']
-            save(arguments.output, every, made, modules, names, arguments.seed, kept)
+            modules = [*DEVICE_MODULES, 'lab/mlmem_lab/windows']
+            save_result(arguments.output, every, made, modules, names, arguments.seed, kept)
         except (OSError, ValueError) as error:
-            return complain('kicks', f'the result could not be written; {error}', 1)
+            return print_failure('kicks', f'the result could not be written; {error}', 1)
     if arguments.json:
         print_json(found)
     wrong = sum(each['written'][key] for each in found.values() for key in ('wrong', 'failed'))
     return int(wrong > 0)
 
 
-def _least(levels: list[dict[str, Any]], *keys: str) -> float:
+def _least_value(levels: list[dict[str, Any]], *keys: str) -> float:
     """Return the least value that the levels have at a key."""
     found: list[Any] = levels
     for key in keys:
@@ -126,24 +133,24 @@ def _least(levels: list[dict[str, Any]], *keys: str) -> float:
     return min(map(float, found))
 
 
-def _figure(arguments: argparse.Namespace) -> int:
+def _draw_figure(arguments: argparse.Namespace) -> int:
     """Draw a result file."""
     path, picture, names = arguments.output, arguments.figure, arguments.presets
     if path is None or not path.exists():
-        return complain('kicks', '--figure needs the result file that --output names', 2)
-    results = load(path)['presets']
+        return print_failure('kicks', '--figure needs the result file that --output names', 2)
+    results = load_result(path)['presets']
     if missing := [name for name in names if name not in results]:
-        return complain('kicks', f'{path} has no {missing[0]}: measure it first', 2)
+        return print_failure('kicks', f'{path} has no {missing[0]}: measure it first', 2)
     if names:
         draw_maps(names[0], results[names[0]], picture)
     else:
-        draw(results, picture)
+        draw_kicks(results, picture)
     told = ' '.join(['mlmem kicks', *names[:1], f'--output {path} --figure {picture}'])
     keep_picture(picture, told, ['lab/mlmem_lab/windows/kicks.py', f'{path}'])
     return 0
 
 
-def measured(
+def measure_kicks(
     name: str, parts: Sequence[str], *, writes: int, elements: int, seed: int
 ) -> dict[str, Any]:
     """Return parts of what is known of a preset: its kicks with their rooms, the rooms of the
@@ -151,10 +158,10 @@ def measured(
     the count of its writes.
     """
     of_part: dict[str, Callable[[], dict[str, Any]]] = {
-        'kicks': lambda: _kicks(name),
-        'erases': lambda: {'erases': _erases(name)},
-        'maps': lambda: {'maps': maps(name)},
-        'astray': lambda: {'astray': astray(name, elements, seed)},
+        'kicks': lambda: _measure_kicks(name),
+        'erases': lambda: {'erases': _measure_erases(name)},
+        'maps': lambda: {'maps': compute_maps(name)},
+        'astray': lambda: {'astray': count_astray(name, elements, seed)},
         'written': lambda: {'written': count(name, writes, seed)},
     }
     found: dict[str, Any] = {}
@@ -163,60 +170,62 @@ def measured(
     return found
 
 
-def _kicks(name: str) -> dict[str, Any]:
+def _measure_kicks(name: str) -> dict[str, Any]:
     """Return where kicks of a preset end, the rooms of those it uses, and what energy predicts."""
     design, settings = preset(name)
     made = Specimen(design)
-    chain, wall = bare(made, settings), KickedWall.of(made)
+    chain, wall = build_chain(made, settings), KickedWall.of(made)
     shape = settings.kick
-    ends = np.array([after_kick(chain, float(u), shape) for u in SPEEDS])
+    ends = np.array([after_kick(chain, float(u), shape) for u in KICK_SPEEDS])
     levels = []
-    for level, speed in enumerate(shape.by_level):
-        at = int(np.argmin(np.abs(SPEEDS - speed)))
-        low, high = (edge(chain, shape, level, SPEEDS, ends, at, way) for way in (-1, 1))
-        energy, start = stored(chain, speed, shape)
+    for level, speed in enumerate(shape.wall_speeds):
+        at = int(np.argmin(np.abs(KICK_SPEEDS - speed)))
+        low, high = (
+            speed_edge(chain, shape, level, KICK_SPEEDS, ends, at, way) for way in (-1, 1)
+        )
+        energy, start = stored_energy(chain, speed, shape)
         levels.append({
             'level': level, 'speed': speed, 'low': round(low, 5), 'high': round(high, 5),
             'room': round(min(speed / low, high / speed) - 1.0, 3),
-            'rooms': kick_rooms(chain, level, shape),
+            'rooms': kick_margins(chain, level, shape),
             'energy': round(energy, 3), 'predicted': wall.level(energy, start),
-            'peak_speed': shape.fastest * speed,
+            'peak_speed': shape.peak_speed_ratio * speed,
         })  # fmt: skip
     return {
-        'speeds': SPEEDS.round(5),
+        'speeds': KICK_SPEEDS.round(5),
         'ends': ends,
         'levels': levels,
         'predicted': sum(each['predicted'] == each['level'] for each in levels),
-        'modes': [modes(made, level, 2).round(4) for level in range(design.levels)],
-        'band edges': np.round(edges(made), 4),
+        'modes': [lowest_modes(made, level, 2).round(4) for level in range(design.levels)],
+        'band edges': np.round(band_edges(made), 4),
     }
 
 
-def _erases(name: str) -> list[dict[str, float]]:
+def _measure_erases(name: str) -> list[dict[str, float]]:
     """Return the rooms of the kick that erases, at every level of a preset."""
     design, settings = preset(name)
-    chain = bare(Specimen(design), settings)
-    return [erase_rooms(chain, level, settings.kick) for level in range(design.levels)]
+    chain = build_chain(Specimen(design), settings)
+    return [erase_margins(chain, level, settings.kick) for level in range(design.levels)]
 
 
 def count(name: str, procedures: int, seed: int) -> dict[str, Any]:
     """Write random levels, any to any, with an erase now and then; compare with the true wall."""
-    element, rng = new_element(written_by_kicks(preset(name))), random.Random(seed)
+    element, rng = new_element(use_kicks(preset(name))), random.Random(seed)
     levels = range(element.design.levels)
-    near = nearness(element.chain.specimen)
+    near = arrival_tolerance(element.chain.specimen)
     present = BLANK
     ticks: list[int] = []
     erased: list[int] = []
     wrong = failed = again = strained = 0
     for k in range(1, procedures + 1):
         before = element.actuator.motion
-        if k % ERASES:
+        if k % PROCEDURES_PER_ERASE:
             wanted = rng.choice([level for level in levels if level != present])
             outcome = element.perform(Write(wanted))
         else:
             wanted, outcome = BLANK, element.perform(Erase())
         (ticks if wanted != BLANK else erased).append(outcome.end_tick - outcome.start_tick)
-        present = level_of(element.design, element.chain.configuration, near)
+        present = find_level(element.design, element.chain.configuration, near)
         failed += not outcome.success
         wrong += outcome.success and present != wanted
         again += outcome.attempts > 1
@@ -229,11 +238,11 @@ def count(name: str, procedures: int, seed: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def draw(presets: Mapping[str, Any], picture: Path) -> None:
+def draw_kicks(presets: Mapping[str, Any], picture: Path) -> None:
     """Draw the level over the speed of a kick, with what energy alone says, and the share of
     levels that a kick erases over its speed.
     """
-    with style.styled():
+    with style.style_context():
         figure = style.new_figure(3.4)
         left, right = style.axes_grid(figure, 1, 2, width_ratios=(1.5, 1.0))[0]
         for name, found in presets.items():
@@ -245,19 +254,19 @@ def draw(presets: Mapping[str, Any], picture: Path) -> None:
             energy = [(each['speed'], each['predicted']) for each in found['levels']]
             left.plot(*zip(*energy, strict=True), 'o', mfc='none', ms=6, color=points.get_color())
             erase = found['maps']['erase']
-            share = 100.0 * (levels_of(erase['rows']) == BLANK).mean(axis=0)
+            share = 100.0 * (parse_levels(erase['rows']) == BLANK).mean(axis=0)
             right.plot(erase['xs'], share, '.-', markersize=3, linewidth=0.5, label=name)
         left.set(
             xscale='log', xlabel='mean speed of the kick, cells per time unit', ylabel='level'
         )
         right.set(xscale='log', xlabel='mean speed of the kick', ylabel='levels erased, %')
         left.legend()
-        style.label(left, 'a', 'kicked from blank')
-        style.label(right, 'b', 'kicked out')
+        style.label_panel(left, 'a', 'kicked from blank')
+        style.label_panel(right, 'b', 'kicked out')
         figure.savefig(picture, metadata={'Software': None})
 
 
-SHOWN = {
+SHOWN_MAPS = {
     'ramp': 'how late it is fastest', 'hold': 'hold', 'overshoot': 'overshoot, cells',
     'two parts': 'pause half-way', 'erase': 'erased: level',
 }  # fmt: skip
@@ -271,21 +280,23 @@ def draw_maps(name: str, found: Mapping[str, Any], picture: Path) -> None:
 
     levels = len(found['levels'])
     colours = colormaps['viridis'](np.linspace(0.05, 1.0, levels))
-    known = ListedColormap([style.FAINT, '#ffffff', *colours])
+    known = ListedColormap([style.FAINT_COLOUR, '#ffffff', *colours])
     norm = BoundaryNorm(np.arange(-2.5, levels), levels + 2)
-    with style.styled():
+    with style.style_context():
         figure = style.new_figure(5.0)
         grid = style.axes_grid(figure, 2, 3)
         grid.flat[-1].set_axis_off()
-        for axes, (each, told), letter in zip(grid.flat[:-1], SHOWN.items(), 'abcde', strict=True):
+        for axes, (each, told), letter in zip(
+            grid.flat[:-1], SHOWN_MAPS.items(), 'abcde', strict=True
+        ):
             one = found['maps'][each]
             xs, ys = np.array(one['xs']), np.arange(len(one['ys']))
-            mesh = axes.pcolormesh(xs, ys, levels_of(one['rows']), cmap=known, norm=norm,
+            mesh = axes.pcolormesh(xs, ys, parse_levels(one['rows']), cmap=known, norm=norm,
                                    shading='nearest', rasterized=True)  # fmt: skip
             axes.set(xscale='log', xlabel='speed', ylabel=told)
             ticks = ys[:: max(1, len(ys) // 5)]
             axes.set_yticks(ticks, [f'{one["ys"][k]:g}' for k in ticks])
-            style.label(axes, letter)
+            style.label_panel(axes, letter)
         bar = figure.colorbar(mesh, ax=grid, ticks=range(-2, levels), pad=0.01, aspect=40)
         bar.ax.set_yticklabels(['elsewhere', 'blank', *map(str, range(levels))])
         figure.suptitle(name)

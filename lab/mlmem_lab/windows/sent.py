@@ -15,20 +15,20 @@ from typing import Any
 from rich.table import Table
 
 from mlmem.element_file import Element
-from mlmem.moves.planner import NARROW, How, erase_speed, kick_speed
+from mlmem.moves.planner import MIN_MOVE_MARGIN, How, erase_speed, kick_speed
 from mlmem.physics import Specimen
 from mlmem.readers.reading import BLANK
-from mlmem_ros.parameter_file import load
-from mlmem_tools.cli.output import plain_table
+from mlmem_ros.parameter_file import load_preset
+from mlmem_tools.cli.output import create_table
 
 from .flight import (
     FARTHEST,
-    QUANTITIES,
+    KICK_QUANTITIES,
     after_erase,
     after_kick,
-    bare,
-    erase_rooms,
-    kick_rooms,
+    build_chain,
+    erase_margins,
+    kick_margins,
 )
 
 
@@ -42,8 +42,8 @@ class Sent:
         speed: Its mean speed.
         duration: Of the motion, in time units.
         used: Whether writes use it.
-        rooms: Least change of each of `QUANTITIES` at which it fails, `FARTHEST` if none was seen;
-            all are 0 if it fails as shipped.
+        rooms: Least change of each of `KICK_QUANTITIES` at which it fails, `FARTHEST` if none was
+            seen; all are 0 if it fails as shipped.
     """
 
     how: How
@@ -63,19 +63,19 @@ class Sent:
         return {**vars(self), 'how': self.how.value}
 
 
-def moves(source: str) -> list[tuple[How, int]]:
+def list_kicks(source: str) -> list[tuple[How, int]]:
     """Return all kicks of a preset or a parameter file, with their levels."""
-    design, settings = load(source)
+    design, settings = load_preset(source)
     kick, levels = settings.kick, range(design.levels)
     found = [
-        (How.KICK, level) for level, speed in zip(levels, kick.by_level, strict=False) if speed
+        (How.KICK, level) for level, speed in zip(levels, kick.wall_speeds, strict=False) if speed
     ]
     if found and kick.erase_speed:
         found += [(How.KICK_OUT, level) for level in levels]
     return found
 
 
-def measured(
+def measure_window(
     source: str, how: How, level: int, integrator: str = '', element: Element | None = None
 ) -> Sent:
     """Return the window of a kick.
@@ -85,34 +85,34 @@ def measured(
         integrator: In place of its own.
         element: An element of it with its plan; None for one exactly as designed.
     """
-    design, settings = load(source)
+    design, settings = load_preset(source)
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
     settings = replace(settings, time=time, write=replace(settings.write, method='kick'))
-    chain = bare(Specimen(design) if element is None else element.timed, settings)
+    chain = build_chain(Specimen(design) if element is None else element.timed_specimen, settings)
     kick, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
     if how is How.KICK_OUT:
         speed, able = kick.erase_speed, erase_speed(design, settings) > 0.0
         sound = after_erase(chain, level, kick) == BLANK
-        rooms = erase_rooms(chain, level, kick) if sound else NO_ROOMS
+        rooms = erase_margins(chain, level, kick) if sound else NO_MARGINS
         return Sent(how, level, speed, stroke / speed + kick.hold, able, rooms)
     factor = 1.0 if element is None else element.corrections_by_level(settings)[level].speed
-    speeds = [factor * speed for speed in kick.by_level]
+    speeds = [factor * speed for speed in kick.wall_speeds]
     kick = replace(kick, speeds=' '.join(f'{speed:.6g}' for speed in speeds))
     sound = after_kick(chain, speeds[level], kick) == level
-    rooms = kick_rooms(chain, level, kick) if sound else NO_ROOMS
-    able = kick_speed(design, settings, level) > 0.0 and kick.room(level) >= NARROW
+    rooms = kick_margins(chain, level, kick) if sound else NO_MARGINS
+    able = kick_speed(design, settings, level) > 0.0 and kick.room(level) >= MIN_MOVE_MARGIN
     return Sent(how, level, speeds[level], stroke / speeds[level] + kick.hold, able, rooms)
 
 
-NO_ROOMS = dict.fromkeys(QUANTITIES, 0.0)
+NO_MARGINS = dict.fromkeys(KICK_QUANTITIES, 0.0)
 """Of a kick that fails as shipped."""
 
 
-def table(name: str, how: How, some: Iterable[Sent]) -> Table:
+def build_table(name: str, how: How, some: Iterable[Sent]) -> Table:
     """Return a row for every kick of a preset: those that write, or those that erase."""
-    told = ['stroke' if each == 'gain' else each for each in QUANTITIES]
+    told = ['stroke' if each == 'gain' else each for each in KICK_QUANTITIES]
     kind = 'kicks' if how is How.KICK else 'kicks that erase'
-    made = plain_table(
+    made = create_table(
         f'{name}: {kind}, and the changes they bear', '>level', '>mean speed', '>duration',
         *(f'>± {each}' for each in told), 'used',
     )  # fmt: skip

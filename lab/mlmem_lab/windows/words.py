@@ -20,20 +20,20 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import Kick
 from mlmem.move_settings import KickSettings
 from mlmem.physics import Chain, Specimen, StateError
-from mlmem.readers.register import levels_of, resting
+from mlmem.readers.register import find_wall_levels, pin_walls
 
-from ..results import DEVICE, FOLDER, save
-from .flight import drive, rest_of
+from ..results import DEVICE_MODULES, RESULT_FOLDER, save_result
+from .flight import drive_end, rest_time
 
-NAMES = ('byte',)
-KINDS = ('wall', 'kink')
-FILE = FOLDER / 'word_kicks.json'
+REGISTER_PRESETS = ('byte',)
+STEP_KINDS = ('wall', 'kink')
+RESULT_FILE = RESULT_FOLDER / 'word_kicks.json'
 
 STEP, FINE, FARTHEST = 1.04, 0.003, 2.0
 """Ratio of speeds that are tried, relative error of an edge, and the widest window looked for."""
 
 
-def ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
+def cases_ahead(levels: int, spacing: int, level: int, kind: int) -> list[tuple[int, ...]]:
     """Return what may rest to the right of a wall (kind 0) or kink (1) at a level."""
     near = [tuple(range(level + spacing, levels, spacing)[:count]) for count in range(4)]
     far = [(levels - 1,)] if level + spacing < levels else []
@@ -48,15 +48,15 @@ def kicked_behind(
     """
     design = chain.design
     try:
-        chain.place(resting(chain.specimen, walls))
+        chain.place(pin_walls(chain.specimen, walls))
     except StateError:
         return None
     target = design.D_s1 if len(walls) % 2 else design.D_s2
-    drive(chain, 1, Kick(chain.end(1), target, speed, shape), rest_of(chain))
-    return levels_of(design, chain.configuration)
+    drive_end(chain, 1, Kick(chain.end(1), target, speed, shape), rest_time(chain))
+    return find_wall_levels(design, chain.configuration)
 
 
-def edge(good: Callable[[float], bool], speed: float, step: float) -> float:
+def speed_edge(good: Callable[[float], bool], speed: float, step: float) -> float:
     """Return how far a speed may change to one side."""
     inside = speed
     while good(outside := inside * step):
@@ -69,16 +69,18 @@ def edge(good: Callable[[float], bool], speed: float, step: float) -> float:
     return inside
 
 
-def windows(name: str) -> list[dict[str, Any]]:
+def measure_windows(name: str) -> list[dict[str, Any]]:
     """Return the window of every kick of a register."""
     design, settings = preset(name)
     chain = Simulation.of(Specimen(design), settings.time).chain
     found = []
-    for kind, speeds in enumerate((settings.kick.by_level, settings.kick.of_kinks)):
+    for kind, speeds in enumerate((settings.kick.wall_speeds, settings.kick.kink_speeds)):
         for level in range(design.levels):
-            cases = ahead(design.levels, settings.register.spacing, level, kind)
+            cases = cases_ahead(design.levels, settings.register.spacing, level, kind)
 
-            def good(speed: float, cases: Sequence[Any] = cases, level: int = level) -> bool:
+            def is_good_speed(
+                speed: float, cases: Sequence[Any] = cases, level: int = level
+            ) -> bool:
                 return all(
                     kicked_behind(chain, settings.kick, each, speed) == (level, *each)
                     for each in cases
@@ -88,10 +90,13 @@ def windows(name: str) -> list[dict[str, Any]]:
             if not cases:
                 continue
             low, high = speed, speed
-            if right := good(speed):
-                low, high = edge(good, speed, 1.0 / STEP), edge(good, speed, STEP)
+            if right := is_good_speed(speed):
+                low, high = (
+                    speed_edge(is_good_speed, speed, 1.0 / STEP),
+                    speed_edge(is_good_speed, speed, STEP),
+                )
             found.append({
-                'kind': KINDS[kind], 'level': level, 'speed': speed, 'right': right,
+                'kind': STEP_KINDS[kind], 'level': level, 'speed': speed, 'right': right,
                 'low': round(low, 5), 'high': round(high, 5), 'cases': len(cases),
                 'room': round(min(speed / low, high / speed) - 1.0, 3),
             })  # fmt: skip
@@ -101,9 +106,16 @@ def windows(name: str) -> list[dict[str, Any]]:
 
 def main() -> int:
     """Measure, and write the result; return the exit status."""
-    result = {'presets': {name: {'kicks': windows(name)} for name in NAMES}}
+    result = {'presets': {name: {'kicks': measure_windows(name)} for name in REGISTER_PRESETS}}
     command = 'python3 -m mlmem_lab.windows.words'
-    save(FILE, result, command, [*DEVICE, 'lab/mlmem_lab/windows'], NAMES, seed=0)
+    save_result(
+        RESULT_FILE,
+        result,
+        command,
+        [*DEVICE_MODULES, 'lab/mlmem_lab/windows'],
+        REGISTER_PRESETS,
+        seed=0,
+    )
     return 0
 
 

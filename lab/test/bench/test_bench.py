@@ -12,26 +12,26 @@ import numpy as np
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench import BENCHMARKS, load, recorder, select, solvers
-from mlmem_lab.bench.kernel import STEP, NoCompiler, Problem, c_runner, numpy_runner
-from mlmem_lab.bench.measure import Comparison, Contender, Entry, Spread, measure
+from mlmem_lab.bench import BENCHMARK_NAMES, import_benchmark, recorder, select_benchmarks, solvers
+from mlmem_lab.bench.kernel import TIME_STEP, NoCompiler, Problem, c_runner, numpy_runner
+from mlmem_lab.bench.measure import Comparison, Contender, Entry, Spread, measure_contenders
 from mlmem_lab.bench.node_process import NodeProcess
-from mlmem_lab.bench.recorder import traffic
-from mlmem_lab.bench.solvers import verlet
+from mlmem_lab.bench.recorder import build_traffic
+from mlmem_lab.bench.solvers import build_verlet
 from mlmem_ros.bag.reader import BagReader
 from mlmem_tools.cli.main import main
 
 
 @pytest.fixture(scope='module')
 def problem():
-    return Problem.of_size(225)
+    return Problem.with_cells(225)
 
 
 @pytest.mark.parametrize('make', [numpy_runner, c_runner])
 def test_every_kernel_makes_the_same_steps(problem, make):
     if make is c_runner and shutil.which('gcc') is None:
         pytest.skip('gcc is missing')
-    chain, other = problem.chain(dt=STEP), make(problem)
+    chain, other = problem.chain(dt=TIME_STEP), make(problem)
     chain.rest(200)
     other.advance(200)
     np.testing.assert_allclose(other.displacements(), chain.v, rtol=0, atol=1e-12)
@@ -52,8 +52,8 @@ def test_without_a_compiler_the_c_program_says_so(monkeypatch, problem):
 
 
 def test_velocity_verlet_solves_the_same_problem_to_second_order(problem):
-    exact = solvers.PEERS['SciPy DOP853'](problem, 20.0).solve(1e-13)
-    solve = verlet(problem, 20.0)
+    exact = solvers.PEERS_BY_NAME['SciPy DOP853'](problem, 20.0).solve(1e-13)
+    solve = build_verlet(problem, 20.0)
     coarse, fine = (np.abs(solve(dt) - exact).max() for dt in (0.25, 0.125))
     assert coarse < 1e-2
     assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
@@ -63,14 +63,14 @@ def test_velocity_verlet_solves_the_same_problem_to_second_order(problem):
 def test_scipy_solves_the_same_problem(problem, name):
     chain = problem.chain(dt=0.01)
     chain.rest(2000)
-    solution = solvers.PEERS[name](problem, 20.0).solve(1e-9)
+    solution = solvers.PEERS_BY_NAME[name](problem, 20.0).solve(1e-9)
     np.testing.assert_allclose(solution, chain.v, rtol=0, atol=1e-5)
 
 
 def test_a_peer_that_is_not_installed_is_named(problem, monkeypatch):
     for package in ('heyoka', 'diffrax', 'mujoco'):
         monkeypatch.setitem(sys.modules, package, None)
-    entrants, skipped = solvers.entrants(problem)
+    entrants, skipped = solvers.build_solvers(problem)
     assert list(entrants)[-2:] == ['SciPy DOP853', 'SciPy DOP853, NumPy']
     assert list(skipped) == ['heyoka', 'diffrax Dopri8', 'MuJoCo']
     assert skipped['MuJoCo'].startswith('mujoco is not installed')
@@ -78,18 +78,18 @@ def test_a_peer_that_is_not_installed_is_named(problem, monkeypatch):
 
 def test_a_ladder_begins_with_a_stable_step(problem):
     exact, entrants = (
-        solvers.PEERS['SciPy DOP853'](problem, solvers.DURATION).solve(1e-9),
-        solvers.entrants(problem)[0],
+        solvers.PEERS_BY_NAME['SciPy DOP853'](problem, solvers.PROBLEM_DURATION).solve(1e-9),
+        solvers.build_solvers(problem)[0],
     )
     for name in ('ours, Noh-Bathe', 'ours, PEFRL', 'velocity Verlet'):
         ladder, solve = entrants[name]
         assert np.abs(solve(ladder[0]) - exact).max() < 0.05, name  # cells; the wall is 5 wide
 
 
-@pytest.mark.parametrize('name', recorder.WRITERS)
+@pytest.mark.parametrize('name', recorder.WRITERS_BY_NAME)
 def test_every_writer_records_all_messages(tmp_path, name):
-    messages = traffic(1.0)
-    with recorder.WRITERS[name](tmp_path / 'bag') as put:
+    messages = build_traffic(1.0)
+    with recorder.WRITERS_BY_NAME[name](tmp_path / 'bag') as put:
         for message in messages:
             put(message)
     reader = BagReader(next((tmp_path / 'bag').glob('*.mcap')))
@@ -103,7 +103,7 @@ def test_contenders_take_turns(monkeypatch):
     ticks = itertools.count()
     contenders = [Contender(n, lambda n=n: calls.append(n), work=2.0) for n in 'ab']
     monkeypatch.setattr('mlmem_lab.bench.measure.LEAST_SECONDS', 0.0)
-    entries = measure(contenders, 2, scale=10.0, clock=lambda: float(next(ticks)))
+    entries = measure_contenders(contenders, 2, scale=10.0, clock=lambda: float(next(ticks)))
     assert ''.join(calls) == 'aabb' + 'ab' + 'ba'  # twice to warm up, then there and back
     assert [entry.samples for entry in entries] == [(5.0, 5.0), (5.0, 5.0)]
 
@@ -119,7 +119,7 @@ def test_a_comparison_is_kept_whole(tmp_path, monkeypatch):
         made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, axis, measured)
         assert made.table().row_count == 2
         ours = SimpleNamespace(TITLE='C', run=lambda repeats, made=made: [made])
-        monkeypatch.setattr(bench, 'load', lambda name, ours=ours: ours)
+        monkeypatch.setattr(bench, 'import_benchmark', lambda name, ours=ours: ours)
         assert main(['bench', 'kernel', '--output', str(tmp_path)]) == 0
         kept = json.loads((tmp_path / 'c.json').read_text(encoding='utf-8'))
         assert kept['entries'][1]['samples'] == [2.0, 4.0, 6.0]
@@ -129,17 +129,20 @@ def test_a_comparison_is_kept_whole(tmp_path, monkeypatch):
 
 
 def test_benchmarks_are_found_by_name(capsys):
-    assert select([]) == list(BENCHMARKS)
-    assert select(['step', 'kernel']) == ['kernel', 'step']
+    assert select_benchmarks([]) == list(BENCHMARK_NAMES)
+    assert select_benchmarks(['step', 'kernel']) == ['kernel', 'step']
     with pytest.raises(KeyError, match=r"benchmark must be one of .*; got 'x'"):
-        select(['x'])
-    for name in BENCHMARKS:
-        module = load(name)
+        select_benchmarks(['x'])
+    for name in BENCHMARK_NAMES:
+        module = import_benchmark(name)
         assert module.TITLE
         assert callable(module.run)
     assert main(['bench', '--list', 'step', 'kernel']) == 0
     listed = ' '.join(capsys.readouterr().out.split())  # rich folds long lines
-    assert f'kernel {load("kernel").TITLE} step {load("step").TITLE}' == listed
+    assert (
+        f'kernel {import_benchmark("kernel").TITLE} step {import_benchmark("step").TITLE}'
+        == listed
+    )
     assert main(['bench', 'x']) == 2
 
 

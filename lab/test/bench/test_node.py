@@ -11,8 +11,8 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench.measure import QUIET, Comparison, Entry, Load
-from mlmem_lab.bench.node import FIGURES, _entry, keep_column
+from mlmem_lab.bench.measure import MAX_OTHER_LOAD_PERCENT, Comparison, Entry, Load
+from mlmem_lab.bench.node import MEASURED_FIGURES, _build_entry, keep_column
 from mlmem_tools.cli.main import main
 
 BUSY = 'import time; end = time.monotonic() + 20.0\nwhile time.monotonic() < end: pass'
@@ -34,23 +34,30 @@ def test_the_work_of_others_is_seen_and_ours_is_not():
 
 
 def test_a_figure_is_good_only_on_a_quiet_machine():
-    share = FIGURES['share']
-    assert share.verdict(0.9, QUIET) == 'good'
-    assert share.verdict(0.9, QUIET + 1.0) == 'not judged: the machine was busy'
-    assert share.verdict(1.1, QUIET) == share.verdict(1.1, 2 * QUIET) == 'above 1'
-    assert FIGURES['factor'].verdict(1e4, 0.0) == 'good'
-    assert FIGURES['factor'].verdict(900.0, 0.0) == 'below 1000'
-    assert FIGURES['memory'].verdict(1e9, 0.0) == ''
+    share = MEASURED_FIGURES['share']
+    assert share.verdict(0.9, MAX_OTHER_LOAD_PERCENT) == 'good'
+    assert share.verdict(0.9, MAX_OTHER_LOAD_PERCENT + 1.0) == 'not judged: the machine was busy'
+    assert (
+        share.verdict(1.1, MAX_OTHER_LOAD_PERCENT)
+        == share.verdict(1.1, 2 * MAX_OTHER_LOAD_PERCENT)
+        == 'above 1'
+    )
+    assert MEASURED_FIGURES['factor'].verdict(1e4, 0.0) == 'good'
+    assert MEASURED_FIGURES['factor'].verdict(900.0, 0.0) == 'below 1000'
+    assert MEASURED_FIGURES['memory'].verdict(1e9, 0.0) == ''
 
 
 def test_every_figure_has_a_name_of_its_own():
     """A result file tells them apart by it."""
-    assert len({figure.name for figure in FIGURES.values()}) == len(FIGURES)
+    assert len({figure.name for figure in MEASURED_FIGURES.values()}) == len(MEASURED_FIGURES)
 
 
 @pytest.fixture
 def comparison():
-    entries = [_entry('share', [(0.2, 3.0), (0.4, 80.0), (0.3, 5.0)]), _entry('worst', [(9, 0)])]
+    entries = [
+        _build_entry('share', [(0.2, 3.0), (0.4, 80.0), (0.3, 5.0)]),
+        _build_entry('worst', [(9, 0)]),
+    ]
     return Comparison('node', '', 'value', '', entries, measured=False)
 
 
@@ -81,8 +88,8 @@ def test_all_benchmarks_go_to_one_result_file_and_the_node_beside_it(
     """Which would fail after half an hour of measurements, if it failed."""
     table = Comparison('kernel', '', 'ns', '', [Entry('ours', (1.0, 2.0))], measured=False)
     made = {'kernel': [table], 'node': [comparison]}
-    monkeypatch.setattr(bench, 'BENCHMARKS', dict.fromkeys(made))
-    monkeypatch.setattr(bench, 'load', lambda name: SimpleNamespace(
+    monkeypatch.setattr(bench, 'BENCHMARK_NAMES', dict.fromkeys(made))
+    monkeypatch.setattr(bench, 'import_benchmark', lambda name: SimpleNamespace(
         TITLE='', run=lambda repeats: made[name]))  # fmt: skip
     for _ in range(2):  # the second time over what is there
         status = main(['bench', '--result', f'{tmp_path}/all.json', '--output', f'{tmp_path}/out'])

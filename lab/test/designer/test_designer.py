@@ -13,15 +13,15 @@ from sampled import sampled
 
 from mlmem import preset
 from mlmem.instrument.motion import Cycle
-from mlmem.physics.waves import frequency
-from mlmem_lab.designer import DesignNotFound, propose
+from mlmem.physics.waves import wave_frequency
+from mlmem_lab.designer import DesignNotFound, propose_design
 from mlmem_tools.checks import Verdict
 
 BITS = pytest.mark.parametrize('bits', sampled((1, 2, 4), lambda bits: bits == 4))
 
 
 def duration(settings):
-    return Cycle.planned(settings.write, 1.0).duration
+    return Cycle.plan_cycle(settings.write, 1.0).duration
 
 
 @BITS
@@ -41,11 +41,11 @@ def test_the_carrier_is_clear_of_the_gratings_gaps(proposed):
     """A grating of period J throws back kappa = n pi / J; the pulse is narrower than the way."""
     found = proposed(16)
     probe, J = found.settings.probe_right, found.design.J
-    gaps = frequency([3.141592653589793 * n / J for n in range(1, J)], found.design.k_s1)
+    gaps = wave_frequency([3.141592653589793 * n / J for n in range(1, J)], found.design.k_s1)
     assert min(abs(gaps - probe.omega_c)) > 1.5 / probe.sigma
 
 
 @pytest.mark.parametrize('levels', [1, 0, -4, 257, 4.0, True, None])
 def test_other_numbers_of_levels_are_refused(levels):
     with pytest.raises(DesignNotFound, match='levels must be a whole number from 2 to 256'):
-        propose(levels)
+        propose_design(levels)

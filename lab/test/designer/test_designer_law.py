@@ -11,12 +11,12 @@ import pytest
 from mlmem import law_file
 from mlmem.physics import CASE_II
 from mlmem.physics.curve import Curve
-from mlmem_lab.designer import DesignNotFound, proposal, propose
-from mlmem_lab.designer.proposal import GAMMA, balance
-from mlmem_ros.parameter_file import load
+from mlmem_lab.designer import DesignNotFound, proposal, propose_design
+from mlmem_lab.designer.proposal import GRADIENT_PER_CELL, balance_gradient
+from mlmem_ros.parameter_file import load_preset
 from mlmem_tools.checks import Report
 from mlmem_tools.cli.main import main
-from mlmem_tools.law.curves import load_run, measured
+from mlmem_tools.law.curves import average_runs, load_run
 
 EXAMPLES = Path(__file__).parents[3] / 'examples/law'
 
@@ -41,13 +41,13 @@ def test_a_gradient_balances_what_a_passage_sets_free():
     """phi-4: 2 h tilt is set free, and a wall has (2/3) sqrt(2 h) on site, half of its energy."""
     h, tilt = CASE_II.k_s1 / 8.0, 1e-3
     expected = 2.0 * h * tilt / (2.0 / 3.0 * math.sqrt(2.0 * h))
-    assert balance(cell(phi_4(tilt))) == pytest.approx(expected, rel=0.02)  # 1 / width^2
-    assert abs(balance(cell(phi_4(0.0)))) < 1e-9
+    assert balance_gradient(cell(phi_4(tilt))) == pytest.approx(expected, rel=0.02)  # 1 / width^2
+    assert abs(balance_gradient(cell(phi_4(0.0)))) < 1e-9
 
 
 def test_what_is_no_memory():
     with pytest.raises(DesignNotFound, match='no carrier tells them'):
-        propose(4, cell(phi_4(0.0)))
+        propose_design(4, cell(phi_4(0.0)))
 
 
 def test_the_papers_law_as_a_curve_gives_the_papers_design(tmp_path, capsys, monkeypatch):
@@ -58,22 +58,22 @@ def test_the_papers_law_as_a_curve_gives_the_papers_design(tmp_path, capsys, mon
     curve, mine = paper(), tmp_path / 'mine.yaml'
     force = [each * spring * length for each in curve.force]
     law = Curve(curve.low * length, curve.high * length, tuple(force))
-    law_file.save(tmp_path / 'law.yaml', law)
+    law_file.write_law_file(tmp_path / 'law.yaml', law)
     given = ['--length', str(length), '--spring', str(spring), '--mass', str(mass)]
     asked = ['design', '--law', str(tmp_path / 'law.yaml'), *given, '--levels', '2']
     assert main([*asked, '--output', str(mine)]) == 0
     assert '2 levels, with a gradient of -3' in capsys.readouterr().out
-    design, settings = load(str(mine))
+    design, settings = load_preset(str(mine))
     assert settings.scale.time == pytest.approx(math.sqrt(mass / spring))
     with monkeypatch.context() as patch:
         patch.setattr(proposal, 'check', lambda *_: Report(()))  # in studies/test_proof.py
-        plain = propose(2)
+        plain = propose_design(2)
     assert dataclasses.replace(settings, scale=plain.settings.scale) == plain.settings
-    known = dataclasses.replace(design, law=None, d=CASE_II.d, phase=1, gamma=GAMMA)
+    known = dataclasses.replace(design, law=None, d=CASE_II.d, phase=1, gamma=GRADIENT_PER_CELL)
     assert known == plain.design
-    assert design.gamma == pytest.approx(GAMMA, rel=1e-3)
-    shells = measured([load_run(EXAMPLES / f'shell_run{k}.csv') for k in (1, 2)], 64)
-    law_file.save(tmp_path / 'shells.yaml', shells.curve)
+    assert design.gamma == pytest.approx(GRADIENT_PER_CELL, rel=1e-3)
+    shells = average_runs([load_run(EXAMPLES / f'shell_run{k}.csv') for k in (1, 2)], 64)
+    law_file.write_law_file(tmp_path / 'shells.yaml', shells.curve)
     assert main(['design', '--law', str(tmp_path / 'shells.yaml'), *given]) == 2
     assert 'A gradient of as much a cell balances that' in capsys.readouterr().err
     assert main(['design', '--law', str(tmp_path / 'law.yaml')]) == 2

@@ -5,7 +5,7 @@
 import pytest
 from computed import once
 
-from mlmem_lab.fit.fit import fit
+from mlmem_lab.fit.fit import fit_element
 
 from .truth import SMALL, hidden, measured
 
@@ -17,6 +17,6 @@ def fitted(tmp_path_factory):
     def compute():
         element = hidden(1)
         shots = measured(element)
-        return element, shots, fit(SMALL, shots)
+        return element, shots, fit_element(SMALL, shots)
 
     return once(tmp_path_factory, 'fitted', compute)

@@ -25,9 +25,11 @@ def bench(tmp_path_factory, fitted):
     """A folder with a design and some shots of a hidden element, which is returned too."""
     folder, (element, shots, _) = tmp_path_factory.mktemp('bench'), fitted
     design = folder / 'design.yaml'
-    design.write_text(parameter_file.text_of(SMALL, preset('bits_1').settings), encoding='utf-8')
+    design.write_text(
+        parameter_file.format_preset(SMALL, preset('bits_1').settings), encoding='utf-8'
+    )
     for number, shot in enumerate(shots[FEW]):
-        csv_shots.save(folder / f'{number}.csv', shot)
+        csv_shots.save_shot(folder / f'{number}.csv', shot)
     return folder, element
 
 
@@ -48,7 +50,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
             assert (one.samples == other.samples).all()
         return found
 
-    monkeypatch.setattr(command, 'fitted', known)
+    monkeypatch.setattr(command, 'fit_element', known)
     file, design = folder / 'element.yaml', folder / 'design.yaml'
     files = sorted(folder.glob('*.csv'))
     status, told, why = run(capsys, 'fit', *files, '--design', design, '--output', file, '--json')
@@ -59,20 +61,20 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
     assert told['untold']
     assert told['held_out'] == pytest.approx(found.held_out)
     assert told['added'] == []
-    known = element_file.load(file)
+    known = element_file.read_element_file(file)
     assert known.specimen.alpha.tolist() == pytest.approx(told['alpha'])
 
     status, told, _ = run(capsys, 'plan', file, '--design', design, '--json')
     assert status == 0
     assert [step['level'] for step in told['steps']] == [0, 1]
     assert min(step['margin'] for step in told['steps']) >= 0.03
-    assert len(element_file.load(file).plan.steps) == SMALL.levels
+    assert len(element_file.read_element_file(file).plan.steps) == SMALL.levels
 
 
 def test_what_the_data_asked_for_is_told(bench, capsys, fitted, monkeypatch):
     folder, (*_, found) = bench[0], fitted
     misfit = with_term(found.misfit, 'drift')
-    monkeypatch.setattr(command, 'fitted', lambda *_, **__: replace(found, misfit=misfit))
+    monkeypatch.setattr(command, 'fit_element', lambda *_, **__: replace(found, misfit=misfit))
     files = sorted(folder.glob('*.csv'))
     _, told, _ = run(capsys, 'fit', *files, '--design', folder / 'design.yaml')
     assert 'fitted, too, as the data ask for it: gains that drift from shot to shot' in told
@@ -80,7 +82,7 @@ def test_what_the_data_asked_for_is_told(bench, capsys, fitted, monkeypatch):
 
 def test_what_cannot_be_fitted_writes_nothing(bench, capsys, tmp_path):
     folder, _ = bench
-    blank = [path for path in folder.glob('*.csv') if not csv_shots.load(path).wall]
+    blank = [path for path in folder.glob('*.csv') if not csv_shots.load_shot(path).wall]
     file, design = tmp_path / 'element.yaml', folder / 'design.yaml'
     status, _, complaint = run(capsys, 'fit', *blank, '--design', design, '--output', file)
     assert status == 1

@@ -11,30 +11,30 @@ import pytest
 
 from mlmem.instrument.end import End
 from mlmem.physics.curve import Curve
-from mlmem_lab.fit.descent import LAST
+from mlmem_lab.fit.descent import LAST_STAGES
 from mlmem_lab.fit.fit import (
     Misfitting,
-    _descend,
-    _explained,
-    _moving,
-    _predicted,
-    fit,
-    located,
-    ranked,
+    _descend_stages,
+    _extend_model,
+    _move_strayed_walls,
+    _predict_shots,
+    fit_element,
+    locate_walls,
+    rank_places,
 )
 from mlmem_lab.fit.fitted import (
-    HELPS,
-    SURE,
-    jitter,
+    MIN_EVIDENCE_GAIN,
+    MIN_EXPLAINED_PART,
+    compute_posterior,
+    estimate_jitter,
     missing_term,
-    posterior,
-    rescaled,
-    widened,
+    rescale_scatter,
+    widen_unknowns,
     with_term,
 )
-from mlmem_lab.fit.misfit import LEAST_DRIFT, WHOLE
-from mlmem_lab.fit.trusted import asks, doubts
-from mlmem_lab.twins.surveyed import surveyed
+from mlmem_lab.fit.misfit import LEAST_DRIFT, WHOLE_WINDOW
+from mlmem_lab.fit.trusted import list_doubts, needs_term
+from mlmem_lab.twins.surveyed import survey_element
 
 from .truth import SHOTS, SMALL, hidden, measured
 
@@ -75,7 +75,7 @@ def test_a_fit_in_which_a_shot_is_not_predicted_is_refused(fitted, worst):
     """As where the fit stopped on its way: all shots agreed, on cells 1 % too strong."""
     *_, found = fitted
     with pytest.raises(Misfitting, match='the other shots predict shot 2 with a misfit of'):
-        _predicted(replace(found, held_out=(1.0, worst, 1.1)))
+        _predict_shots(replace(found, held_out=(1.0, worst, 1.1)))
 
 
 def test_a_fit_from_another_process_knows_its_shots_apart(fitted):
@@ -83,7 +83,7 @@ def test_a_fit_from_another_process_knows_its_shots_apart(fitted):
     _, shots, found = fitted
     quiet, loud = replace(found.misfit), replace(shots[0], samples=3.0 * shots[0].samples)
     known = quiet.noise(shots[0])
-    quiet._noise[id(loud.samples)] = shots[0].samples, known
+    quiet._noise_deviations[id(loud.samples)] = shots[0].samples, known
     assert quiet.noise(loud) == pytest.approx(3.0 * known)
     forward = quiet.forward(found.x)
     key = id(shots[4]), 20.0, 0.0
@@ -113,7 +113,7 @@ def test_an_element_with_a_law_of_its_own_is_fitted():
     law = Curve.of(lambda D: SMALL.potential.slope(D) / SMALL.d, -8.0, 3.0, 256)
     element = hidden(2)
     element.design = replace(element.design, a=SMALL.a)
-    found = fit(replace(SMALL, law=law), measured(element, duration=200.0))
+    found = fit_element(replace(SMALL, law=law), measured(element, duration=200.0))
     alpha = found.x[found.unknowns.alpha]
     assert np.std(alpha / element.strength - 1.0) < 3e-3
     assert found.chi2 == pytest.approx(1.0, abs=0.1)
@@ -123,7 +123,7 @@ def test_friction_is_refused_and_named():
     """By the blank element already."""
     rubbed = measured(hidden(2, friction=1e-6), (*SHOTS[:2], SHOTS[6]))
     with pytest.raises(Misfitting, match=r'does not describe this element.*dry friction'):
-        fit(SMALL, rubbed)
+        fit_element(SMALL, rubbed)
 
 
 def test_transducers_that_are_late_are_found(fitted):
@@ -134,9 +134,9 @@ def test_transducers_that_are_late_are_found(fitted):
     late = [
         replace(each, wall=shot.wall) for each, shot in zip(late, found.misfit.shots, strict=True)
     ]
-    before = posterior(found.misfit.only(late), found.x)
+    before = compute_posterior(found.misfit.only(late), found.x)
     assert before.chi2 > 10.0
-    after = _explained(before, print)
+    after = _extend_model(before, print)
     assert after.unknowns.latency
     assert not after.unknowns.masses
     assert after.chi2 == pytest.approx(1.0, abs=0.06)
@@ -163,11 +163,11 @@ def test_gains_that_drift_are_integrated_over(fitted):
     chance = np.random.default_rng(2)
     heard = measured(element, held_off=7e-5 * chance.choice((-1.0, 1.0), 7))
     shots = drifted(heard, found.misfit.shots, chance, 0.005)
-    before = posterior(found.misfit.only(shots), found.x)
-    assert doubts(before)
-    after = _explained(before, print)
+    before = compute_posterior(found.misfit.only(shots), found.x)
+    assert list_doubts(before)
+    after = _extend_model(before, print)
     assert after.misfit.gain_drift
-    assert doubts(after) == []
+    assert list_doubts(after) == []
     alpha = found.unknowns.alpha
     wider = after.deviations[alpha]
     assert np.abs((after.x - found.x)[alpha] / wider).max() < 5.0
@@ -182,19 +182,19 @@ def test_gains_that_drift_are_noticed_though_cells_bend_to_them(fitted):
     *_, found = fitted
     shots = found.misfit.shots
     misfit = found.misfit.only(drifted(shots, shots, np.random.default_rng(3), 0.0007))
-    bent = replace(_descend(misfit, found.x, LAST, print), in_band=1.0, chi2=1.09)
-    assert doubts(bent) == []
-    assert SURE < bent.drifts < HELPS * (bent.chi2 - 1.0) * bent.data
-    assert asks(bent)
+    bent = replace(_descend_stages(misfit, found.x, LAST_STAGES, print), in_band=1.0, chi2=1.09)
+    assert list_doubts(bent) == []
+    assert MIN_EVIDENCE_GAIN < bent.drifts < MIN_EXPLAINED_PART * (bent.chi2 - 1.0) * bent.data
+    assert needs_term(bent)
     assert bent.missing.term == 'drift'
-    assert not asks(found)
+    assert not needs_term(found)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(('drift', 'seed'), [('0.1', 81400), ('0.1', 81402), ('0.5', 81404)])
 def test_an_element_that_bends_to_drifting_gains_is_fitted(drift, seed):
     """Those two behind a driver, and one that had a wall put beside its place."""
-    assert surveyed('bits_4', 0.01, seed, f'gains drift by {drift} %')['inside'] > 0.9
+    assert survey_element('bits_4', 0.01, seed, f'gains drift by {drift} %')['inside'] > 0.9
 
 
 def test_a_wall_is_found_before_its_phase_is_known(fitted):
@@ -213,19 +213,19 @@ def test_a_wall_is_found_before_its_phase_is_known(fitted):
             each.wall for each, shot in zip(found.misfit.shots, shots, strict=True)
             if shot.wall == wall
         }  # fmt: skip
-        assert ranked(misfit, known, same)[0] == pytest.approx(true, abs=0.5)
+        assert rank_places(misfit, known, same)[0] == pytest.approx(true, abs=0.5)
 
 
 def test_a_wall_that_was_put_beside_its_place_is_sought_again(fitted):
     """As by gains whose drift was not known yet: alpha was off by 20 times what was stated."""
     *_, found = fitted
-    assert _moving(found.misfit, found.x) is found.misfit
+    assert _move_strayed_walls(found.misfit, found.x) is found.misfit
     true = [shot.wall for shot in found.misfit.shots]
     beside = [
         replace(shot, wall=shot.wall and shot.wall + aside)
         for shot, aside in zip(found.misfit.shots, (0, 0, 0, 0, 3.0, -4.0, 3.0), strict=True)
     ]
-    sought = _moving(found.misfit.only(beside), found.x)
+    sought = _move_strayed_walls(found.misfit.only(beside), found.x)
     assert [shot.wall for shot in sought.shots] == pytest.approx(true, abs=0.1)
 
 
@@ -233,10 +233,10 @@ def test_a_wall_that_a_survey_lost_is_found_missing(fitted):
     """Its shots are blank ones; the next wall shows how waves travel in the active phase."""
     _, shots, found = fitted
     lost = [replace(shot, wall=5.0) for shot in shots[:2]]
-    misfit, x = located(found.misfit.only(lost), found.x)
+    misfit, x = locate_walls(found.misfit.only(lost), found.x)
     assert {shot.wall for shot in misfit.shots} == {0.0}
     seen = [shot for shot in shots if shot.wall]
-    misfit, x = located(found.misfit.only([*shots[:4], *lost, *seen]), x)
+    misfit, x = locate_walls(found.misfit.only([*shots[:4], *lost, *seen]), x)
     assert [shot.wall for shot in misfit.shots[:6]] == [0.0] * 6
     true = [shot.wall for shot in found.misfit.shots if shot.wall]
     assert [shot.wall for shot in misfit.shots[6:]] == pytest.approx(true, abs=0.5)
@@ -250,7 +250,7 @@ def test_what_drifts_slowly_within_a_pulse_tells_nothing(fitted):
         times = shot.dt * np.arange(shot.samples.shape[1]) - shot.pulse.duration
         slow = 10.0 * found.noise * np.maximum(times, 0.0) / times[-1]
         drifted.append(replace(shot, samples=shot.samples + slow))
-    assert posterior(found.misfit.only(drifted), found.x).chi2 == pytest.approx(
+    assert compute_posterior(found.misfit.only(drifted), found.x).chi2 == pytest.approx(
         found.chi2, abs=0.02
     )
 
@@ -261,7 +261,7 @@ def test_zeros_drift_by_what_is_seen_at_rest(fitted):
     chance = np.random.default_rng(3)
     moved = [replace(shot, rest=shot.rest + 1e-3 * chance.standard_normal(2))
              for shot in found.misfit.shots]  # fmt: skip
-    drift = found.misfit.only(moved).drifting(found.x).drift
+    drift = found.misfit.only(moved).with_drift(found.x).drift
     assert 5e-4 < drift < 3e-3  # seven shots
 
 
@@ -276,10 +276,10 @@ def test_zeros_drift_by_what_is_seen_at_rest(fitted):
 def test_a_fit_that_needs_an_absurd_element_is_doubted(fitted, bent, said):
     """However well it explains the shots: so a model that lacks something bends its cells."""
     *_, found = fitted
-    assert doubts(found) == []
+    assert list_doubts(found) == []
     x = found.x.copy()
     x[found.unknowns.alpha] *= 1.0 + bent(SMALL.N)
-    assert any(re.search(said, why) for why in doubts(replace(found, x=x)))
+    assert any(re.search(said, why) for why in list_doubts(replace(found, x=x)))
 
 
 JITTER = r'times jitter by (9|10|11) ?% of a sample'
@@ -289,7 +289,7 @@ def test_jitter_of_the_samples_is_refused_and_named(fitted):
     *_, found = fitted
     jittered = found.misfit.only(jittering(found.misfit.shots))
     with pytest.raises(Misfitting, match=JITTER):
-        _explained(posterior(jittered, found.x), print)
+        _extend_model(compute_posterior(jittered, found.x), print)
 
 
 def test_jitter_does_not_explain_a_motion_below_the_noise(fitted):
@@ -299,28 +299,28 @@ def test_jitter_does_not_explain_a_motion_below_the_noise(fitted):
     for shot in found.misfit.shots:
         t = shot.dt * np.arange(shot.samples.shape[1])
         hummed.append(replace(shot, samples=shot.samples + 0.8e-5 * np.sin(t)))
-    assert jitter(replace(found, misfit=found.misfit.only(hummed))) == 0.0
+    assert estimate_jitter(replace(found, misfit=found.misfit.only(hummed))) == 0.0
 
 
 def test_jitter_does_not_explain_what_the_noise_explains(fitted, monkeypatch):
     """A fit that is doubted for its cells alone was refused for "jitter by 0 % of a sample"."""
-    monkeypatch.setattr('mlmem_lab.fit.fitted.jitter', lambda own: 0.004)
+    monkeypatch.setattr('mlmem_lab.fit.fitted.estimate_jitter', lambda own: 0.004)
     found = fitted[2]
-    found = replace(found, slopes=found.misfit.slopes(found.x, WHOLE))
+    found = replace(found, slopes=found.misfit.slopes(found.x, WHOLE_WINDOW))
     assert missing_term(found)[1].startswith('nothing that was tried explains it')
 
 
 @pytest.mark.slow
 def test_jitter_is_named_where_the_element_is_not_known():
     with pytest.raises(Misfitting, match=JITTER):
-        fit(SMALL, jittering(measured(hidden(1), duration=150.0)))
+        fit_element(SMALL, jittering(measured(hidden(1), duration=150.0)))
 
 
 @pytest.mark.slow
 def test_masses_that_differ_are_found_too():
     element = hidden(4, mass=0.003)
     more = (End.LEFT, 1.2, 4.0, 1, 0.0), (End.RIGHT, 0.65, 6.0, 0, 0.0)
-    found = fit(SMALL, measured(element, (*SHOTS, *more), duration=900.0))
+    found = fit_element(SMALL, measured(element, (*SHOTS, *more), duration=900.0))
     assert found.unknowns.masses
     error = found.x[found.unknowns.mass] - element.mass
     assert np.std(error) < 1e-3
@@ -331,8 +331,8 @@ def test_springs_that_are_alike_are_found_alike(fitted):
     """If they are sought nevertheless: noise would make them differ by as much as expected."""
     *_, found = fitted
     sought = with_term(found.misfit, 'springs')
-    every = posterior(sought, widened(found, sought.unknowns))
-    assert rescaled(sought, every.x, every.slopes).scatter['k_r'] < 0.05 * sought.prior.k_r
+    every = compute_posterior(sought, widen_unknowns(found, sought.unknowns))
+    assert rescale_scatter(sought, every.x, every.slopes).scatter['k_r'] < 0.05 * sought.prior.k_r
 
 
 @pytest.mark.slow
@@ -340,7 +340,7 @@ def test_springs_that_differ_less_than_expected_are_found():
     """By 0.1 %, a fifth of it: such a prior left noise in them, which neighbours share."""
     element = hidden(4, k_r=0.001)
     more = (End.LEFT, 1.2, 4.0, 1, 0.0), (End.RIGHT, 0.65, 6.0, 0, 0.0)
-    found = fit(SMALL, measured(element, (*SHOTS, *more), duration=300.0))
+    found = fit_element(SMALL, measured(element, (*SHOTS, *more), duration=300.0))
     scatter = found.misfit.scatter['k_r']
     assert scatter == pytest.approx(np.std(element.k_r), rel=0.3)  # 35 springs: +- 12 %
     assert np.std(found.x[found.unknowns.k_r] - element.k_r) < 0.4 * scatter
@@ -358,4 +358,4 @@ def test_springs_that_differ_less_than_expected_are_found():
 def test_shots_that_cannot_answer_are_refused(kept, reason):
     shots = [shot for shot in measured(hidden(3), duration=3.0) if kept(shot)]
     with pytest.raises(Misfitting, match=reason):
-        fit(SMALL, shots)
+        fit_element(SMALL, shots)

@@ -12,12 +12,12 @@ from rig.lines import ADDRESS, Line
 from mlmem import MemoryElement, Shot, Survey, factory_calibration, preset
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, scattered
-from mlmem_lab.fit.fit import ranked
-from mlmem_lab.fit.misfit import WHOLE, Misfit
-from mlmem_lab.twins.sensed import performed
+from mlmem_lab.fit.fit import rank_places
+from mlmem_lab.fit.misfit import WHOLE_WINDOW, Misfit
+from mlmem_lab.twins.sensed import perform_command
 from mlmem_ros.rig import Rig
-from mlmem_tools.cli.rig import _emulated, rig
-from mlmem_tools.twin.noise import FLOOR
+from mlmem_tools.cli.rig import _build_rig, rig
+from mlmem_tools.twin.noise import MIN_NOISE_CELLS
 from mlmem_tools.twin.unknowns import Unknowns
 
 CHOSEN = preset('bits_1')
@@ -30,13 +30,13 @@ def served():
     for add in rig.options:
         add(parser)
     words = '--preset', 'bits_1', '--scatter', '0.01', '--seed', str(SEED), '--at-once'
-    return _emulated(CHOSEN, parser.parse_args(words))
+    return _build_rig(CHOSEN, parser.parse_args(words))
 
 
 def surveyed(driver):
     """Return the shots of a survey."""
     calibration = factory_calibration(*CHOSEN)
-    outcome, events = performed(MemoryElement(*CHOSEN, calibration, driver), Survey())
+    outcome, events = perform_command(MemoryElement(*CHOSEN, calibration, driver), Survey())
     assert outcome.success
     return [event for event in events if isinstance(event, Shot)]
 
@@ -57,7 +57,7 @@ def test_every_shot_is_that_of_the_element_in_process(shots):
     here = surveyed(Simulation.of(made, CHOSEN.settings.time, finer))
     assert len(here) == len(shots[0])
     for there, ours in zip(shots[0], here, strict=True):
-        assert np.std(there.samples - ours.samples) < FLOOR
+        assert np.std(there.samples - ours.samples) < MIN_NOISE_CELLS
         assert there.rest == pytest.approx(ours.rest, abs=1e-7)
 
 
@@ -70,7 +70,7 @@ def test_the_true_element_explains_every_shot(shots):
     misfit = Misfit(unknowns, heard)
     for wall in {shot.wall for shot in heard}:
         same = [shot for shot in heard if shot.wall == wall]
-        place = ranked(misfit, x, same)[0] if wall else 0.0
+        place = rank_places(misfit, x, same)[0] if wall else 0.0
         for shot in same:
             moved = replace(shot, wall=place)
-            assert np.mean(misfit.residuals(x, moved, WHOLE)[0] ** 2) < 1.0
+            assert np.mean(misfit.residuals(x, moved, WHOLE_WINDOW)[0] ** 2) < 1.0

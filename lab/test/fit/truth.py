@@ -86,7 +86,7 @@ def force(element, v, V):
 def at_rest(element, level, V):
     """Return the equilibrium by Newton's method."""
     p = element.design
-    wall = -5.0 if level < 0 else p.defect(level) + 0.3
+    wall = -5.0 if level < 0 else p.defect_site(level) + 0.3
     j = np.arange(1, p.N + 1)
     mean, half = (p.D_s1 + p.D_s2) / 2, (p.D_s2 - p.D_s1) / 2
     v = V + mean - half * np.tanh((j - wall) / 2.8)
@@ -169,6 +169,8 @@ def measured(
     read = read + element.noise * random.standard_normal(read.shape)
     before = np.array(element.zero) + gain * rest[:, [0, -1]]
     return [
-        Shot(end, c, A, s, 0 if level < 0 else p.defect(level), strain, dt, before[i], read[i])
+        Shot(
+            end, c, A, s, 0 if level < 0 else p.defect_site(level), strain, dt, before[i], read[i]
+        )
         for i, (end, c, s, level, strain) in enumerate(shots)
     ]

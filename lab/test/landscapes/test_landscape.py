@@ -19,16 +19,16 @@ import oracle
 import pytest
 
 from mlmem.physics import CASE_I, CASE_II, Specimen, StateError, find_walls
-from mlmem.physics.equilibrium import resting_wall
-from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem_lab.landscapes import (
-    BOUND,
+    MAX_FIT_ERROR,
     DisplacementFit,
     KinkFit,
+    compute_landscape,
     fit_displacement,
     fit_kink,
-    landscape,
-    strained,
+    strained_equilibrium,
 )
 
 ZERO = np.zeros(CASE_I.N)
@@ -75,7 +75,7 @@ def test_the_slope_of_the_landscape_is_the_holding_force():
 
 
 def test_a_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
-    v = resting_wall(Specimen(CASE_II), 3)
+    v = find_pinned_wall(Specimen(CASE_II), 3)
     (wall,) = find_walls(CASE_II, v)
     X = wall.position + np.array([-0.3, 0.0, 0.3])
     held = hold_walls(Specimen(CASE_II), X, np.zeros(CASE_II.N))
@@ -99,12 +99,12 @@ def test_hold_walls_explains_why_it_failed():
 
 
 def test_the_kink_fit_is_close_and_its_slope_is_its_derivative(kink):
-    flat = uniform(CASE_I)
+    flat = make_uniform(CASE_I)
     assert (flat.gamma, flat.beta) == (0.0, 0.0)
     (v,) = hold_walls(Specimen(flat), np.array([100.5]), ZERO).v
     residual = kink.displacement(flat.sites - 100.5) - (v - flat.D_s1)
     assert np.sqrt(np.mean(residual**2)) == pytest.approx(kink.e_rms, rel=0.01)
-    assert BOUND < kink.e_rms < 2e-3
+    assert MAX_FIT_ERROR < kink.e_rms < 2e-3
     x = np.linspace(-40.0, 40.0, 17)
     h = 1e-6
     by_difference = (kink.displacement(x + h) - kink.displacement(x - h)) / (2 * h)
@@ -123,7 +123,7 @@ def test_a_displacement_made_of_the_ansatz_is_recovered():
         -1.0, 0.02, np.array([0.3, -0.1]), np.array([0.05, 0.2]), 2.0 * CASE_I.N, 0.0
     )
     fit = fit_displacement(CASE_I, truth.displacement(CASE_I.sites))
-    assert fit.q == 2
+    assert fit.expansion_order == 2
     np.testing.assert_allclose(fit.a, truth.a, atol=1e-9)
     np.testing.assert_allclose(fit.b, truth.b, atol=1e-9)
     x, h = np.linspace(1.0, 200.0, 13), 1e-5
@@ -138,27 +138,27 @@ def test_a_bound_that_cannot_be_met_is_an_error():
 
 @pytest.mark.parametrize('strain', [-0.009, 0.009])
 def test_the_strained_element_is_in_equilibrium_and_fitted_within_the_bound(strain):
-    v, V = strained(CASE_I, strain)
+    v, V = strained_equilibrium(CASE_I, strain)
     assert V[-1] == pytest.approx(strain * CASE_I.N)
     assert np.abs(oracle.forces(CASE_I, v, V)[0]).max() < 1e-11
     for displacement in (v, V):
         fit = fit_displacement(CASE_I, displacement)
         residual = fit.displacement(CASE_I.sites) - displacement
         assert np.sqrt(np.mean(residual**2)) == pytest.approx(fit.e_rms, rel=1e-6)
-        assert fit.e_rms < BOUND
+        assert fit.e_rms < MAX_FIT_ERROR
 
 
 @pytest.mark.parametrize('strain', [0.0, -0.009, 0.009])
 def test_the_ansatz_and_the_held_wall_give_one_landscape(strain, kink):
-    v, V = strained(CASE_I, strain)
+    v, V = strained_equilibrium(CASE_I, strain)
     X = np.array([40.0, 81.0, 95.0, 100.0, 105.0, 160.0])
     fits = fit_displacement(CASE_I, v), fit_displacement(CASE_I, V)
-    U = landscape(CASE_I, X, kink, *fits)
+    U = compute_landscape(CASE_I, X, kink, *fits)
     held = hold_walls(Specimen(CASE_I), X, V).energy
     assert np.ptp(U - held) < 3e-4
     assert np.ptp(held) > 3e-3
     if strain:
-        printed = landscape(CASE_I, X, kink, *fits, as_printed=True)
+        printed = compute_landscape(CASE_I, X, kink, *fits, as_printed=True)
         assert np.ptp(printed - held) > 4.0 * np.ptp(U - held)
 
 
@@ -170,4 +170,4 @@ def test_a_sine_gordon_kink_is_one_arctan():
 
 
 def test_uniform_keeps_everything_else():
-    assert uniform(CASE_II) == dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
+    assert make_uniform(CASE_II) == dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from mlmem.physics import NOH_BATHE, PEFRL
-from mlmem.physics.formulas import coupling, on_site
-from mlmem.physics.jit import kernel
+from mlmem.physics.formulas import coupling_pull, on_site_factors
+from mlmem.physics.jit import compile_kernel
 from mlmem_lab import lattices
 from mlmem_lab.lattices import (
     Coupling,
@@ -71,17 +71,17 @@ def test_forces_are_derivatives(law):
     assert law.slope(x) == pytest.approx(slope, abs=1e-8, rel=1e-8)
 
 
-@kernel
+@compile_kernel
 def on_sites(constants, y, found):
     for j in range(len(y)):
-        force, factor = on_site(constants, j, y[j])
+        force, factor = on_site_factors(constants, j, y[j])
         found[j] = force * factor
 
 
-@kernel
+@compile_kernel
 def couplings(constants, x, found):
     for j in range(1, len(x) - 1):
-        found[j] = coupling(constants, j, x[j - 1], x[j], x[j + 1])
+        found[j] = coupling_pull(constants, j, x[j - 1], x[j], x[j + 1])
 
 
 @ALL

@@ -8,7 +8,7 @@ import pytest
 from computed import once
 
 from mlmem_lab.paper.figure import Quality
-from mlmem_lab.paper.gallery import BY_NAME
+from mlmem_lab.paper.gallery import FIGURES_BY_NAME
 
 
 class Computed(dict):
@@ -19,7 +19,7 @@ class Computed(dict):
         self.quality, self.factory = quality, factory
 
     def __missing__(self, name):
-        compute = partial(BY_NAME[name].compute, self.quality)
+        compute = partial(FIGURES_BY_NAME[name].compute, self.quality)
         self[name] = once(self.factory, f'figure-{name}-{self.quality.value}', compute)
         return self[name]
 

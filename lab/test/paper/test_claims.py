@@ -16,23 +16,23 @@ import json
 import numpy as np
 import pytest
 
-from mlmem_lab.paper.command import verdicts
-from mlmem_lab.paper.figure import Judgement, judged
-from mlmem_lab.paper.gallery import CLAIMS, FIGURES
-from mlmem_lab.results import FOLDER, load
-from mlmem_tools.cli.output import plain
+from mlmem_lab.paper.command import judge_claims
+from mlmem_lab.paper.figure import Judgement, judge_numbers
+from mlmem_lab.paper.gallery import ALL_CLAIMS, ALL_FIGURES
+from mlmem_lab.results import RESULT_FOLDER, load_result
+from mlmem_tools.cli.output import to_json_value
 
-BY_KEY = {claim.key: claim for claim in CLAIMS}
+BY_KEY = {claim.key: claim for claim in ALL_CLAIMS}
 
 
 @pytest.fixture(scope='module')
 def committed():
-    claims = load(FOLDER / 'paper.json')['claims']
+    claims = load_result(RESULT_FOLDER / 'paper.json')['claims']
     return {key: claim['verdict'] for key, claim in claims.items()}
 
 
 def test_the_result_holds_every_claim(committed):
-    assert list(committed) == [claim.key for claim in CLAIMS]
+    assert list(committed) == [claim.key for claim in ALL_CLAIMS]
 
 
 @pytest.mark.parametrize('key', BY_KEY)
@@ -137,9 +137,9 @@ def test_a_claim_that_fails_could_have_held(key, small, committed):
 
 
 def test_judgements_are_made_from_conditions():
-    assert judged(True, 'x') == (Judgement.HOLDS, 'x')
-    assert judged(False, 'x', in_part=True) == (Judgement.IN_PART, 'x')
-    assert judged(np.bool_(False), 'x') == (Judgement.FAILS, 'x')
+    assert judge_numbers(True, 'x') == (Judgement.HOLDS, 'x')
+    assert judge_numbers(False, 'x', in_part=True) == (Judgement.IN_PART, 'x')
+    assert judge_numbers(np.bool_(False), 'x') == (Judgement.FAILS, 'x')
 
 
 # --- the result file: made of the data, whole ------------------------------------------------
@@ -147,26 +147,26 @@ def test_judgements_are_made_from_conditions():
 
 def complete(computed):
     """What claims and the result file take."""
-    kept = {figure.name for figure in FIGURES if figure.summary} | {'check'}
-    return {name: computed[name] for name in kept.union(*(claim.needs for claim in CLAIMS))}
+    kept = {figure.name for figure in ALL_FIGURES if figure.summary} | {'check'}
+    return {name: computed[name] for name in kept.union(*(claim.needs for claim in ALL_CLAIMS))}
 
 
 @pytest.fixture(scope='module')
 def result(small):
-    return json.loads(json.dumps(plain(verdicts(complete(small)))))
+    return json.loads(json.dumps(to_json_value(judge_claims(complete(small)))))
 
 
 def test_a_verdict_changes_with_the_data(small, result):
     data, before = complete(small), result['claims']['delays_by_level']
     changed = data['4b'] | {'delay_paper': np.full_like(data['4b']['delay_paper'], 77.7)}
-    after = verdicts(data | {'4b': changed})['claims']['delays_by_level']
+    after = judge_claims(data | {'4b': changed})['claims']['delays_by_level']
     assert (before['verdict'], after['verdict']) == ('with other numbers', 'fails')
     assert '77.7, 77.7' in after['finding']
     assert '77.7' not in before['finding']
 
 
 def test_every_claim_and_every_quantity_is_in_it(small, result):
-    assert list(result['claims']) == [claim.key for claim in CLAIMS]
+    assert list(result['claims']) == [claim.key for claim in ALL_CLAIMS]
     counts = dict(result['counts'])
-    assert counts.pop('claims') == sum(counts.values()) == len(CLAIMS)
+    assert counts.pop('claims') == sum(counts.values()) == len(ALL_CLAIMS)
     assert [row['quantity'] for row in result['check']] == list(small['check']['quantity'])

@@ -13,7 +13,7 @@ from contextlib import nullcontext
 import pytest
 
 from mlmem_lab.paper.figure import Quality
-from mlmem_lab.paper.gallery import BY_NAME, FIGURES, make
+from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME, make_figure
 from mlmem_lab.results import find_stale_entries
 from mlmem_lab.studies.campaign import terminal
 from mlmem_tools.cli.main import main
@@ -45,15 +45,15 @@ def test_two_figures_side_by_side_and_their_claims_are_told(
     tmp_path, capsys, monkeypatch, sketched
 ):
     monkeypatch.setattr(
-        terminal, 'workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
+        terminal, 'provide_workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
     )
     options = ['--draft', '--jobs', '2', '--output', str(tmp_path), '--json']
     assert main(['figures', '1c', '3a', *options]) == 0
     told = json.loads(capsys.readouterr().out)
     verdicts = {claim['paper']: claim['verdict'] for claim in told['claims']}
-    (bands,) = BY_NAME['3a'].claims
+    (bands,) = FIGURES_BY_NAME['3a'].claims
     assert verdicts[bands.sentence] == 'in part'  # the bands overlap
-    alone = [claim for claim in BY_NAME['1c'].claims if claim.needs == ('1c',)]
+    alone = [claim for claim in FIGURES_BY_NAME['1c'].claims if claim.needs == ('1c',)]
     assert set(verdicts) == {bands.sentence, *(claim.sentence for claim in alone)}
     files = {file.name for file in (tmp_path / 'figures').iterdir()}
     assert files == {f'{stem}.{end}' for stem in ('fig_1c', 'fig_3a') for end in ENDINGS}
@@ -79,7 +79,7 @@ def test_a_wrong_argument_is_refused(arguments, message, tmp_path, capsys, monke
 def test_the_list_names_every_figure(capsys):
     assert main(['figures', '--list']) == 0
     names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
-    assert names == [figure.name for figure in FIGURES]
+    assert names == [figure.name for figure in ALL_FIGURES]
 
 
 @pytest.mark.slow
@@ -90,9 +90,9 @@ def test_all_of_them_with_their_result_file(tmp_path):
     found = json.loads((tmp_path / 'reproduction' / 'paper.json').read_text(encoding='utf-8'))
     assert found['command'] == 'mlmem figures --draft'
     assert find_stale_entries(found) == []
-    assert f'{len(FIGURES)}/{len(FIGURES)}' in done.stdout
-    make('3a', Quality.DRAFT, tmp_path)
-    for figure in filter(lambda one: one.ending, FIGURES):
+    assert f'{len(ALL_FIGURES)}/{len(ALL_FIGURES)}' in done.stdout
+    make_figure('3a', Quality.DRAFT, tmp_path)
+    for figure in filter(lambda one: one.ending, ALL_FIGURES):
         (drawn,) = (tmp_path / 'reproduction' / 'figures').glob(f'{figure.stem}.[gs]*')  # gif, svg
         if drawn.suffix == '.svg':
             assert len(list(ElementTree.parse(drawn).getroot().iter())) > 100

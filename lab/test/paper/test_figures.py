@@ -18,10 +18,10 @@ from PIL import Image
 from sampled import sampled
 
 from mlmem_lab.paper.figure import load_data
-from mlmem_lab.paper.gallery import BY_NAME, FIGURES, select
+from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME, select_figures
 from mlmem_lab.studies import style
 
-STILL = [figure.name for figure in FIGURES if figure.ending == 'png']
+STILL = [figure.name for figure in ALL_FIGURES if figure.ending == 'png']
 DOCS = Path(__file__).parents[3] / 'docs' / 'figures'
 
 
@@ -31,8 +31,8 @@ def drawn(small):
 
     @cache
     def draw(name):
-        with style.styled():
-            return BY_NAME[name].draw(small[name])
+        with style.style_context():
+            return FIGURES_BY_NAME[name].draw(small[name])
 
     return draw
 
@@ -40,7 +40,7 @@ def drawn(small):
 @pytest.mark.parametrize('name', sampled(STILL, lambda name: name in ('1c', '4a', 'tolerated')))
 def test_a_figure_has_ink_on_it_and_paper(name, drawn):
     """Of all where it is slow; the next test has what is drawn."""
-    with style.styled():
+    with style.style_context():
         figure = drawn(name)
         figure.set_dpi(60)
         figure.set_layout_engine('none')  # which would draw every word twice
@@ -48,7 +48,7 @@ def test_a_figure_has_ink_on_it_and_paper(name, drawn):
         canvas.draw()
     picture = np.asarray(canvas.buffer_rgba())[..., :3].mean(axis=-1)
     assert picture.shape[0] > 100
-    assert picture.shape[1] == 60 * style.WIDTH
+    assert picture.shape[1] == 60 * style.FIGURE_WIDTH_INCHES
     assert 0.005 < np.mean(picture < 200) < 0.7
 
 
@@ -71,7 +71,7 @@ def test_every_figure_is_drawn_as_wide_as_a_page_and_leaves_no_axes_empty(drawn)
     formulas = set()
     for name in STILL:
         figure = drawn(name)
-        assert figure.get_figwidth() == style.WIDTH, name
+        assert figure.get_figwidth() == style.FIGURE_WIDTH_INCHES, name
         assert all(axes.has_data() or axes.texts for axes in figure.axes), name
         formulas.update(re.findall(r'\$[^$]+\$', ' '.join(written(figure))))
     assert len(formulas) > 20
@@ -80,13 +80,13 @@ def test_every_figure_is_drawn_as_wide_as_a_page_and_leaves_no_axes_empty(drawn)
 
 
 def test_a_figure_is_written_as_png_svg_and_data_and_the_same_from_the_same(small, tmp_path):
-    figure, data = BY_NAME['3a'], small['3a']
+    figure, data = FIGURES_BY_NAME['3a'], small['3a']
     for folder in ('a', 'b'):
         (tmp_path / folder).mkdir()
         files = {file.suffix: file for file in figure.save(data, tmp_path / folder)}
     assert set(files) == {'.npz', '.png', '.svg'}
     assert {file.stem for file in files.values()} == {figure.stem}
-    assert Image.open(files['.png']).size[0] == 120 * style.WIDTH
+    assert Image.open(files['.png']).size[0] == 120 * style.FIGURE_WIDTH_INCHES
     assert len(list(ElementTree.parse(files['.svg']).getroot().iter())) > 100
     kept = load_data(files['.npz'])
     assert set(kept) == set(data)
@@ -99,7 +99,7 @@ def test_a_figure_is_written_as_png_svg_and_data_and_the_same_from_the_same(smal
 
 def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
     assert small['s1']['success'].all()
-    files = {file.suffix: file for file in BY_NAME['s1'].save(small['s1'], tmp_path)}
+    files = {file.suffix: file for file in FIGURES_BY_NAME['s1'].save(small['s1'], tmp_path)}
     with Image.open(files['.gif']) as film:
         assert 1 < film.n_frames <= len(small['s1']['t'])  # equal neighbours are joined
         pictures = []
@@ -111,7 +111,7 @@ def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
 
 
 def test_the_committed_pictures_are_all_there_and_small():
-    for figure in filter(lambda one: one.ending, FIGURES):
+    for figure in filter(lambda one: one.ending, ALL_FIGURES):
         file = DOCS / f'{figure.stem}.{figure.ending}'
         limit = 2_000_000 if file.suffix == '.gif' else 200_000
         assert file.stat().st_size < limit, file.name
@@ -119,22 +119,22 @@ def test_the_committed_pictures_are_all_there_and_small():
 
 @pytest.mark.parametrize('text', ['2b', '2B', 'fig_2b', 'Fig. 2b', 'Fig.2b'])
 def test_a_figure_is_called_as_a_person_calls_it(text):
-    assert [figure.name for figure in select([text])] == ['2b']
+    assert [figure.name for figure in select_figures([text])] == ['2b']
 
 
 def test_figures_come_in_the_order_of_the_paper():
-    assert [figure.name for figure in select(['s1', '4a', '1c'])] == ['1c', '4a', 's1']
-    assert select([]) == list(FIGURES)
+    assert [figure.name for figure in select_figures(['s1', '4a', '1c'])] == ['1c', '4a', 's1']
+    assert select_figures([]) == list(ALL_FIGURES)
 
 
 def test_an_unknown_figure_is_refused_with_those_that_are_known():
     with pytest.raises(KeyError, match=r'figure must be one of 1c, 2a, .*check; got .6x'):
-        select(['2a', '6x'])
+        select_figures(['2a', '6x'])
 
 
 def test_every_file_of_the_folder_is_registered():
     folder = Path(__file__).parents[2] / 'mlmem_lab' / 'paper' / 'figures'
     files = {file.stem for file in folder.glob('*.py')} - {'__init__'}
-    assert files == {figure.stem for figure in FIGURES}
-    names = {figure.name for figure in FIGURES}
+    assert files == {figure.stem for figure in ALL_FIGURES}
+    names = {figure.name for figure in ALL_FIGURES}
     assert {'1c', '2a', '2b', '2c', '3a', '3b', '4a', '4b', '5', 's1'} <= names

@@ -43,7 +43,9 @@ def test_it_shares_no_code_with_the_material():
 def test_the_potential_is_that_of_the_material():
     D = np.linspace(-2.0, 2.0, 101)
     potential = CASE_II.potential
-    np.testing.assert_allclose(other.psi(CASE_II, D), potential.energy(D), atol=1e-15)
+    np.testing.assert_allclose(
+        other.on_site_potential(CASE_II, D), potential.energy(D), atol=1e-15
+    )
     np.testing.assert_allclose(other.psi_prime(CASE_II, D), potential.slope(D), atol=1e-14)
     np.testing.assert_allclose(other.psi_second(CASE_II, D), potential.stiffness(D), atol=1e-8)
     np.testing.assert_allclose(other.ground_states(CASE_II), [CASE_II.D_s1, CASE_II.D_s2],
@@ -51,7 +53,7 @@ def test_the_potential_is_that_of_the_material():
 
 
 def test_the_element_is_that_of_the_design():
-    np.testing.assert_allclose(other.alpha(CASE_II), CASE_II.alpha, rtol=1e-15)
+    np.testing.assert_allclose(other.site_strength(CASE_II), CASE_II.alpha, rtol=1e-15)
     np.testing.assert_allclose(other.substrate_shape(CASE_II), CASE_II.strain_shape, atol=1e-13)
 
 
@@ -60,14 +62,14 @@ def test_the_gradient_is_that_of_the_energy():
     v, V, way = rng.normal(size=(3, 40))
     h = 1e-6
     slope = other.total_energy(SMALL, v + h * way, V) - other.total_energy(SMALL, v - h * way, V)
-    assert slope / (2 * h) == pytest.approx(other.gradient(SMALL, v, V) @ way, rel=1e-7)
+    assert slope / (2 * h) == pytest.approx(other.energy_gradient(SMALL, v, V) @ way, rel=1e-7)
 
 
 def test_the_integrator_swings_a_uniform_chain_as_one_cell():
     free = dataclasses.replace(SMALL, gamma=0.0, beta=0.0, eta=0.0)
     D, amplitude, t = other.ground_states(free)[0], 1e-4, 30.0
     start = np.concatenate((np.full(40, D + amplitude), np.zeros(40)))
-    end = other.integrate(other.equation_1a(free, lambda _: 0.0), start, (0.0, t))
+    end = other.integrate_rates(other.equation_1a(free, lambda _: 0.0), start, (0.0, t))
     omega = np.sqrt(float(other.psi_second(free, np.array(D))))
     np.testing.assert_allclose(end[:40] - D, amplitude * np.cos(omega * t), atol=1e-7)
 
@@ -77,8 +79,10 @@ def test_the_continuum_wall_obeys_its_equation_and_holds_its_energy(design):
     x = np.linspace(-40.0, 40.0, 4001)
     v = other.kink_profile(design, x)
     slope = np.gradient(v, x)
-    np.testing.assert_allclose(slope[1:-1], -np.sqrt(2.0 * other.psi(design, v[1:-1])), atol=3e-5)
-    density = 0.5 * slope**2 + other.psi(design, v)
+    np.testing.assert_allclose(
+        slope[1:-1], -np.sqrt(2.0 * other.on_site_potential(design, v[1:-1])), atol=3e-5
+    )
+    density = 0.5 * slope**2 + other.on_site_potential(design, v)
     assert np.trapezoid(density, x) == pytest.approx(other.kink_energy(design), rel=2e-4)
     assert -slope.min() == pytest.approx(2.0 * math.sqrt(design.d), rel=1e-4)
 

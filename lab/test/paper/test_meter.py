@@ -24,9 +24,9 @@ from mlmem.instrument.end import Move
 from mlmem.instrument.motion import Ramp
 from mlmem.physics import CASE_II, Chain, HeldCell, Specimen, substep_times
 from mlmem.physics.energy import actuator_force, energy
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem_lab.paper.meter import MeteredChain, fit_meter
-from mlmem_lab.studies.trace import Trace, watch
+from mlmem_lab.studies.trace import Trace, record_procedure
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 SMALL = dataclasses.replace(CASE_II, N=60, eta=0.05)
@@ -36,7 +36,7 @@ DT, STEPS = 0.02, 1500
 def resting(substrate='rigid', kind=MeteredChain):
     design = dataclasses.replace(SMALL, substrate=substrate)
     chain = kind(design, DT)
-    chain.place(resting_wall(Specimen(design), 0))
+    chain.place(find_pinned_wall(Specimen(design), 0))
     return chain
 
 
@@ -158,10 +158,10 @@ class Wrong(Chain):
 
     damping, height = 1.0, 1.0
 
-    def _fill(self):
+    def _build_cells(self):
         booked = self.specimen
         self.specimen = dataclasses.replace(booked, eta_factor=self.damping)
-        super()._fill()
+        super()._build_cells()
         self.specimen = booked
         height, *phase = self._cells.law
         self._cells = self._cells._replace(law=(self.height * height, *phase))
@@ -245,7 +245,7 @@ def test_a_meter_sees_all_that_a_device_does():
     element = new_element(CASE_II, Settings())
     meter = fit_meter(element)
     before = meter.books()
-    assert watch(element, Write(0), Trace()).success
+    assert record_procedure(element, Write(0), Trace()).success
     actuator, transducer, heat, stored = meter.books() - before
     assert transducer == pytest.approx(0.466, abs=0.005)  # most of a wall's energy, 0.484
     assert actuator + transducer == pytest.approx(heat + stored, rel=3e-3)

@@ -39,7 +39,7 @@ def test_above_the_bands_nothing_moves(small):
 def test_the_threshold_is_the_least_amplitude_that_loses():
     amplitude = np.array([1.0, 2.0, 3.0])
     kept = np.array([[[True], [False], [True]], [[True], [True], [True]]])
-    found = retention.thresholds(amplitude, kept)
+    found = retention.loss_thresholds(amplitude, kept)
     np.testing.assert_array_equal(found, [[2.0], [np.nan]])
 
 

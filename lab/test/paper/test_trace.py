@@ -11,18 +11,25 @@ from mlmem import Settings, Write, new_element
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings, WriteSettings
-from mlmem.physics import CASE_II, Chain, Specimen, find_walls, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_II, Chain, Specimen, find_level, find_walls
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.echo import EchoDetector
-from mlmem_lab.paper.echoes import PAPER, PRINTED, detect, listen, probe_element, without_wall
-from mlmem_lab.studies.trace import Trace, strain_chain, wall_path, watch
+from mlmem_lab.paper.echoes import (
+    PAPER_PROBE,
+    PRINTED_PROBE,
+    detect_echo,
+    probe_element,
+    record_echo,
+    without_wall,
+)
+from mlmem_lab.studies.trace import Trace, record_procedure, strain_chain, wall_path
 
 
 @pytest.mark.parametrize('every', [7.0, 100.0, 500.0, 5000.0])
 def test_a_schedule_takes_its_time_whatever_the_looks(every):
     chain = Chain(dataclasses.replace(CASE_II, N=40))
     times = CycleSettings(ramp=120.0, hold=60.0, release=100.0, settle=30.0)
-    trace = strain_chain(chain, Cycle.planned(times, -0.02), every)
+    trace = strain_chain(chain, Cycle.plan_cycle(times, -0.02), every)
     assert trace.t[-1] == pytest.approx(310.0, rel=0.02)
     assert chain.time == pytest.approx(trace.t[-1])
     assert min(trace.strain) == pytest.approx(-0.02)
@@ -32,13 +39,13 @@ def test_a_schedule_takes_its_time_whatever_the_looks(every):
 
 def test_a_schedule_ends_where_the_device_ends():
     element = new_element(CASE_II)
-    watch(element, Write(0), Trace())
+    record_procedure(element, Write(0), Trace())
     trace = Trace()
-    outcome = watch(element, Write(1), trace)
+    outcome = record_procedure(element, Write(1), trace)
     assert outcome.success
     chain = Chain(CASE_II)
-    chain.place(resting_wall(Specimen(CASE_II), 0))
-    cycle = Cycle.planned(CycleSettings(), WriteSettings().compression)
+    chain.place(find_pinned_wall(Specimen(CASE_II), 0))
+    cycle = Cycle.plan_cycle(CycleSettings(), WriteSettings().compression)
     own = strain_chain(chain, cycle, 20.0)
     device, bare = (wall_path(CASE_II, t.configuration) for t in (trace, own))
     assert np.nanmax(np.abs(device[: len(bare) // 3] - bare[: len(bare) // 3])) < 2.0
@@ -48,16 +55,18 @@ def test_a_schedule_ends_where_the_device_ends():
 
 def test_levels_are_told_from_everything_else():
     blank = np.full(CASE_II.N, CASE_II.D_s1)
-    assert level_of(CASE_II, blank) == -1
-    assert level_of(CASE_II, np.full(CASE_II.N, CASE_II.D_s2)) == -2
+    assert find_level(CASE_II, blank) == -1
+    assert find_level(CASE_II, np.full(CASE_II.N, CASE_II.D_s2)) == -2
     for level in (0, 7):
-        assert level_of(CASE_II, resting_wall(Specimen(CASE_II), level)) == level
+        assert find_level(CASE_II, find_pinned_wall(Specimen(CASE_II), level)) == level
     between = np.where(CASE_II.sites < 37.0, CASE_II.D_s2, CASE_II.D_s1)
     assert len(find_walls(CASE_II, between)) == 1
-    assert level_of(CASE_II, between) == -2
-    assert level_of(CASE_II, resting_wall(Specimen(CASE_II), 3)[::-1]) == -2  # a kink is no level
+    assert find_level(CASE_II, between) == -2
+    assert (
+        find_level(CASE_II, find_pinned_wall(Specimen(CASE_II), 3)[::-1]) == -2
+    )  # a kink is no level
     at_the_end = np.where(CASE_II.sites < 225.0, CASE_II.D_s2, CASE_II.D_s1)
-    assert level_of(CASE_II, at_the_end) == -2
+    assert find_level(CASE_II, at_the_end) == -2
 
 
 @pytest.mark.parametrize(('end', 'level'), [(End.LEFT, 0), (End.LEFT, 5), (End.RIGHT, 2)])
@@ -65,7 +74,7 @@ def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
     """A converged step, and the device's own: apart by three of its samples at most."""
     element = new_element(CASE_II)
     probe = Settings().probe if end == 'left' else Settings().probe_right
-    heard, dt = listen(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end)
+    heard, dt = record_echo(CASE_II, find_pinned_wall(Specimen(CASE_II), level), probe, end)
     detector = EchoDetector(probe, dt, filtered=True)
     detector.feed(heard)
     calibrated = element.calibration.table(end).delays[level]
@@ -74,19 +83,20 @@ def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
 
 @pytest.mark.parametrize('end', list(End))
 def test_an_endless_element_is_silent_and_begins_like_the_real_one(end):
-    probe = PAPER if end == 'left' else Settings().probe_right
+    probe = PAPER_PROBE if end == 'left' else Settings().probe_right
     silence, dt = without_wall(CASE_II, probe, end, 600.0)
-    assert detect(silence, dt, probe, end).delay is None
+    assert detect_echo(silence, dt, probe, end).delay is None
     level = 7 if end == 'left' else 0
-    real = probe_element(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end, 600.0)
+    real = probe_element(CASE_II, find_pinned_wall(Specimen(CASE_II), level), probe, end, 600.0)
     before = real.t < 300.0
     assert np.abs(np.abs(silence[: len(real.v_m)]) - real.v_m)[before].max() < 1e-5
     assert real.v_m.max() > 5e-3
 
 
 def test_the_printed_detector_is_deaf():
-    assert (PRINTED.omega_c, PRINTED.v_th) == (2.4, 7.5e-3)
+    assert (PRINTED_PROBE.omega_c, PRINTED_PROBE.v_th) == (2.4, 7.5e-3)
     for level in (0, 7):
         assert (
-            probe_element(CASE_II, resting_wall(Specimen(CASE_II), level), PRINTED).delay is None
+            probe_element(CASE_II, find_pinned_wall(Specimen(CASE_II), level), PRINTED_PROBE).delay
+            is None
         )

@@ -9,8 +9,8 @@ import pytest
 
 from mlmem import preset
 from mlmem.physics import PEFRL, Chain, HeldCell, Specimen, substep_times
-from mlmem.readers.register import resting
-from mlmem_lab.paper.figures.walls import NEAR, reflectivity
+from mlmem.readers.register import pin_walls
+from mlmem_lab.paper.figures.walls import CELLS_AROUND_WALL, compute_reflectivity
 
 LOOK, SIGMA, DT, EVERY = 70, 16.0, 0.1, 4
 
@@ -26,10 +26,10 @@ def test_a_wall_reflects_what_its_matrices_say(carrier, between, until):
     the end of one and the begin of the other overlap by little.
     """
     design = dataclasses.replace(preset('byte').design, eta=0.0)
-    site = design.defect(4)
-    away = np.abs(design.sites - site) >= NEAR
+    site = design.defect_site(4)
+    away = np.abs(design.sites - site) >= CELLS_AROUND_WALL
     made = Specimen(design, alpha_factor=np.where(away, design.alpha[site] / design.alpha, 1.0))
-    v = resting(made, [4])
+    v = pin_walls(made, [4])
     chain = Chain(design, DT, PEFRL)
     chain.set_specimen(made)
     chain.place(v)
@@ -47,5 +47,7 @@ def test_a_wall_reflects_what_its_matrices_say(carrier, between, until):
     time = EVERY * DT * np.arange(1.0, len(heard) + 1.0)
     tone = np.array(heard) * np.exp(-1j * carrier * time)
     away, back = (abs(tone[which].sum()) for which in (time < between, time >= between))
-    (expected,) = reflectivity(made, v, np.array([carrier]), site - NEAR, site + NEAR)
+    (expected,) = compute_reflectivity(
+        made, v, np.array([carrier]), site - CELLS_AROUND_WALL, site + CELLS_AROUND_WALL
+    )
     assert back / away == pytest.approx(expected, rel=0.02)

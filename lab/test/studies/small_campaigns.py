@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-from mlmem_lab.studies.campaign import Campaign, Ledger, run, workers
+from mlmem_lab.studies.campaign import Campaign, Ledger, provide_workers, run
 
 
 def noisy_square(common, values, seed):
@@ -45,7 +45,7 @@ def logged(folder, n=60):
 
 
 def main(folder):
-    with Ledger(folder / 'ledger.jsonl', logged(folder)) as ledger, workers(2) as executor:
+    with Ledger(folder / 'ledger.jsonl', logged(folder)) as ledger, provide_workers(2) as executor:
         for _ in run(logged(folder), ledger, executor):
             pass
 

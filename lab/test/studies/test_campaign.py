@@ -17,9 +17,9 @@ from mlmem_lab.studies.campaign import (
     Campaign,
     CampaignError,
     Ledger,
+    provide_workers,
     run,
     save_table,
-    workers,
 )
 
 
@@ -58,7 +58,7 @@ def test_every_point_is_evaluated_with_a_seed_of_its_own(tmp_path):
 
 def test_processes_give_the_table_that_one_gives(tmp_path):
     here = table(squares(), tmp_path / 'here.jsonl')
-    with workers(2) as executor:
+    with provide_workers(2) as executor:
         assert table(squares(), tmp_path / 'there.jsonl', executor) == here
 
 
@@ -68,23 +68,23 @@ def test_a_dask_cluster_gives_the_table_that_one_process_gives(tmp_path, monkeyp
     options = {'processes': False, 'protocol': 'tcp://', 'dashboard_address': None}
     with distributed.LocalCluster(1, threads_per_worker=1, **options) as cluster:
         address = cluster.scheduler_address
-        with workers(1, address) as executor:
+        with provide_workers(1, address) as executor:
             assert table(squares(), tmp_path / 'there.jsonl', executor) == here
 
         monkeypatch.setattr('mlmem_lab.studies.campaign.execution.__version__', '9.9.9')
         refused = pytest.raises(
             CampaignError, match=r'must have mlmem_lab and mlmem_ros 9\.9\.9; got'
         )
-        with refused, workers(1, address):
+        with refused, provide_workers(1, address):
             pass
 
 
 def test_a_missing_cluster_is_reported(monkeypatch):
     pytest.importorskip('distributed')
-    monkeypatch.setattr('mlmem_lab.studies.campaign.execution.PATIENCE', '0.1s')
+    monkeypatch.setattr('mlmem_lab.studies.campaign.execution.SCHEDULER_TIMEOUT', '0.1s')
     with (
         pytest.raises(CampaignError, match=r'no Dask scheduler answers at .tcp://127\.0\.0\.1:9'),
-        workers(1, 'tcp://127.0.0.1:9'),
+        provide_workers(1, 'tcp://127.0.0.1:9'),
     ):
         pass
 
@@ -110,7 +110,7 @@ def test_a_point_that_fails_is_named_and_the_others_are_kept(tmp_path):
 def test_a_dead_worker_is_reported(tmp_path):
     campaign = Campaign('deadly', dies, {}, [{'x': 0}])
     with (
-        workers(2) as executor,
+        provide_workers(2) as executor,
         pytest.raises(CampaignError, match='a worker process died'),
     ):
         table(campaign, tmp_path / 'ledger.jsonl', executor)

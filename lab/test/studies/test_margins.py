@@ -20,17 +20,24 @@ from mlmem.settings import TimeSettings
 from mlmem_lab.studies import style
 from mlmem_lab.studies.bench import Bench
 from mlmem_lab.studies.campaign import Ledger, run
-from mlmem_lab.studies.margins import Shmoo, draw, make_axis, measure, prepared, rerun
-from mlmem_lab.studies.margins.command import _words
-from mlmem_lab.studies.margins.shmoo import NOISE, RAMPS, with_values
-from mlmem_lab.studies.style import styled
+from mlmem_lab.studies.margins import (
+    Shmoo,
+    draw_map,
+    make_axis,
+    measure_margins,
+    prepare_settings,
+    rerun_point,
+)
+from mlmem_lab.studies.margins.command import _summarise_margins
+from mlmem_lab.studies.margins.shmoo import NOISE_AXIS, RAMPS_AXIS, with_values
+from mlmem_lab.studies.style import style_context
 from mlmem_lab.studies.trace import (
     Heat,
     WrittenLevel,
     least_margins,
     write_upward,
 )
-from mlmem_ros.parameter_file import load
+from mlmem_ros.parameter_file import load_preset
 from mlmem_tools.cli.main import main
 
 SETTINGS = Settings(time=TimeSettings(tick=50.0))
@@ -69,7 +76,7 @@ def test_the_device_as_it_ships_writes_and_reads_every_level():
     assert climb.passed
     assert [each.outcome.reading.level for each in climb.writes] == list(range(8))
     for level, each in enumerate(climb.writes):
-        assert each.wall == pytest.approx(CASE_II.defect(level), abs=0.1)
+        assert each.wall == pytest.approx(CASE_II.defect_site(level), abs=0.1)
     assert min(least_margins(each.outcome for each in climb.writes).values()) > 0.2
 
 
@@ -142,7 +149,7 @@ def test_heat_is_the_same_for_the_same_seed_and_another_for_another():
 
 def test_a_hot_element_does_not_come_to_rest():
     shared = small_map().campaign().common
-    climb = rerun(shared, {NOISE: 1e-5}, seed=3)
+    climb = rerun_point(shared, {NOISE_AXIS: 1e-5}, seed=3)
     assert not climb.passed
     assert 'does not come to rest' in climb.writes[-1].outcome.error
 
@@ -158,13 +165,15 @@ def test_a_line_of_the_map_passes_through_the_operating_point():
 
 
 def test_noise_begins_at_none():
-    values = make_axis(NOISE, SETTINGS).values(5)
+    values = make_axis(NOISE_AXIS, SETTINGS).values(5)
     assert values[0] == 0.0
     assert values[-1] / values[-2] == pytest.approx(values[-2] / values[-3], rel=1e-4)
 
 
 def test_a_point_changes_what_it_names_and_nothing_else():
-    settings, temperature = with_values(SETTINGS, {RAMPS: 700.0, 'probe.v_th': 2e-4, NOISE: 1e-9})
+    settings, temperature = with_values(
+        SETTINGS, {RAMPS_AXIS: 700.0, 'probe.v_th': 2e-4, NOISE_AXIS: 1e-9}
+    )
     write = dataclasses.replace(SETTINGS.write, ramp=700.0, release=700.0)
     probe = dataclasses.replace(SETTINGS.probe, v_th=2e-4)
     assert settings == dataclasses.replace(SETTINGS, write=write, probe=probe)
@@ -192,17 +201,17 @@ def test_a_map_needs_two_axes_and_two_points_each():
     with pytest.raises(ValueError, match=r'two different ones; got write\.hold twice'):
         Shmoo(CASE_II, SETTINGS, x, x)
     with pytest.raises(ValueError, match='size must be at least 2; got 1'):
-        Shmoo(CASE_II, SETTINGS, x, make_axis(NOISE, SETTINGS), size=1)
+        Shmoo(CASE_II, SETTINGS, x, make_axis(NOISE_AXIS, SETTINGS), size=1)
 
 
 # --- maps ------------------------------------------------------------------------------------
 
 
 def test_the_map_passes_where_the_wall_is_known_to_follow(rows):
-    reached = small_map().grid(rows, 'reached')
+    reached = small_map().build_grid(rows, 'reached')
     # Weak compression leaves the wall at level 0, weak tension at level 1.
     assert reached.tolist() == [[2, 2, 1], [8, 8, 1], [8, 8, 1]]
-    assert set(small_map().grid(rows, 'failure')[reached < 8]) == {'wall'}
+    assert set(small_map().build_grid(rows, 'failure')[reached < 8]) == {'wall'}
 
 
 def test_a_point_alone_gives_the_row_of_the_map(rows):
@@ -217,11 +226,11 @@ def test_settings_without_an_echo_fail_the_point_and_raise_nothing():
     assert (row['passed'], row['failure']) == (False, 'unfit')
     assert 'level 0 gives no echo' in row['error']
     with pytest.raises(SettingsError):
-        rerun(study.common, study.points[0], 0)
+        rerun_point(study.common, study.points[0], 0)
 
 
 def test_margins_of_the_map(rows):
-    margins = measure(small_map(), rows)
+    margins = measure_margins(small_map(), rows)
     assert margins.passed
     assert margins.share == pytest.approx(4 / 9)
     compression, tension = margins.reaches
@@ -243,7 +252,7 @@ def test_the_distance_is_that_to_the_nearest_failure_in_relative_change():
     shmoo = Shmoo(CASE_II, SETTINGS, x, y, size=201)
     # A straight boundary x / x0 + y / y0 = 1.5 is (2 - 1.5) / sqrt(2) from (1, 1).
     rows = invented(shmoo, lambda x, y: x / 600.0 + y / 1500.0 > 1.5)
-    margins = measure(shmoo, rows)
+    margins = measure_margins(shmoo, rows)
     assert margins.distance == pytest.approx(0.5 / math.sqrt(2.0), rel=0.02)
     assert margins.reaches[0].low == pytest.approx(300.0, abs=6.1)
     assert margins.reaches[0].high_open
@@ -252,7 +261,7 @@ def test_the_distance_is_that_to_the_nearest_failure_in_relative_change():
 def test_an_operating_point_that_fails_has_no_reach():
     x, y = make_axis('write.hold', SETTINGS), make_axis('write.settle', SETTINGS)
     shmoo = Shmoo(CASE_II, SETTINGS, x, y, size=5)
-    margins = measure(shmoo, invented(shmoo, lambda x, y: x < 0.0))
+    margins = measure_margins(shmoo, invented(shmoo, lambda x, y: x < 0.0))
     assert not margins.passed
     assert margins.reaches == ()
     assert margins.distance == 0.0
@@ -260,10 +269,14 @@ def test_an_operating_point_that_fails_has_no_reach():
 
 def test_a_map_without_a_failure_has_no_distance_and_noise_none_either():
     shmoo = Shmoo(
-        CASE_II, SETTINGS, make_axis('write.hold', SETTINGS), make_axis(NOISE, SETTINGS), size=5
+        CASE_II,
+        SETTINGS,
+        make_axis('write.hold', SETTINGS),
+        make_axis(NOISE_AXIS, SETTINGS),
+        size=5,
     )
-    assert measure(shmoo, invented(shmoo, lambda x, y: x == x)).distance is None
-    hot = measure(shmoo, invented(shmoo, lambda x, y: y < 1e-9))
+    assert measure_margins(shmoo, invented(shmoo, lambda x, y: x == x)).distance is None
+    hot = measure_margins(shmoo, invented(shmoo, lambda x, y: y < 1e-9))
     assert hot.distance is None  # no relative change of nothing
     assert hot.reaches[1].low_open
     assert hot.reaches[1].high < 1e-9
@@ -277,21 +290,23 @@ def test_the_title_says_the_nearest_failure_that_the_text_says():
         rows, itertools.product(shmoo.y_values, shmoo.x_values), strict=True
     ):
         row.update({x.name: hold, y.name: settle, 'reached': 8 * row['passed'], 'failure': 'wall'})
-    margins = measure(shmoo, rows)
-    (text,) = [line for line in _words(margins) if 'nearest' in line]
-    with styled():
-        title = draw(shmoo, rows, margins).axes[0].get_title(loc='left')
+    margins = measure_margins(shmoo, rows)
+    (text,) = [line for line in _summarise_margins(margins) if 'nearest' in line]
+    with style_context():
+        title = draw_map(shmoo, rows, margins).axes[0].get_title(loc='left')
     share, failure = title.splitlines()
     assert failure.startswith('nearest failure: write.hold')
     assert text.startswith(failure)
-    assert share.split()[0] == _words(margins)[0].split()[0]
+    assert share.split()[0] == _summarise_margins(margins)[0].split()[0]
 
 
 def test_the_picture_is_the_same_for_the_same_table(rows, tmp_path, sketched):
     shmoo = small_map()
-    margins = measure(shmoo, rows)
-    with styled():
-        files = [style.save_figure(draw(shmoo, rows, margins), tmp_path / name) for name in 'ab']
+    margins = measure_margins(shmoo, rows)
+    with style_context():
+        files = [
+            style.save_figure(draw_map(shmoo, rows, margins), tmp_path / name) for name in 'ab'
+        ]
     one, two = (png.read_bytes() for png, _ in files)
     assert one == two
 
@@ -352,19 +367,19 @@ def test_a_point_is_run_alone_step_by_step(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize(('name', 'tick'), [('case_2', 50.0), ('bits_4', 20.0)])
 def test_a_map_rounds_no_time_of_its_operating_point(name, tick):
-    _, settings = load(name)
-    assert prepared(settings).time.tick == tick
-    assert prepared(settings, 5.0).time.tick == 5.0
+    _, settings = load_preset(name)
+    assert prepare_settings(settings).time.tick == tick
+    assert prepare_settings(settings, 5.0).time.tick == 5.0
 
 
 def test_a_map_of_steps_leaves_kicks_out():
     """With them the wall of Case II would come to every level, whatever the tension."""
-    design, settings = load('case_2')
+    design, settings = load_preset('case_2')
     settings = dataclasses.replace(
         settings, write=dataclasses.replace(settings.write, method='kick')
     )
     axes = [make_axis(name, settings) for name in ('write.compression', 'write.tension')]
-    shmoo = Shmoo(design, prepared(settings), *axes, size=3)
+    shmoo = Shmoo(design, prepare_settings(settings), *axes, size=3)
     climbs = [shmoo.campaign().evaluate_point(point) for point in (1, 4, 5)]
     assert [climb['reached'] for climb in climbs] == [2, 8, 1]
 

@@ -11,15 +11,15 @@ from small_register import first_levels
 
 from mlmem import Settings, preset
 from mlmem_lab.studies.proof import Proof, Tally
-from mlmem_ros.parameter_file import load, parse
+from mlmem_ros.parameter_file import load_preset, parse_preset
 from mlmem_tools.checks import Verdict, check
-from mlmem_tools.checks.bare import scaled
+from mlmem_tools.checks.bare import scale_peaks
 from mlmem_tools.cli.main import main
 
 
 @pytest.fixture(autouse=True)
 def proposed_once(monkeypatch, proposed):
-    monkeypatch.setattr('mlmem_lab.designer.command.propose', proposed)
+    monkeypatch.setattr('mlmem_lab.designer.command.propose_design', proposed)
 
 
 def test_four_levels_are_found_and_proven(proposed):
@@ -51,13 +51,13 @@ def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels, proposed):
     """The plain schedule of the paper's element fails there."""
     found = proposed(levels)
     for factors in ((0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)):
-        assert all(writes(found.design, scaled(found.settings.write, *factors)))
+        assert all(writes(found.design, scale_peaks(found.settings.write, *factors)))
 
 
 @pytest.mark.parametrize('bits', [1, 2, 4])
 def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
     """A cheap look at each: the last level is erased, the longest way, written down, and read."""
-    design, settings = load(f'bits_{bits}')
+    design, settings = load_preset(f'bits_{bits}')
     study = Proof(design, settings, sample=2).campaign()
     last = [point for point, run in enumerate(study.points) if run['start'] == design.levels - 1]
     assert len(last) == 3
@@ -68,7 +68,7 @@ def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
 @pytest.mark.slow
 @pytest.mark.parametrize('bits', [1, 2, 4])
 def test_a_shipped_element_is_proven(bits):
-    study = Proof(*load(f'bits_{bits}')).campaign()
+    study = Proof(*load_preset(f'bits_{bits}')).campaign()
     tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
     assert tally.errors == ()
     assert tally.upward == (2**bits, 2**bits)
@@ -90,7 +90,7 @@ def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above()
 
 def test_the_wall_decides_whether_a_read_is_right():
     """Both tables are told the delays of one level further: every read names that one."""
-    design, settings = load('bits_2')
+    design, settings = load_preset('bits_2')
     study = Proof(design, settings, sample=1).campaign()
     for end in ('left', 'right'):
         table = study.common['calibration'][end]
@@ -104,7 +104,7 @@ def test_the_wall_decides_whether_a_read_is_right():
 
 def test_a_design_that_does_not_work_fails_its_proof():
     """Too little tension leaves the wall at level 1, and the kink never reaches it."""
-    design, settings = load('bits_2')
+    design, settings = load_preset('bits_2')
     weak = dataclasses.replace(
         settings,
         write=dataclasses.replace(settings.write, tension=0.012),
@@ -125,7 +125,7 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
     file = tmp_path / 'two.yaml'
     options = ['--output', str(file), '--prove', '--jobs', '1', '--folder', str(tmp_path)]
     assert main(['design', '--levels', '2', *options]) == 0
-    assert load(str(file)).design == preset('bits_1').design
+    assert load_preset(str(file)).design == preset('bits_1').design
     said = dict(
         line.split('  ', 1) for line in capsys.readouterr().out.splitlines() if ' of ' in line
     )
@@ -149,7 +149,7 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
 
 def test_without_a_file_the_parameters_are_all_that_is_printed(capsys):
     assert main(['design', '--levels', '2']) == 0
-    assert parse(capsys.readouterr().out).design == preset('bits_1').design
+    assert parse_preset(capsys.readouterr().out).design == preset('bits_1').design
 
 
 def test_what_is_wrong_is_said(capsys):

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem_lab.studies.session_figure import figure_of
-from mlmem_ros.session.data import load
+from mlmem_lab.studies.session_figure import build_figure
+from mlmem_ros.session.data import load_session
 from mlmem_tools.cli.main import main
 
 DATA = Path(__file__).parents[3] / 'test' / 'data'
@@ -21,11 +21,11 @@ def test_inspect_plots_without_ros(tmp_path):
 
 
 def test_the_picture_of_one_write_shows_its_verifying_echo():
-    session = load(DATA / 'life')
+    session = load_session(DATA / 'life')
     session.outcomes = session.outcomes[:1]
     ((echo, written),) = session.reads('left', ('read', 'write'))
     assert session.reads('left') == []
-    titled = [(axes.get_title(loc='left'), axes) for axes in figure_of(session).get_axes()]
+    titled = [(axes.get_title(loc='left'), axes) for axes in build_figure(session).get_axes()]
     panels = {letter: axes for letter in 'bc' for title, axes in titled if f'({letter})' in title}
     (shown,) = [line for line in panels['b'].lines if len(line.get_xdata()) == len(echo.t)]
     heard = shown.get_ydata() > 0.0  # above the threshold, which is the row's line
@@ -33,12 +33,12 @@ def test_the_picture_of_one_write_shows_its_verifying_echo():
     measured = panels['c'].lines[1]
     assert measured.get_xydata().tolist() == [[2.0, float(written['delay'])]]
     assert 'left end' in panels['b'].get_title(loc='left')
-    assert r'$\Delta_j$' in [axes.get_title() for axes in figure_of(session).get_axes()]
+    assert r'$\Delta_j$' in [axes.get_title() for axes in build_figure(session).get_axes()]
 
 
 def test_the_picture_of_a_session_without_an_echo_or_a_configuration_says_so():
-    session = load(DATA / 'life')
+    session = load_session(DATA / 'life')
     session.outcomes, session.configuration = [], []
-    titles = [axes.get_title(loc='left') for axes in figure_of(session).get_axes()]
+    titles = [axes.get_title(loc='left') for axes in build_figure(session).get_axes()]
     assert any('no echo gave a level, left end' in title for title in titles)
     assert any('configuration not recorded' in title for title in titles)

@@ -9,8 +9,8 @@ import pytest
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
-from mlmem_lab.shaken import Counts, G, Shaking, count
-from mlmem_ros.parameter_file import load
+from mlmem_lab.shaken import STANDARD_GRAVITY, Counts, Shaking, count
+from mlmem_ros.parameter_file import load_preset
 
 TICK = 2e-3
 
@@ -22,14 +22,14 @@ def course(shaking, n, seed=1):
 def test_an_imu_of_200_hz_sends_a_message_every_two_and_a_half_ticks():
     accelerations = course(Shaking('white', 1.0), 10_000)
     assert len(np.unique(accelerations)) == pytest.approx(4000, abs=1)
-    assert np.abs(accelerations).max() == pytest.approx(G, rel=1e-3)
-    assert accelerations.std() == pytest.approx(G / 3**0.5, rel=0.03)
+    assert np.abs(accelerations).max() == pytest.approx(STANDARD_GRAVITY, rel=1e-3)
+    assert accelerations.std() == pytest.approx(STANDARD_GRAVITY / 3**0.5, rel=0.03)
 
 
 def test_a_sine_has_its_frequency():
     accelerations = course(Shaking('sine', 2.0, 125.0), 1000)
     assert np.argmax(np.abs(np.fft.rfft(accelerations))) == 250  # of 2 s
-    assert accelerations.std() == pytest.approx(2.0 * G / 2**0.5, rel=0.01)
+    assert accelerations.std() == pytest.approx(2.0 * STANDARD_GRAVITY / 2**0.5, rel=0.01)
 
 
 def test_a_walk_has_two_footfalls_per_second():
@@ -40,7 +40,7 @@ def test_a_walk_has_two_footfalls_per_second():
 
 
 def test_slams_are_rare_and_loud():
-    accelerations = np.abs(course(Shaking('slams', 5.0), 10_000)) / G
+    accelerations = np.abs(course(Shaking('slams', 5.0), 10_000)) / STANDARD_GRAVITY
     loud = accelerations > 1.0
     assert np.all(accelerations[loud] == 5.0)
     assert accelerations[~loud].max() < 5e-3
@@ -79,7 +79,7 @@ def test_a_count_repeats_to_the_bit():
 
 def test_a_short_element_is_waited_for_longer_than_its_echo_takes():
     """Its echoes of 250 time units travel to and fro, and could be mistaken for shaking."""
-    design, settings = load('bits_1')
+    design, settings = load_preset('bits_1')
     for level in range(2):
         counts = count(design, settings, Shaking('white', 2.0), 'right', level, 4, seed=level)
         assert counts.right == 4
@@ -102,7 +102,7 @@ def test_a_wall_that_was_shaken_off_is_not_counted():
     ids=str,
 )  # fmt: skip
 def test_no_read_of_a_shaken_element_lies(name, shaking):
-    design, settings = load(name)
+    design, settings = load_preset(name)
     everything = Counts()
     for end in ('right', 'left') if name == 'case_2' else ('right',):
         for level in range(design.levels):

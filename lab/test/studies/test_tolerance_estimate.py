@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from mlmem_lab.studies.tolerance.estimate import (
-    RARE,
+    RARE_RATE,
     Fragility,
     Rate,
     bits_kept,
-    fit,
-    foot,
-    pooled,
+    fit_fragility,
+    foot_length,
+    pool_failures,
     rare_scatter,
 )
-from mlmem_lab.studies.tolerance.study import BEGIN, next_rung, trials_wanted
+from mlmem_lab.studies.tolerance.study import FIRST_RATE, count_missing_trials, next_rung
 
 # --- statistics -------------------------------------------------------------------------------
 
@@ -45,7 +45,7 @@ def test_the_fit_finds_the_curve_that_the_counts_were_drawn_from():
     random = np.random.default_rng(1)
     sigmas = [0.002, 0.003, 0.004, 0.006]
     rates = [Rate(int(random.binomial(20_000, law.rate(s))), 20_000) for s in sigmas]
-    found = fit(sigmas, rates)
+    found = fit_fragility(sigmas, rates)
     assert found.sigma(1e-3) == pytest.approx(law.sigma(1e-3), rel=0.05)
     assert law.rate(law.sigma(1e-3)) == pytest.approx(1e-3, rel=1e-6)
     value, low, high = rare_scatter(sigmas, rates, repeats=40)
@@ -57,12 +57,12 @@ def test_what_fails_beyond_the_foot_does_not_bend_it():
     """Half of the element at another scatter: a step in the curve that no fragility has."""
     rates = [Rate(10, 10_000), Rate(100, 10_000), Rate(1500, 10_000), Rate(1600, 10_000)]
     sigmas = [1.0, 1.5, 2.2, 3.3]
-    assert foot(rates) == 3
-    assert fit(sigmas, rates) == fit(sigmas[:3], rates[:3])
+    assert foot_length(rates) == 3
+    assert fit_fragility(sigmas, rates) == fit_fragility(sigmas[:3], rates[:3])
 
 
 def test_counts_that_tell_no_curve_give_none():
-    assert fit([0.1, 0.2], [Rate(0, 100), Rate(3, 100)]) is None
+    assert fit_fragility([0.1, 0.2], [Rate(0, 100), Rate(3, 100)]) is None
     assert rare_scatter([0.1, 0.2], [Rate(0, 100), Rate(100, 100)]) is None
 
 
@@ -79,12 +79,12 @@ def test_a_channel_that_erases_and_mistakes_words_keeps_its_mutual_information()
 
 
 def test_trials_that_fail_together_count_as_one():
-    alike = pooled(elements=50, each=8, failures=5 * 8, squares=5 * 64)
+    alike = pool_failures(elements=50, each=8, failures=5 * 8, squares=5 * 64)
     assert alike.clustering == pytest.approx(8.0, rel=0.05)
     assert alike.interval == pytest.approx(Rate(5, 50).interval, rel=0.05)
     random = np.random.default_rng(1)
     apart = random.binomial(8, 0.1, size=4000)
-    rate = pooled(4000, 8, int(apart.sum()), int((apart**2).sum()))
+    rate = pool_failures(4000, 8, int(apart.sum()), int((apart**2).sum()))
     assert rate.clustering == pytest.approx(1.0, abs=0.05)
 
 
@@ -98,13 +98,13 @@ def test_counting_finds_where_failures_begin_wherever_that_is(median, spread):
     ladder = 1e-6 * 10.0 ** (np.arange(55) / 10)
     rates = {}
     while (rung := next_rung(rates, len(ladder), 4000)) is not None:
-        more = 50 * math.ceil(trials_wanted(rates.get(rung), 4000) / 50)
+        more = 50 * math.ceil(count_missing_trials(rates.get(rung), 4000) / 50)
         failures = int(random.binomial(more, law.rate(ladder[rung])))
         before = rates.get(rung, Rate(0, 0))
         rates[rung] = Rate(before.failures + failures, before.trials + more)
     counted = [rung for rung, rate in rates.items() if rate.trials > 50]
-    assert rates[min(counted)].value < RARE
-    assert max(rate.value for rate in rates.values()) > BEGIN
+    assert rates[min(counted)].value < RARE_RATE
+    assert max(rate.value for rate in rates.values()) > FIRST_RATE
     assert sum(rate.trials for rate in rates.values()) < 5 * 4000
     assert law.rate(ladder[max(counted)]) < 0.9, 'no counting where all is known to fail'
 

@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import NDArray
 
-from ..formulas import coupling, on_site
-from ..jit import fma, inlined, kernel
+from ..formulas import coupling_pull, on_site_factors
+from ..jit import compile_kernel, fma, inline_function
 from ..potential import Array
 
-VECTOR = 8
+VECTOR_SIZE = 8
 """Numbers in the widest vector, which is also a cache line: 64 bytes."""
 
 Chained = tuple[Array, ...]
@@ -81,7 +81,7 @@ class Forcing(NamedTuple):
     start: float = 0.0
 
 
-def aligned(values: Array, first: int = 0) -> Array:
+def align_array(values: Array, first: int = 0) -> Array:
     """Return a copy, shape (n,) or (rows, n), whose element `first` of every row begins a cache
     line, so that no vector spans two.
 
@@ -92,24 +92,24 @@ def aligned(values: Array, first: int = 0) -> Array:
     """
     columns = values.shape[-1]
     if values.ndim > 1:
-        columns += -columns % VECTOR
+        columns += -columns % VECTOR_SIZE
     shape = (*values.shape[:-1], columns)
     size = math.prod(shape)
-    buffer = np.zeros(size + VECTOR)
-    start = (-first - buffer.ctypes.data // buffer.itemsize) % VECTOR
+    buffer = np.zeros(size + VECTOR_SIZE)
+    start = (-first - buffer.ctypes.data // buffer.itemsize) % VECTOR_SIZE
     copy = buffer[start : start + size].reshape(shape)
     copy[..., : values.shape[-1]] = values
     return copy
 
 
-def displacements(n: int) -> Array:
+def make_displacements(n: int) -> Array:
     """Return n displacements of zero with their ghost cells."""
-    return aligned(np.zeros(n + 2), 1)
+    return align_array(np.zeros(n + 2), 1)
 
 
-def per_cell(n: int) -> Array:
+def make_cell_array(n: int) -> Array:
     """Return a zero for each of n cells."""
-    return aligned(np.zeros(n))
+    return align_array(np.zeros(n))
 
 
 Complex = NDArray[np.complex128]
@@ -147,7 +147,7 @@ class Integrator(ABC):
         """
 
     @abstractmethod
-    def arrays(self, n: int) -> Chained:
+    def make_arrays(self, n: int) -> Chained:
         """Return the arrays of a chain of n cells: u, du, ddu and the loop's work space."""
 
     @abstractmethod
@@ -199,7 +199,7 @@ class Integrator(ABC):
             return exact
         turn = np.exp(1j * omega * dt)
         before, w = exact, exact * (1.0 + 1e-4)
-        miss_before, miss = (self._miss(each, turn, eta, dt) for each in (before, w))
+        miss_before, miss = (self._compute_residual(each, turn, eta, dt) for each in (before, w))
         for _ in range(12):
             change = miss - miss_before
             moving = np.abs(change) > 1e-300
@@ -207,16 +207,16 @@ class Integrator(ABC):
             before, w, miss_before = w, w - step, miss
             if np.abs(step).max(initial=0.0) < 1e-12:
                 break
-            miss = self._miss(w, turn, eta, dt)
+            miss = self._compute_residual(w, turn, eta, dt)
         return np.asarray(w)
 
-    def _miss(self, w: Complex, turn: Complex, eta: float, dt: float) -> Complex:
+    def _compute_residual(self, w: Complex, turn: Complex, eta: float, dt: float) -> Complex:
         """Return det(M(w) - turn), M the matrix of a step, shape (m,)."""
         matrix = self.step_matrix(w, eta, dt)
         return np.asarray(np.linalg.det(matrix - turn[:, None, None] * np.eye(matrix.shape[-1])))
 
 
-REST = 1e-13
+MAX_REST_SPEED = 1e-13
 """Speed and acceleration below which a cell rests.
 
 Rounding makes a chain tremble at 1e-15 for ever. To stop a wave of this size changes an echo's v_c
@@ -225,8 +225,8 @@ substrate under strain is so stiff that it trembles more, and never rests.
 """
 
 
-@inlined
-def slow(v: Array, limit: float) -> bool:
+@inline_function
+def is_below_speed(v: Array, limit: float) -> bool:
     """Return whether all cells are slower than a limit; at a limit of 0 none is."""
     for each in v:  # noqa: SIM110 (compiled code has no generators)
         if not abs(each) < limit:
@@ -234,8 +234,8 @@ def slow(v: Array, limit: float) -> bool:
     return True
 
 
-@kernel
-def balanced(u: Array, U: Array | None, cells: Cells, V_N: float) -> bool:
+@compile_kernel
+def is_balanced(u: Array, U: Array | None, cells: Cells, V_N: float) -> bool:
     """Return whether the forces of a chain without motion leave it at rest.
 
     Args:
@@ -244,7 +244,7 @@ def balanced(u: Array, U: Array | None, cells: Cells, V_N: float) -> bool:
         V_N: Displacement of the substrate's end.
 
     Returns:
-        Whether no cell has an acceleration of `REST` or more.
+        Whether no cell has an acceleration of `MAX_REST_SPEED` or more.
     """
     law, spring, origin, mobility, under, stuck, _ = cells
     n = len(u) - 2
@@ -255,13 +255,13 @@ def balanced(u: Array, U: Array | None, cells: Cells, V_N: float) -> bool:
     for j in range(n):
         x = u[j + 1]
         y = x - (fma(V_N, under[j], origin[j]) if U is None else U[j + 1] + origin[j])
-        slope, sine = on_site(law, j, y)
-        pull = fma(-slope, sine, coupling(spring, j, u[j], x, u[j + 2]))
-        if not abs(mobility[j] * pull) < REST:
+        slope, sine = on_site_factors(law, j, y)
+        pull = fma(-slope, sine, coupling_pull(spring, j, u[j], x, u[j + 2]))
+        if not abs(mobility[j] * pull) < MAX_REST_SPEED:
             return False
         if U is not None and 0 < j < n - 1:
             tension = under[j + 1] * (U[j + 2] - U[j + 1])
             pull = fma(-under[j], U[j + 1] - U[j], tension)
-            if not abs(fma(slope, sine, pull)) < REST:
+            if not abs(fma(slope, sine, pull)) < MAX_REST_SPEED:
                 return False
     return True

@@ -25,10 +25,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..formulas import coupling, joined, on_site, rub
-from ..jit import fma, kernel
+from ..formulas import coupling_pull, dry_friction, join_motion, on_site_factors
+from ..jit import compile_kernel, fma
 from ..potential import Array
-from .integrator import Cells, Chained, Complex, Forcing, Integrator, displacements, per_cell, slow
+from .integrator import (
+    Cells,
+    Chained,
+    Complex,
+    Forcing,
+    Integrator,
+    is_below_speed,
+    make_cell_array,
+    make_displacements,
+)
 
 P = 0.54
 """The paper's split of the step."""
@@ -50,7 +59,7 @@ class Coefficients(NamedTuple):
     a7: float
 
 
-def coefficients(dt: float, p: float = P) -> Coefficients:
+def compute_coefficients(dt: float, p: float = P) -> Coefficients:
     """Return the integration constants of a step.
 
     Args:
@@ -70,7 +79,7 @@ def coefficients(dt: float, p: float = P) -> Coefficients:
     )
 
 
-@kernel
+@compile_kernel
 def advance(
     steps: int,
     chain: Chained,
@@ -138,13 +147,13 @@ def advance(
             else:
                 X = U_p[j + 1]
                 y = x - (X + origin[j])
-            slope, sine = on_site(law, j, y)
-            pull = fma(-slope, sine, coupling(spring, j, u_p[j], x, u_p[j + 2]))
+            slope, sine = on_site_factors(law, j, y)
+            pull = fma(-slope, sine, coupling_pull(spring, j, u_p[j], x, u_p[j + 2]))
             pull = fma(-eta, fma(a0, ddu[j], du[j]), pull)
             if drag is not None:
                 pull = fma(drag[i], under[j], pull)
             if friction is not None:
-                pull = pull - rub(friction, fma(a0, ddu[j], du[j]))
+                pull = pull - dry_friction(friction, fma(a0, ddu[j], du[j]))
             acceleration = fma(mobility[j], pull, -base)
             middle = fma(h0 + h3, acceleration, fma(h0, ddu[j], du[j]))
             ddu_p[j] = acceleration
@@ -163,8 +172,8 @@ def advance(
                 u[j + 1] = u_p[j + 1]
                 du_p[j] = ddu_p[j] = 0.0
             else:
-                ddu_p[j] = ddU_p[j] = joined(mobility[j], ddu_p[j], ddU_p[j])
-                du_p[j] = dU_p[j] = joined(mobility[j], du_p[j], dU_p[j])
+                ddu_p[j] = ddU_p[j] = join_motion(mobility[j], ddu_p[j], ddU_p[j])
+                du_p[j] = dU_p[j] = join_motion(mobility[j], du_p[j], dU_p[j])
                 u[j + 1] = fma(a3, du_p[j], u_p[j + 1])
                 U[j + 1] = fma(a3, du_p[j], U_p[j + 1])
         if i < driven:
@@ -192,13 +201,13 @@ def advance(
             else:
                 X = U[j + 1]
                 y = x - (X + origin[j])
-            slope, sine = on_site(law, j, y)
-            pull = fma(-slope, sine, coupling(spring, j, u[j], x, u[j + 2]))
+            slope, sine = on_site_factors(law, j, y)
+            pull = fma(-slope, sine, coupling_pull(spring, j, u[j], x, u[j + 2]))
             pull = fma(-eta, fma(h3, ddu_p[j], du_p[j]), pull)
             if drag is not None:
                 pull = fma(drag[i + 1], under[j], pull)
             if friction is not None:
-                pull = pull - rub(friction, fma(h3, ddu_p[j], du_p[j]))
+                pull = pull - dry_friction(friction, fma(h3, ddu_p[j], du_p[j]))
             acceleration = fma(mobility[j], pull, -base)
             velocity = fma(a7, acceleration, fma(a6 - h3, ddu_p[j], fma(a5, ddu[j], du_p[j])))
             ddu[j] = acceleration
@@ -217,8 +226,8 @@ def advance(
                 u_p[j + 1] = u[j + 1]
                 du[j] = ddu[j] = 0.0
             else:
-                ddu[j] = ddU[j] = joined(mobility[j], ddu[j], ddU[j])
-                du[j] = dU[j] = joined(mobility[j], du[j], dU[j])
+                ddu[j] = ddU[j] = join_motion(mobility[j], ddu[j], ddU[j])
+                du[j] = dU[j] = join_motion(mobility[j], du[j], dU[j])
                 u_p[j + 1] = fma(a0, fma(h0, ddu[j], du[j]), u[j + 1])
                 U_p[j + 1] = fma(a0, fma(h0, ddu[j], du[j]), U[j + 1])
         if substrate is not None:
@@ -233,9 +242,9 @@ def advance(
                 D = u[j + 1] - (end * under[j] if substrate is None else U[j + 1])
                 if not low <= D <= high:  # also true for NaN
                     strayed = True
-            calm = slow(du, limit)
+            calm = is_below_speed(du, limit)
             if substrate is not None:
-                calm = calm and slow(dU, limit)
+                calm = calm and is_below_speed(dU, limit)
             if calm:
                 done = k + 1
                 break
@@ -260,18 +269,25 @@ class NohBathe(Integrator):
         """
         return OMEGA_DT_LIMIT / omega * (math.hypot(omega, eta) - eta) / omega
 
-    def arrays(self, n: int) -> Chained:
+    def make_arrays(self, n: int) -> Chained:
         """Return u, du, ddu, u_p, du_p and ddu_p (see `Integrator`)."""
-        u, u_p = displacements(n), displacements(n)
-        return u, per_cell(n), per_cell(n), u_p, per_cell(n), per_cell(n)
+        u, u_p = make_displacements(n), make_displacements(n)
+        return (
+            u,
+            make_cell_array(n),
+            make_cell_array(n),
+            u_p,
+            make_cell_array(n),
+            make_cell_array(n),
+        )
 
     def constants(self, dt: float, mobility: Array, eta: Array | float) -> Array:
         """Return a0 ... a7 (see `Integrator`)."""
-        return np.array(coefficients(dt))
+        return np.array(compute_coefficients(dt))
 
     def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
         """Return the matrix of a step on (U, dU, ddU), shape (m, 3, 3) (see `Integrator`)."""
-        a0, a1, a2, a3, a4, a5, a6, a7 = coefficients(dt)
+        a0, a1, a2, a3, a4, a5, a6, a7 = compute_coefficients(dt)
         U, dU, ddU = np.eye(3, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
         k = stiffness[:, None]
         U_p = U + a0 * dU + a1 * ddU

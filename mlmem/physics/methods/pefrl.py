@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..formulas import coupling, exponential, joined, on_site, rub
-from ..jit import fma, kernel
+from ..formulas import coupling_pull, dry_friction, exponential, join_motion, on_site_factors
+from ..jit import compile_kernel, fma
 from ..potential import Array
 from .integrator import (
     Cells,
@@ -25,18 +25,18 @@ from .integrator import (
     Complex,
     Forcing,
     Integrator,
-    aligned,
-    displacements,
-    per_cell,
-    slow,
+    align_array,
+    is_below_speed,
+    make_cell_array,
+    make_displacements,
 )
 
 XI, LAMBDA, CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 
-DRIFTS = (XI, CHI, 1.0 - 2.0 * (CHI + XI), CHI, XI)
+DRIFT_FRACTIONS = (XI, CHI, 1.0 - 2.0 * (CHI + XI), CHI, XI)
 """Fractions of the step."""
 
-KICKS = (0.5 - LAMBDA, LAMBDA, LAMBDA, 0.5 - LAMBDA)
+KICK_FRACTIONS = (0.5 - LAMBDA, LAMBDA, LAMBDA, 0.5 - LAMBDA)
 """Fractions of the step, between the drifts."""
 
 OMEGA_DT_LIMIT = 2.98
@@ -62,7 +62,7 @@ class Constants(NamedTuple):
     substrate_kick: Array
 
 
-@kernel
+@compile_kernel
 def advance(
     steps: int,
     chain: Chained,
@@ -133,12 +133,12 @@ def advance(
                 else:
                     HERE = X[at, j + 1]
                     y = here - (HERE + origin[j])
-                slope, sine = on_site(law, j, y)
-                pull = fma(-slope, sine, coupling(spring, j, x[at, j], here, x[at, j + 2]))
+                slope, sine = on_site_factors(law, j, y)
+                pull = fma(-slope, sine, coupling_pull(spring, j, x[at, j], here, x[at, j + 2]))
                 if drag is not None:
                     pull = fma(drag[node], under[j], pull)
                 if friction is not None:
-                    pull = pull - rub(friction, du[j])
+                    pull = pull - dry_friction(friction, du[j])
                 velocity = fma(decay[by, j], du[j], fma(kick[by, j], pull, -push[by, j] * base))
                 du[j] = velocity
                 x[to, j + 1] = fma(drift, velocity, here)
@@ -154,7 +154,7 @@ def advance(
                     x[to, j + 1] = x[at, j + 1]
                     du[j] = 0.0
                 else:
-                    du[j] = dU[j] = joined(mobility[j], du[j], dU[j])
+                    du[j] = dU[j] = join_motion(mobility[j], du[j], dU[j])
                     x[to, j + 1] = fma(drift, du[j], x[at, j + 1])
                     X[to, j + 1] = fma(drift, du[j], X[at, j + 1])
         if substrate is None:
@@ -176,9 +176,9 @@ def advance(
                 D = x[0, j + 1] - (end * under[j] if substrate is None else X[0, j + 1])
                 if not low <= D <= high:  # also true for NaN
                     strayed = True
-            calm = slow(du, limit)
+            calm = is_below_speed(du, limit)
             if substrate is not None:
-                calm = calm and slow(dU, limit)
+                calm = calm and is_below_speed(dU, limit)
             if calm:
                 done = k + 1
                 break
@@ -204,30 +204,39 @@ class Pefrl(Integrator):
         """Return the largest stable step (see `Integrator`)."""
         return OMEGA_DT_LIMIT / omega
 
-    def arrays(self, n: int) -> Chained:
+    def make_arrays(self, n: int) -> Chained:
         """Return u, du, ddu and the loop's two rows of displacements (see `Integrator`)."""
-        return displacements(n), per_cell(n), per_cell(n), aligned(np.zeros((2, n + 2)), 1)
+        return (
+            make_displacements(n),
+            make_cell_array(n),
+            make_cell_array(n),
+            align_array(np.zeros((2, n + 2)), 1),
+        )
 
     def constants(self, dt: float, mobility: Array, eta: Array | float) -> Constants:
         """Return drifts and kicks (see `Integrator`)."""
-        kicks = np.array([_kick(share * dt, mobility, eta) for share in KICKS[:2]])
-        of_one = np.array([_kick(share * dt, np.ones(1), eta) for share in KICKS[:2]])
-        decay, kick, push = (aligned(kicks[:, k]) for k in range(3))
+        kicks = np.array(
+            [_compute_kick(share * dt, mobility, eta) for share in KICK_FRACTIONS[:2]]
+        )
+        of_one = np.array(
+            [_compute_kick(share * dt, np.ones(1), eta) for share in KICK_FRACTIONS[:2]]
+        )
+        decay, kick, push = (align_array(kicks[:, k]) for k in range(3))
         substrate = (of_one[:, k, 0].copy() for k in range(2))
-        return Constants(np.array(DRIFTS) * dt, decay, kick, push, *substrate)
+        return Constants(np.array(DRIFT_FRACTIONS) * dt, decay, kick, push, *substrate)
 
     def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
         """Return the matrix of a step on (U, dU), shape (m, 2, 2) (see `Integrator`)."""
         U, dU = np.eye(2, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
-        for number, share in enumerate(DRIFTS):
+        for number, share in enumerate(DRIFT_FRACTIONS):
             U = U + share * dt * dU
-            if number < len(KICKS):
-                decay, kick, _ = _kick(KICKS[number] * dt, np.ones(1), eta)
+            if number < len(KICK_FRACTIONS):
+                decay, kick, _ = _compute_kick(KICK_FRACTIONS[number] * dt, np.ones(1), eta)
                 dU = decay * dU - kick * stiffness[:, None] * U
         return np.stack((U, dU), axis=1)
 
 
-def _kick(h: float, mobility: Array, eta: Array | float) -> tuple[Array, Array, Array]:
+def _compute_kick(h: float, mobility: Array, eta: Array | float) -> tuple[Array, Array, Array]:
     """Return the coefficients of a kick of a given duration.
 
     v' = decay v + kick f - push A with decay = exp(-z), push = h (1 - exp(-z)) / z and

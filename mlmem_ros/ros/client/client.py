@@ -25,10 +25,10 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from mlmem.procedure_table import PROCEDURES
-from mlmem.schema import printable, short_repr
+from mlmem.schema import make_printable, short_repr
 
 from ...contract.answers import (
-    ANSWERS,
+    ANSWER_TYPES,
     Answer,
     Calibrated,
     Decoded,
@@ -41,18 +41,18 @@ from ...contract.answers import (
 from ...contract.calls import (
     NoAnswer,
     RequestRefused,
-    content,
-    message_of,
-    parameter,
-    parse,
+    build_parameter,
+    build_request,
+    check_content,
+    parse_answer,
     parse_self_test,
 )
-from ...contract.services import DEADLINE, action_types
-from ..middleware import ALIVE, events_executor
+from ...contract.services import DEADLINE_ARGUMENT, load_action_types
+from ..middleware import ALIVE, create_events_executor
 from .goal import Goal
 from .line import Line
 from .link import Call, Connection
-from .reply import Reply, Steps, seconds
+from .reply import Reply, Steps, check_seconds
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -93,11 +93,11 @@ class MemoryClient:
         self.group = MutuallyExclusiveCallbackGroup()
         self._connection = Connection(node, self.name, patience)
         self._reads: list[Goal[Decoded]] = []  # not answered yet
-        self._actions = action_types() if actions else {}
+        self._actions = load_action_types() if actions else {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait at most `timeout` seconds, whatever the patience, until the node is available."""
-        steps = self._call('request', SetParametersAtomically, None, lambda _: None)
+        steps = self._call_steps('request', SetParametersAtomically, None, lambda _: None)
         return Reply(self._connection, 'ready', steps, timeout + 1.0, patience=timeout)
 
     def node_count(self) -> int:
@@ -112,8 +112,8 @@ class MemoryClient:
         Raises:
             ValueError: The level is not a whole number from 0.
         """
-        level = content(level)
-        return self._goal('write', Decoded, timeout, f'write {level}', level=level)
+        level = check_content(level)
+        return self._send_goal('write', Decoded, timeout, f'write {level}', level=level)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Goal[Decoded]:
         """Fire a pulse and decode its echo.
@@ -124,40 +124,44 @@ class MemoryClient:
             end: The end to probe this time: left, right or both; empty for the node's `read.end`.
         """
         earlier = [each for each in self._reads if not each.freed.done()]
-        read = self._goal('read', Decoded, timeout, after=earlier, end=end)
+        read = self._send_goal('read', Decoded, timeout, after=earlier, end=end)
         self._reads = [*earlier, read]
         return read
 
     def erase(self, timeout: float = 60.0) -> Goal[Decoded]:
         """Make the element blank."""
-        return self._goal('erase', Decoded, timeout)
+        return self._send_goal('erase', Decoded, timeout)
 
     def calibrate(self, timeout: float = 120.0) -> Goal[Calibrated]:
         """Measure the echo delay of every level, and restore the content."""
-        return self._goal('calibrate', Calibrated, timeout)
+        return self._send_goal('calibrate', Calibrated, timeout)
 
     def self_test(self, timeout: float = 120.0) -> Goal[SelfTested]:
         """Write and read every level, test actuator and transducers, and restore the content."""
-        return self._goal('self_test', SelfTested, timeout)
+        return self._send_goal('self_test', SelfTested, timeout)
 
     def abort(self, timeout: float = 10.0) -> Reply[Done]:
         """Stop the running procedure and bring the strain to zero."""
-        return self._request('abort', Done, timeout)
+        return self._send_request('abort', Done, timeout)
 
     def procedure(self, name: str, timeout: float = 120.0, **arguments: Any) -> Goal[Any]:
         """Request any procedure by its name, with its arguments: see `mlmem.procedure_table`."""
-        return self._goal(name, ANSWERS.get(name, Decoded), timeout, **arguments)
+        return self._send_goal(name, ANSWER_TYPES.get(name, Decoded), timeout, **arguments)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Pause the element's time, or with `hold` false resume it."""
         request = SetBool.Request(data=bool(hold))
-        steps = self._call('pause', SetBool, request, lambda said: _parsed(Paused, said))
+        steps = self._call_steps(
+            'pause', SetBool, request, lambda said: _parse_response(Paused, said)
+        )
         return Reply(self._connection, 'pause', steps, timeout)
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
         """Run one tick while time is paused."""
         request = Trigger.Request()
-        steps = self._call('step', Trigger, request, lambda said: _parsed(Stepped, said))
+        steps = self._call_steps(
+            'step', Trigger, request, lambda said: _parse_response(Stepped, said)
+        )
         return Reply(self._connection, 'step', steps, timeout)
 
     def follow(
@@ -183,7 +187,7 @@ class MemoryClient:
             'strains': [float(value) for value in strains],
             'rates': [float(value) for value in rates],
         }
-        return self._request('follow', Answer, timeout, **points)
+        return self._send_request('follow', Answer, timeout, **points)
 
     def inject(self, *script: Mapping[str, Any], timeout: float = 10.0) -> Reply[Answer]:
         """Let parts of the element fail, each from a tick on that counts from the present one.
@@ -208,7 +212,7 @@ class MemoryClient:
             text = json.dumps(script, allow_nan=False)
         except TypeError as error:
             raise ValueError(f'a script has numbers and texts only: {error}') from error
-        return self._request('inject', Answer, timeout, script=text)
+        return self._send_request('inject', Answer, timeout, script=text)
 
     def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:
         """Start or stop recording a session.
@@ -219,20 +223,20 @@ class MemoryClient:
                 the time is added to its name.
         """
         what = 'record' if on else 'stop recording'
-        return self._request('record', Recorded, timeout, what, on=bool(on), path=path)
+        return self._send_request('record', Recorded, timeout, what, on=bool(on), path=path)
 
     def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
         """Ask for parameters of the node, such as `design.N`, by name as in the answer; refused if
         the node lacks one of them.
         """
 
-        def understood(response: Any) -> dict[str, Any]:
+        def parse_values(response: Any) -> dict[str, Any]:
             if len(response.values) != len(names):  # rclpy sends none if one is unknown
                 raise RequestRefused({'error': f'one of {", ".join(names)} is not a parameter'})
             return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
 
         request = GetParameters.Request(names=list(names))
-        steps = self._call('get_parameters', GetParameters, request, understood)
+        steps = self._call_steps('get_parameters', GetParameters, request, parse_values)
         return Reply(self._connection, 'parameters', steps, timeout)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
@@ -246,18 +250,21 @@ class MemoryClient:
             ValueError: A value is none that a parameter takes.
         """
 
-        def understood(response: Any) -> None:
+        def check_result(response: Any) -> None:
             if not response.result.successful:
                 was = 'parameter {} was' if len(values) == 1 else 'parameters {} were'
-                names = printable(', '.join(values), 100)
+                names = make_printable(', '.join(values), 100)
                 refused = f'{was.format(names)} refused: {response.result.reason}'
                 raise RequestRefused({'error': refused})
 
-        values = {name: _plain(value) for name, value in values.items()}
-        given = [parameter(name, _type_of(name, value), value) for name, value in values.items()]
+        values = {name: _to_plain(value) for name, value in values.items()}
+        given = [
+            build_parameter(name, _find_parameter_type(name, value), value)
+            for name, value in values.items()
+        ]
         request = SetParametersAtomically.Request(parameters=given)
-        steps = self._call(
-            'set_parameters_atomically', SetParametersAtomically, request, understood
+        steps = self._call_steps(
+            'set_parameters_atomically', SetParametersAtomically, request, check_result
         )
         return Reply(self._connection, 'set_parameters', steps, timeout)
 
@@ -267,19 +274,19 @@ class MemoryClient:
         Raises:
             ValueError: An argument is not of its type.
         """
-        return self._request(name, Answer, timeout, **arguments)
+        return self._send_request(name, Answer, timeout, **arguments)
 
     # --- conversations -------------------------------------------------------------------
 
-    def _request(
+    def _send_request(
         self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
     ) -> Reply[SomeAnswer]:
         if name in PROCEDURES:  # which the node need not begin when nobody waits any more
-            arguments.setdefault(DEADLINE, seconds('timeout', timeout))
-        steps = self._requested(name, kind, arguments)
+            arguments.setdefault(DEADLINE_ARGUMENT, check_seconds('timeout', timeout))
+        steps = self._request_steps(name, kind, arguments)
         return Reply(self._connection, what or name, steps, timeout)
 
-    def _goal(
+    def _send_goal(
         self,
         name: str,
         kind: type[SomeAnswer],
@@ -289,35 +296,35 @@ class MemoryClient:
         **arguments: Any,
     ) -> Goal[SomeAnswer]:
         """Request a procedure, after others, by its action if the node serves it."""
-        arguments[DEADLINE] = seconds('timeout', timeout)
-        service: Steps[Any] = self._requested(name, kind, arguments)
+        arguments[DEADLINE_ARGUMENT] = check_seconds('timeout', timeout)
+        service: Steps[Any] = self._request_steps(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
-            service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
+            service = self._call_steps('self_test', SelfTest, SelfTest.Request(), parse_self_test)
         action = self._actions.get(name)
         return Goal(self._connection, name, action, arguments, kind, after, service, timeout, what)
 
-    def _requested(
+    def _request_steps(
         self, name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]
     ) -> Steps[SomeAnswer]:
-        return self._call(
+        return self._call_steps(
             'request',
             SetParametersAtomically,
-            message_of(name, **arguments),
-            lambda said: parse(kind, said.result.successful, said.result.reason),
+            build_request(name, **arguments),
+            lambda said: parse_answer(kind, said.result.successful, said.result.reason),
         )
 
-    def _call(
+    def _call_steps(
         self, service: str, kind: type[Any], request: Any, understood: Callable[[Any], T]
     ) -> Steps[T]:
         return understood((yield Call(service, kind, request)))
 
 
-def _plain(value: Any) -> Any:
+def _to_plain(value: Any) -> Any:
     """Return a value of NumPy as Python's own."""
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
-def _type_of(name: str, value: Any) -> int:
+def _find_parameter_type(name: str, value: Any) -> int:
     """Return the number of the type of a parameter; raise `ValueError` if none takes the value."""
     try:
         return int(Parameter.Type.from_parameter_value(value).value)
@@ -326,14 +333,14 @@ def _type_of(name: str, value: Any) -> int:
         raise ValueError(f'{name} must be {wanted}; got {short_repr(value)}') from None
 
 
-def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
-    return parse(kind, response.success, response.message)
+def _parse_response(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
+    return parse_answer(kind, response.success, response.message)
 
 
-POLL = 0.02
+POLL_PERIOD_S = 0.02
 """Seconds between two checks of a condition."""
 
-TURN = 10.0
+SPIN_TIMEOUT_S = 10.0
 """Seconds per spin; this executor must not wait without a time-out."""
 
 
@@ -358,15 +365,15 @@ def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryCl
         use_global_arguments=False,
         start_parameter_services=False,
     )
-    executor = events_executor(context)
+    executor = create_events_executor(context)
     executor.add_node(node)
     over = Future()
 
-    def turn() -> None:
+    def spin_until_over() -> None:
         while not over.done():
-            executor.spin_until_future_complete(over, TURN)
+            executor.spin_until_future_complete(over, SPIN_TIMEOUT_S)
 
-    thread = threading.Thread(target=turn, name='mlmem-client', daemon=True)
+    thread = threading.Thread(target=spin_until_over, name='mlmem-client', daemon=True)
     thread.start()
     try:
         yield MemoryClient(node, name, patience=patience)
@@ -389,4 +396,4 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0
     while not condition():
         if time.monotonic() > deadline:
             raise NoAnswer(f'{what} did not come within {timeout:g} s')
-        time.sleep(POLL)
+        time.sleep(POLL_PERIOD_S)

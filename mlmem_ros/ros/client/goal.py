@@ -15,13 +15,13 @@ from action_msgs.srv import CancelGoal
 from rcl_interfaces.srv import SetParametersAtomically
 from unique_identifier_msgs.msg import UUID
 
-from ...contract.calls import RequestRefused, answer_of
+from ...contract.calls import RequestRefused, parse_result
 from .link import Call, Connection
 from .reply import Reply, Steps, Turn
 
 T = TypeVar('T')
 
-MOST = 20
+MAX_WAITING_REQUESTS = 20
 """Most requests of a client that wait for one another."""
 
 
@@ -57,9 +57,9 @@ class Goal(Reply[T]):
         self._news: deque[Any] = deque()
         self._turn: Turn | None = None
         goal = action and action.Goal(**arguments)
-        steps = self._converse(after, name, goal, kind, service)
+        steps = self._goal_steps(after, name, goal, kind, service)
         super().__init__(connection, what or name, steps, timeout)
-        Future.add_done_callback(self, self._tell)
+        Future.add_done_callback(self, self._wake_waiter)
 
     def cancel_goal(self) -> bool:
         """Make the node stop this procedure, and nothing else, and release the strain.
@@ -81,9 +81,9 @@ class Goal(Reply[T]):
     def __aiter__(self) -> Goal[T]:
         if self._action is not None and not self.done():
             path, kind = f'{self._path}/feedback', self._action.Impl.FeedbackMessage
-            takers = self._connection.link().takers(path, kind)
-            takers.add(self._hear)
-            Future.add_done_callback(self, lambda _: takers.discard(self._hear))
+            takers = self._connection.link().find_receivers(path, kind)
+            takers.add(self._take_feedback)
+            Future.add_done_callback(self, lambda _: takers.discard(self._take_feedback))
         return self
 
     async def __anext__(self) -> Any:
@@ -96,14 +96,16 @@ class Goal(Reply[T]):
                 await turn
         return self._news.popleft()
 
-    def _converse(
+    def _goal_steps(
         self, after: Sequence[Reply[Any]], name: str, goal: Any, kind: Any, service: Steps[T]
     ) -> Steps[T]:
-        if len(after) >= MOST:
-            raise RequestRefused({'error': f'busy: {MOST} requests are already waiting'})
+        if len(after) >= MAX_WAITING_REQUESTS:
+            raise RequestRefused(
+                {'error': f'busy: {MAX_WAITING_REQUESTS} requests are already waiting'}
+            )
         yield [each.freed for each in after]
         yield Call('request', SetParametersAtomically)
-        served = self._connection.link().serves(f'{self._path}/send_goal')
+        served = self._connection.link().has_service(f'{self._path}/send_goal')
         with self._lock:  # a client may cancel it in another thread
             if self._unwanted:
                 raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
@@ -121,28 +123,28 @@ class Goal(Reply[T]):
             self._stop()
         request = get.Request(goal_id=self._number)
         response = yield Call(f'{self._path}/get_result', get, request)
-        answer: T = answer_of(name, kind, response.result, goal)
+        answer: T = parse_result(name, kind, response.result, goal)
         return answer
 
-    def _reached(self) -> bool:
-        return self._taken or super()._reached()
+    def _has_reached_node(self) -> bool:
+        return self._taken or super()._has_reached_node()
 
     def _stop(self) -> None:
         """Ask to cancel the goal; its result will say how it ended."""
         request = CancelGoal.Request(goal_info=GoalInfo(goal_id=self._number))
         call = Call(f'{self._path}/cancel_goal', CancelGoal, request)
-        Reply(self._connection, f'cancel {self._what}', _asked(call), self._timeout)
+        Reply(self._connection, f'cancel {self._what}', _call_once(call), self._timeout)
 
-    def _hear(self, message: Any) -> None:
+    def _take_feedback(self, message: Any) -> None:
         if message.goal_id == self._number:
             self._news.append(message.feedback)
-            self._tell()
+            self._wake_waiter()
 
-    def _tell(self, _: Any = None) -> None:
+    def _wake_waiter(self, _: Any = None) -> None:
         turn, self._turn = self._turn, None
         if turn is not None:
             turn.tell()
 
 
-def _asked(call: Call) -> Steps[Any]:
+def _call_once(call: Call) -> Steps[Any]:
     return (yield call)

@@ -28,21 +28,21 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from ..middleware import events_executor
+from ..middleware import create_events_executor
 
-SOON = 0.02
+SERVICE_CHECK_PERIOD_S = 0.02
 """Seconds between two looks at the graph while a request waits for its service to appear."""
 
-LOOK = 0.5
+CHECK_PERIOD_S = 0.5
 """Seconds between two looks at clock and graph otherwise."""
 
-DESCRIBES = 'start_type_description_service'
+TYPE_DESCRIPTION_PARAMETER = 'start_type_description_service'
 """A parameter of every node of rclpy."""
 
-PATIENCE = 10.0
+JOIN_TIMEOUT_S = 10.0
 """Seconds to wait for the end of the thread."""
 
-ASLEEP = 10.0
+MAX_STANDSTILL_S = 10.0
 """Seconds that this process may stand still before others may have forgotten it."""
 
 
@@ -77,7 +77,7 @@ class Line:
         self.awake = 0.0
         self._own = own
         self._newest = self
-        self._executor = events_executor(context)
+        self._executor = create_events_executor(context)
         self._nodes: dict[ref[Node], Node] = {}
         self._links: set[object] = set()
         self._left: set[object] = set()
@@ -98,15 +98,15 @@ class Line:
                 cls._all[context] = cls(context)
             return cls._all[context]
 
-    def renewed(self, broken: object, robot: Node) -> Line:
+    def replace_broken(self, broken: object, robot: Node) -> Line:
         """Return a line in place of that of a broken link, with a participant of its own."""
         with self._making:
-            if self._newest.has(broken) or self._newest.over:
-                self._newest = Line(_context_like(robot), own=True)
+            if self._newest.has_link(broken) or self._newest.over:
+                self._newest = Line(_create_context_like(robot), own=True)
                 self.context.on_shutdown(self._newest.close)
             return self._newest
 
-    def has(self, link: object) -> bool:
+    def has_link(self, link: object) -> bool:
         """Return whether a link belongs to this line."""
         return link in self._links
 
@@ -119,12 +119,12 @@ class Line:
                     f'_{robot.get_name()}_mlmem', namespace=robot.get_namespace(),
                     context=self.context, use_global_arguments=False,
                     start_parameter_services=False, enable_rosout=False,
-                    parameter_overrides=[Parameter(DESCRIBES, value=False)],
+                    parameter_overrides=[Parameter(TYPE_DESCRIPTION_PARAMETER, value=False)],
                 )  # fmt: skip
                 self._executor.add_node(node)
             return self._nodes[known]
 
-    def leave(self, link: object) -> None:
+    def remove_link(self, link: object) -> None:
         """Forget a link."""
         with self._lock:
             self._left.add(link)
@@ -137,16 +137,16 @@ class Line:
             if not (ended := self._ended):
                 self._pending.add(pending)
                 if pending.due < self._next:
-                    self.stir()
+                    self.wake_thread()
         if ended:  # the thread looks no more
             pending.look(time.monotonic())
 
     @property
-    def here(self) -> bool:
+    def is_current_thread(self) -> bool:
         """Whether this is the thread that delivers the answers."""
         return threading.current_thread() is self._thread
 
-    def stir(self) -> None:
+    def wake_thread(self) -> None:
         """Have the thread look."""
         with self._lock:
             self._woken.set_result(None)
@@ -154,30 +154,30 @@ class Line:
     def close(self, join: bool = True) -> None:
         """End the thread, and with it what pends."""
         self.over = True
-        self.stir()
+        self.wake_thread()
         if self._newest is not self:
             self._newest.close(join)
-        if join and not self.here:
-            self._thread.join(PATIENCE)
+        if join and not self.is_current_thread:
+            self._thread.join(JOIN_TIMEOUT_S)
 
     # --- in its thread ---------------------------------------------------------------------
 
     def _run(self) -> None:
-        seen = _since_boot()
+        seen = _seconds_since_boot()
         while not self.over and self.context.ok():
-            turn = self._pause()
+            turn = self._schedule_check()
             with contextlib.suppress(Exception):  # a message that cannot be decoded
                 self._executor.spin_until_future_complete(self._woken, turn)
             with self._lock:
                 if self._woken.done():
                     self._woken = Future()
-            before, seen = seen, _since_boot()
-            self.awake += min(seen - before, turn + LOOK)
-            self.broken |= seen - before > turn + ASLEEP
-            self._look()
+            before, seen = seen, _seconds_since_boot()
+            self.awake += min(seen - before, turn + CHECK_PERIOD_S)
+            self.broken |= seen - before > turn + MAX_STANDSTILL_S
+            self._check_pending()
         with self._lock:
             self._ended = True
-        self._look()
+        self._check_pending()
         self._executor.shutdown()
         for node in list(self._nodes.values()):
             node.destroy_node()
@@ -185,15 +185,15 @@ class Line:
             rclpy.try_shutdown(context=self.context)
         atexit.unregister(self.close)  # last: Python's end aborts who is in C++ then
 
-    def _pause(self) -> float:
+    def _schedule_check(self) -> float:
         """Return the seconds until the next look."""
         with self._lock:
             now = time.monotonic()
-            due = min((each.due for each in self._pending), default=now + LOOK)
-            self._next = min(max(due, now + SOON), now + LOOK)
+            due = min((each.due for each in self._pending), default=now + CHECK_PERIOD_S)
+            self._next = min(max(due, now + SERVICE_CHECK_PERIOD_S), now + CHECK_PERIOD_S)
             return self._next - now
 
-    def _look(self) -> None:
+    def _check_pending(self) -> None:
         now = time.monotonic()
         with self._lock:
             pending, self._next = list(self._pending), 0.0  # a pause follows anyhow
@@ -215,7 +215,7 @@ def is_destroyed(node: Node) -> bool:
         return True
 
 
-def _context_like(robot: Node) -> Context:
+def _create_context_like(robot: Node) -> Context:
     """Return a context in the domain and the enclave of a node."""
     me = robot.get_name(), robot.get_namespace()
     known = robot.get_node_names_and_namespaces_with_enclaves()
@@ -230,6 +230,6 @@ def _context_like(robot: Node) -> Context:
     return context
 
 
-def _since_boot() -> float:
+def _seconds_since_boot() -> float:
     """Return the seconds since the machine was started, those in which it slept included."""
     return time.clock_gettime(getattr(time, 'CLOCK_BOOTTIME', time.CLOCK_MONOTONIC))

@@ -19,13 +19,22 @@ from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.timer import Timer
 
-from ..middleware import ALIVE, CLIENTS, DESTROYED, EVERY_ONE, NOT_SERVING, RELIABLE, SIGN, Signs
+from ..middleware import (
+    ALIVE,
+    CLIENTS,
+    DESTROYED_ERRORS,
+    HEARTBEAT_PROFILE,
+    KEEP_ALL_PROFILE,
+    NOT_SERVING,
+    RELIABLE_PROFILE,
+    Signs,
+)
 from .line import Line, is_destroyed
 
 REPORT_PERIOD_S = 5.0
 """Time between two log lines on what a memory node waits for."""
 
-SILENT = 4.0
+MAX_SILENCE_S = 4.0
 """Seconds without a sign of life after which a memory node is given up."""
 
 
@@ -76,14 +85,14 @@ class Connection:
         if isinstance(executor, Executor):
             executor.wake()
         elif executor is not None:
-            with contextlib.suppress(*DESTROYED):
+            with contextlib.suppress(*DESTROYED_ERRORS):
                 timers: list[Timer] = []  # it may fire before it is in here, and then fires again
 
-                def end() -> None:
+                def destroy_timers() -> None:
                     while timers:
                         self.node.destroy_timer(timers.pop())
 
-                timers.append(self.node.create_timer(0.0, end))
+                timers.append(self.node.create_timer(0.0, destroy_timers))
 
     def link(self) -> Link:
         """Return the link, a new one if the last is broken."""
@@ -91,7 +100,7 @@ class Connection:
             if self._link is None or self._link.broken:
                 broken, line = self._link, self.line
                 if broken is not None:
-                    line = self.line.renewed(broken, self.node)
+                    line = self.line.replace_broken(broken, self.node)
                     broken.close()
                 self._link = Link(line, self.node, self.peer)
             return self._link
@@ -121,10 +130,10 @@ class Link:
         self._since = line.awake
         self._met = self._heard = False
         self.node = line.join(self, robot)
-        Signs.give(self.node, f'{peer}/{CLIENTS}')
+        Signs.start_heartbeat(self.node, f'{peer}/{CLIENTS}')
         self._status = DiagnosticStatus()
         self._signs = self.node.create_subscription(
-            DiagnosticStatus, f'{peer}/{ALIVE}', self._on_sign, SIGN
+            DiagnosticStatus, f'{peer}/{ALIVE}', self._on_heartbeat, HEARTBEAT_PROFILE
         )
 
     @property
@@ -144,61 +153,61 @@ class Link:
 
     def ready(self, call: Call) -> bool:
         """Return whether the service of a call is available."""
-        ready: bool = self._client(call).service_is_ready()
+        ready: bool = self._get_client(call).service_is_ready()
         return ready
 
     def send(self, call: Call) -> Future | None:
         """Send a request; return its response to come, or none if it cannot be sent yet."""
-        if self.silent() or not self.ready(call):
+        if self.is_silent() or not self.ready(call):
             return None
         if call.request is not None:
-            return self._client(call).call_async(call.request)
+            return self._get_client(call).call_async(call.request)
         there = Future()
         there.set_result(None)
         return there
 
-    def drop(self, call: Call, sent: Future | None) -> None:
+    def drop_call(self, call: Call, sent: Future | None) -> None:
         """Take no interest in a response any more."""
         with contextlib.suppress(InvalidHandle):
             if sent is not None:
-                self._client(call).remove_pending_request(sent)
+                self._get_client(call).remove_pending_request(sent)
 
-    def takers(self, topic: str, kind: Any) -> set[Callable[[Any], None]]:
+    def find_receivers(self, topic: str, kind: Any) -> set[Callable[[Any], None]]:
         """Return who is given the messages of a topic of the memory node, to be changed."""
         with self._lock:
             if topic not in self._takers:
                 self._takers[topic] = takers = set[Callable[[Any], None]]()
 
-                def take(message: Any) -> None:
+                def deliver_message(message: Any) -> None:
                     for each in list(takers):
                         each(message)
 
                 self._topics[topic] = self.node.create_subscription(
-                    kind, f'{self._peer}/{topic}', take, RELIABLE
+                    kind, f'{self._peer}/{topic}', deliver_message, RELIABLE_PROFILE
                 )
-                self._line.stir()
+                self._line.wake_thread()
             return self._takers[topic]
 
-    def _client(self, call: Call) -> Any:
+    def _get_client(self, call: Call) -> Any:
         """Return the rclpy client of a service, created on first use since each slows the node."""
         with self._lock:
             if call.service not in self._clients:
                 self._clients[call.service] = self.node.create_client(
-                    call.kind, f'{self._peer}/{call.service}', qos_profile=EVERY_ONE
+                    call.kind, f'{self._peer}/{call.service}', qos_profile=KEEP_ALL_PROFILE
                 )
-                self._line.stir()
+                self._line.wake_thread()
             return self._clients[call.service]
 
-    def serves(self, service: str) -> bool:
+    def has_service(self, service: str) -> bool:
         """Return whether the memory node has a service, as far as is known."""
         return bool(self.node.count_services(f'{self._peer}/{service}'))
 
-    def silent(self) -> bool:
+    def is_silent(self) -> bool:
         """Return whether the memory node has given no sign of life for long; then it is broken."""
         if not self._met:  # the first sign follows the discovery
             self._met = self.node.count_publishers(f'{self._peer}/{ALIVE}') > 0
             self._since = self._line.awake
-        elif self._line.awake - self._since > SILENT:
+        elif self._line.awake - self._since > MAX_SILENCE_S:
             self._lost = True
         return self._lost
 
@@ -206,15 +215,15 @@ class Link:
         """Leave the line. The entities stay until it ends: the executor may hold an event of one
         that another thread destroys, and crash.
         """
-        self._line.leave(self)
+        self._line.remove_link(self)
 
-    def _on_sign(self, status: DiagnosticStatus) -> None:
+    def _on_heartbeat(self, status: DiagnosticStatus) -> None:
         """Take note of a sign of life.
 
         A node that comes back before anybody asks whether it is silent has stood still as well,
         and may have forgotten this client, which hears it all the same.
         """
         now = self._line.awake
-        if self._heard and now - self._since > SILENT:
+        if self._heard and now - self._since > MAX_SILENCE_S:
             self._lost = True
         self._since, self._heard, self._status = now, True, status

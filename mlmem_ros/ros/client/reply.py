@@ -29,13 +29,13 @@ from .link import Call, Connection, Link
 
 T = TypeVar('T')
 
-GONE = 1.0
+SERVICE_TIMEOUT_S = 1.0
 """Seconds that a service may be missing from the graph before its answer is given up."""
 
-SIGNALS = 0.1
+SIGNAL_PERIOD_S = 0.1
 """Seconds after which a waiting thread looks for signals, which another thread may have got."""
 
-LATE = 600.0
+LATE_RESULT_TIMEOUT_S = 600.0
 """Seconds for which the end of a procedure is awaited whose answer was given up."""
 
 Steps = Generator[Call | Sequence[Future[Any]], Any, T]
@@ -82,7 +82,7 @@ class Reply(Future[T]):
         """
         super().__init__()
         self._connection, self._what, self._steps = connection, what, steps
-        self._timeout = seconds('timeout', timeout)
+        self._timeout = check_seconds('timeout', timeout)
         self._patience = min(connection.patience if patience is None else patience, timeout)
         self._begun = self._looked = time.monotonic()
         self._until = self._begun + self._timeout  # later, if the node prepares meanwhile
@@ -94,7 +94,7 @@ class Reply(Future[T]):
         self._waiting = 0  # coroutines and threads
         self._over = False  # nothing more is sent
         self._lock = threading.Lock()
-        self._proceed()
+        self._resume_steps()
         if not self.freed.done():
             connection.line.watch(self)
 
@@ -109,12 +109,12 @@ class Reply(Future[T]):
             RuntimeError: This is the client's own thread, in which callbacks of the reply run if
                 the node has no executor.
         """
-        if self._connection.line.here and not self.done():
+        if self._connection.line.is_current_thread and not self.done():
             raise RuntimeError('this thread takes the answers: await the reply, or wait elsewhere')
-        with self._waits():
+        with self._count_waiter():
             while not self.done():
                 with suppress(NotYet):
-                    self.exception(SIGNALS)
+                    self.exception(SIGNAL_PERIOD_S)
         return self.result()
 
     def __await__(self) -> Generator[Any, None, T]:
@@ -123,7 +123,7 @@ class Reply(Future[T]):
             turn = Turn(self._connection)
             super().add_done_callback(turn.tell)
             try:
-                with self._waits():
+                with self._count_waiter():
                     yield from turn.__await__()
             except asyncio.CancelledError:  # asyncio's time-outs end what they wait for
                 if not self._waiting:  # another task may wait for the same
@@ -132,7 +132,7 @@ class Reply(Future[T]):
         return self.result()
 
     @contextmanager
-    def _waits(self) -> Iterator[None]:
+    def _count_waiter(self) -> Iterator[None]:
         """Count one who waits for the answer."""
         with self._lock:
             self._waiting += 1
@@ -146,16 +146,20 @@ class Reply(Future[T]):
         """Give up the answer: then it is a `NoAnswer`. This does not stop the element, as
         `MemoryClient.abort` does.
         """
-        on = ', and the element goes on with it' if self._reached() else ' before it was sent'
+        on = (
+            ', and the element goes on with it'
+            if self._has_reached_node()
+            else ' before it was sent'
+        )
         why = f'the answer to {self._what} was given up{on}'
-        self._fail(_GivenUp(f'{self._connection.peer}: {why}'))
+        self._set_error(_GivenUp(f'{self._connection.peer}: {why}'))
         with self._lock:  # the line's thread may send it meanwhile
-            self._over = over = not (self._lasting and self._reached())
+            self._over = over = not (self._lasting and self._has_reached_node())
         if over:
-            self._end()
+            self._end_request()
         return self.cancelled()
 
-    def _reached(self) -> bool:
+    def _has_reached_node(self) -> bool:
         """Return whether the node may have something to do with it."""
         return self._sent is not None
 
@@ -175,7 +179,7 @@ class Reply(Future[T]):
 
     # --- going on ---------------------------------------------------------------------------
 
-    def _proceed(self, heard: Any = None) -> None:
+    def _resume_steps(self, heard: Any = None) -> None:
         """Go on with what the generator has waited for."""
         if self.freed.done():
             return
@@ -186,23 +190,23 @@ class Reply(Future[T]):
             if isinstance(step, Call):
                 self._send()
             else:
-                self._gather(step)
+                self._await_futures(step)
         except StopIteration as end:
             with suppress(InvalidStateError):
                 self.set_result(end.value)
-            self._end()
+            self._end_request()
         except InvalidHandle:
-            self._end(NoAnswer(self._gone()))
+            self._end_request(NoAnswer(self._gone_reason()))
         except Exception as error:  # for the caller, not for the executor of the robot
-            self._end(error)
+            self._end_request(error)
 
-    def _gather(self, futures: Sequence[Future[Any]]) -> None:
+    def _await_futures(self, futures: Sequence[Future[Any]]) -> None:
         """Go on when all of these are done."""
         for each in futures:
             if not each.done():
-                Future.add_done_callback(each, lambda _: self._gather(futures))
+                Future.add_done_callback(each, lambda _: self._await_futures(futures))
                 return
-        self._proceed()
+        self._resume_steps()
 
     def _send(self) -> None:
         """Send the request if its service is available: DDS drops messages without a reader."""
@@ -222,24 +226,24 @@ class Reply(Future[T]):
 
     def _heard(self, sent: Any) -> None:
         try:
-            self._proceed(sent.result())
+            self._resume_steps(sent.result())
         except Exception as error:  # of rclpy
-            self._end(error)
+            self._end_request(error)
 
-    def _fail(self, error: Exception) -> None:
+    def _set_error(self, error: Exception) -> None:
         with suppress(InvalidStateError):  # it has its answer
             self.set_exception(error)
 
-    def _end(self, error: Exception | None = None) -> None:
+    def _end_request(self, error: Exception | None = None) -> None:
         """End for good."""
         if error is not None:
-            self._fail(error)
+            self._set_error(error)
         with suppress(InvalidStateError):
             self.freed.set_result(None)
         with suppress(ValueError):  # it runs
             self._steps.close()
         if self._link is not None and isinstance(self._step, Call):
-            self._link.drop(self._step, self._sent)
+            self._link.drop_call(self._step, self._sent)
 
     # --- in the line's thread ---------------------------------------------------------------
 
@@ -261,26 +265,29 @@ class Reply(Future[T]):
         self._looked = now
         try:
             self._send()
-            if reason := self._hopeless(now):
-                self._end(NoAnswer(reason))
+            if reason := self._failure_reason(now):
+                self._end_request(NoAnswer(reason))
         except Exception as error:
-            gone = isinstance(error, InvalidHandle) and NoAnswer(self._gone())
-            self._end(gone or error)
+            gone = isinstance(error, InvalidHandle) and NoAnswer(self._gone_reason())
+            self._end_request(gone or error)
         if now > self._until:
             late = f'did not answer {self._what} within {self._timeout:g} s'
             why = f': {link.held_up}' if link is not None and link.held_up else ''
-            self._fail(NoAnswer(f'{self._connection.peer} {late}{why}'))
-            if not (self._lasting and self._reached()) or now > self._until + LATE:
-                self._end()
+            self._set_error(NoAnswer(f'{self._connection.peer} {late}{why}'))
+            if (
+                not (self._lasting and self._has_reached_node())
+                or now > self._until + LATE_RESULT_TIMEOUT_S
+            ):
+                self._end_request()
         return not self.freed.done()
 
-    def _gone(self) -> str:
+    def _gone_reason(self) -> str:
         return f'{self._connection.peer}: {self._connection.gone()} during {self._what}'
 
-    def _hopeless(self, now: float) -> str:
+    def _failure_reason(self, now: float) -> str:
         """Return why there will be no answer; empty while there may be one."""
         if self._connection.gone():
-            return self._gone()
+            return self._gone_reason()
         peer = self._connection.peer
         with self._lock:
             call, sent, asked = self._step, self._sent, self._asked
@@ -295,7 +302,7 @@ class Reply(Future[T]):
             )
         if self._link.ready(call):
             self._seen = now
-        if now - self._seen > GONE or self._link.silent():
+        if now - self._seen > SERVICE_TIMEOUT_S or self._link.is_silent():
             return f'{peer} went away during {self._what}: how it ended is not known'
         return ''
 
@@ -318,10 +325,10 @@ class Turn:
             self._future.set_result(None)
         else:
             with suppress(RuntimeError):  # the loop is closed
-                self._loop.call_soon_threadsafe(self._resume)
+                self._loop.call_soon_threadsafe(self._resume_future)
         self._connection.wake()
 
-    def _resume(self) -> None:
+    def _resume_future(self) -> None:
         if not self._future.done():  # or cancelled with its task
             self._future.set_result(None)
 
@@ -331,7 +338,7 @@ class Turn:
             yield self._future
 
 
-def seconds(name: str, value: Any) -> float:
+def check_seconds(name: str, value: Any) -> float:
     """Return a time above 0.
 
     Raises:

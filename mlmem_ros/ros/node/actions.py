@@ -23,19 +23,19 @@ from mlmem import Outcome, Refused, threads
 from mlmem.loop.mailbox import Request
 
 from ...contract import answers, messages, services
-from ...contract.commands import made
-from ...contract.services import REQUESTS
+from ...contract.commands import build_command
+from ...contract.services import REQUEST_ARGUMENTS
 from ...host import Host
-from ..middleware import EVERY_ONE, RELIABLE
-from .callback_guard import REQUESTER, outcome_of
+from ..middleware import KEEP_ALL_PROFILE, RELIABLE_PROFILE
+from .callback_guard import CURRENT_REQUESTER, await_future
 
-FEEDBACK_EVERY = 0.05
+FEEDBACK_PERIOD_S = 0.05
 """Seconds between two feedback messages of a goal."""
 
-KEPT = 10.0
+RESULT_LIFETIME_S = 10.0
 """Seconds for which a goal's result is kept for late requests."""
 
-JUST_NOW = 1.0
+RESULT_REQUEST_TIMEOUT_S = 1.0
 """Seconds within which the sender of a goal asks for its result."""
 
 NONE, FAILED, REFUSED, CANCELED = range(4)
@@ -46,7 +46,7 @@ class Actions:
     """The actions of a node, if their types are built and the node is to serve them."""
 
     def __init__(self, node: Node, host: Host) -> None:
-        kinds = services.action_types() if node.get_parameter('actions').value else {}
+        kinds = services.load_action_types() if node.get_parameter('actions').value else {}
         self._host = host
         self._open: dict[Goal, Action] = {}  # goals whose procedure has not ended
         self._reported = 0.0
@@ -59,7 +59,7 @@ class Actions:
 
     def tick(self) -> None:
         """Publish feedback of the running goal, if due; called in the loop's thread."""
-        if not self._open or threads.monotonic() - self._reported < FEEDBACK_EVERY:
+        if not self._open or threads.monotonic() - self._reported < FEEDBACK_PERIOD_S:
             return
         for goal, action in self._open.copy().items():
             if (feedback := self._host.feedback(goal.request)) is not None:
@@ -108,40 +108,42 @@ class Action:
         self._lock = threads.Lock()
         own, impl = f'~/{name}/_action', kind.Impl
         for service, type_, callback in (
-            ('send_goal', impl.SendGoalService, self._take),
-            ('cancel_goal', impl.CancelGoalService, self._cancel),
-            ('get_result', impl.GetResultService, self._result),
+            ('send_goal', impl.SendGoalService, self._accept_goal),
+            ('cancel_goal', impl.CancelGoalService, self._cancel_goals),
+            ('get_result', impl.GetResultService, self._send_result),
         ):
-            node.create_service(type_, f'{own}/{service}', callback, qos_profile=EVERY_ONE)
-        self._feedback = node.create_publisher(impl.FeedbackMessage, f'{own}/feedback', RELIABLE)
+            node.create_service(type_, f'{own}/{service}', callback, qos_profile=KEEP_ALL_PROFILE)
+        self._feedback = node.create_publisher(
+            impl.FeedbackMessage, f'{own}/feedback', RELIABLE_PROFILE
+        )
         self._status = node.create_publisher(
             GoalStatusArray, f'{own}/status', qos_profile_action_status_default
         )
 
     # --- services ------------------------------------------------------------------------
 
-    def _take(self, request: Any, response: Any) -> Any:
+    def _accept_goal(self, request: Any, response: Any) -> Any:
         """Accept a goal like any request: its result reports any error."""
         number = bytes(request.goal_id.uuid)
         now = self._node.get_clock().now().to_msg()
         with self._lock:
-            self._forget()
+            self._drop_old_goals()
             response.accepted = number not in self._goals
             if not response.accepted:
                 return response
-            asked = self._begin(request.goal)
+            asked = self._start_goal(request.goal)
             goal = Goal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
             self._goals[number] = goal
             self._open[goal] = self
             self._publish_status()
         response.stamp = now
-        asked.answer.add_done_callback(lambda done: self._ended(goal, done))
+        asked.answer.add_done_callback(lambda done: self._on_goal_ended(goal, done))
         return response
 
-    def _cancel(self, request: CancelGoal.Request, response: CancelGoal.Response) -> Any:
+    def _cancel_goals(self, request: CancelGoal.Request, response: CancelGoal.Response) -> Any:
         """Stop the selected goals, and release the strain; nothing else is stopped."""
         with self._lock:
-            meant = list(self._meant(request.goal_info))
+            meant = list(self._select_goals(request.goal_info))
             stopped = [goal for goal in meant if goal in self._open and goal.abort is None]
             for goal in stopped:
                 goal.status = GoalStatus.STATUS_CANCELING
@@ -157,17 +159,17 @@ class Action:
             response.return_code = CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
         return response
 
-    async def _result(self, request: Any, response: Any) -> Any:
+    async def _send_result(self, request: Any, response: Any) -> Any:
         goal = self._goals.get(bytes(request.goal_id.uuid))
         if goal is None:
             response.status = GoalStatus.STATUS_UNKNOWN
             return response
-        response.result = await outcome_of(goal.result)
+        response.result = await await_future(goal.result)
         goal.fetched = True
         response.status = goal.status
         return response
 
-    def _meant(self, info: GoalInfo) -> Iterator[Goal]:
+    def _select_goals(self, info: GoalInfo) -> Iterator[Goal]:
         """Yield the goals selected by a cancel: one, those up to a time, both, or all."""
         number, until = bytes(info.goal_id.uuid), (info.stamp.sec, info.stamp.nanosec)
         everything = not any(number) and until == (0, 0)
@@ -177,18 +179,18 @@ class Action:
             if everything or known == number or early:
                 yield goal
 
-    def _begin(self, goal: Any) -> Request[Any]:
+    def _start_goal(self, goal: Any) -> Request[Any]:
         """Make the request behind a goal, which is any goal message of this action."""
-        wanted = {name: getattr(goal, name) for name in REQUESTS[self._name]}
+        wanted = {name: getattr(goal, name) for name in REQUEST_ARGUMENTS[self._name]}
         wait = goal.deadline
         try:
             if not wait >= 0.0:
                 raise Refused(f'deadline must be a number of seconds, or 0; got {wait:g}')
-            command = made(self._name, wanted)
+            command = build_command(self._name, wanted)
         except Refused as refusal:
             self._host.refused += 1
             return Request[Any](None).refuse(refusal)
-        return self._host.submit(command, REQUESTER.get(), wait)
+        return self._host.submit(command, CURRENT_REQUESTER.get(), wait)
 
     def _stop(self, request: Request[Any]) -> Request[Any]:
         """Stop what a goal has begun; return what is answered when it has ended."""
@@ -196,10 +198,10 @@ class Action:
 
     # --- ends ----------------------------------------------------------------------------
 
-    def _ended(self, goal: Goal, done: Future[Any]) -> None:
+    def _on_goal_ended(self, goal: Goal, done: Future[Any]) -> None:
         """Take the end of a goal's procedure, in the thread that delivers it."""
         try:
-            result, status = self._judged(goal, done)
+            result, status = self._judge_result(goal, done)
         except Exception as error:  # answer the client anyway
             self._host.log.exception(self._name, error)
             result, status = self._failed(FAILED, error)
@@ -207,44 +209,47 @@ class Action:
             abort = goal.abort
             del self._open[goal]
         if abort is None or status == GoalStatus.STATUS_SUCCEEDED:
-            self._conclude(goal, result, status)
+            self._conclude_goal(goal, result, status)
             return
-        status = self._canceled(result, status)
+        status = self._mark_canceled(result, status)
         # the next goal must find the element at rest
-        abort.answer.add_done_callback(lambda _: self._conclude(goal, result, status))
+        abort.answer.add_done_callback(lambda _: self._conclude_goal(goal, result, status))
 
-    def _conclude(self, goal: Goal, result: Any, status: int) -> None:
+    def _conclude_goal(self, goal: Goal, result: Any, status: int) -> None:
         """Answer a request for a goal's result."""
         with self._lock:
             goal.status, goal.ended = status, threads.monotonic()
             self._publish_status()
         goal.result.set_result(result)
 
-    def _judged(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
+    def _judge_result(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
         """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
             return self._failed(REFUSED, refusal)
         outcome: Outcome = done.result()
         good = outcome.success or bool(outcome.checks)  # a self-test is complete if it failed, too
-        result = answers.result_of(self._kind, outcome, NONE if good else FAILED)
+        result = answers.build_result(self._kind, outcome, NONE if good else FAILED)
         if outcome.checks:
             name = self._node.get_fully_qualified_name()
-            result.passed, result.status = outcome.success, messages.test_statuses(outcome, name)
+            result.passed, result.status = (
+                outcome.success,
+                messages.build_test_statuses(outcome, name),
+            )
         return result, GoalStatus.STATUS_SUCCEEDED if good else GoalStatus.STATUS_ABORTED
 
     def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
-        return answers.failed(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
+        return answers.build_failed_result(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
 
-    def _canceled(self, result: Any, status: int) -> int:
+    def _mark_canceled(self, result: Any, status: int) -> int:
         """Say in the result of a canceled goal that it was; return its status."""
         if result.error_code in (FAILED, REFUSED):
             result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
         return status
 
-    def _forget(self) -> None:
+    def _drop_old_goals(self) -> None:
         """Drop the goals whose results nobody will ask for any more."""
-        due = threads.monotonic() - KEPT
+        due = threads.monotonic() - RESULT_LIFETIME_S
         for number, goal in list(self._goals.items()):
             if goal.result.done() and goal.ended < due:
                 del self._goals[number]
@@ -252,7 +257,7 @@ class Action:
     @property
     def waiting(self) -> int:
         """How many goals are open, or have just ended without a request for the result."""
-        just_now = threads.monotonic() - JUST_NOW
+        just_now = threads.monotonic() - RESULT_REQUEST_TIMEOUT_S
         with self._lock:
             return sum(
                 not goal.fetched and (not goal.result.done() or goal.ended > just_now)

@@ -35,32 +35,32 @@ from ...host import REFUSALS, ThrottledLog
 
 T = TypeVar('T')
 
-SIMULATOR_FAILED = 4
+SIMULATOR_FAILED_CODE = 4
 """`RESULT_OPERATION_FAILED` of simulation_interfaces/msg/Result."""
 
-REQUESTER: ContextVar[Requester | None] = ContextVar('requester', default=None)
+CURRENT_REQUESTER: ContextVar[Requester | None] = ContextVar('requester', default=None)
 """Who has sent the request that is being answered."""
 
-EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
+REQUEST_ERRORS = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 """Errors of bad requests to rclpy's own services: a transition that is not available now, a
 parameter of unknown type."""
 
-BLOCKED = 0.09
+MIN_BLOCKED_S = 0.09
 """Seconds that it takes to send at least if rmw_fastrtps drops an answer: a request may come
 before discovery has the client's reader, for which it waits no more than 0.1 s; rclpy warns only.
 """
 
-AGAIN = 0.2, 1.0, 4.0
+RESEND_DELAYS_S = 0.2, 1.0, 4.0
 """Seconds before an answer that was dropped is sent once more; clients ignore a second one."""
 
-BINDING = 'pybind11_type'
+BINDING_TYPE_NAME = 'pybind11_type'
 """Type of the classes whose objects begin with a pointer to the C structure."""
 
-INFO = struct.Struct('qq16sq')
+SERVICE_INFO_STRUCT = struct.Struct('qq16sq')
 """`rmw_service_info_t`: when the request was sent and received, who sent it, and its number."""
 
 
-async def outcome_of(future: Future[T]) -> T:
+async def await_future(future: Future[T]) -> T:
     """Wait for a future of any thread; for the coroutines of services."""
     result: T = await _Outcome(future)
     return result
@@ -75,7 +75,7 @@ class _Outcome(NamedTuple):
         return self.future.result()
 
 
-UNNAMED = '_NODE_NAME_UNKNOWN_'
+UNKNOWN_NODE_NAME = '_NODE_NAME_UNKNOWN_'
 """Of which node an endpoint is while the graph knows only the endpoint (rmw_dds_common)."""
 
 
@@ -90,25 +90,27 @@ class Requester:
     def __init__(self, node: Node, service: str, header: Any) -> None:
         self._node = node
         self._service = service
-        self._id = _writer_id(header)
+        self._id = _read_writer_id(header)
         self._seen = False
 
     @cached_property
     def key(self) -> object:
         """Full name and participant of the node that asks; unique if it is not known."""
-        for end in self._ends():
+        for end in self._find_client_endpoints():
             if bytes(end.endpoint_gid)[:16] == self._id:
                 self._seen = True
-                if end.node_name != UNNAMED:
+                if end.node_name != UNKNOWN_NODE_NAME:
                     return end.node_namespace, end.node_name, self._id[:12]
         return self._id or id(self)
 
     @property
     def gone(self) -> bool:
         """Whether it was on the graph and is no more."""
-        return self._seen and all(bytes(e.endpoint_gid)[:16] != self._id for e in self._ends())
+        return self._seen and all(
+            bytes(e.endpoint_gid)[:16] != self._id for e in self._find_client_endpoints()
+        )
 
-    def _ends(self) -> list[Any]:
+    def _find_client_endpoints(self) -> list[Any]:
         """Return the ends of the service's clients, under the names that DDS gives to them."""
         name = self._node.resolve_service_name(self._service)
         reply, request = f'rr{name}Reply', f'rq{name}Request'
@@ -118,15 +120,20 @@ class Requester:
         ]
 
 
-def _writer_id(header: Any) -> bytes:
+def _read_writer_id(header: Any) -> bytes:
     """Return the id of a request's sender; empty if it is not known."""
     kind = type(header)
-    if kind is not rclpy_implementation.rmw_service_info_t or type(kind).__name__ != BINDING:
+    if (
+        kind is not rclpy_implementation.rmw_service_info_t
+        or type(kind).__name__ != BINDING_TYPE_NAME
+    ):
         return b''
     behind = ctypes.c_void_p.from_address(id(header) + object.__basicsize__).value
     if not behind:
         return b''
-    sent, received, writer, number = INFO.unpack(ctypes.string_at(behind, INFO.size))
+    sent, received, writer, number = SERVICE_INFO_STRUCT.unpack(
+        ctypes.string_at(behind, SERVICE_INFO_STRUCT.size)
+    )
     shown = header.source_timestamp, header.received_timestamp, header.request_id.sequence_number
     return writer if (sent, received, number) == shown else b''
 
@@ -161,80 +168,84 @@ class CallbackGuard:
         self._log = log
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
-    def guarded(self, where: str, callback: Callable[..., None]) -> Callable[..., None]:
+    def guard_errors(self, where: str, callback: Callable[..., None]) -> Callable[..., None]:
         """Return a callback that lets no exception out."""
 
-        def call(*arguments: Any) -> None:
-            with self._log.guarded(where):
+        def call_guarded(*arguments: Any) -> None:
+            with self._log.guard_errors(where):
                 callback(*arguments)
 
-        return call
+        return call_guarded
 
     def every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
         """Call back periodically by the machine's clock, even while simulated time stands."""
-        guarded = self.guarded(where, callback)
+        guarded = self.guard_errors(where, callback)
 
-        def call() -> None:  # since Kilted, a callback with arguments gets the timer's times
+        def call_on_timer() -> (
+            None
+        ):  # since Kilted, a callback with arguments gets the timer's times
             guarded()
 
-        return self._node.create_timer(seconds, call, clock=self._steady)
+        return self._node.create_timer(seconds, call_on_timer, clock=self._steady)
 
     def guard_services(self) -> None:
         """Guard every service of the node, rclpy's own included; answer with the error."""
         for service in self._node.services:
-            service.callback = self._answering(service.srv_name, service.callback)
-            service.send_response = self._sending(service.srv_name, service.send_response)
+            service.callback = self._wrap_callback(service.srv_name, service.callback)
+            service.send_response = self._wrap_send(service.srv_name, service.send_response)
 
-    def _answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., _Answer]:
+    def _wrap_callback(self, name: str, callback: Callable[..., Any]) -> Callable[..., _Answer]:
         own = callback.__module__.startswith('mlmem_ros')
 
-        async def serve(request: Any, response: Any) -> Any:
+        async def serve_request(request: Any, response: Any) -> Any:
             try:
                 if own and self.held is not None:
-                    await outcome_of(self.held)
+                    await await_future(self.held)
                 answer = callback(request, response)
                 return await answer if inspect.isawaitable(answer) else answer
             except Exception as error:
-                if isinstance(error, REFUSALS if own else EXPECTED):
+                if isinstance(error, REFUSALS if own else REQUEST_ERRORS):
                     self._log.refused(name, error)
                 else:
                     self._log.exception(name, error)
-                return _excuse(request, response, f'{error}' or type(error).__name__, own)
+                return _build_error_response(
+                    request, response, f'{error}' or type(error).__name__, own
+                )
 
-        return lambda request, response: _Answer(serve(request, response))
+        return lambda request, response: _Answer(serve_request(request, response))
 
-    def _sending(self, name: str, send: Callable[..., None]) -> Callable[..., None]:
+    def _wrap_send(self, name: str, send: Callable[..., None]) -> Callable[..., None]:
         def send_answer(answer: _Answer, header: Any) -> None:
-            def answered(response: Any, again: Sequence[float] = AGAIN) -> None:
+            def try_send(response: Any, again: Sequence[float] = RESEND_DELAYS_S) -> None:
                 begun = time.monotonic()
-                with self._log.guarded(name), suppress(InvalidHandle):  # after the node's end
+                with self._log.guard_errors(name), suppress(InvalidHandle):  # after the node's end
                     send(response, header)
-                if again and time.monotonic() - begun > BLOCKED:
-                    threading.Timer(again[0], answered, (response, again[1:])).start()
+                if again and time.monotonic() - begun > MIN_BLOCKED_S:
+                    threading.Timer(again[0], try_send, (response, again[1:])).start()
                     return
                 self.waiting.discard(id(answer))
 
             self.waiting.add(id(answer))
-            token = REQUESTER.set(Requester(self._node, name, header))
-            answer.run(answered)
-            REQUESTER.reset(token)
+            token = CURRENT_REQUESTER.set(Requester(self._node, name, header))
+            answer.run(try_send)
+            CURRENT_REQUESTER.reset(token)
 
         return send_answer
 
 
-def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
+def _build_error_response(request: Any, response: Any, why: str, own: bool) -> Any:
     """Return a response that says why a request failed, as far as its type allows.
 
     Services of our `own` answer with a JSON object.
     """
-    reason = answers.refusal(why) if own else why
+    reason = answers.format_refusal(why) if own else why
     failed = SetParametersResult(successful=False, reason=reason)
     if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as requested
         response.results += [failed] * (len(request.parameters) - len(response.results))
     elif isinstance(getattr(response, 'result', None), SetParametersResult):
         response.result = failed
     elif hasattr(getattr(response, 'result', None), 'error_message'):  # of a simulator
-        response.result.result, response.result.error_message = SIMULATOR_FAILED, why
+        response.result.result, response.result.error_message = SIMULATOR_FAILED_CODE, why
     elif hasattr(response, 'result'):  # of an action
         response.status = GoalStatus.STATUS_ABORTED
         response.result.error_code, response.result.error = response.result.FAILED, why

@@ -26,7 +26,7 @@ from rclpy.parameter import Parameter
 from mlmem import SettingsError
 from mlmem.schema import Description, short_repr
 
-ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
+PARAMETER_TYPE_NAMES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""
 
 
@@ -57,7 +57,7 @@ class DeclaredParameters:
                 self.declare(name, default, description)
         for name in sorted(self.given):
             if not (self._node.has_parameter(name) or name.startswith('qos_overrides.')):
-                hint = self._suggest(name)
+                hint = self._suggest_name(name)
                 self._node.get_logger().warning(
                     f'there is no parameter {name}: it is ignored{hint}'
                 )
@@ -69,16 +69,19 @@ class DeclaredParameters:
             SettingsError: The given one has the wrong type or is out of range.
         """
         try:
-            value = self._node.declare_parameter(name, default, descriptor(description, default))
+            value = self._node.declare_parameter(
+                name, default, build_descriptor(description, default)
+            )
         except InvalidParameterTypeException as error:
             hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
             raise SettingsError(
-                f'parameter {name} must be {ARTICLES[type(default)]}{hint}; got {self._raw(name)}'
+                f'parameter {name} must be {PARAMETER_TYPE_NAMES[type(default)]}{hint}; got '
+                f'{self._format_given(name)}'
             ) from error
         except InvalidParameterValueException as error:
             raise SettingsError(
                 f'parameter {name} must be from {description.low} to {description.high}; '
-                f'got {self._raw(name)}'
+                f'got {self._format_given(name)}'
             ) from error
         if description.choices:
             self.choices[name] = description.choices
@@ -86,7 +89,7 @@ class DeclaredParameters:
                 raise SettingsError(f'parameter {why}')
         return value.value
 
-    def _raw(self, name: str) -> str:
+    def _format_given(self, name: str) -> str:
         return repr(self.given[name].value) if name in self.given else 'something else'
 
     def value(self, name: str) -> Any:
@@ -104,15 +107,15 @@ class DeclaredParameters:
         """Raise `ParameterNotDeclaredException` for the first that is of no parameter."""
         for name in names:
             if name and not self._node.has_parameter(name):  # an empty one is refused when checked
-                raise ParameterNotDeclaredException(short_repr(name) + self._suggest(name))
+                raise ParameterNotDeclaredException(short_repr(name) + self._suggest_name(name))
 
-    def _suggest(self, name: str) -> str:
+    def _suggest_name(self, name: str) -> str:
         """Return which parameter has a name like this one."""
         alike = difflib.get_close_matches(name, sorted(self._node.get_parameters_by_prefix('')), 1)
         return f'; did you mean {alike[0]}?' if alike else ''
 
 
-def descriptor(description: Description, default: Any) -> ParameterDescriptor:
+def build_descriptor(description: Description, default: Any) -> ParameterDescriptor:
     """Return the ROS descriptor of a described field, whose type is that of the default."""
     text = description.text + (f' [{description.unit}]' if description.unit else '')
     result = ParameterDescriptor(description=text)

@@ -18,19 +18,19 @@ from mlmem.instrument.end import End
 from mlmem.physics import find_walls, stable_step
 from mlmem.physics.energy import energy
 
-from ...contract.messages import key_values
-from ...contract.topics import DIAGNOSTICS
-from ...contract.values import content
+from ...contract.messages import build_key_values
+from ...contract.topics import DIAGNOSTICS_TOPIC
+from ...contract.values import describe_content
 from ...host import Host
-from ..middleware import profile
+from ..middleware import build_qos_profile
 from .callback_guard import CallbackGuard
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
-HOLD = 5
+WARNING_HOLD_REPORTS = 5
 """Reports for which a warning stays after its cause is gone."""
 
-WEAK = 1.5
+MIN_THRESHOLD_MARGIN = 1.5
 """Threshold margin below which an echo may soon be missed; the paper's element has above 2."""
 
 
@@ -50,13 +50,13 @@ class Health:
     values: dict[str, Any] = field(default_factory=dict)
 
 
-INACTIVE = Health(OK, 'inactive')
+INACTIVE_HEALTH = Health(OK, 'inactive')
 
 
 class Hysteresis:
     """Lets a warning stay for some reports, so that it is seen and does not flicker."""
 
-    def __init__(self, hold: int = HOLD) -> None:
+    def __init__(self, hold: int = WARNING_HOLD_REPORTS) -> None:
         self._hold = hold
         self._held: Health | None = None
         self._calm = 0
@@ -65,7 +65,7 @@ class Hysteresis:
         """Drop all warnings: the node is not active."""
         self._held = None
 
-    def smooth(self, now: Health) -> Health:
+    def smooth_health(self, now: Health) -> Health:
         """Return the present health, or the present values under a lasting warning."""
         if now.level == OK or (self._held and now.level < self._held.level):
             self._calm += 1
@@ -78,7 +78,7 @@ class Hysteresis:
         return dataclasses.replace(now, level=self._held.level, text=self._held.text)
 
 
-def material(element: MemoryElement) -> Health:
+def report_material(element: MemoryElement) -> Health:
     """Report energies in k_r cells^2, `dt` in time units; warn of more than one wall at rest.
 
     For a real element, report the state of its driver; warn of missed samples.
@@ -93,12 +93,12 @@ def material(element: MemoryElement) -> Health:
         'kinetic_energy': parts.kinetic,
         'stored_energy': parts.total - parts.kinetic,
     }
-    if element.released and found > 1 and element.register is None:
+    if element.is_released and found > 1 and element.register is None:
         return Health(WARN, f'{found} walls: erase before writing', values)
     return Health(OK, 'stable', values)
 
 
-def actuator(element: MemoryElement) -> Health:
+def report_actuator(element: MemoryElement) -> Health:
     """Report the strain, where it is going, its limit, and the force in k_r cells."""
     part = element.actuator
     values = {
@@ -108,14 +108,14 @@ def actuator(element: MemoryElement) -> Health:
     }
     if (force := element.driver.force()) is not None:
         values['force'] = force
-    text = 'moving' if part.moving else 'holding' if part.strain else 'at rest'
+    text = 'moving' if part.is_moving else 'holding' if part.strain else 'at rest'
     return Health(OK, text, values)
 
 
-def transducer(element: MemoryElement) -> Health:
+def report_transducer(element: MemoryElement) -> Health:
     """Report the motion of the ends in cells and delays in time units; warn of a weak echo."""
     part, reading = element.transducer, element.reading
-    text = 'driving' if part.driving else 'listening'
+    text = 'driving' if part.is_driving else 'listening'
     values: dict[str, Any] = {f'unrest_{end}': part.unrest(end) for end in End}
     for end in element.calibration.ends:
         values[f'delays_{end}'] = element.calibration.table(end).delays
@@ -123,12 +123,12 @@ def transducer(element: MemoryElement) -> Health:
         return Health(OK, text, values)
     margin = reading.threshold_margin
     values |= {'end': reading.end, 'threshold_margin': margin}
-    if reading.level >= 0 and margin < WEAK:
+    if reading.level >= 0 and margin < MIN_THRESHOLD_MARGIN:
         return Health(WARN, f'a weak echo: {margin:.3g} times the threshold', values)
     return Health(OK, text, values)
 
 
-def memory(element: MemoryElement) -> Health:
+def report_memory(element: MemoryElement) -> Health:
     """Report the last decode, its delay in time units, counts, and levels lost to known bad cells.
 
     Warn if it was undecodable, or if something may have moved the wall since.
@@ -137,13 +137,13 @@ def memory(element: MemoryElement) -> Health:
     if element.bad_cells is not None:
         wear['bad_cells'] = str(element.bad_cells)
     if reading is None:
-        text, found = content(element)
+        text, found = describe_content(element)
         return Health(
             WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
         )
     values = {
         'level': reading.level,
-        **({} if (word := element.word_of(reading)) is None else {'word': word}),
+        **({} if (word := element.find_word(reading)) is None else {'word': word}),
         'end': reading.end,
         'delay': 'none' if reading.delay is None else reading.delay,
         'level_margin': reading.level_margin,
@@ -156,14 +156,14 @@ def memory(element: MemoryElement) -> Health:
     return Health(OK, element.describe_content(reading.level), values)
 
 
-def faults(element: MemoryElement) -> Health:
+def report_faults(element: MemoryElement) -> Health:
     """Warn while a fault is set, and report which, by parameter."""
-    if found := element.faults.active():
+    if found := element.faults.list_active():
         return Health(WARN, f'set: {", ".join(found)}', found)
     return Health(OK, 'healthy')
 
 
-def compared(now: Health, before: Health) -> Health:
+def warn_missed_samples(now: Health, before: Health) -> Health:
     """Return the health of the material, with a warning if its driver has missed more samples."""
     missed = now.values.get('missed_samples', 0)
     if missed <= before.values.get('missed_samples', 0):
@@ -171,16 +171,16 @@ def compared(now: Health, before: Health) -> Health:
     return dataclasses.replace(now, level=WARN, text=f'{missed} samples were missed')
 
 
-ELEMENT: dict[str, Callable[[MemoryElement], Health]] = {
-    'material': material,
-    'actuator': actuator,
-    'transducer': transducer,
-    'memory': memory,
-    'faults': faults,
+ELEMENT_REPORTS: dict[str, Callable[[MemoryElement], Health]] = {
+    'material': report_material,
+    'actuator': report_actuator,
+    'transducer': report_transducer,
+    'memory': report_memory,
+    'faults': report_faults,
 }
 
 
-PERIOD = 1.0
+REPORT_PERIOD_S = 1.0
 """Seconds between two reports."""
 
 
@@ -210,7 +210,7 @@ class Pace:
                 return Health(ERROR, self._host.stopped, refused)
             if self._host.preparing:
                 return Health(OK, self._host.preparing, refused)
-            return dataclasses.replace(INACTIVE, values=refused)
+            return dataclasses.replace(INACTIVE_HEALTH, values=refused)
         statistics = loop.statistics
         lost, self._overruns = statistics.overruns - self._overruns, statistics.overruns
         now = (time.monotonic(), statistics.ticks)
@@ -249,7 +249,7 @@ class Pace:
         return Health(OK, 'paused' if loop.paused else 'running', values)
 
 
-def recorder(host: Host) -> Health:
+def report_recorder(host: Host) -> Health:
     """Report a session, its wait in s; warn of dropped messages and of one at its maximum size."""
     recording, status = host.sessions.current, host.sessions.status
     if recording is None or status is None:
@@ -272,7 +272,7 @@ def recorder(host: Host) -> Health:
     return Health(OK, status.state, values)
 
 
-def twin(host: Host) -> Health:
+def report_twin(host: Host) -> Health:
     """Report the residual of reads against a twin's forecast, in cells; warn of what changed."""
     if (watcher := host.residual_monitor) is None:
         return Health(OK, 'no twin')
@@ -294,14 +294,16 @@ class Diagnostics:
         self._seen: dict[str, Health] = {}  # of the device, as last sampled
         self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
         self._made: dict[str, tuple[Health, DiagnosticStatus]] = {}
-        self._held = {name: Hysteresis() for name in ('loop', *ELEMENT, 'twin', 'recorder')}
+        self._held = {
+            name: Hysteresis() for name in ('loop', *ELEMENT_REPORTS, 'twin', 'recorder')
+        }
         self._held['memory'] = Hysteresis(0)  # what it held before is not so
         self._publisher = node.create_publisher(
-            DiagnosticArray, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos)
+            DiagnosticArray, DIAGNOSTICS_TOPIC.name, build_qos_profile(DIAGNOSTICS_TOPIC.qos)
         )
-        callback_guard.every(PERIOD, DIAGNOSTICS.name, self._report)
+        callback_guard.every(REPORT_PERIOD_S, DIAGNOSTICS_TOPIC.name, self._sample_and_publish)
 
-    def _report(self) -> None:
+    def _sample_and_publish(self) -> None:
         loop = self._host.loop
         if not self._publisher.get_subscription_count():
             self._pace.health(loop, heard=False)  # logs what is lost
@@ -310,20 +312,22 @@ class Diagnostics:
             self._publish_all(loop)
             return
 
-        def look() -> None:
-            self._look(loop.element)
+        def sample_element() -> None:
+            self._sample_components(loop.element)
             self._publish_all(loop, loop.element.procedure)
 
-        loop.call(self._callback_guard.guarded(DIAGNOSTICS.name, look))
+        loop.call(self._callback_guard.guard_errors(DIAGNOSTICS_TOPIC.name, sample_element))
 
-    def _look(self, element: MemoryElement) -> None:
+    def _sample_components(self, element: MemoryElement) -> None:
         """Sample the components; an element at rest is as it was."""
         still = (element.computed, element.reading) if element.at_rest else None
         if still is not None and still == self._still:
             return
-        before, self._still = self._seen.get('material', INACTIVE), still
-        self._seen = {name: _seen(health, element) for name, health in ELEMENT.items()}
-        self._seen['material'] = compared(self._seen['material'], before)
+        before, self._still = self._seen.get('material', INACTIVE_HEALTH), still
+        self._seen = {
+            name: _read_health(health, element) for name, health in ELEMENT_REPORTS.items()
+        }
+        self._seen['material'] = warn_missed_samples(self._seen['material'], before)
 
     def _publish_all(self, loop: Loop | None, procedure: str = '') -> None:
         if loop is None:
@@ -332,29 +336,31 @@ class Diagnostics:
                 held.forget()
         present = {
             'loop': self._pace.health(loop, procedure),
-            **{name: self._seen.get(name, INACTIVE) for name in ELEMENT},
-            'twin': twin(self._host),
-            'recorder': recorder(self._host),
+            **{name: self._seen.get(name, INACTIVE_HEALTH) for name in ELEMENT_REPORTS},
+            'twin': report_twin(self._host),
+            'recorder': report_recorder(self._host),
         }
-        self._publish({name: self._held[name].smooth(now) for name, now in present.items()})
+        self._publish_health(
+            {name: self._held[name].smooth_health(now) for name, now in present.items()}
+        )
 
-    def _publish(self, present: dict[str, Health]) -> None:
+    def _publish_health(self, present: dict[str, Health]) -> None:
         message = DiagnosticArray()
         for component, health in present.items():
             if component not in self._made or self._made[component][0] != health:
-                self._made[component] = health, self._status(component, health)
+                self._made[component] = health, self._build_status(component, health)
             message.status.append(self._made[component][1])
         message.header.stamp = self._clock.now().to_msg()
         self._publisher.publish(message)
 
-    def _status(self, component: str, health: Health) -> DiagnosticStatus:
+    def _build_status(self, component: str, health: Health) -> DiagnosticStatus:
         status = DiagnosticStatus(level=health.level, message=health.text)
         status.name, status.hardware_id = f'{self._name[1:]}: {component}', self._name
-        status.values = key_values(health.values)
+        status.values = build_key_values(health.values)
         return status
 
 
-def _seen(health: Callable[[MemoryElement], Health], element: MemoryElement) -> Health:
+def _read_health(health: Callable[[MemoryElement], Health], element: MemoryElement) -> Health:
     """Return a component's health; a driver that cannot tell is an error of its own."""
     try:
         return health(element)

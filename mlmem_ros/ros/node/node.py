@@ -21,28 +21,28 @@ from rclpy.parameter import Parameter
 from mlmem import DriverError, Event, Refused, threads
 from mlmem.loop.timetable import Pacer, SteadyPacer
 
-from ...contract.services import SERVICES
+from ...contract.services import NODE_SERVICES
 from ...host import REFUSALS, Host
 from ...host.building import Built
-from ...host.settings import INTROSPECTION, Parameters
+from ...host.settings import INTROSPECTION_PARAMETER, Parameters
 from ...host.worker import Log
 from ..middleware import ALIVE, NOT_SERVING, Signs
 from .actions import Actions
-from .callback_guard import CallbackGuard, outcome_of
+from .callback_guard import CallbackGuard, await_future
 from .declared_parameters import CheckedParameters
 from .diagnostics import Diagnostics
 from .parameters import ParameterSet
-from .services import Clients, Services, session_plan
+from .services import Clients, Services, build_session_plan
 from .simulator import SimTimePacer, Simulator
 from .starting import DuplicateNameCheck, Retries, report_preparation
 from .topics import Publishers, Subscriptions
 
-REQUESTED = {'send_goal', *(service.name for service in SERVICES)}
+REQUEST_SERVICES = {'send_goal', *(service.name for service in NODE_SERVICES)}
 """Services whose clients want something of the element, unlike those of its parameters."""
 
-CONFIGURE = Transition.TRANSITION_CONFIGURE
+CONFIGURE_TRANSITION = Transition.TRANSITION_CONFIGURE
 
-TEND = 1.0
+CHECK_PERIOD_S = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
 
 
@@ -55,17 +55,17 @@ class QuickLog(NamedTuple):
 
     def info(self, message: str) -> None:
         """Log an event."""
-        self._write(LoggingSeverity.INFO, message)
+        self._write_line(LoggingSeverity.INFO, message)
 
     def warning(self, message: str) -> None:
         """Log a refusal or an oddity."""
-        self._write(LoggingSeverity.WARN, message)
+        self._write_line(LoggingSeverity.WARN, message)
 
     def error(self, message: str) -> None:
         """Log a failure."""
-        self._write(LoggingSeverity.ERROR, message)
+        self._write_line(LoggingSeverity.ERROR, message)
 
-    def _write(self, severity: LoggingSeverity, message: str) -> None:
+    def _write_line(self, severity: LoggingSeverity, message: str) -> None:
         rclpy_implementation.rclpy_logging_rcutils_log(severity, self.name, message, '', '', 0)
 
 
@@ -123,12 +123,14 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         except BaseException:
             self.destroy_node()
             raise
-        Signs.give(self, f'~/{ALIVE}', self._heartbeat)
+        Signs.start_heartbeat(self, f'~/{ALIVE}', self._build_heartbeat)
         self._asking = Clients(self)  # rclpy has _clients
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
-        Services(self, self.host, lambda path: session_plan(self, self._given.values(), path))
-        self._simulator = Simulator(self, self.host, self._begin_anew, self._play)
+        Services(
+            self, self.host, lambda path: build_session_plan(self, self._given.values(), path)
+        )
+        self._simulator = Simulator(self, self.host, self._begin_anew, self._activate_device)
         self._diagnostics = Diagnostics(self, self.host, callback_guard)
         self._duplicate_name_check = DuplicateNameCheck(self, self.host.log, callback_guard)
         self._published: Publishers | None = None
@@ -140,15 +142,15 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         self._retries = Retries(
             self, self.host, lambda: float(self.get_parameter('device.retry').value)
         )
-        callback_guard.every(TEND, 'checking disks and clock', self._on_timer)
+        callback_guard.every(CHECK_PERIOD_S, 'checking disks and clock', self._on_timer)
         for service in self.services:
             if service.srv_name.endswith('/change_state'):
                 service.callback = self._change_state_when_prepared(service.callback)
         callback_guard.guard_services()
-        if self.get_parameter(INTROSPECTION).value != 'disabled':
+        if self.get_parameter(INTROSPECTION_PARAMETER).value != 'disabled':
             self._given.configure_introspection()
 
-    def _heartbeat(self) -> DiagnosticStatus:
+    def _build_heartbeat(self) -> DiagnosticStatus:
         """Return what the node's clients are told of it; from any thread."""
         name, host = self.get_fully_qualified_name(), self.host
         if host.preparing:
@@ -193,7 +195,7 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         Raises:
             One of `REFUSALS`: The transition that failed.
         """
-        self._pass(self.trigger_configure, self.trigger_activate)
+        self._run_transitions(self.trigger_configure, self.trigger_activate)
 
     def hold_requests(self) -> None:
         """Let requests wait until `release_requests`, while the node starts by itself."""
@@ -223,15 +225,15 @@ class MemoryNode(CheckedParameters, LifecycleNode):
             given = self._given.values()
             self._given.locked = True
             self._prepared = Future[None]()
-            self._building = threads.run_in_thread(lambda: self._build(given))
-            self._building.add_done_callback(self._have_executor_settle)
+            self._building = threads.run_in_thread(lambda: self._build_device(given))
+            self._building.add_done_callback(self._schedule_settling)
         return self._prepared
 
-    def _have_executor_settle(self, _: object) -> None:
+    def _schedule_settling(self, _: object) -> None:
         if (executor := self.executor) is not None:
-            executor.create_task(self._settle)
+            executor.create_task(self._finish_preparation)
 
-    def _settle(self) -> None:
+    def _finish_preparation(self) -> None:
         prepared, self._prepared, self._given.locked = self._prepared, None, False
         if prepared is not None:
             prepared.set_result(None)
@@ -240,36 +242,38 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         """Return a callback that prepares the node before it configures it."""
 
         @wraps(change_state)  # its errors are those of rclpy's own services
-        async def serve(request: ChangeState.Request, response: ChangeState.Response) -> Any:
+        async def serve_request(
+            request: ChangeState.Request, response: ChangeState.Response
+        ) -> Any:
             if (held := self._callback_guard.held) is not None:  # the node starts by itself
-                await outcome_of(held)
+                await await_future(held)
             label, number = request.transition.label, request.transition.id
-            configures = label == 'configure' or (not label and number == CONFIGURE)
+            configures = label == 'configure' or (not label and number == CONFIGURE_TRANSITION)
             if self.unconfigured and (configures or self._prepared is not None):
                 with suppress(*REFUSALS):  # which the transition says
-                    await outcome_of(self.prepare())
+                    await await_future(self.prepare())
             try:
                 return change_state(request, response)
             finally:
-                self._discard()
+                self._discard_device()
 
-        return serve
+        return serve_request
 
-    def _discard(self) -> None:
+    def _discard_device(self) -> None:
         """Release a device that was built, but not configured."""
         if (building := self._building) is not None and building.done():
             self._building = None
             if building.exception() is None:
                 self.host.discard(building.result())
 
-    def _build(self, given: Parameters, blank: bool = False) -> Built:
+    def _build_device(self, given: Parameters, blank: bool = False) -> Built:
         if not self._retries.waiting:
             self.get_logger().info('preparing the device')
         integrator = given.settings.time.integrator
         with report_preparation(self, self.host, given.design, integrator):
             return self.host.build(given, blank)
 
-    def _pass(
+    def _run_transitions(
         self, *transitions: Callable[[], Any], blank: bool = False, held: bool = False
     ) -> None:
         """Make some transitions of the life cycle, in the executor's thread."""
@@ -287,11 +291,11 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         if self.host.element is not None and not self.host.element.simulated:
             raise Refused('a real element cannot be reset; erase it')
         if self.host.loop is not None:
-            self._pass(self.trigger_deactivate)
-        self._pass(self.trigger_cleanup, self.trigger_configure, blank=True)
+            self._run_transitions(self.trigger_deactivate)
+        self._run_transitions(self.trigger_cleanup, self.trigger_configure, blank=True)
 
-    def _play(self, paused: bool) -> None:
-        self._pass(self.trigger_activate, held=paused)
+    def _activate_device(self, paused: bool) -> None:
+        self._run_transitions(self.trigger_activate, held=paused)
 
     @property
     def unconfigured(self) -> bool:
@@ -308,16 +312,16 @@ class MemoryNode(CheckedParameters, LifecycleNode):
     def client_count(self) -> int:
         """How many clients of its requests are on the ROS graph, as far as they live."""
         names = [self.resolve_service_name(service.srv_name) for service in self.services]
-        return self._asking.count(n for n in names if n.rpartition('/')[2] in REQUESTED)
+        return self._asking.count(n for n in names if n.rpartition('/')[2] in REQUEST_SERVICES)
 
     def close(self) -> None:
         """Stop time if it runs, save the content, close the session file."""
         self._retries.waiting = False
-        with self.host.log.guarded('closing'):
+        with self.host.log.guard_errors('closing'):
             self.host.close()
-        self._discard()
+        self._discard_device()
         self.release_requests()
-        self._release()
+        self._release_publishers()
 
     def destroy_node(self) -> None:
         """Leave the graph now; rclpy would wait until the node's states are garbage-collected."""
@@ -328,34 +332,36 @@ class MemoryNode(CheckedParameters, LifecycleNode):
 
     def on_configure(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Build the device."""
-        return self._attempt('configure', self._configure)
+        return self._attempt_transition('configure', self._configure_device)
 
     def on_activate(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Start time."""
-        return self._attempt('activate', self._activate)
+        return self._attempt_transition('activate', self._activate)
 
     def on_deactivate(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Hold the state, at zero strain."""
-        return self._attempt('deactivate', self._deactivate)
+        return self._attempt_transition('deactivate', self._deactivate_device)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Release the device."""
-        return self._attempt('clean up', self._clean_up)
+        return self._attempt_transition('clean up', self._clean_up)
 
     def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Hold, save and release."""
-        return self._attempt('shut down', self.close)
+        return self._attempt_transition('shut down', self.close)
 
     def on_error(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Release a device that failed: the node is unconfigured afterwards."""
         failure = self.host.failure
-        with self.host.log.guarded('handling an error'):
+        with self.host.log.guard_errors('handling an error'):
             self.host.fail()
-        self._release()
+        self._release_publishers()
         self._retries.begin(failure)
         return TransitionCallbackReturn.SUCCESS
 
-    def _attempt(self, transition: str, work: Callable[[], None]) -> TransitionCallbackReturn:
+    def _attempt_transition(
+        self, transition: str, work: Callable[[], None]
+    ) -> TransitionCallbackReturn:
         try:
             work()
         except REFUSALS as error:
@@ -373,10 +379,10 @@ class MemoryNode(CheckedParameters, LifecycleNode):
 
     # --- what they do --------------------------------------------------------------------
 
-    def _configure(self) -> None:
+    def _configure_device(self) -> None:
         given = self._given.values()
         building, self._building = self._building, None
-        built = self._build(given, self._blank) if building is None else building.result()
+        built = self._build_device(given, self._blank) if building is None else building.result()
         element = self.host.adopt(built, self._blank)
         self._given.lock(element.words)
         self._published = Publishers(self, element, given.publish, self.host)
@@ -391,32 +397,32 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         given = self._given.values()
         self.host.activate(
             given,
-            session_plan(self, given),
+            build_session_plan(self, given),
             self._after_tick,
-            self._pacer(),
+            self._create_pacer(),
             self.get_parameter('time.speed').value,
-            lambda: self._published is not None and self._published.taken.on_time,
-            lambda: 0 if self._published is None else self._published.taken.period,
+            lambda: self._published is not None and self._published.active_streams.on_time,
+            lambda: 0 if self._published is None else self._published.active_streams.period,
             self._held,
         )
         self.host.log.info('active: time is paused' if self._held else 'active: time runs')
 
-    def _pacer(self) -> Pacer:
+    def _create_pacer(self) -> Pacer:
         """Return the clock that time follows: the machine's, or with `use_sim_time` /clock."""
         simulated = self.get_parameter('use_sim_time').value
         self._sim_time = SimTimePacer(self.get_clock()) if simulated else None
         return self._sim_time or SteadyPacer()
 
-    def _deactivate(self) -> None:
+    def _deactivate_device(self) -> None:
         self.host.deactivate()
         self.host.log.info('inactive: the strain is zero, time stands still')
 
     def _clean_up(self) -> None:
         self.host.release()
-        self._release()
+        self._release_publishers()
         self.host.log.info('unconfigured: the device is released')
 
-    def _release(self) -> None:
+    def _release_publishers(self) -> None:
         if self._published is not None:
             self._published.close()
         self._published = None
@@ -433,21 +439,21 @@ class MemoryNode(CheckedParameters, LifecycleNode):
     def _failed(self) -> None:
         """Have an executor look after a failed device; without one, the next `_on_timer` does."""
         if (executor := self.executor) is not None:
-            executor.create_task(self._mind_failure)
+            executor.create_task(self._handle_failure)
 
-    def _mind_failure(self) -> None:
+    def _handle_failure(self) -> None:
         """Leave the active state through error handling, if the device failed: unconfigured."""
-        with self.host.log.guarded('handling a failure'):
+        with self.host.log.guard_errors('handling a failure'):
             if self.host.failure is not None:
                 self.trigger_deactivate()
 
     def _on_timer(self) -> None:
-        self._mind_failure()
+        self._handle_failure()
         self.host.on_timer()
         self._retries.on_timer()
-        self._look_at_clock()
+        self._check_clock()
 
-    def _look_at_clock(self) -> None:
+    def _check_clock(self) -> None:
         """Say in `host.held_up` if simulated time stands still; log that once."""
         before, problem = self.host.held_up, ''
         if self._sim_time is not None and self.host.loop is not None:

@@ -15,55 +15,55 @@ from rclpy.service_introspection import ServiceIntrospectionState
 
 from mlmem import PRESETS, Preset, Refused, SettingsError, preset
 from mlmem.instrument import drivers
-from mlmem.loop.timetable import checked_speed
+from mlmem.loop.timetable import check_speed
 from mlmem.parsing import DecodeError
 from mlmem.physics import DesignError
 from mlmem.physics.curve import Curve
-from mlmem.procedure_table import UNSET
-from mlmem.schema import descriptions, short_repr
+from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.schema import find_descriptions, short_repr
 from mlmem.settings import Settings
 
-from ...contract.services import SERVICES
+from ...contract.services import NODE_SERVICES
 from ...host import Host
 from ...host.settings import (
-    DIGEST,
-    INTROSPECTION,
+    DIGEST_PARAMETER,
+    INTROSPECTION_PARAMETER,
     INTROSPECTION_STATES,
-    LAW,
-    LIVE,
-    OF_A_PRESET,
-    OF_THE_NODE,
+    LAW_PARAMETER,
+    LIVE_PARAMETERS,
+    NODE_PARAMETERS,
+    PRESET_GROUPS,
     Parameters,
-    declarations,
-    groups,
+    declare_parameters,
+    default_groups,
 )
-from .declared_parameters import CheckedParameters, DeclaredParameters, descriptor
+from .declared_parameters import CheckedParameters, DeclaredParameters, build_descriptor
 
-FAULTS = 'faults.'
+FAULTS_PREFIX = 'faults.'
 """Prefix of the device's faults, which take effect at once."""
 
 LIVE_GROUPS = ('record', 'faults')
 """Groups that may be set at any time: one applies to the next session, one to the device."""
 
-METHOD = 'write.method'
+METHOD_PARAMETER = 'write.method'
 """How a level is written: may be set at any time, too."""
 
-QOS_OVERRIDES = 'qos_overrides.'
+QOS_OVERRIDES_PREFIX = 'qos_overrides.'
 """Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
 
-PACE = 'record.hash_every'
+HASH_INTERVAL_PARAMETER = 'record.hash_every'
 """Of these groups, but the running loop counts on it."""
 
 LEVEL, WORD = 'target_level', 'target_word'
 """What `~/write` writes to an element with one wall, and to a register."""
 
-SPACING = 'register.spacing'
+SPACING_PARAMETER = 'register.spacing'
 """Of an element with one wall it is 0."""
 
 PRESET, FILE = 'design.preset', 'design.file'
 """What brings an element."""
 
-PATHS = ('record.path', 'state.path', 'device.specimen', 'device.twin')
+PATH_PARAMETERS = ('record.path', 'state.path', 'device.specimen', 'device.twin')
 """Parameters that name files of the node."""
 
 
@@ -86,34 +86,36 @@ class ParameterSet:
         self._known = known = DeclaredParameters(node)
         self._asked = set[str]()  # by name, in the request under way
         self.locked = False
-        first = self._first()
-        self._defaults = groups(first)
+        first = self._load_first_preset()
+        self._defaults = default_groups(first)
         own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
         known.declare_all(
             (name, own.get(name, default), description)
-            for name, default, description in declarations(first)
+            for name, default, description in declare_parameters(first)
         )
-        known.computed[DIGEST] = self.digest
+        known.computed[DIGEST_PARAMETER] = self.digest
         started = known.value('device.driver')  # no client can import other classes
-        allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
+        allowed = dict.fromkeys((drivers.SIMULATION_NAME, *drivers.SHIPPED_DRIVERS, started))
         known.choices['device.driver'] = tuple(allowed)
         if known.value('files.root'):  # nor use other places
             known.choices['device.address'] = ('', known.value('device.address'))
-        if (law := self._law_in(given := known.value(LAW))) != given:
-            node.set_parameters([Parameter(LAW, value=law)])
-        checked_speed(known.value('time.speed'))
+        if (law := self._read_law_text(given := known.value(LAW_PARAMETER))) != given:
+            node.set_parameters([Parameter(LAW_PARAMETER, value=law)])
+        check_speed(known.value('time.speed'))
         present = self.values()
         words = present.design.levels
         if present.settings.register.spacing:
-            from mlmem.readers.words import words_of  # few elements hold many walls
+            from mlmem.readers.words import count_words  # few elements hold many walls
 
-            words = words_of(present.design, present.settings)
+            words = count_words(present.design, present.settings)
         self._limit_content(words)
         self._compare_digest()
         node.known = known
-        node.add_pre_set_parameters_callback(self._meant)  # with two, rclpy would use both answers
-        node.add_on_set_parameters_callback(self._check)
-        node.add_post_set_parameters_callback(self._apply)
+        node.add_pre_set_parameters_callback(
+            self._expand_preset
+        )  # with two, rclpy would use both answers
+        node.add_on_set_parameters_callback(self._check_changes)
+        node.add_post_set_parameters_callback(self._apply_changes)
 
     def values(self) -> Parameters:
         """Return the present values.
@@ -121,7 +123,7 @@ class ParameterSet:
         Raises:
             SettingsError: They do not make a memory, or contradict each other.
         """
-        given = {prefix: self._group(prefix) for prefix in self._defaults}
+        given = {prefix: self._read_group(prefix) for prefix in self._defaults}
         own = ('device', 'design', 'publish', 'record', 'state', 'files', 'queue', 'faults')
         parts = {name: given.pop(name) for name in own}
         check = self._node.get_parameter('design.check').value
@@ -140,15 +142,15 @@ class ParameterSet:
         self._limit_content(words)
         self.locked = True
 
-    def _first(self) -> Preset:
+    def _load_first_preset(self) -> Preset:
         """Return the element that a node starts with, from a file or a preset."""
-        first, described = OF_THE_NODE[PRESET]
-        if not (file := self._known.declare(FILE, *OF_THE_NODE[FILE])):
+        first, described = NODE_PARAMETERS[PRESET]
+        if not (file := self._known.declare(FILE, *NODE_PARAMETERS[FILE])):
             return preset(self._known.declare(PRESET, first, described))
         from ... import parameter_file  # most nodes have none
 
         try:
-            basis, chosen = parameter_file.preset_of(file), parameter_file.load(file)
+            basis, chosen = parameter_file.read_preset_name(file), parameter_file.load_preset(file)
         except parameter_file.ParameterFileError as error:
             raise SettingsError(f'parameter {FILE}: {error}') from error
         if (given := self._known.declare(PRESET, basis, described)) != basis:
@@ -159,14 +161,14 @@ class ParameterSet:
 
     def _compare_digest(self) -> None:
         """Warn if a file that names a digest, as a dump does, is no longer of this element."""
-        given = self._known.given.get(DIGEST)
+        given = self._known.given.get(DIGEST_PARAMETER)
         if given is not None and given.value not in ('', present := self.digest()):
             self._node.get_logger().warning(
                 f'the element is not the one whose parameters were saved: its design and settings '
                 f'have the digest {present}, not {short_repr(given.value)}'
             )
 
-    def _group(self, prefix: str, **changed: Any) -> Any:
+    def _read_group(self, prefix: str, **changed: Any) -> Any:
         """Return a group of settings, with changes.
 
         Raises:
@@ -175,10 +177,10 @@ class ParameterSet:
         defaults = self._defaults[prefix]
         values = {
             field.name: self._known.value(f'{prefix}.{field.name}')
-            for field, _ in descriptions(defaults)
+            for field, _ in find_descriptions(defaults)
         }
         if prefix == 'design':
-            values['law'] = self._law()
+            values['law'] = self._read_law()
         try:
             group = type(defaults)(**values | changed)
             if prefix == 'design':
@@ -187,22 +189,22 @@ class ParameterSet:
         except (DesignError, SettingsError) as error:
             raise SettingsError(f'parameters {prefix}.*: {error}') from error
 
-    def _law(self) -> Curve | None:
+    def _read_law(self) -> Curve | None:
         """Return the on-site law in cells; None for the paper's.
 
         Raises:
             SettingsError: Not one in the present units.
         """
-        if not (text := self._known.value(LAW)):
+        if not (text := self._known.value(LAW_PARAMETER)):
             return None
-        from mlmem.law_file import curve_of  # most elements have the paper's
+        from mlmem.law_file import parse_curve  # most elements have the paper's
 
         try:
-            return curve_of(text, *map(self._known.value, ('scale.length', 'scale.stiffness')))
+            return parse_curve(text, *map(self._known.value, ('scale.length', 'scale.stiffness')))
         except DecodeError as error:
-            raise SettingsError(f'{LAW}: {error}') from error
+            raise SettingsError(f'{LAW_PARAMETER}: {error}') from error
 
-    def _law_in(self, source: str) -> str:
+    def _read_law_text(self, source: str) -> str:
         """Return the text of a law, given it or the path of its file; nothing for nothing.
 
         Raises:
@@ -210,14 +212,14 @@ class ParameterSet:
         """
         if not source:
             return source
-        from mlmem.law_file import curve_of, is_text, text_in
+        from mlmem.law_file import is_law_text, parse_curve, read_law_text
 
         try:
-            if not is_text(source):
-                return text_in(self._group('files').confined(source))
-            curve_of(source)
+            if not is_law_text(source):
+                return read_law_text(self._read_group('files').confine_path(source))
+            parse_curve(source)
         except (DecodeError, SettingsError) as error:
-            raise SettingsError(f'{LAW}: {error}') from error
+            raise SettingsError(f'{LAW_PARAMETER}: {error}') from error
         return source
 
     def _limit_content(self, words: int) -> None:
@@ -226,29 +228,29 @@ class ParameterSet:
         Raises:
             SettingsError: A target is out of range, or belongs to the other kind of element.
         """
-        spacing = self._known.value(SPACING)
+        spacing = self._known.value(SPACING_PARAMETER)
         for name in (LEVEL, WORD):
-            default, description = LIVE[name]
-            if _fits_target(name, spacing):
+            default, description = LIVE_PARAMETERS[name]
+            if is_fitting_target(name, spacing):
                 description = dataclasses.replace(description, high=max(0, words - 1))
                 present = self._known.value(name)
-                if not UNSET <= present < max(1, words):
+                if not UNSET_CONTENT <= present < max(1, words):
                     raise SettingsError(
                         f'parameter {name} must be from 0 to {words - 1}; got {present}'
                     )
             else:
                 _check_target(name, self._known.value(name), spacing)
-            described = descriptor(description, default)
+            described = build_descriptor(description, default)
             described.type = ParameterType.PARAMETER_INTEGER
             self._node.set_descriptor(name, described)
 
-    def _meant(self, changed: list[Parameter]) -> list[Parameter]:
+    def _expand_preset(self, changed: list[Parameter]) -> list[Parameter]:
         """Return the parameters to set, including all those of a preset among them.
 
         Explicit values override the preset's; all are accepted together, or none. A file goes on
         to bring the element until it is left for nothing or for another preset than its own.
         """
-        changed = [self._read(self._double(parameter)) for parameter in changed]
+        changed = [self._read_law_file(self._convert_double(parameter)) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
         self._asked = set(given)
         file = self._known.value(FILE)
@@ -257,29 +259,29 @@ class ParameterSet:
         same = name == self._known.value(PRESET) and not leaving  # as a dump that is loaded says
         if name not in tuple(PRESETS) or same:
             return changed
-        others = {*given, *OF_THE_NODE, *LIVE}
-        spacing = given.get(SPACING, preset(name).settings.register.spacing)
-        unfit = LEVEL if _fits_target(WORD, spacing) else WORD
+        others = {*given, *NODE_PARAMETERS, *LIVE_PARAMETERS}
+        spacing = given.get(SPACING_PARAMETER, preset(name).settings.register.spacing)
+        unfit = LEVEL if is_fitting_target(WORD, spacing) else WORD
         return [
             *changed,
             Parameter(FILE, value=''),
-            *([] if LAW in given else [Parameter(LAW, value='')]),
-            *([] if unfit in given else [Parameter(unfit, value=UNSET)]),
+            *([] if LAW_PARAMETER in given else [Parameter(LAW_PARAMETER, value='')]),
+            *([] if unfit in given else [Parameter(unfit, value=UNSET_CONTENT)]),
             *(
                 Parameter(key, value=value)
-                for key, value, _ in declarations(preset(name))
-                if key.split('.')[0] in OF_A_PRESET and key not in others
+                for key, value, _ in declare_parameters(preset(name))
+                if key.split('.')[0] in PRESET_GROUPS and key not in others
             ),
         ]
 
-    def _read(self, parameter: Parameter) -> Parameter:
+    def _read_law_file(self, parameter: Parameter) -> Parameter:
         """Return a law whose file is named as its text, which goes where the file does not."""
-        if parameter.name == LAW and isinstance(parameter.value, str):
-            with suppress(SettingsError):  # `_check` tells it
-                return Parameter(LAW, value=self._law_in(parameter.value))
+        if parameter.name == LAW_PARAMETER and isinstance(parameter.value, str):
+            with suppress(SettingsError):  # `_check_changes` tells it
+                return Parameter(LAW_PARAMETER, value=self._read_law_text(parameter.value))
         return parameter
 
-    def _double(self, parameter: Parameter) -> Parameter:
+    def _convert_double(self, parameter: Parameter) -> Parameter:
         """Return a parameter converted to a double if a double is declared, and one is meant.
 
         An integer is meant; so is the text 5e-05, as `ros2 param load` reads what `dump` wrote.
@@ -293,27 +295,27 @@ class ParameterSet:
                 return Parameter(parameter.name, value=float(parameter.value))
         return parameter
 
-    def _check(self, changed: list[Parameter]) -> SetParametersResult:
-        changed = [each for each in changed if not each.name.startswith(QOS_OVERRIDES)]
+    def _check_changes(self, changed: list[Parameter]) -> SetParametersResult:
+        changed = [each for each in changed if not each.name.startswith(QOS_OVERRIDES_PREFIX)]
         try:
             for parameter in changed:
-                self._check_one(parameter.name, parameter.value)
+                self._check_change(parameter.name, parameter.value)
             given = {parameter.name: parameter.value for parameter in changed}
-            spacing = given.get(SPACING, self._known.value(SPACING))
+            spacing = given.get(SPACING_PARAMETER, self._known.value(SPACING_PARAMETER))
             for name in given.keys() & {LEVEL, WORD}:
                 _check_target(name, given[name], spacing)
-            faults = {p.name.removeprefix(FAULTS): p.value for p in changed if _is_fault(p)}
+            faults = {p.name.removeprefix(FAULTS_PREFIX): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
-                self._host.element.specimen(self._group('faults', **faults))
-            if METHOD in given and self.locked:
-                write = self._group('write', method=given[METHOD])
+                self._host.element.specimen(self._read_group('faults', **faults))
+            if METHOD_PARAMETER in given and self.locked:
+                write = self._read_group('write', method=given[METHOD_PARAMETER])
                 dataclasses.replace(self.values().settings, write=write)
         except (Refused, SettingsError) as error:
             self._host.log.refused('a parameter', error)
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _check_one(self, name: str, value: Any) -> None:
+    def _check_change(self, name: str, value: Any) -> None:
         """Refuse a value that may not be set now.
 
         Raises:
@@ -321,11 +323,15 @@ class ParameterSet:
         """
         if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
             raise SettingsError(f'there is no parameter {short_repr(name)}')
-        live = name in (*LIVE, METHOD) or name.split('.')[0] in LIVE_GROUPS
+        live = name in (*LIVE_PARAMETERS, METHOD_PARAMETER) or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
             if self._host.loop is not None and value != self._node.get_parameter(name).value:
                 raise SettingsError(f'{name} may be set only while the node is not active')
-        elif self.locked and (not live or name == PACE) and value != self._known.value(name):
+        elif (
+            self.locked
+            and (not live or name == HASH_INTERVAL_PARAMETER)
+            and value != self._known.value(name)
+        ):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
         if (
             name in ('files.root', FILE)
@@ -334,14 +340,14 @@ class ParameterSet:
         ):
             raise SettingsError(f'{name} may be set only at the start of the node')
         if name == 'time.speed':
-            checked_speed(value)
-        if name == DIGEST and value != (digest := self.digest()):
+            check_speed(value)
+        if name == DIGEST_PARAMETER and value != (digest := self.digest()):
             raise SettingsError(f'{name} is computed: {digest}; got {short_repr(value)}')
-        if name == LAW:
-            self._law_in(value)
-        if name in PATHS and value:
+        if name == LAW_PARAMETER:
+            self._read_law_text(value)
+        if name in PATH_PARAMETERS and value:
             try:
-                self._group('files').confined(value)
+                self._read_group('files').confine_path(value)
             except SettingsError as error:
                 raise SettingsError(f'{name}: {error}') from error
         if why := self._known.not_a_choice(name, value):
@@ -351,30 +357,33 @@ class ParameterSet:
             }
             raise SettingsError(why + hint.get(name, ''))
 
-    def _apply(self, changed: list[Parameter]) -> None:
+    def _apply_changes(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
-        changed = [each for each in changed if not each.name.startswith(QOS_OVERRIDES)]
+        changed = [each for each in changed if not each.name.startswith(QOS_OVERRIDES_PREFIX)]
         if not changed:  # it is declared
             return
-        with self._host.log.guarded('parameters'):
+        with self._host.log.guard_errors('parameters'):
             given = ', '.join(f'{each.name} = {short_repr(each.value)}' for each in changed)
             self._host.log.info(f'set {given}', 'parameters')
             if any(map(_is_fault, changed)):
-                self._host.set_faults(self._group('faults'))
+                self._host.set_faults(self._read_group('faults'))
             for parameter in changed:
                 if parameter.name == 'time.speed':
                     self._host.set_speed(parameter.value)
-                elif parameter.name == METHOD:
+                elif parameter.name == METHOD_PARAMETER:
                     self._host.set_method(parameter.value)
-                elif parameter.name == INTROSPECTION:
+                elif parameter.name == INTROSPECTION_PARAMETER:
                     self.configure_introspection()
 
     def configure_introspection(self) -> None:
         """Publish what our services are asked and answer, as far as the parameter says."""
         state = getattr(
-            ServiceIntrospectionState, INTROSPECTION_STATES[self._known.value(INTROSPECTION)]
+            ServiceIntrospectionState,
+            INTROSPECTION_STATES[self._known.value(INTROSPECTION_PARAMETER)],
         )
-        own = {service.name for service in SERVICES}  # rcl's, of the life cycle, have no types
+        own = {
+            service.name for service in NODE_SERVICES
+        }  # rcl's, of the life cycle, have no types
         for service in self._node.services:
             if service.srv_name.rpartition('/')[2] in own:
                 service.configure_introspection(
@@ -382,20 +391,21 @@ class ParameterSet:
                 )
 
 
-def _fits_target(name: str, spacing: int) -> bool:
-    """Return whether `LEVEL` or `WORD` belongs to an element with a `SPACING`."""
+def is_fitting_target(name: str, spacing: int) -> bool:
+    """Return whether `LEVEL` or `WORD` belongs to an element with a `SPACING_PARAMETER`."""
     return (name == WORD) == (spacing > 0)
 
 
 def _check_target(name: str, value: int, spacing: int) -> None:
     """Raise `SettingsError` if a target is set that belongs to the other kind of element."""
-    if value != UNSET and not _fits_target(name, spacing):
+    if value != UNSET_CONTENT and not is_fitting_target(name, spacing):
         kind, other = ('a register', WORD) if spacing else ('an element with one wall', LEVEL)
         raise SettingsError(
-            f'{name} must be {UNSET} (not set) for {kind}, which takes {other}; got {value}'
+            f'{name} must be {UNSET_CONTENT} (not set) for {kind}, which takes {other}; got '
+            f'{value}'
         )
 
 
 def _is_fault(parameter: Parameter) -> bool:
     name: str = parameter.name
-    return name.startswith(FAULTS)
+    return name.startswith(FAULTS_PREFIX)

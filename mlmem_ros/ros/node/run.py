@@ -28,30 +28,30 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from ...host import REFUSALS, ThrottledLog
-from ..middleware import events_executor
-from ..process import RECEIVED
+from ..middleware import create_events_executor
+from ..process import RECEIVED_SIGNALS
 from .node import MemoryNode
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
 """Exit status: ended on request; could not start; ended on request, but the content or recording
 could not be saved. (2 is a wrong command line.)"""
 
-POLL = 10.0
+SPIN_TIMEOUT_S = 10.0
 """Seconds per turn of the executor, which must not wait without a time-out."""
 
 SIGNAL_PERIOD_S = 0.1
 """Time between two looks for signals while a node prepares."""
 
-QUIET = 0.5
+CLIENT_ABSENCE_S = 0.5
 """Seconds without a client after which none is expected any more."""
 
-LAST_ANSWERS = 1.0
+LAST_ANSWERS_TIMEOUT_S = 1.0
 """Longest time in seconds for answering pending requests when the nodes end."""
 
-MOMENT = 0.01
+SPIN_PERIOD_S = 0.01
 """Seconds in which the executor takes what has arrived."""
 
-LEAVE = 5.0
+LEAVE_TIMEOUT_S = 5.0
 """Seconds for leaving the ROS graph. All is saved by then: a middleware that hangs is cut off,
 with a traceback and exit status 1."""
 
@@ -62,15 +62,17 @@ is shut down."""
 Element = Mapping[str, str]
 """What distinguishes a node from others in its process: its `namespace`, and parameters."""
 
-ONE: Sequence[Element] = ({},)
+SINGLE_ELEMENT: Sequence[Element] = ({},)
 
 
-def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Element] = ONE) -> int:
+def run_nodes(
+    arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Element] = SINGLE_ELEMENT
+) -> int:
     """Run memory nodes until a signal has been received, which its handler adds to `stop`; return
     `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
     """
     try:
-        nodes, executor = begin(arguments, elements=elements, stop=stop)
+        nodes, executor = start_nodes(arguments, elements=elements, stop=stop)
     except (*REFUSALS, ParameterException, ImportError) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
@@ -87,26 +89,26 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     with ExitStack() as pages:
         for node in nodes:
             if node.get_parameter('view').value:
-                from ...packages import tool  # most nodes have no page
-                from ..node_process import child
+                from ...packages import find_tool  # most nodes have no page
+                from ..node_process import run_child_process
 
                 view = ['view', '--node', node.get_fully_qualified_name()]
-                pages.enter_context(child(tool('command_line').module, view))
+                pages.enter_context(run_child_process(find_tool('command_line').module, view))
         with executor.woken_by_signals():
-            turn(executor, stop)
-            linger(nodes, executor, stop)
-        RECEIVED.ignore()
-        status = end(nodes, executor, lambda: exit_within(LEAVE))
+            spin_nodes(executor, stop)
+            await_last_clients(nodes, executor, stop)
+        RECEIVED_SIGNALS.ignore()
+        status = end_nodes(nodes, executor, lambda: exit_within(LEAVE_TIMEOUT_S))
     if any(node.preparing for node in nodes):  # Python cannot end while LLVM compiles
         os._exit(status)
     return status
 
 
-def begin(
+def start_nodes(
     arguments: Sequence[str],
     context: Context | None = None,
     kind: type[MemoryNode] = MemoryNode,
-    elements: Sequence[Element] = ONE,
+    elements: Sequence[Element] = SINGLE_ELEMENT,
     stop: Sequence[int] = (),
 ) -> tuple[list[MemoryNode], GuardedExecutor]:
     """Return nodes with their executor, active if they autostart and `stop` stays empty.
@@ -125,11 +127,11 @@ def begin(
     try:
         for element in elements:
             try:
-                node = _made(kind, context, element)
+                node = _create_node(kind, context, element)
                 executor.add_node(node, node.host.log)
                 nodes.append(node)
                 if node.get_parameter('autostart').value:
-                    _start(node, executor, stop)
+                    _start_node(node, executor, stop)
             except Exception as error:
                 refused.append(error)
                 if len(refused) == len(elements):
@@ -146,13 +148,13 @@ def begin(
     return nodes, executor
 
 
-def _made(kind: type[MemoryNode], context: Context | None, element: Element) -> MemoryNode:
+def _create_node(kind: type[MemoryNode], context: Context | None, element: Element) -> MemoryNode:
     given = dict(element)
     namespace = given.pop('namespace', None)
     return kind(context=context, namespace=namespace, parameters=given)
 
 
-def _start(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]) -> None:
+def _start_node(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]) -> None:
     """Prepare a node while its executor answers other requests, then begin; or until a signal."""
     node.hold_requests()
     prepared = node.prepare()
@@ -166,14 +168,17 @@ def _start(node: MemoryNode, executor: GuardedExecutor, stop: Sequence[int]) -> 
             node.release_requests()
 
 
-def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
+def spin_nodes(executor: GuardedExecutor, stop: Sequence[object]) -> None:
     """Let nodes work until `stop` is not empty and the executor is interrupted."""
     while not stop:
-        executor.turn(POLL)
+        executor.turn(SPIN_TIMEOUT_S)
 
 
-def linger(nodes: Sequence[MemoryNode], executor: GuardedExecutor, stop: Sequence[int]) -> None:
-    """After SIGINT, let nodes work until no client is left, SIGTERM comes, or for their `linger`.
+def await_last_clients(
+    nodes: Sequence[MemoryNode], executor: GuardedExecutor, stop: Sequence[int]
+) -> None:
+    """After SIGINT, let nodes work until no client is left, SIGTERM comes, or for their
+    `await_last_clients`.
 
     A terminal and launch stop a robot and its memory together, and the robot may want to write a
     last time.
@@ -182,14 +187,14 @@ def linger(nodes: Sequence[MemoryNode], executor: GuardedExecutor, stop: Sequenc
     if longest and signal.SIGTERM not in stop:
         nodes[0].get_logger().info(f'serving for at most {longest:g} s, until no client is left')
     begun = seen = now = time.monotonic()
-    while signal.SIGTERM not in stop and now - begun < longest and now - seen < QUIET:
-        executor.turn(0.1 * QUIET)
+    while signal.SIGTERM not in stop and now - begun < longest and now - seen < CLIENT_ABSENCE_S:
+        executor.turn(0.1 * CLIENT_ABSENCE_S)
         now = time.monotonic()
         if any(node.client_count for node in nodes):
             seen = now
 
 
-def end(
+def end_nodes(
     nodes: Sequence[MemoryNode],
     executor: GuardedExecutor,
     leaving: Callable[[], object] = lambda: None,
@@ -197,15 +202,15 @@ def end(
     """Save, answer all requests, then call `leaving`, and leave the ROS graph; return the exit
     status.
     """
-    executor.turn(MOMENT)  # takes what was sent during the start
+    executor.turn(SPIN_PERIOD_S)  # takes what was sent during the start
     waited = any(node.waiting for node in nodes)
     with ThreadPoolExecutor(len(nodes)) as closers:  # a hung disk affects only one element
         list(closers.map(MemoryNode.close, nodes))
     now = time.monotonic()
     expected = waited or any(node.client_count for node in nodes)
-    until, deadline = now + (DELIVERY_S if expected else 0.0), now + LAST_ANSWERS
+    until, deadline = now + (DELIVERY_S if expected else 0.0), now + LAST_ANSWERS_TIMEOUT_S
     while now < until or (any(node.waiting for node in nodes) and now < deadline):
-        executor.turn(MOMENT)  # refuses what arrives meanwhile
+        executor.turn(SPIN_PERIOD_S)  # refuses what arrives meanwhile
         now = time.monotonic()
     for node in nodes:
         node.get_logger().info('shut down; not all was saved' if node.host.lost else 'shut down')
@@ -218,7 +223,7 @@ def end(
     return status
 
 
-MOST = 1000
+MAX_QUEUED_REQUESTS = 1000
 """Requests taken at once from a service, after one that could not be decoded."""
 
 
@@ -226,7 +231,7 @@ class GuardedExecutor:
     """Spins nodes, whose callbacks let no exception out; what raises is a message."""
 
     def __init__(self, context: Context | None = None) -> None:
-        self._events = events_executor(context)
+        self._events = create_events_executor(context)
         self._logs: dict[Node, ThrottledLog] = {}
         self._interrupted = Future()
 
@@ -241,8 +246,8 @@ class GuardedExecutor:
             self._events.spin_until_future_complete(self._interrupted, seconds)
         except Exception as error:  # the executor forgets requests that came with it
             for node, log in self._logs.items():
-                _refuse(log, error)
-                _catch_up(node, log)
+                _log_refusal(log, error)
+                _serve_waiting_requests(node, log)
         if self._interrupted.done():
             self._interrupted = Future()
 
@@ -262,11 +267,11 @@ class GuardedExecutor:
         interpreters.setblocking(False)
         before = signal.set_wakeup_fd(interpreters.fileno(), warn_on_full_buffer=False)
 
-        def wake() -> None:
+        def interrupt_on_signal() -> None:
             while ours.recv(1):
                 self.interrupt()
 
-        thread = threading.Thread(target=wake, name='mlmem-signals', daemon=True)
+        thread = threading.Thread(target=interrupt_on_signal, name='mlmem-signals', daemon=True)
         thread.start()
         try:
             yield
@@ -281,18 +286,18 @@ class GuardedExecutor:
         self._events.shutdown()
 
 
-def _refuse(log: ThrottledLog, error: Exception) -> None:
+def _log_refusal(log: ThrottledLog, error: Exception) -> None:
     log.refused('a message', f'it cannot be decoded: {error}')
 
 
-def _catch_up(node: Node, log: ThrottledLog) -> None:
+def _serve_waiting_requests(node: Node, log: ThrottledLog) -> None:
     """Serve the requests that wait. Topics need no catching up: we take their bytes."""
     for service in node.services:
-        for _ in range(MOST):
+        for _ in range(MAX_QUEUED_REQUESTS):
             try:
                 request, header = service.handle.service_take_request(service.srv_type.Request)
             except Exception as error:
-                _refuse(log, error)
+                _log_refusal(log, error)
             else:
                 if request is None:
                     break

@@ -22,16 +22,22 @@ from mlmem.instrument import drivers
 from mlmem.procedure_table import PROCEDURES, Procedure
 
 from ...contract import answers, messages, topics
-from ...contract.commands import Record, made, name_of, requested, wait_of
+from ...contract.commands import (
+    Record,
+    build_command,
+    find_request_name,
+    parse_deadline,
+    parse_request,
+)
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
-from ..middleware import CLIENTS, EVERY_ONE, SIGN
-from .callback_guard import REQUESTER, outcome_of
+from ..middleware import CLIENTS, HEARTBEAT_PROFILE, KEEP_ALL_PROFILE
+from .callback_guard import CURRENT_REQUESTER, await_future
 
 Answered = Awaitable[tuple[bool, str]]
 """Whether a request succeeded, and the JSON object that answers it."""
 
-SILENT = 5.0
+MAX_CLIENT_SILENCE_S = 5.0
 """Seconds without a sign of life after which a client is given up."""
 
 
@@ -46,25 +52,25 @@ class Clients:
         self._met: set[bytes] = set()
         self._last = time.monotonic()
         self._signs = node.create_subscription(
-            DiagnosticStatus, f'~/{CLIENTS}', self._on_sign, SIGN
+            DiagnosticStatus, f'~/{CLIENTS}', self._on_heartbeat, HEARTBEAT_PROFILE
         )
 
     def count(self, services: Iterable[str]) -> int:
         """Return how many clients services have. While one can be heard, all count."""
-        now, there = time.monotonic(), self._participants(self._signs.topic_name)
+        now, there = time.monotonic(), self._find_participants(self._signs.topic_name)
         if there - self._met:  # a new one, which is heard soon
             self._last = now
         self._met |= there
-        if now - self._last < SILENT:
+        if now - self._last < MAX_CLIENT_SILENCE_S:
             return sum(map(self._node.count_clients, services))
-        asking = (self._participants(f'rq{each}Request', no_mangle=True) for each in services)
+        asking = (self._find_participants(f'rq{each}Request', no_mangle=True) for each in services)
         return sum(len(ends - self._met) for ends in asking)
 
-    def _participants(self, topic: str, **options: bool) -> set[bytes]:
+    def _find_participants(self, topic: str, **options: bool) -> set[bytes]:
         ends = self._node.get_publishers_info_by_topic(topic, **options)
         return {bytes(end.endpoint_gid)[:12] for end in ends}
 
-    def _on_sign(self, _: DiagnosticStatus) -> None:
+    def _on_heartbeat(self, _: DiagnosticStatus) -> None:
         self._last = time.monotonic()
 
 
@@ -78,109 +84,123 @@ class Services:
         self._plan = plan
         for name, row in PROCEDURES.items():
             if name != 'self_test':  # which answers in a type of its own
-                self._serve(Trigger, name, self._procedure(name, row))
-        self._serve(Trigger, 'step', lambda _: self._counted('step', host.step().answer))
-        self._serve(SetBool, 'pause', self._paused)
-        self._serve(SetBool, 'record', lambda request: self._recorded(Record(request.data)))
-        self._create(SetParametersAtomically, 'request', self._request)
-        self._create(SelfTestService, 'self_test', self._self_test)
+                self._create_json_service(Trigger, name, self._build_procedure_answer(name, row))
+        self._create_json_service(
+            Trigger, 'step', lambda _: self._answer_ticks('step', host.step().answer)
+        )
+        self._create_json_service(SetBool, 'pause', self._run_pause)
+        self._create_json_service(
+            SetBool, 'record', lambda request: self._run_recording(Record(request.data))
+        )
+        self._create_service(SetParametersAtomically, 'request', self._answer_request)
+        self._create_service(SelfTestService, 'self_test', self._answer_self_test)
 
-    def _procedure(self, name: str, row: Procedure) -> Callable[[Any], Answered]:
+    def _build_procedure_answer(self, name: str, row: Procedure) -> Callable[[Any], Answered]:
         """Return the answer to a Trigger; what it must be given is a parameter."""
 
-        def answer(_: Any) -> Answered:
-            parameters = row.targets.items()
+        def run_procedure(_: Any) -> Answered:
+            parameters = row.target_parameters.items()
             given = {each: self._node.get_parameter(of).value for each, of in parameters}
-            return self._done(made(name, given))
+            return self._run_command(build_command(name, given))
 
-        return answer
+        return run_procedure
 
-    def _serve(self, kind: type[Any], name: str, answer: Callable[[Any], Answered]) -> None:
-        async def serve(request: Any, response: Any) -> Any:
+    def _create_json_service(
+        self, kind: type[Any], name: str, answer: Callable[[Any], Answered]
+    ) -> None:
+        async def serve_request(request: Any, response: Any) -> Any:
             response.success, response.message = await answer(request)
             return response
 
-        self._create(kind, name, serve)
+        self._create_service(kind, name, serve_request)
 
-    def _create(self, kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
-        self._node.create_service(kind, f'~/{name}', callback, qos_profile=EVERY_ONE)
+    def _create_service(self, kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
+        self._node.create_service(kind, f'~/{name}', callback, qos_profile=KEEP_ALL_PROFILE)
 
-    async def _request(
+    async def _answer_request(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
         result = response.result
         try:
-            asked, wait = requested(request.parameters), wait_of(request.parameters)
+            asked, wait = parse_request(request.parameters), parse_deadline(request.parameters)
         except Refused as refusal:
             self._host.refused += 1
-            _, result.reason = self._refused('request', refusal)
+            _, result.reason = self._log_refusal('request', refusal)
             return response
-        doing = self._recorded(asked) if isinstance(asked, Record) else self._done(asked, wait)
+        doing = (
+            self._run_recording(asked)
+            if isinstance(asked, Record)
+            else self._run_command(asked, wait)
+        )
         result.successful, result.reason = await doing
         return response
 
-    async def _done(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
+    async def _run_command(self, command: Command, wait: float = 0.0) -> tuple[bool, str]:
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
-            outcome = await outcome_of(self._host.submit(command, REQUESTER.get(), wait).answer)
+            outcome = await await_future(
+                self._host.submit(command, CURRENT_REQUESTER.get(), wait).answer
+            )
         except REFUSALS as failure:
-            return self._refused(name_of(command), failure, **asked)
+            return self._log_refusal(find_request_name(command), failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
             return True, '{}'
-        return outcome.success, answers.answer(outcome, **asked)
+        return outcome.success, answers.format_answer(outcome, **asked)
 
-    async def _recorded(self, asked: Record) -> tuple[bool, str]:
+    async def _run_recording(self, asked: Record) -> tuple[bool, str]:
         try:
             plan = self._plan(asked.path) if asked.on else None
-            path = await outcome_of(self._host.record(plan))
+            path = await await_future(self._host.record(plan))
         except REFUSALS as refusal:
-            return self._refused('record', refusal)
+            return self._log_refusal('record', refusal)
         return True, json.dumps({'recording': asked.on, 'path': str(path)})
 
-    def _paused(self, request: SetBool.Request) -> Answered:
-        return self._counted('pause', self._host.pause(request.data), paused=request.data)
+    def _run_pause(self, request: SetBool.Request) -> Answered:
+        return self._answer_ticks('pause', self._host.pause(request.data), paused=request.data)
 
-    async def _counted(self, what: str, ticks: Future[int], **said: Any) -> tuple[bool, str]:
+    async def _answer_ticks(self, what: str, ticks: Future[int], **said: Any) -> tuple[bool, str]:
         try:
-            return True, json.dumps({**said, 'tick': await outcome_of(ticks)})
+            return True, json.dumps({**said, 'tick': await await_future(ticks)})
         except REFUSALS as refusal:
-            return self._refused(what, refusal)
+            return self._log_refusal(what, refusal)
 
-    async def _self_test(
+    async def _answer_self_test(
         self, _: SelfTestService.Request, response: SelfTestService.Response
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
         try:
-            outcome = await outcome_of(self._host.submit(SelfTest(), REQUESTER.get()).answer)
+            outcome = await await_future(
+                self._host.submit(SelfTest(), CURRENT_REQUESTER.get()).answer
+            )
         except REFUSALS as failure:
-            self._refused('self_test', failure)
-            response.status = [messages.refused_test(name, str(failure))]
+            self._log_refusal('self_test', failure)
+            response.status = [messages.build_refused_test(name, str(failure))]
         else:
             assert outcome is not None
             response.passed = bytes([outcome.success])
-            response.status = messages.test_statuses(outcome, name)
+            response.status = messages.build_test_statuses(outcome, name)
         return response
 
-    def _refused(self, what: str, reason: object, **asked: Any) -> tuple[bool, str]:
+    def _log_refusal(self, what: str, reason: object, **asked: Any) -> tuple[bool, str]:
         """Log a refusal; return the answer, along with what was asked for."""
         self._host.log.refused(what, reason)
-        return False, answers.refusal(reason, **asked)
+        return False, answers.format_refusal(reason, **asked)
 
 
-def session_plan(node: Node, given: Parameters, path: str = '') -> SessionPlan:
+def build_session_plan(node: Node, given: Parameters, path: str = '') -> SessionPlan:
     """Return what a session of a node records as its parameters say; a path takes the place of
     theirs.
     """
     settings = replace(given.record, path=path) if path else given.record
-    published = topics.STREAMS + (topics.VIEWS if settings.views else ())
-    if given.device.driver != drivers.SIMULATION:
-        published = tuple(topic for topic in published if topic not in topics.OF_A_SIMULATION)
+    published = topics.STREAM_TOPICS + (topics.VIEW_TOPICS if settings.views else ())
+    if given.device.driver != drivers.SIMULATION_NAME:
+        published = tuple(topic for topic in published if topic not in topics.SIMULATION_TOPICS)
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,
         [
             topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
-            for topic in (*topics.COMMANDS, *published)
+            for topic in (*topics.COMMAND_TOPICS, *published)
         ],
         {name: node.get_parameter(name).value for name in node.list_parameters([], 0).names},
         given.files,

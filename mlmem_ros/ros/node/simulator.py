@@ -24,11 +24,11 @@ from rclpy.node import Node
 from mlmem import Refused
 from mlmem.loop.mailbox import Request, Steps
 
-from ...contract.services import SIMULATOR, STEPS
+from ...contract.services import SIMULATOR_SERVICES, STEPS_ACTION
 from ...host import REFUSALS, Host
-from ..middleware import EVERY_ONE
+from ..middleware import KEEP_ALL_PROFILE
 from .actions import Action, Goal
-from .callback_guard import outcome_of
+from .callback_guard import await_future
 
 STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
 """States of a simulation, as in `SimulationState`: no world is loaded in an unconfigured node."""
@@ -40,18 +40,18 @@ ALREADY, NOT_REACHED = 101, 102
 TIME, STATE = 1, 2
 """Scopes of a reset, as in `ResetSimulation`: bits of a number, which is 0 for all of them."""
 
-ANYWHERE = 24, 25, 26, 31, 32
+COMMON_FEATURES = 24, 25, 26, 31, 32
 """Features of any element, as in `SimulatorFeatures`: its state is got, set and paused; it is
 stepped once, or several times, by a service."""
 
-BY_ACTION = 33
+ACTION_FEATURE = 33
 """Feature of a node that serves actions: it is stepped several times by one."""
 
-RESET = 20
+RESET_FEATURE = 20
 """Feature of a simulated element: it is reset, in state and time together."""
 
 
-def types() -> dict[str, Any] | None:
+def load_types() -> dict[str, Any] | None:
     """Return the types of the services and the action by name; None if they are not installed, or
     only in part.
     """
@@ -78,14 +78,14 @@ class Simulator:
         """
         self._host, self._begin_anew, self._activate = host, begin_anew, activate
         self._action: SimulateSteps | None = None
-        if (kinds := types()) is None:
+        if (kinds := load_types()) is None:
             return
-        for name, kind, _ in SIMULATOR:
+        for name, kind, _ in SIMULATOR_SERVICES:
             answer = getattr(self, f'_{name}')
             kind = kinds[kind.rpartition('/')[2]]
-            node.create_service(kind, f'~/{name}', answer, qos_profile=EVERY_ONE)
+            node.create_service(kind, f'~/{name}', answer, qos_profile=KEEP_ALL_PROFILE)
         if node.get_parameter('actions').value:
-            self._action = SimulateSteps(node, host, {}, STEPS, kinds['SimulateSteps'])
+            self._action = SimulateSteps(node, host, {}, STEPS_ACTION, kinds['SimulateSteps'])
 
     @property
     def waiting(self) -> int:
@@ -104,9 +104,9 @@ class Simulator:
 
     def _get_simulator_features(self, _: Any, response: Any) -> Any:
         element = self._host.element
-        resets = (RESET,) if element is None or element.simulated else ()
-        by_action = (BY_ACTION,) if self._action is not None else ()
-        response.features.features = [*resets, *ANYWHERE, *by_action]
+        resets = (RESET_FEATURE,) if element is None or element.simulated else ()
+        by_action = (ACTION_FEATURE,) if self._action is not None else ()
+        response.features.features = [*resets, *COMMON_FEATURES, *by_action]
         response.features.custom_info = (
             'mlmem_ros: a mechanical memory element; a step is one of its ticks'
         )
@@ -119,92 +119,94 @@ class Simulator:
     async def _set_simulation_state(self, request: Any, response: Any) -> Any:
         now, wanted = self.state, request.state.state
         if wanted not in (STOPPED, PLAYING, PAUSED):
-            return _said(response, UNSUPPORTED, 'the state can be stopped, playing or paused')
-        stepping = now == PAUSED and self._host.open_loop().stepping
+            return _set_result(
+                response, UNSUPPORTED, 'the state can be stopped, playing or paused'
+            )
+        stepping = now == PAUSED and self._host.open_loop().is_stepping
         if now == wanted and not stepping:
-            return _said(response, ALREADY, '')
+            return _set_result(response, ALREADY, '')
         if now == NO_WORLD:
-            return _said(response, INCORRECT_STATE, 'the node is not configured')
+            return _set_result(response, INCORRECT_STATE, 'the node is not configured')
         if wanted == STOPPED:
-            return self._done(response, self._begin_anew, NOT_REACHED)
+            return self._run_work(response, self._begin_anew, NOT_REACHED)
         if now == STOPPED:
-            return self._done(response, lambda: self._activate(wanted == PAUSED), NOT_REACHED)
+            return self._run_work(response, lambda: self._activate(wanted == PAUSED), NOT_REACHED)
         try:
-            await outcome_of(self._host.pause(wanted == PAUSED))
+            await await_future(self._host.pause(wanted == PAUSED))
         except REFUSALS as refusal:
-            return _said(response, NOT_REACHED, f'{refusal}')
-        return _said(response, DONE, '')
+            return _set_result(response, NOT_REACHED, f'{refusal}')
+        return _set_result(response, DONE, '')
 
     async def _step_simulation(self, request: Any, response: Any) -> Any:
         steps = Steps(request.steps)
         try:
-            await outcome_of(_begun(self._host, steps).answer)
+            await await_future(_start_steps(self._host, steps).answer)
         except REFUSALS as refusal:
-            return _said(response, FAILED, f'{refusal}')
-        return _said(response, *_judged(steps))
+            return _set_result(response, FAILED, f'{refusal}')
+        return _set_result(response, *_judge_steps(steps))
 
     def _reset_simulation(self, request: Any, response: Any) -> Any:
         now = self.state
         if request.scope and ~request.scope & (TIME | STATE):
             why = 'state and time are reset together: give the scope 0, 3 or 255'
-            return _said(response, UNSUPPORTED, why)
+            return _set_result(response, UNSUPPORTED, why)
         if now == NO_WORLD:
-            return _said(response, INCORRECT_STATE, 'the node is not configured')
+            return _set_result(response, INCORRECT_STATE, 'the node is not configured')
 
-        def reset() -> None:
+        def reset_element() -> None:
             self._begin_anew()
             if now != STOPPED:
                 self._activate(now == PAUSED)
 
-        return self._done(response, reset)
+        return self._run_work(response, reset_element)
 
     @staticmethod
-    def _done(response: Any, work: Callable[[], None], failed: int = FAILED) -> Any:
+    def _run_work(response: Any, work: Callable[[], None], failed: int = FAILED) -> Any:
         try:
             work()
         except REFUSALS as refusal:
-            return _said(response, failed, f'{refusal}')
-        return _said(response, DONE, '')
+            return _set_result(response, failed, f'{refusal}')
+        return _set_result(response, DONE, '')
 
 
 class SimulateSteps(Action):
     """Steps with feedback after each; a cancel ends them with the next one."""
 
-    def _begin(self, goal: Any) -> Request[Any]:
-        return _begun(self._host, Steps(goal.steps, self._told))
+    def _start_goal(self, goal: Any) -> Request[Any]:
+        return _start_steps(self._host, Steps(goal.steps, self._report_step))
 
     def _stop(self, request: Request[Any]) -> Request[Any]:
         self._host.shorten(request)
         return request
 
-    def _told(self, steps: Steps) -> None:
+    def _report_step(self, steps: Steps) -> None:
         with self._lock:  # until the goal is known
             goal = next((goal for goal in self._open if goal.request.asked is steps), None)
         if goal is not None:
             self.report(goal, completed_steps=steps.done, remaining_steps=steps.left)
 
-    def _judged(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
+    def _judge_result(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
             return self._failed(FAILED, refusal)
-        code, why = _judged(goal.request.asked)
+        code, why = _judge_steps(goal.request.asked)
         status = GoalStatus.STATUS_SUCCEEDED if code == DONE else GoalStatus.STATUS_ABORTED
-        return _said(self._kind.Result(), code, why), status
+        return _set_result(self._kind.Result(), code, why), status
 
     def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
-        return _said(self._kind.Result(), FAILED, f'{why}'), GoalStatus.STATUS_ABORTED
+        return _set_result(self._kind.Result(), FAILED, f'{why}'), GoalStatus.STATUS_ABORTED
 
-    def _canceled(self, result: Any, status: int) -> int:
+    def _mark_canceled(self, result: Any, status: int) -> int:
         return int(GoalStatus.STATUS_CANCELED)
 
 
-def _begun(host: Host, steps: Steps) -> Request[int]:
+def _start_steps(host: Host, steps: Steps) -> Request[int]:
     if not steps.left:
         return Request[int](steps).refuse(Refused('steps must be at least 1'))
     return host.step(steps)
 
 
-def _judged(steps: Steps) -> tuple[int, str]:
+def _judge_steps(steps: Steps) -> tuple[int, str]:
     """Return the result of steps that have ended, with its reason."""
     if steps.cut:
         return (
@@ -214,12 +216,12 @@ def _judged(steps: Steps) -> tuple[int, str]:
     return DONE, ''
 
 
-def _said(response: Any, code: int, why: str) -> Any:
+def _set_result(response: Any, code: int, why: str) -> Any:
     response.result.result, response.result.error_message = code, why
     return response
 
 
-POLL = 1e-3
+CLOCK_POLL_PERIOD_S = 1e-3
 """Seconds of wall time between two checks of the clock."""
 
 
@@ -263,7 +265,7 @@ class SimTimePacer:
 
     def wait(self, changed: Condition, seconds: float) -> None:
         """Return soon: whether and how fast ROS time runs is unknown."""
-        changed.wait(POLL)
+        changed.wait(CLOCK_POLL_PERIOD_S)
 
     def problem(self) -> str:
         """Return why time has stood for a while, empty if it runs; call it once a second."""

@@ -14,7 +14,7 @@ from typing import Protocol
 from rclpy.node import Node
 
 from mlmem import DriverError, DriverHangs
-from mlmem.physics import INTEGRATORS, Design, kernel_in_cache
+from mlmem.physics import INTEGRATORS, Design, is_kernel_cached
 
 from ...host import REFUSALS, Host, ThrottledLog
 from .callback_guard import CallbackGuard
@@ -47,11 +47,11 @@ class Retries:
     def begin(self, why: BaseException | None) -> bool:
         """Wait for the element after an error, if that may help; return whether it will."""
         interval = self._interval()
-        if not _lost(why) or not interval:
+        if not _is_element_lost(why) or not interval:
             return False
         self.waiting, self._attempts, self._since = True, 0, time.monotonic()
         self._host.log.warning(f'waiting for the element, every {interval:g} s: {why}')
-        self._tell(why, interval)
+        self._report_wait(why, interval)
         return True
 
     def on_timer(self) -> None:
@@ -66,11 +66,11 @@ class Retries:
         try:
             prepared = self._node.prepare()
         except REFUSALS as error:
-            self._give_up(error)
+            self._stop_retrying(error)
         else:
-            prepared.add_done_callback(lambda _: self._start(interval))
+            prepared.add_done_callback(lambda _: self._start_node(interval))
 
-    def _start(self, interval: float) -> None:
+    def _start_node(self, interval: float) -> None:
         """Start with the device that has been built, in the executor's thread."""
         if not (self.waiting and self._node.unconfigured):  # closed, or configured by others
             self.waiting = False
@@ -78,29 +78,29 @@ class Retries:
         try:
             self._node.start()
         except REFUSALS as error:
-            if _lost(error):
-                self._tell(error, interval)
+            if _is_element_lost(error):
+                self._report_wait(error, interval)
             else:
-                self._give_up(error)
+                self._stop_retrying(error)
         else:
             self.waiting = False
-            self._host.log.warning(f'the element is back after {self._waited:.3g} s')
+            self._host.log.warning(f'the element is back after {self._waited_seconds:.3g} s')
 
-    def _give_up(self, why: Exception) -> None:
+    def _stop_retrying(self, why: Exception) -> None:
         self.waiting = False
         self._host.log.error(f'the element is back, but cannot be started: {why}')
 
     @property
-    def _waited(self) -> float:
+    def _waited_seconds(self) -> float:
         return time.monotonic() - self._since
 
-    def _tell(self, why: object, interval: float) -> None:
+    def _report_wait(self, why: object, interval: float) -> None:
         self._next = time.monotonic() + interval
-        waited = f'{self._waited:.0f} s ({self._attempts} attempts)'
+        waited = f'{self._waited_seconds:.0f} s ({self._attempts} attempts)'
         self._host.stopped = f'waiting for the element since {waited}: {why}'
 
 
-def _lost(why: BaseException | None) -> bool:
+def _is_element_lost(why: BaseException | None) -> bool:
     """Whether the element is away and may come back; a driver that hangs never does."""
     return isinstance(why, DriverError) and not isinstance(why, DriverHangs)
 
@@ -110,7 +110,7 @@ def report_preparation(node: Node, host: Host, design: Design, integrator: str) 
     """Say in `host.preparing` what the body does, and log it if it must compile kernels first."""
     host.preparing, begun = 'preparing the device', time.monotonic()
     try:
-        if not (cached := kernel_in_cache(design, INTEGRATORS[integrator])):
+        if not (cached := is_kernel_cached(design, INTEGRATORS[integrator])):
             kernels = f'the kernels of the {design.substrate} substrate ({integrator})'
             host.preparing = f'compiling {kernels}'
             node.get_logger().info(f'{host.preparing} (once; it takes some seconds)')
@@ -121,10 +121,10 @@ def report_preparation(node: Node, host: Host, design: Design, integrator: str) 
         node.get_logger().info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')
 
 
-PERIOD = 0.5
+CHECK_PERIOD_S = 0.5
 """Seconds between two checks of the graph."""
 
-LOOKS = 10
+MAX_CHECKS = 10
 """Number of checks after the start: enough to discover any earlier node."""
 
 
@@ -134,8 +134,8 @@ class DuplicateNameCheck:
     def __init__(self, node: Node, log: ThrottledLog, callback_guard: CallbackGuard) -> None:
         self._node = node
         self._log = log
-        self._left = LOOKS
-        self._timer = callback_guard.every(PERIOD, 'the graph', self.look)
+        self._left = MAX_CHECKS
+        self._timer = callback_guard.every(CHECK_PERIOD_S, 'the graph', self.look)
 
     def look(self) -> None:
         """Check the graph. An overdue timer may call again after it was destroyed."""

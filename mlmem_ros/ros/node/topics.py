@@ -20,31 +20,31 @@ from sensor_msgs.msg import Imu
 from mlmem import Event, MemoryElement, threads
 
 from ...contract import messages, topics
-from ...contract.commands import OF_TOPIC, NoCommand
+from ...contract.commands import TOPIC_PARSERS, NoCommand
 from ...contract.topics import Topic
-from ...contract.values import published
+from ...contract.values import collect_published
 from ...host import Host
 from ...host.settings import PublishSettings
-from ..middleware import overridable, profile
+from ..middleware import build_override_options, build_qos_profile
 from ..views import ChainMarkers, Contour
 
 if TYPE_CHECKING:
     from ...host.recording import Recording
 
-LITTLE_ENDIAN = b'\x00\x01'
+LITTLE_ENDIAN_HEADER = b'\x00\x01'
 """How CDR begins on nearly every machine: plain, little-endian."""
 
 NUMBERS, ACCELERATION, COVARIANCE = 37, 25, 28
 """Numbers after the header; indices where linear acceleration and its covariance begin."""
 
 
-def decoded(cdr: bytes) -> Any:
+def decode_imu(cdr: bytes) -> Any:
     """Return an Imu's linear acceleration along x and first covariance, under its own names.
 
     Raises:
         What the middleware raises if the bytes are not an Imu.
     """
-    if cdr[:2] == LITTLE_ENDIAN and len(cdr) >= 16:
+    if cdr[:2] == LITTLE_ENDIAN_HEADER and len(cdr) >= 16:
         header = 12 + struct.unpack_from('<I', cdr, 12)[0]  # stamp, and the name of the frame
         begin = 4 + (header + 7) // 8 * 8
         if len(cdr) >= begin + 8 * NUMBERS:
@@ -59,7 +59,7 @@ def decoded(cdr: bytes) -> Any:
     return deserialize_message(cdr, Imu)
 
 
-IN_METRES = (topics.STRAIN_TRAJECTORY, topics.JOINT_COMMANDS)
+METRE_TOPICS = (topics.STRAIN_TRAJECTORY_TOPIC, topics.JOINT_COMMANDS_TOPIC)
 
 
 class Subscriptions:
@@ -67,44 +67,46 @@ class Subscriptions:
 
     def __init__(self, node: Node, host: Host) -> None:
         self._host = host
-        for topic in topics.COMMANDS:
+        for topic in topics.COMMAND_TOPICS:
             name = f'~/{topic.name}'
-            listener = self._listener(topic, name, node.resolve_topic_name(name))
+            listener = self._create_listener(topic, name, node.resolve_topic_name(name))
             node.create_subscription(
-                topic.kind, name, listener, profile(topic.qos), raw=True,
-                qos_overriding_options=overridable(),
+                topic.kind, name, listener, build_qos_profile(topic.qos), raw=True,
+                qos_overriding_options=build_override_options(),
             )  # fmt: skip
 
-    def _listener(self, topic: topics.Topic, name: str, full: str) -> Callable[[bytes], None]:
-        kind, make = topic.kind, OF_TOPIC[topic.name]
+    def _create_listener(
+        self, topic: topics.Topic, name: str, full: str
+    ) -> Callable[[bytes], None]:
+        kind, make = topic.kind, TOPIC_PARSERS[topic.name]
         whole = partial(deserialize_message, message_type=kind)
-        decode: Callable[[bytes], Any] = decoded if topic is topics.DISTURBANCE else whole
+        decode: Callable[[bytes], Any] = decode_imu if topic is topics.DISTURBANCE_TOPIC else whole
         log = self._host.log
 
-        def listen(cdr: bytes) -> None:
+        def handle_message(cdr: bytes) -> None:
             try:
                 message = decode(cdr)
             except Exception as error:  # the bytes are not such a message
                 log.refused(name, f'the message must be a {kind.__name__}; {error}')
                 return
-            with log.guarded(name):
+            with log.guard_errors(name):
                 if (recording := self._host.recording) is not None:
                     recording.put(full, cdr)
                 request = self._host.submit_scaled(lambda units: make(message, units))
-                request.answer.add_done_callback(answered)
+                request.answer.add_done_callback(log_refusal)
 
-        def answered(answer: Future[Any]) -> None:
+        def log_refusal(answer: Future[Any]) -> None:
             refusal = answer.exception()
             if refusal is not None and not isinstance(refusal, NoCommand):
                 unit = ''
-                if topic in IN_METRES and (element := self._host.element) is not None:
+                if topic in METRE_TOPICS and (element := self._host.element) is not None:
                     unit = f' (a strain of 1 is {element.units.elongation:g} m)'
                 log.refused(name, f'{refusal}{unit}')
 
-        return listen
+        return handle_message
 
 
-MOMENT = 0.02
+SUBSCRIBER_CHECK_PERIOD_S = 0.02
 """Seconds for which it holds who takes what stream: the middleware takes microseconds for each."""
 
 
@@ -141,50 +143,54 @@ class Publishers:
             topic: node.create_publisher(
                 topic.kind,
                 f'~/{topic.name}',
-                profile(topic.qos),
+                build_qos_profile(topic.qos),
                 callback_group=group,
-                qos_overriding_options=overridable(),
+                qos_overriding_options=build_override_options(),
             )
-            for topic in topics.STREAMS + topics.VIEWS
-            if element.simulated or topic not in topics.OF_A_SIMULATION
+            for topic in topics.STREAM_TOPICS + topics.VIEW_TOPICS
+            if element.simulated or topic not in topics.SIMULATION_TOPICS
         }
         self._contour = Contour(element, settings) if element.simulated else None
-        self._messages = self._of_events(node.get_fully_qualified_name())
-        self._periodic = self._streams()
+        self._messages = self._build_event_messages(node.get_fully_qualified_name())
+        self._periodic = self._list_periodic_streams()
         self._made: dict[Topic, tuple[int, Any, Sequence[Any]]] = {}  # at rest, since which tick
         self._last_look = Taken()
         # of a fresh simulated one there is nothing to say, a real one's is not known yet
         if element.reading or element.unknown or not element.simulated:
-            self._publish_event(topics.LEVEL, element.reading)
-            self._publish_event(topics.CONTENT, element)
+            self._publish_event(topics.LEVEL_TOPIC, element.reading)
+            self._publish_event(topics.CONTENT_TOPIC, element)
 
-    def _streams(self) -> list[tuple[Topic, int, Callable[[], Any]]]:
+    def _list_periodic_streams(self) -> list[tuple[Topic, int, Callable[[], Any]]]:
         """Return what is published periodically: the topic, the ticks between two, the message."""
-        element, settings, stamp = self._element, self._settings, self._stamp
+        element, settings, stamp = self._element, self._settings, self._current_stamp
         made: dict[Topic, Callable[[], Any]] = {
-            topics.JOINT_STATES: lambda: messages.joint_states(element, stamp(), settings.frame_id)
+            topics.JOINT_STATES_TOPIC: lambda: messages.build_joint_states(
+                element, stamp(), settings.frame_id
+            )
         }
         if (contour := self._contour) is not None:
             markers = cache(partial(ChainMarkers, element, settings))  # few are asked for them
             made |= {
-                topics.FIELD: lambda: messages.field(element),
-                topics.WALL: lambda: messages.wall_positions(element),
-                topics.IMAGE: lambda: contour.message(stamp()),
-                topics.MARKERS: lambda: markers().message(stamp()),
+                topics.FIELD_TOPIC: lambda: messages.build_field(element),
+                topics.WALL_TOPIC: lambda: messages.build_wall_positions(element),
+                topics.IMAGE_TOPIC: lambda: contour.message(stamp()),
+                topics.MARKERS_TOPIC: lambda: markers().message(stamp()),
             }
         every = {topic: getattr(settings, topic.interval.partition('.')[2]) for topic in made}
         return [(topic, every[topic], make) for topic, make in made.items() if every[topic]]
 
-    def _of_events(self, name: str) -> dict[Topic, Callable[[Any], Any]]:
+    def _build_event_messages(self, name: str) -> dict[Topic, Callable[[Any], Any]]:
         """Return what makes the message of what an event publishes; `name` is the node's."""
         element, frame_id = self._element, self._settings.frame_id
         return {
-            topics.ECHO: messages.echo,
-            topics.RANGE: lambda read: messages.distance(read, element, self._stamp(), frame_id),
-            topics.WAVEFORM: messages.waveform,
-            topics.OUTCOME: lambda outcome: messages.status(outcome, name),
-            topics.LEVEL: messages.level,
-            topics.CONTENT: lambda element: messages.content(element, name),
+            topics.ECHO_TOPIC: messages.build_echo,
+            topics.RANGE_TOPIC: lambda read: messages.build_range(
+                read, element, self._current_stamp(), frame_id
+            ),
+            topics.WAVEFORM_TOPIC: messages.build_waveform,
+            topics.OUTCOME_TOPIC: lambda outcome: messages.build_outcome(outcome, name),
+            topics.LEVEL_TOPIC: messages.build_level,
+            topics.CONTENT_TOPIC: lambda element: messages.build_content(element, name),
         }
 
     def close(self) -> None:
@@ -195,7 +201,7 @@ class Publishers:
     def publish(self, topic: Topic, message: Any) -> None:
         """Publish a message, and hand it to the recording: serialized once for both."""
         publisher = self._publishers[topic]
-        if (recording := self._recording(topic)) is not None:
+        if (recording := self._find_recording(topic)) is not None:
             cdr = serialize_message(message)
             publisher.publish(cdr)
             recording.put(publisher.topic_name, cdr)
@@ -206,22 +212,22 @@ class Publishers:
         """Publish the streams due after a tick, and its events."""
         if self._contour is not None:
             self._contour.take()
-        taken = self.taken.topics
+        taken = self.active_streams.topics
         for topic, every, message in self._periodic:
             if self._element.ticks % every == 0 and topic in taken:
-                self.publish(topic, self._present(topic, message))
+                self.publish(topic, self._current_message(topic, message))
         for event in events:
-            for topic, content in published(event, self._element).items():
-                if self._is_taken(topic):  # now: there is no next one for who has just come
+            for topic, content in collect_published(event, self._element).items():
+                if self._is_subscribed(topic):  # now: there is no next one for who has just come
                     self._publish_event(topic, content)
 
     def _publish_event(self, topic: Topic, content: Any) -> None:
         self.publish(topic, self._messages[topic](content))
 
-    def _present(self, topic: Topic, message: Callable[[], Any]) -> Any:
+    def _current_message(self, topic: Topic, message: Callable[[], Any]) -> Any:
         """Return the message of a stream: of an element at rest it is made once, and stamped."""
         element = self._element
-        if element.ticks == element.computed or topic is topics.IMAGE:
+        if element.ticks == element.computed or topic is topics.IMAGE_TOPIC:
             return message()
         since, made, headers = self._made.get(topic, (-1, None, ()))
         if since != element.computed:
@@ -230,37 +236,39 @@ class Publishers:
             headers = [each.header for each in parts if hasattr(each, 'header')]
             self._made[topic] = element.computed, made, headers
         elif headers:
-            stamp = self._stamp()
+            stamp = self._current_stamp()
             for header in headers:
                 header.stamp = stamp
         return made
 
     @property
-    def taken(self) -> Taken:
+    def active_streams(self) -> Taken:
         """Who takes which stream, or did a moment ago; in the loop's thread."""
         now, recording = threads.monotonic(), self._host.recording
         if now >= self._last_look.until or recording is not self._last_look.recording:
-            streams = {topic: every for topic, every, _ in self._periodic if self._is_taken(topic)}
-            columns = self._settings.column_every if topics.IMAGE in streams else 0
+            streams = {
+                topic: every for topic, every, _ in self._periodic if self._is_subscribed(topic)
+            }
+            columns = self._settings.column_every if topics.IMAGE_TOPIC in streams else 0
             self._last_look = Taken(
                 frozenset(streams),
-                any(topic not in topics.VIEWS for topic in streams),  # views may be late
+                any(topic not in topics.VIEW_TOPICS for topic in streams),  # views may be late
                 math.gcd(*streams.values(), columns),
                 recording,
-                now + MOMENT,
+                now + SUBSCRIBER_CHECK_PERIOD_S,
             )
         return self._last_look
 
-    def _is_taken(self, topic: Topic) -> bool:
-        if topic.qos == topics.LATCHED or self._recording(topic) is not None:
+    def _is_subscribed(self, topic: Topic) -> bool:
+        if topic.qos == topics.LATCHED_QOS or self._find_recording(topic) is not None:
             return True
         return bool(self._publishers[topic].get_subscription_count())
 
-    def _recording(self, topic: Topic) -> Recording | None:
+    def _find_recording(self, topic: Topic) -> Recording | None:
         """Return what takes the messages of a topic, or None."""
         recording = self._host.recording
-        taken = recording is not None and recording.takes(self._publishers[topic].topic_name)
+        taken = recording is not None and recording.takes_topic(self._publishers[topic].topic_name)
         return recording if taken else None
 
-    def _stamp(self) -> Any:
+    def _current_stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()

@@ -11,14 +11,14 @@ import numpy as np
 
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen
-from mlmem.physics.equilibrium import resting_wall
-from mlmem.physics.waves import band
-from mlmem.readers.echo import Echo, blanking
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics.waves import pass_band
+from mlmem.readers.echo import Echo, blanking_time
 from mlmem.settings import ProbeSettings
 
 from ...studies import style
-from ..echoes import PAPER, PRINTED, detect, listen, without_wall
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..echoes import PAPER_PROBE, PRINTED_PROBE, detect_echo, record_echo, without_wall
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     'carriers',
@@ -26,17 +26,17 @@ FIGURE = Figure(
     seconds=9,
 )
 
-THRESHOLDS = np.geomspace(1e-6, 2e-2, 431)
+THRESHOLD_GRID = np.geomspace(1e-6, 2e-2, 431)
 
-SPACING = 20.0
+MIN_DELAY_SPACING = 20.0
 """Least difference of the delays of two neighbouring levels that counts as distinct."""
 
-COMPENSATED = 0.002
+COMPENSATED_GAIN_DECAY = 0.002
 """The device's gain decay, eta / 2; the paper's plain threshold has none."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return echo strength, ring-down and usable thresholds for a sweep of carriers, both ends.
 
     Returns:
@@ -46,91 +46,108 @@ def compute(quality: Quality) -> Data:
         all levels are distinct and in order, NaN where there is none.
     """
     levels = quality.pick((0, 7), tuple(range(CASE_II.levels)))
-    walls = [resting_wall(Specimen(CASE_II), level) for level in levels]
+    walls = [find_pinned_wall(Specimen(CASE_II), level) for level in levels]
     duration = quality.pick(1100.0, 1400.0)
-    data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLDS}
+    data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLD_GRID}
     for end in End:
         low, high = (1.0, 2.5) if end is End.LEFT else (0.4, 1.2)
         ours = quality.pick((0.7,), (0.62, 0.7))
-        printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end is End.LEFT else ours
+        printed = (PAPER_PROBE.omega_c, 2.1, PRINTED_PROBE.omega_c) if end is End.LEFT else ours
         omega = np.unique(np.r_[np.linspace(low, high, quality.pick(0, 51)), printed])
         rows = [_one_carrier(float(o), walls, end, duration) for o in omega]
         data[f'omega_{end}'] = omega
         for name in ('echo', 'quiet', 'plain', 'compensated'):
             data[f'{name}_{end}'] = np.array([row[name] for row in rows])
-    data['bands'] = np.array([band(CASE_II.k_s1), band(CASE_II.k_s2)])
+    data['bands'] = np.array([pass_band(CASE_II.k_s1), pass_band(CASE_II.k_s2)])
     return data
 
 
 def _one_carrier(omega: float, walls: list[np.ndarray], end: End, duration: float) -> Data:
-    probe = dataclasses.replace(PAPER, omega_c=omega)
+    probe = dataclasses.replace(PAPER_PROBE, omega_c=omega)
     silence, dt = without_wall(CASE_II, probe, end, duration)
-    heard = [listen(CASE_II, v, probe, end, duration)[0] for v in walls]
-    echoes = [detect(displacement, dt, probe, end) for displacement in heard]
-    alone = [detect(displacement - silence, dt, probe, end) for displacement in heard]
-    background = detect(silence, dt, probe, end)
-    late = background.t > blanking(probe)
+    heard = [record_echo(CASE_II, v, probe, end, duration)[0] for v in walls]
+    echoes = [detect_echo(displacement, dt, probe, end) for displacement in heard]
+    alone = [detect_echo(displacement - silence, dt, probe, end) for displacement in heard]
+    background = detect_echo(silence, dt, probe, end)
+    late = background.t > blanking_time(probe)
     row: Data = {
         'echo': [float(echo.v_c.max()) for echo in alone],
         'quiet': float(background.v_c[late].max()),
     }
-    for name, decay in (('plain', 0.0), ('compensated', COMPENSATED)):
-        row[name] = _usable(echoes, probe, decay, 1.0 if end is End.LEFT else -1.0)
+    for name, decay in (('plain', 0.0), ('compensated', COMPENSATED_GAIN_DECAY)):
+        row[name] = _usable_thresholds(echoes, probe, decay, 1.0 if end is End.LEFT else -1.0)
     return row
 
 
-def _usable(
+def _usable_thresholds(
     echoes: list[Echo], probe: ProbeSettings, decay: float, sign: float
 ) -> tuple[float, float]:
     """Return the least and greatest threshold of the longest run that tells all levels."""
     delays = []
     for echo in echoes:
-        late = echo.t > blanking(probe)
+        late = echo.t > blanking_time(probe)
         highest = np.maximum.accumulate(np.where(late, echo.v_c * np.exp(decay * echo.t), 0.0))
-        first = np.searchsorted(highest, THRESHOLDS, side='right')
+        first = np.searchsorted(highest, THRESHOLD_GRID, side='right')
         delays.append(np.where(first < len(highest), echo.t[np.minimum(first, len(echo.t) - 1)],
                                np.nan))  # fmt: skip
-    good = np.all(sign * np.diff(np.array(delays), axis=0) > SPACING, axis=0)
+    good = np.all(sign * np.diff(np.array(delays), axis=0) > MIN_DELAY_SPACING, axis=0)
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     if not len(edges):
         return float('nan'), float('nan')
     starts, stops = edges[::2], edges[1::2]
     longest = int(np.argmax(stops - starts))
-    return float(THRESHOLDS[starts[longest]]), float(THRESHOLDS[stops[longest] - 1])
+    return float(THRESHOLD_GRID[starts[longest]]), float(THRESHOLD_GRID[stops[longest] - 1])
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw strength over carrier above, usable thresholds below; left and right end."""
     figure = style.new_figure(5.6)
     grid = style.axes_grid(figure, 2, 2, sharex='col', sharey='row')
-    for column, (end, color) in enumerate(((End.LEFT, style.S2), (End.RIGHT, style.S1))):
+    for column, (end, color) in enumerate(
+        ((End.LEFT, style.ACTIVE_COLOUR), (End.RIGHT, style.INACTIVE_COLOUR))
+    ):
         upper, lower = grid[:, column]
         omega, echoes = data[f'omega_{end}'], data[f'echo_{end}']
         for level, echo in zip(data['levels'], echoes.T, strict=True):
             upper.semilogy(omega, echo, color=color, alpha=0.3 + 0.1 * level)
-        upper.semilogy(omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=style.INK, ls=':')
+        upper.semilogy(
+            omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=style.INK_COLOUR, ls=':'
+        )
         upper.set_ylim(1e-7, 2e-2)
         for name, alpha in (('compensated', 0.25), ('plain', 0.6)):
             low, high = data[f'{name}_{end}'].T
             lower.fill_between(omega, low, high, color=color, alpha=alpha, lw=0, label=name)
         lower.set(xlabel=r'carrier $\omega_c$', yscale='log', ylim=(1e-6, 2e-2))
         for axes in (upper, lower):
-            for edges, tint in zip(data['bands'], (style.S1, style.S2), strict=True):
+            for edges, tint in zip(
+                data['bands'], (style.INACTIVE_COLOUR, style.ACTIVE_COLOUR), strict=True
+            ):
                 for edge in edges[(edges > omega[0]) & (edges < omega[-1])]:
                     axes.axvline(edge, color=tint, lw=1.0, ls='--')
         phase = 'left end, in $s_2$' if end is End.LEFT else 'right end, in $s_1$'
-        style.label(upper, 'ab'[column], f'{phase}: echoes')
-        style.label(lower, 'cd'[column], 'thresholds that read all levels')
+        style.label_panel(upper, 'ab'[column], f'{phase}: echoes')
+        style.label_panel(lower, 'cd'[column], 'thresholds that read all levels')
     (upper, right), (lower, _) = grid
     upper.set_ylabel('greatest $v_c$ (cells)')
     lower.set_ylabel('threshold $v_{th}$ (cells)')
-    right.plot([], [], color=style.INK, ls=':', label='ring-down')
-    right.plot([], [], color=style.S1, label='echo: pale level 0, dark 7')
+    right.plot([], [], color=style.INK_COLOUR, ls=':', label='ring-down')
+    right.plot([], [], color=style.INACTIVE_COLOUR, label='echo: pale level 0, dark 7')
     right.legend(loc='lower left')
-    for probe, text, shift in ((PAPER, 'our reading', -45), (PRINTED, 'as printed', 0)):
-        lower.plot(probe.omega_c, probe.v_th, 'o', color=style.MARK, mec=style.INK, ms=7, zorder=5)
-        style.note(
+    for probe, text, shift in (
+        (PAPER_PROBE, 'our reading', -45),
+        (PRINTED_PROBE, 'as printed', 0),
+    ):
+        lower.plot(
+            probe.omega_c,
+            probe.v_th,
+            'o',
+            color=style.MARK_COLOUR,
+            mec=style.INK_COLOUR,
+            ms=7,
+            zorder=5,
+        )
+        style.annotate_place(
             lower, f'{text}:\n{probe.omega_c:.1f}, {probe.v_th:.1e}', (probe.omega_c, probe.v_th),
             (-9, shift), ha='right', va='center', arrowprops={'arrowstyle': '-'},
             bbox={'boxstyle': 'square,pad=0.0', 'fc': 'w', 'lw': 0.0},
@@ -139,7 +156,7 @@ def draw(data: Data) -> Any:
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The carrier lies within the band of the active phase: omega_c = 2.4',
     page=5,
     how='Eq. (4), and a sweep of carriers in the simulated element',
@@ -153,7 +170,7 @@ def _printed_carrier(data: Data) -> Judged:
     echo, quiet = float(data['echo_left'][at].max()), float(data['quiet_left'][at])
     inside = int(np.argmin(np.abs(omega - 2.0)))
     heard = int(np.count_nonzero(data['echo_left'][at] > quiet))
-    return judged(
+    return judge_numbers(
         edge > 2.4,
         f'2.4 is above both bands (s2 ends at {edge:.4f}); it lies in the band of s2 alone for '
         f'{alone[0]:.3f} < d < {alone[1]:.3f}, and Table I has d = {CASE_II.d:.4f}. At best '
@@ -163,7 +180,7 @@ def _printed_carrier(data: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'One threshold of v_c tells the echoes of all levels',
     page=5,
     how='sweep of carriers and thresholds: delays of all eight levels in order and 20 apart',
@@ -173,12 +190,12 @@ def _one_threshold(data: Data) -> Judged:
     omega, plain, gained = (data[f'{name}_left'] for name in ('omega', 'plain', 'compensated'))
     works = omega[~np.isnan(plain[:, 0])]
     if not len(works):
-        return judged(False, 'no carrier has one')
+        return judge_numbers(False, 'no carrier has one')
     at, beyond = (int(np.argmin(np.abs(omega - value))) for value in (2.0, 2.1))
     low, high = plain[at]
     inside = bool(low < 7.5e-5 < high)
     usable = [f'{low:.1e} to {high:.1e}' if low > 0.0 else 'none' for low, high in plain]
-    return judged(
+    return judge_numbers(
         inside and bool(np.isnan(plain[omega == 2.4]).all()),
         f'from the left with a plain threshold for carriers {works.min():.2f} to '
         f'{works.max():.2f}; at 2.0 from {usable[at]}, which holds 7.5e-5: so we read the '

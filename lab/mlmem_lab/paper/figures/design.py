@@ -11,11 +11,11 @@ import numpy as np
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
-from mlmem.physics.waves import band
-from mlmem_tools.checks.quasistatic import held_landscape
+from mlmem.physics.waves import pass_band
+from mlmem_tools.checks.quasistatic import compute_held_landscape
 
 from ...studies import style
-from ..echoes import PRINTED
+from ..echoes import PRINTED_PROBE
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure(
@@ -24,75 +24,84 @@ FIGURE = Figure(
     seconds=1,
 )
 
-SPAN = (20.0, 80.0)
+SHOWN_SITES = (20.0, 80.0)
 """Sites that are shown: level 0 to level 2."""
 
-WEAK = -6e-5
+WEAK_GRADIENT = -6e-5
 """A gradient that leaves the wall to the lattice."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return landscapes by strain, the pull on the way to a defect by gamma, and the bands."""
     write = Settings().write
-    low, high = SPAN[0], quality.pick(SPAN[0] + 30.0, SPAN[1])
+    low, high = SHOWN_SITES[0], quality.pick(SHOWN_SITES[0] + 30.0, SHOWN_SITES[1])
     data: Data = {'strains': np.array([0.0, write.compression, write.tension])}
-    landscapes = [held_landscape(CASE_II, low, high, strain) for strain in data['strains']]
+    landscapes = [compute_held_landscape(CASE_II, low, high, strain) for strain in data['strains']]
     data['X'] = landscapes[0].X
     data['U'] = np.array([landscape.energy for landscape in landscapes])
     # Level 0: the extremum that compression drives to is 17 cells ahead of the defect.
-    gammas = np.array([CASE_II.gamma, WEAK])
+    gammas = np.array([CASE_II.gamma, WEAK_GRADIENT])
     ways = [
-        held_landscape(dataclasses.replace(CASE_II, gamma=gamma), 42.0, 49.5) for gamma in gammas
+        compute_held_landscape(dataclasses.replace(CASE_II, gamma=gamma), 42.0, 49.5)
+        for gamma in gammas
     ]
     data |= {'gammas': gammas, 'way': ways[0].X, 'pull': np.array([-way.slope for way in ways])}
-    data['bands'] = np.array([band(CASE_II.k_s1), band(CASE_II.k_s2)])
+    data['bands'] = np.array([pass_band(CASE_II.k_s1), pass_band(CASE_II.k_s2)])
     data['carriers'] = np.array(
-        [Settings().probe_right.omega_c, Settings().probe.omega_c, PRINTED.omega_c]
+        [Settings().probe_right.omega_c, Settings().probe.omega_c, PRINTED_PROBE.omega_c]
     )
     return data
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw four panels: at rest, under strain, the way back, and the carriers."""
     figure = style.new_figure(5.2)
     (rest, strained), (way, bands) = style.axes_grid(figure, 2, 2)
     X, U = data['X'], 1e3 * data['U']
     for axes in (rest, strained):
         for site in (25, 50, 75):
-            axes.axvline(site, color=style.FAINT, lw=0.8, zorder=0)
+            axes.axvline(site, color=style.FAINT_COLOUR, lw=0.8, zorder=0)
         axes.set(xlabel='wall $X$ (cells)', ylabel=r'energy $U$ ($10^{-3}$)', xlim=(X[0], X[-1]))
-    rest.plot(X, U[0], color=style.INK)
-    style.label(rest, 'a', 'no strain (lines: defects)')
-    curves = zip(U[1:], data['strains'][1:], (style.COMPRESSION, style.TENSION), strict=True)
+    rest.plot(X, U[0], color=style.INK_COLOUR)
+    style.label_panel(rest, 'a', 'no strain (lines: defects)')
+    curves = zip(
+        U[1:], data['strains'][1:], (style.COMPRESSION_COLOUR, style.TENSION_COLOUR), strict=True
+    )
     for curve, strain, color in curves:
         strained.plot(X, curve - curve.mean(), color=color, label=rf'$\varepsilon$ = {strain:+g}')
     for site, name in ((42, r'$s_{\max}$'), (67, r'$s_{\min}$')):
         if site <= X[-1]:
-            strained.axvline(site, color=style.MARK, ls=':')
-            style.note(strained, name, (site, 60.0), (2, 0), va='top')
+            strained.axvline(site, color=style.MARK_COLOUR, ls=':')
+            style.annotate_place(strained, name, (site, 60.0), (2, 0), va='top')
     strained.set_ylim(None, 62.0)
     strained.legend(loc='lower left')
-    style.label(strained, 'b', 'at the peaks of a cycle')
+    style.label_panel(strained, 'b', 'at the peaks of a cycle')
     for pull, gamma, dashes in zip(data['pull'], data['gammas'], ('-', '--'), strict=True):
         way.plot(
-            data['way'], 1e6 * pull, color=style.INK, ls=dashes, label=rf'$\gamma$ = {gamma:.3g}'
+            data['way'],
+            1e6 * pull,
+            color=style.INK_COLOUR,
+            ls=dashes,
+            label=rf'$\gamma$ = {gamma:.3g}',
         )
-    way.axhspan(-30.0, 0.0, color=style.S1, alpha=0.3, lw=0)
+    way.axhspan(-30.0, 0.0, color=style.INACTIVE_COLOUR, alpha=0.3, lw=0)
     way.set(xlabel='wall $X$ (cells)', ylabel=r'pull to the right ($10^{-6}$)', ylim=(-30, 160))
     way.legend(loc='center right')
-    style.label(way, 'c', 'the way back: below 0 it stops')
-    for row, (name, color) in enumerate((('$s_1$', style.S1), ('$s_2$', style.S2))):
+    style.label_panel(way, 'c', 'the way back: below 0 it stops')
+    for row, (name, color) in enumerate(
+        (('$s_1$', style.INACTIVE_COLOUR), ('$s_2$', style.ACTIVE_COLOUR))
+    ):
         low, high = data['bands'][row]
         bands.barh(row, high - low, left=low, height=0.5, color=color)
-        style.note(bands, name, (low, row), (-4, 0), ha='right', va='center')
+        style.annotate_place(bands, name, (low, row), (-4, 0), ha='right', va='center')
     names = ('right end', 'left end', 'as printed')
     for omega, name, dashes in zip(data['carriers'], names, (':', ':', '--'), strict=True):
-        bands.axvline(omega, color=style.MARK, ls=dashes)
-        style.note(
+        bands.axvline(omega, color=style.MARK_COLOUR, ls=dashes)
+        style.annotate_place(
             bands, f'{name} {omega:g}', (omega, 3.4), (-2, 0), ha='right', va='top', rotation=90
         )
     bands.set(xlabel=r'frequency $\omega$', xlim=(0.2, 2.6), ylim=(-0.4, 3.5), yticks=[])
-    style.label(bands, 'd', 'bands and carriers')
+    style.label_panel(bands, 'd', 'bands and carriers')
     return figure

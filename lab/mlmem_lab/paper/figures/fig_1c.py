@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from mlmem.physics import CASE_I, CASE_II, Specimen
-from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.held_wall import hold_walls, make_uniform
 
 from ...studies import style
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '1c',
@@ -22,7 +22,7 @@ FIGURE = Figure(
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return the potential over three ground states and the resting walls of both cases.
 
     Both cases share a, b and c, so the potential is given per d.
@@ -39,51 +39,54 @@ def compute(quality: Quality) -> Data:
         'ground_slopes': potential.slope([CASE_II.D_s1, CASE_II.D_s2]),
     }
     for name, design in (('case_1', CASE_I), ('case_2', CASE_II)):
-        flat = uniform(design)
+        flat = make_uniform(design)
         middle = flat.N // 2 + 0.5
         (v,) = hold_walls(Specimen(flat), np.array([middle]), np.zeros(flat.N)).v
         data[f'x_{name}'], data[f'anti_kink_{name}'] = flat.sites - middle, v
     return data
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw potential and stiffness, and both walls."""
     figure = style.new_figure(3.2)
     left, right = style.axes_grid(figure, 1, 2)[0]
-    left.plot(data['D'], data['energy_per_d'], color=style.INK)
+    left.plot(data['D'], data['energy_per_d'], color=style.INK_COLOUR)
     left.set(
         xlabel=r'configuration $\Delta$ (cells)', ylabel=r'potential $\psi/d$', ylim=(-0.2, 3.2)
     )
     stiffness = left.twinx()
     stiffness.spines.right.set_visible(True)
-    stiffness.plot(data['D'], data['stiffness_per_d'], color=style.MARK, lw=1.0, ls='--')
+    stiffness.plot(data['D'], data['stiffness_per_d'], color=style.MARK_COLOUR, lw=1.0, ls='--')
     stiffness.set_ylabel(r"stiffness $\psi''/d$ (dashed)")
     stiffness.set_ylim(-22.0, 44.0)
     values = zip(
-        (style.S1, style.S2), data['ground_states'], data['stiffnesses_per_d'], strict=True
+        (style.INACTIVE_COLOUR, style.ACTIVE_COLOUR),
+        data['ground_states'],
+        data['stiffnesses_per_d'],
+        strict=True,
     )
     for number, (color, D, k) in enumerate(values, 1):
         left.plot(D, 0.0, 'o', color=color, ms=7, clip_on=False, zorder=5)
         text = rf'$\Delta_{{s{number}}}={D:.3f}$' + '\n' + rf'$k_{{s{number}}}={k:.2f}\,d$'
-        style.note(left, text, (D, 2.5), ha='center')
-    style.label(left, 'c.i', 'on-site potential')
+        style.annotate_place(left, text, (D, 2.5), ha='center')
+    style.label_panel(left, 'c.i', 'on-site potential')
     for name, marker, text in (('case_1', 'o', 'Case I'), ('case_2', 's', 'Case II')):
         x, v = data[f'x_{name}'], data[f'anti_kink_{name}']
         near = np.abs(x) < 26.0
-        colors = np.where(v[near] > data['barrier'], style.S2, style.S1)
-        right.plot(x[near], v[near], color=style.INK, lw=0.6)
+        colors = np.where(v[near] > data['barrier'], style.ACTIVE_COLOUR, style.INACTIVE_COLOUR)
+        right.plot(x[near], v[near], color=style.INK_COLOUR, lw=0.6)
         right.scatter(x[near], v[near], c=colors, s=14, marker=marker, label=f'anti-kink, {text}')
-    right.plot(-x[near], v[near], color=style.FAINT, ls='--', label='kink, Case II')
+    right.plot(-x[near], v[near], color=style.FAINT_COLOUR, ls='--', label='kink, Case II')
     right.set(
         xlabel=r'cells from the wall, $j - X$', ylabel=r'$\Delta_j$ (cells)', ylim=(-1.3, 2.4)
     )
     right.legend(loc='upper right')
-    style.label(right, 'c.ii', 'walls at rest')
+    style.label_panel(right, 'c.ii', 'walls at rest')
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'Psi possesses n >= 2 degenerate ground states',
     page=2,
     where='Fig. 1c.i',
@@ -93,14 +96,14 @@ def _ground_states(data: Data) -> Judged:
     energy, slope = data['ground_energies'], data['ground_slopes']
     low, high = data['ground_states']
     holds = np.abs(energy).max() < 1e-12 and np.abs(slope).max() < 1e-12
-    return judged(
+    return judge_numbers(
         holds,
         f'D_s1 = {low:.5f}, D_s2 = {high:.5f}; energies within {np.abs(energy).max():.0e} of '
         f'each other, slopes within {np.abs(slope).max():.0e} of zero',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The linear on-site stiffness about each ground state is unique',
     page=2,
     where='Fig. 1c.i',
@@ -108,7 +111,7 @@ def _ground_states(data: Data) -> Judged:
 )
 def _stiffnesses(data: Data) -> Judged:
     k_1, k_2 = data['stiffnesses_per_d']
-    return judged(
+    return judge_numbers(
         k_2 > 1.5 * k_1 > 0.0,
         f'k_s1 = {k_1:.4f} d, k_s2 = {k_2:.4f} d: a ratio of {k_2 / k_1:.3f}',
     )

@@ -12,15 +12,15 @@ from mlmem.physics import CASE_I, Specimen
 from mlmem.physics.held_wall import hold_walls
 
 from ...landscapes import (
-    BOUND,
+    MAX_FIT_ERROR,
     DisplacementFit,
+    compute_landscape,
     fit_displacement,
     fit_kink,
-    landscape,
-    strained,
+    strained_equilibrium,
 )
 from ...studies import style
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '2a',
@@ -28,46 +28,46 @@ FIGURE = Figure(
     seconds=3,
 )
 
-STRAINS = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])
+STRAIN_FAMILY = 1e-3 * np.array([-15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15])
 
-MARGIN = 12.0
+END_MARGIN_CELLS = 12.0
 """Cells at either end that are left out: there the wall feels the free ends."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return U(X) by both ways, the fits' errors and orders, for a family of strains.
 
     The zero of the energy is the strained element without a wall.
     """
     design, kink = CASE_I, fit_kink(CASE_I)
     step = quality.pick(2.0, 0.5)
-    X = np.arange(1.0 + MARGIN, design.N - MARGIN + 1e-9, step)
+    X = np.arange(1.0 + END_MARGIN_CELLS, design.N - END_MARGIN_CELLS + 1e-9, step)
     data: Data = {
         'X': X,
-        'strain': STRAINS,
+        'strain': STRAIN_FAMILY,
         'kink_constants': [kink.A, kink.B_1, kink.C_1, kink.B_2, kink.C_2],
         'kink_e_rms': kink.e_rms,
     }
     by_ansatz, as_printed, held, fits = [], [], [], []
-    for strain in STRAINS:
-        v, V = strained(design, float(strain))
+    for strain in STRAIN_FAMILY:
+        v, V = strained_equilibrium(design, float(strain))
         v_0, V_0 = fit_displacement(design, v), fit_displacement(design, V)
         blank = 0.5 * np.sum(np.diff(v) ** 2) + np.sum(
             design.alpha * design.potential.energy(v - V)
         )
-        by_ansatz.append(landscape(design, X, kink, v_0, V_0) - blank)
-        as_printed.append(landscape(design, X, kink, v_0, V_0, as_printed=True) - blank)
+        by_ansatz.append(compute_landscape(design, X, kink, v_0, V_0) - blank)
+        as_printed.append(compute_landscape(design, X, kink, v_0, V_0, as_printed=True) - blank)
         held.append(hold_walls(Specimen(design), X, V).energy - blank)
-        fits.append([(fit.e_rms, fit.q) for fit in (v_0, V_0)])
+        fits.append([(fit.e_rms, fit.expansion_order) for fit in (v_0, V_0)])
     data |= {'ansatz': by_ansatz, 'as_printed': as_printed, 'held': held}
     data['fits'] = fits  # strain x (v_0, V_0) x (e_rms, q)
     data |= {'defect': design.J, 'j_0': design.j_0}
-    data |= _profiles(design.sites, v_0, V_0, v, V)
+    data |= _fit_profiles(design.sites, v_0, V_0, v, V)
     return data
 
 
-def _profiles(
+def _fit_profiles(
     x: np.ndarray, v_0: DisplacementFit, V_0: DisplacementFit, v: np.ndarray, V: np.ndarray
 ) -> Data:
     """Return displacements and their fits at the largest strain."""
@@ -77,48 +77,53 @@ def _profiles(
     }  # fmt: skip
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw both halves of the family, and below how far the ansatz is off."""
     figure = style.new_figure(5.2)
-    grid = style.stacked(figure, 2)
+    grid = style.stacked_axes(figure, 2)
     x, strains = data['X'] - data['defect'], data['strain']
     every = slice(None, None, max(1, round(6.0 / (x[1] - x[0]))))
-    halves = ((-1.0, style.COMPRESSION, 'compression'), (1.0, style.TENSION, 'tension'))
+    halves = (
+        (-1.0, style.COMPRESSION_COLOUR, 'compression'),
+        (1.0, style.TENSION_COLOUR, 'tension'),
+    )
     for (upper, lower), (sign, color, text) in zip(grid.T, halves, strict=True):
         for strain, ansatz, held in zip(strains, data['ansatz'], data['held'], strict=True):
             if strain * sign < 0.0:
                 continue
-            ink = color if strain else style.INK
+            ink = color if strain else style.INK_COLOUR
             upper.plot(x, ansatz, color=ink)
             upper.plot(x[every], held[every], 'o', color=ink, ms=3.5, mfc='w', mew=0.8)
             lower.plot(x, 1e3 * (ansatz - held), color=ink, lw=0.8)
-            style.note(upper, f'{1e3 * strain:+.0f}', (x[-1], ansatz[-1]), (4, 0), va='center')
+            style.annotate_place(
+                upper, f'{1e3 * strain:+.0f}', (x[-1], ansatz[-1]), (4, 0), va='center'
+            )
         for axes in (upper, lower):
-            axes.axvline(0.0, color=style.FAINT, lw=1.0, zorder=0)
-            axes.axvline(data['j_0'] - data['defect'], color=style.MARK, ls='--', zorder=0)
-        style.label(upper, 'a', rf'{text}, $\varepsilon$ ($10^{{-3}}$) at the lines')
+            axes.axvline(0.0, color=style.FAINT_COLOUR, lw=1.0, zorder=0)
+            axes.axvline(data['j_0'] - data['defect'], color=style.MARK_COLOUR, ls='--', zorder=0)
+        style.label_panel(upper, 'a', rf'{text}, $\varepsilon$ ($10^{{-3}}$) at the lines')
         lower.set(xlabel=r'wall $x = X - 100$ (cells)', ylim=(0.0, 1.5))
     grid[0, 0].set_ylabel(r'energy $U(X)$, relative to no wall')
     grid[1, 0].set_ylabel('difference\n($10^{-3}$)')
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The ansatzes fit with an rms error below 1.35e-4: the initial displacements v_0 and V_0',
     page=3,
     how='least squares of linear + Fourier terms, least order q that meets the bound',
 )
 def _displacement_fits(data: Data) -> Judged:
     e_rms, q = data['fits'][..., 0], data['fits'][..., 1]
-    return judged(
-        e_rms.max() < BOUND,
+    return judge_numbers(
+        e_rms.max() < MAX_FIT_ERROR,
         f'e_rms at most {e_rms.max():.2e}, with q up to {q[:, 0].max():.0f} for v_0 and '
         f'{q[:, 1].max():.0f} for V_0',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The ansatzes fit with an rms error below 1.35e-4: the arctan kink',
     page=3,
     how='least squares of all five constants to the resting wall (Case I); SciPy from random '
@@ -127,14 +132,15 @@ def _displacement_fits(data: Data) -> Judged:
 )
 def _kink_fit(data: Data) -> Judged:
     e_rms = float(data['kink_e_rms'])
-    return judged(
-        e_rms < BOUND,
-        f'e_rms = {e_rms:.2e} at best, {e_rms / BOUND:.1f} times the bound. The landscape does '
+    return judge_numbers(
+        e_rms < MAX_FIT_ERROR,
+        f'e_rms = {e_rms:.2e} at best, {e_rms / MAX_FIT_ERROR:.1f} times the bound. The '
+        f'landscape does '
         'not suffer (`ansatz_against_held`)',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The inhomogeneous strain of the substrate is, effectively, reproduced in the metamaterial',
     page=2,
     how='Newton equilibrium of the inactive element at the largest strain, Case I',
@@ -143,14 +149,14 @@ def _strain_reproduced(data: Data) -> Judged:
     lag = data['v_0'] - data['V_0']
     lag = np.abs(lag - np.median(lag))
     inner, span = lag[20:-20], float(np.ptp(data['V_0']))
-    return judged(
+    return judge_numbers(
         inner.max() < 0.02 * span,
         f'v_0 and V_0 differ by at most {100 * inner.max() / span:.2f} % of the end displacement '
         f'({span:.2f} cells), {100 * lag.max() / span:.1f} % in the 20 cells at the free ends',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The analytical landscape stands for the simulated one',
     page=3,
     where='Eq. (3)',
@@ -163,7 +169,7 @@ def _ansatz_against_held(data: Data) -> Judged:
     scale = float(np.ptp(data['held'][:, inner], axis=1).max())
     printed = data['as_printed'] - data['held']
     bad = float(np.ptp(printed[:, inner], axis=1).max())
-    return judged(
+    return judge_numbers(
         worst < 0.05 * scale,
         f'the difference varies by {worst:.1e}, {100 * worst / scale:.1f} % of the range of U '
         f'({scale:.3f}). With psi(v) as printed, V_0 left out, it is {bad:.1e}. Within 20 cells '
@@ -171,7 +177,7 @@ def _ansatz_against_held(data: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'For no strain a pronounced decrease of U is centred at the soft defect',
     page=3,
     where='Fig. 2a',
@@ -181,18 +187,18 @@ def _dip(data: Data) -> Judged:
     (zero,) = np.flatnonzero(data['strain'] == 0.0)
     depths, places = [], []
     for name in ('held', 'ansatz'):
-        depth, place = _well(data, data[name][zero])
+        depth, place = _find_well(data, data[name][zero])
         depths.append(depth)
         places.append(place)
     holds = min(depths) > 1e-3 and all(abs(place - data['defect']) <= 2.0 for place in places)
-    return judged(
+    return judge_numbers(
         holds,
         f'a well {depths[0]:.2e} deep at X = {places[0]:.1f} (Eq. 3: {depths[1]:.2e} at '
         f'{places[1]:.1f})',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'As |strain| increases, the defect energy well shallows',
     page=3,
     where='Fig. 2a',
@@ -200,16 +206,16 @@ def _dip(data: Data) -> Judged:
 )
 def _shallowing(data: Data) -> Judged:
     strain = data['strain']
-    depth = np.array([_well(data, U)[0] for U in data['held']])
+    depth = np.array([_find_well(data, U)[0] for U in data['held']])
     order = np.argsort(np.abs(strain), kind='stable')
     falls = all(
         np.all(np.diff(depth[order][sign * strain[order] >= 0.0]) <= 1e-12) for sign in (-1, 1)
     )
     row = ', '.join(f'{1e3 * e:+.0f}: {1e3 * d:.2f}' for e, d in zip(strain, depth, strict=True))
-    return judged(falls, f'depth x 1e3 by strain x 1e3: {row}')
+    return judge_numbers(falls, f'depth x 1e3 by strain x 1e3: {row}')
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'Under compression (tension) a local maximum (minimum) develops near s_min',
     page=4,
     where='Fig. 2a',
@@ -217,20 +223,20 @@ def _shallowing(data: Data) -> Judged:
 )
 def _extrema_at_s_min(data: Data) -> Judged:
     places = {
-        name: (_extremum(data, name, 0, -1.0), _extremum(data, name, -1, 1.0))
+        name: (_find_extremum(data, name, 0, -1.0), _find_extremum(data, name, -1, 1.0))
         for name in ('held', 'ansatz')
     }
     site = float(data['j_0'])
     holds = all(abs(place - site) <= 3.0 for pair in places.values() for place in pair)
     compressed, tense = places['held']
-    return judged(
+    return judge_numbers(
         holds,
         f'at the largest strains the maximum is at X = {compressed:.1f} and the minimum at '
         f'{tense:.1f}; s_min is at {site:.0f}',
     )
 
 
-def _well(data: Data, U: np.ndarray) -> tuple[float, float]:
+def _find_well(data: Data, U: np.ndarray) -> tuple[float, float]:
     """Return depth and place of the well within 6 cells of the defect; depth 0 for none.
 
     The depth is from its bottom to the lower of its two rims within 20 cells.
@@ -245,7 +251,7 @@ def _well(data: Data, U: np.ndarray) -> tuple[float, float]:
     return max(0.0, float(min(left, right) - U[bottom])), float(X[bottom])
 
 
-def _extremum(data: Data, name: str, row: int, sign: float) -> float:
+def _find_extremum(data: Data, name: str, row: int, sign: float) -> float:
     """Return where U has its greatest (sign -1) or least (1) value away from the ends."""
     X, U = data['X'], sign * data[name][row]
     inner = np.flatnonzero((X > 40.0) & (X < 160.0))

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from mlmem.physics import CASE_I, Chain, Design, Specimen, substep_times
-from mlmem.physics.equilibrium import resting_wall
-from mlmem_tools.checks.quasistatic import DEPARTURE, depinning_strain
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem_tools.checks.quasistatic import MAX_PINNED_DISTANCE, find_depinning_strain
 
 from ...studies import style
 from ...studies.trace import wall_position
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '2b',
@@ -23,71 +23,75 @@ FIGURE = Figure(
     seconds=5,
 )
 
-SITES = (81.0, 100.0, 119.0)
+SOFTEST_SITES = (81.0, 100.0, 119.0)
 """Sites j_0 of least stiffness: before (Table I), at, and as far after the defect at j = 100."""
 
-LARGEST = 0.06
+MAX_STRAIN = 0.06
 """Strain at the end of the growth, either sign."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return the wall's path under growing strain, by time integration and by equilibria.
 
     The strain grows linearly; NaN marks a wall that has left through an end.
     """
     duration = quality.pick(20_000.0, 300_000.0)
-    data: Data = {'j_0': np.array(SITES), 'defect': CASE_I.J, 'largest': LARGEST}
-    for number, j_0 in enumerate(SITES):
+    data: Data = {'j_0': np.array(SOFTEST_SITES), 'defect': CASE_I.J, 'largest': MAX_STRAIN}
+    for number, j_0 in enumerate(SOFTEST_SITES):
         design = dataclasses.replace(CASE_I, j_0=j_0)
         for name, sign in (('compression', -1.0), ('tension', 1.0)):
-            strain, path = _grow(design, sign, duration)
+            strain, path = _grow_strain(design, sign, duration)
             data['strain'] = strain
             data[f'path_{name}_{number}'] = path
-            data[f'depin_{name}_{number}'] = _departure(strain, path)
-            data[f'static_{name}_{number}'] = abs(depinning_strain(design, 0, sign, LARGEST))
+            data[f'depin_{name}_{number}'] = _departure_strain(strain, path)
+            data[f'static_{name}_{number}'] = abs(
+                find_depinning_strain(design, 0, sign, MAX_STRAIN)
+            )
     return data
 
 
-def _grow(design: Design, sign: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
+def _grow_strain(design: Design, sign: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """Return |strain| and the wall's position while the strain grows slowly."""
     chain = Chain(design)
-    chain.place(resting_wall(Specimen(design), 0))
+    chain.place(find_pinned_wall(Specimen(design), 0))
     looks = 480
     steps = round(duration / looks / chain.dt)
     times = substep_times(steps, chain.dt)
-    strain = LARGEST * np.arange(1, looks + 1) / looks
+    strain = MAX_STRAIN * np.arange(1, looks + 1) / looks
     path = np.empty(looks)
     for look in range(looks):
         progress = (look * steps * chain.dt + times) / (looks * steps * chain.dt)
-        chain.advance(design.end_displacement(sign * LARGEST) * progress)
+        chain.advance(design.end_displacement(sign * MAX_STRAIN) * progress)
         path[look] = wall_position(design, chain.configuration)
     return strain, path - design.J
 
 
-def _departure(strain: np.ndarray, path: np.ndarray) -> float:
+def _departure_strain(strain: np.ndarray, path: np.ndarray) -> float:
     """Return the strain at which the wall leaves its defect, NaN if it stays."""
-    gone = ~(np.abs(path) < DEPARTURE)
+    gone = ~(np.abs(path) < MAX_PINNED_DISTANCE)
     return float(strain[gone.argmax()]) if gone.any() else float('nan')
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw the three columns of the paper's first row."""
     figure = style.new_figure(3.3)
     grid = style.axes_grid(figure, 1, 3, sharey=True)[0]
     strain, where = 1e3 * data['strain'], ('before', 'at', 'after')
     for number, axes in enumerate(grid):
-        axes.axhline(data['j_0'][number] - data['defect'], color=style.MARK, ls='--', zorder=0)
+        axes.axhline(
+            data['j_0'][number] - data['defect'], color=style.MARK_COLOUR, ls='--', zorder=0
+        )
         for name, color, below in (
-            ('compression', style.COMPRESSION, 7),
-            ('tension', style.TENSION, -15),
+            ('compression', style.COMPRESSION_COLOUR, 7),
+            ('tension', style.TENSION_COLOUR, -15),
         ):
             path, depin = data[f'path_{name}_{number}'], 1e3 * data[f'static_{name}_{number}']
             axes.plot(strain, path, color=color, lw=2.0, label=name)
             if not np.isnan(data[f'depin_{name}_{number}']):
                 axes.plot(depin, 0.0, 'o', color=color, ms=6, zorder=5)
-                style.note(axes, f'{depin:.1f}', (depin, 0.0), (-4, below), ha='right')
+                style.annotate_place(axes, f'{depin:.1f}', (depin, 0.0), (-4, below), ha='right')
             gone = np.flatnonzero(np.isnan(path))
             if len(gone) and gone[0]:
                 last = gone[0] - 1
@@ -97,13 +101,13 @@ def draw(data: Data) -> Any:
                     arrowprops={'arrowstyle': '->', 'color': color, 'lw': 2.0},
                 )  # fmt: skip
         axes.set(xlabel=r'$|\varepsilon|$ ($10^{-3}$)', ylim=(-100, 100), xlim=(0, 30))
-        style.label(axes, 'b.' + 'i' * (number + 1), rf'$s_{{\min}}$ {where[number]} defect')
+        style.label_panel(axes, 'b.' + 'i' * (number + 1), rf'$s_{{\min}}$ {where[number]} defect')
     grid[0].set_ylabel('wall $x = X - 100$ (cells)')
     grid[1].legend(loc='lower left')
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The pinned wall de-pins, and is re-pinned at the strain-induced minimum or leaves (s_min '
     'before the defect)',
     page=4,
@@ -114,7 +118,7 @@ def _row_i(data: Data) -> Judged:
     return _column(data, 0, re_pinned=-19.0, leaves='right')
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'With s_min at the defect, de-pinning needs a significantly higher strain',
     page=4,
     where='Fig. 2b.ii',
@@ -127,7 +131,7 @@ def _row_ii(data: Data) -> Judged:
     ]
     stays = bool(np.isnan(data['static_tension_1']))
     ratio = here / max(others)
-    return judged(
+    return judge_numbers(
         ratio > 1.5 and stays,
         f'compression of {1e3 * here:.2f}e-3, {ratio:.2f} to {here / min(others):.2f} times the '
         f'other four; under tension the minimum is on the defect, and the wall stays up to '
@@ -135,7 +139,7 @@ def _row_ii(data: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'With s_min after the defect, the directions of de-pinning are exchanged',
     page=4,
     where='Fig. 2b.iii',
@@ -154,7 +158,7 @@ def _column(data: Data, number: int, re_pinned: float, leaves: str) -> Judged:
     c_run, t_run = (
         1e3 * float(data[f'depin_{kind}_{number}']) for kind in ('compression', 'tension')
     )
-    return judged(
+    return judge_numbers(
         side == leaves and abs(end - re_pinned) < 1.0,
         f'compression of {c:.2f}e-3 drives it out at the {side} end; tension of {t:.2f}e-3 '
         f'takes it to x = {end:.1f}, where it is pinned again (time integration: {c_run:.2f}e-3 '

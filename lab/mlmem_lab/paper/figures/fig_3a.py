@@ -11,11 +11,11 @@ import numpy as np
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
-from mlmem.physics.waves import band, wavenumber
+from mlmem.physics.waves import pass_band, wavenumber
 
 from ...studies import style
-from ..echoes import PAPER, PRINTED
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..echoes import PAPER_PROBE, PRINTED_PROBE
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '3a',
@@ -23,12 +23,12 @@ FIGURE = Figure(
     seconds=1,
 )
 
-CARRIERS = (PAPER.omega_c, Settings().probe.omega_c, PRINTED.omega_c)
+CARRIER_FREQUENCIES = (PAPER_PROBE.omega_c, Settings().probe.omega_c, PRINTED_PROBE.omega_c)
 """Our reading of the paper's carrier, that of our device, and the printed one."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return the complex wavenumber against frequency, and the band edges, for both phases."""
     omega = np.linspace(0.0, 2.6, quality.pick(521, 2601))
     stiffness = np.array([CASE_II.k_s1, CASE_II.k_s2])
@@ -37,20 +37,22 @@ def compute(quality: Quality) -> Data:
         'omega': omega,
         'kappa_R': kappa.real,
         'kappa_I': kappa.imag,
-        'bands': [band(k) for k in stiffness],
-        'carriers': CARRIERS,
+        'bands': [pass_band(k) for k in stiffness],
+        'carriers': CARRIER_FREQUENCIES,
         # Smallest d at which the bands would not overlap: k_s2 = k_s1 + 4.
         'd_disjoint': 4.0 / ((stiffness[1] - stiffness[0]) / CASE_II.d),
     }
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw attenuation to the left and propagation to the right, frequency upward."""
     figure = style.new_figure(3.8)
     left, right = style.axes_grid(figure, 1, 2, sharey=True, width_ratios=(1.0, 1.6))[0]
     omega = data['omega']
-    for number, (color, name) in enumerate(((style.S1, 'inactive'), (style.S2, 'active'))):
+    for number, (color, name) in enumerate(
+        ((style.INACTIVE_COLOUR, 'inactive'), (style.ACTIVE_COLOUR, 'active'))
+    ):
         low, high = data['bands'][number]
         inside = (omega >= low) & (omega <= high)
         text = rf'$\Delta_{{s{number + 1}}}$, {name}'
@@ -65,8 +67,8 @@ def draw(data: Data) -> Any:
     shifts = (-11, 3, 3)
     for at, (text, dashes), shift in zip(data['carriers'], names, shifts, strict=True):
         for axes in (left, right):
-            axes.axhline(at, color=style.MARK, lw=1.0, ls=dashes)
-        style.note(right, f'carrier {at:g}: {text}', (0.05, at), (0, shift))
+            axes.axhline(at, color=style.MARK_COLOUR, lw=1.0, ls=dashes)
+        style.annotate_place(right, f'carrier {at:g}: {text}', (0.05, at), (0, shift))
     left.invert_xaxis()
     left.set(
         xlabel=r'attenuation $\kappa_I a$ (rad)', ylabel=r'frequency $\omega$', ylim=(0.0, 2.6)
@@ -74,11 +76,11 @@ def draw(data: Data) -> Any:
     right.set(xlabel=r'propagation $\kappa_R a$ (rad)', xlim=(0.0, 3.5))
     right.set_xticks([0.0, math.pi / 2.0, math.pi], ['0', r'$\pi/2$', r'$\pi$'])
     right.legend(loc='lower right', bbox_to_anchor=(0.92, 0.0))
-    style.label(left, 'a', 'dispersion')
+    style.label_panel(left, 'a', 'dispersion')
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The propagating modes of the two phases have non-overlapping frequency ranges',
     page=5,
     where='Fig. 3a',
@@ -87,7 +89,7 @@ def draw(data: Data) -> Any:
 )
 def _bands(data: Data) -> Judged:
     (low_1, high_1), (low_2, high_2) = data['bands']
-    return judged(
+    return judge_numbers(
         low_2 > high_1,
         f's1: {low_1:.4f} to {high_1:.4f}, s2: {low_2:.4f} to {high_2:.4f}. They share '
         f'{low_2:.3f} to {high_1:.3f}; only {low_1:.3f} to {low_2:.3f} belongs to s1 alone and '

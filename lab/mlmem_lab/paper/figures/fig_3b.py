@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from mlmem.physics import CASE_II, Specimen
-from mlmem.physics.equilibrium import resting_wall
-from mlmem.readers.echo import blanking
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.readers.echo import blanking_time
 
 from ...studies import style
-from ..echoes import PAPER, PRINTED, probe_element
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..echoes import PAPER_PROBE, PRINTED_PROBE, probe_element
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '3b',
@@ -23,35 +23,39 @@ FIGURE = Figure(
     seconds=2,
 )
 
-DESIGN = dataclasses.replace(CASE_II, N=200)
+SHORT_DESIGN = dataclasses.replace(CASE_II, N=200)
 
-LEVELS = (1, 3)
+WALL_LEVELS = (1, 3)
 """Walls at j = 50 and 100: cells 51 and 101 are the first inactive ones, as the paper counts."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
-    data: Data = {'sites': DESIGN.sites, 'states': [DESIGN.D_s1, DESIGN.D_s2]}
-    for number, level in enumerate(LEVELS):
-        v = resting_wall(Specimen(DESIGN), level)
+    data: Data = {'sites': SHORT_DESIGN.sites, 'states': [SHORT_DESIGN.D_s1, SHORT_DESIGN.D_s2]}
+    for number, level in enumerate(WALL_LEVELS):
+        v = find_pinned_wall(Specimen(SHORT_DESIGN), level)
         data[f'configuration_{number}'] = v
-        data[f'wall_{number}'] = DESIGN.defect(level)
-        for name, probe in (('ours', PAPER), ('printed', PRINTED)):
-            echo = probe_element(DESIGN, v, probe, duration=900.0)
+        data[f'wall_{number}'] = SHORT_DESIGN.defect_site(level)
+        for name, probe in (('ours', PAPER_PROBE), ('printed', PRINTED_PROBE)):
+            echo = probe_element(SHORT_DESIGN, v, probe, duration=900.0)
             data |= {f't_{name}': echo.t, f'v_m_{name}_{number}': echo.v_m}
             data[f'v_c_{name}_{number}'] = echo.v_c
             data[f'delay_{name}_{number}'] = np.nan if echo.delay is None else echo.delay
             data[f'pulse_v_c_{name}_{number}'] = echo.v_c.max()
-            late = echo.t > blanking(probe)
+            late = echo.t > blanking_time(probe)
             data[f'echo_v_c_{name}_{number}'] = echo.v_c[late].max()
-    data |= {'v_th_ours': PAPER.v_th, 'v_th_printed': PRINTED.v_th, 'blanking': blanking(PAPER)}
-    data |= {'omega_ours': PAPER.omega_c, 'omega_printed': PRINTED.omega_c}
+    data |= {
+        'v_th_ours': PAPER_PROBE.v_th,
+        'v_th_printed': PRINTED_PROBE.v_th,
+        'blanking': blanking_time(PAPER_PROBE),
+    }
+    data |= {'omega_ours': PAPER_PROBE.omega_c, 'omega_printed': PRINTED_PROBE.omega_c}
     return data
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw one row per wall, and the printed numbers below."""
     figure = style.new_figure(5.8)
     grid = style.axes_grid(figure, 3, 1, sharex=True, sharey=True)[:, 0]
@@ -65,22 +69,31 @@ def draw(data: Data) -> Any:
         )
         limit, delay = float(data[f'v_th_{name}']), float(data[f'delay_{name}_{number}'])
         axes.semilogy(
-            t, np.maximum(v_m, 1e-8), color=style.FAINT, lw=0.4, rasterized=True, label='$v_m$'
+            t,
+            np.maximum(v_m, 1e-8),
+            color=style.FAINT_COLOUR,
+            lw=0.4,
+            rasterized=True,
+            label='$v_m$',
         )
-        axes.semilogy(t, np.maximum(v_c, 1e-8), color=style.S2, label='$v_c$')
-        axes.axhline(limit, color=style.MARK, ls='--', label='threshold $v_{th}$')
+        axes.semilogy(t, np.maximum(v_c, 1e-8), color=style.ACTIVE_COLOUR, label='$v_c$')
+        axes.axhline(limit, color=style.MARK_COLOUR, ls='--', label='threshold $v_{th}$')
         if np.isfinite(delay):
-            axes.plot([0.0, delay, delay], [3e-2, 3e-2, limit], color=style.INK, lw=1.0, ls=':')
-            style.note(axes, rf'delay $\Delta t={delay:.1f}$', (delay, 3e-2), (4, -3), va='top')
+            axes.plot(
+                [0.0, delay, delay], [3e-2, 3e-2, limit], color=style.INK_COLOUR, lw=1.0, ls=':'
+            )
+            style.annotate_place(
+                axes, rf'delay $\Delta t={delay:.1f}$', (delay, 3e-2), (4, -3), va='top'
+            )
         axes.set(ylim=(1e-6, 5e-2), xlim=(0, 900), ylabel='$|v_1 - v_{s2}|$')
         axes.set_yticks([1e-6, 1e-4, 1e-2])
-        style.label(axes, letter, rf'wall at $j={data[f"wall_{number}"]:.0f}${text}')
+        style.label_panel(axes, letter, rf'wall at $j={data[f"wall_{number}"]:.0f}${text}')
     grid[2].set_xlabel('time $t$ since the pulse began (time units)')
     grid[0].legend(loc='upper right', ncols=3)
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'An echo is v_c > 7.5e-3 after the pulse',
     page=5,
     where='Fig. 3b',
@@ -90,14 +103,14 @@ def draw(data: Data) -> Any:
 def _printed_threshold(data: Data) -> Judged:
     pulse = max(float(data[f'pulse_v_c_{name}_1']) for name in ('ours', 'printed'))
     printed = float(data['v_th_printed'])
-    return judged(
+    return judge_numbers(
         pulse > printed and not np.isnan(data['delay_printed_1']),
         f'the pulse itself reaches v_c = {pulse:.1e} only: nothing can cross {printed:.1e}. '
         f'7.5e-5 works (`one_threshold`)',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The delay grows with the distance of the wall (Fig. 3b: j = 51 and 101)',
     page=5,
     where='Fig. 3b',
@@ -106,7 +119,7 @@ def _printed_threshold(data: Data) -> Judged:
 )
 def _delay_grows(data: Data) -> Judged:
     near, far = float(data['delay_ours_0']), float(data['delay_ours_1'])
-    return judged(
+    return judge_numbers(
         far > near + 50.0,
         f'delays {near:.1f} and {far:.1f}: {100.0 / (far - near):.3f} cells per time unit',
     )

@@ -14,8 +14,8 @@ from mlmem.physics import CASE_II
 from mlmem.settings import TimeSettings
 
 from ...studies import style
-from ...studies.trace import Trace, wall_path, watch
-from ..figure import Data, Figure, Judged, Quality, judged
+from ...studies.trace import Trace, record_procedure, wall_path
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '4a',
@@ -23,12 +23,12 @@ FIGURE = Figure(
     seconds=3,
 )
 
-DETAIL = 3
+DETAIL_LEVEL = 3
 """The step of the inset starts at this level: x = 0, as in the paper."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Write level 0, then go up one level at a time; note field, strain and wall.
 
     Returns:
@@ -40,11 +40,13 @@ def compute(quality: Quality) -> Data:
     tick = quality.pick(20.0, 10.0)
     settings = dataclasses.replace(Settings(), time=TimeSettings(tick=tick))
     element = new_element(design, settings)
-    watch(element, Write(0), Trace())  # the paper's figure begins with the wall at level 0
+    record_procedure(
+        element, Write(0), Trace()
+    )  # the paper's figure begins with the wall at level 0
     trace, begun, start = Trace(), [], element.ticks
     for level in levels[1:]:
         begun.append((element.ticks - start) * tick)
-        watch(element, Write(level), trace)
+        record_procedure(element, Write(level), trace)
     wall = wall_path(design, trace.configuration)
     return {
         't': np.array(trace.t) - start * tick,
@@ -59,43 +61,45 @@ def compute(quality: Quality) -> Data:
     }
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw contour over strain schedule, and the step from x = 0 with its four numbers."""
     figure = style.new_figure(4.6)
     left, right = figure.subfigures(1, 2, width_ratios=(2.1, 1.0))
     t = data['t'] / 1e3
-    upper, lower = style.driven(left, t, CASE_II, data['field'], data['strain'])
-    upper.plot(t, data['wall'] - style.MIDDLE, color=style.INK, lw=0.8)
-    style.label(upper, 'a.i', r'configuration $\Delta_j$')
-    style.label(lower, 'a.ii', 'strain: compression below 0')
-    _detail(right, data)
+    upper, lower = style.draw_driven(left, t, CASE_II, data['field'], data['strain'])
+    upper.plot(t, data['wall'] - style.MIDDLE_SITE, color=style.INK_COLOUR, lw=0.8)
+    style.label_panel(upper, 'a.i', r'configuration $\Delta_j$')
+    style.label_panel(lower, 'a.ii', 'strain: compression below 0')
+    _draw_detail(right, data)
     return figure
 
 
-def _detail(figure: Any, data: Data) -> None:
+def _draw_detail(figure: Any, data: Data) -> None:
     """Draw the step that begins at x = 0: position and strain against time, numbered."""
     steps = list(data['levels'])
-    step = steps.index(DETAIL + 1) if DETAIL + 1 in steps else len(steps) - 1
-    home = CASE_II.defect(int(steps[step]) - 1) - style.MIDDLE
+    step = steps.index(DETAIL_LEVEL + 1) if DETAIL_LEVEL + 1 in steps else len(steps) - 1
+    home = CASE_II.defect_site(int(steps[step]) - 1) - style.MIDDLE_SITE
     begin = data['begun'][step]
     chosen = (data['t'] >= begin) & (data['t'] <= begin + 4200.0)
-    t, wall = (data['t'][chosen] - begin) / 1e3, data['wall'][chosen] - style.MIDDLE
-    upper, lower = style.stacked(figure)[:, 0]
-    style.contour(upper, t, CASE_II.sites - style.MIDDLE, data['field'][chosen])
-    upper.plot(t, wall, color=style.INK, lw=1.0)
+    t, wall = (data['t'][chosen] - begin) / 1e3, data['wall'][chosen] - style.MIDDLE_SITE
+    upper, lower = style.stacked_axes(figure)[:, 0]
+    style.draw_contour(upper, t, CASE_II.sites - style.MIDDLE_SITE, data['field'][chosen])
+    upper.plot(t, wall, color=style.INK_COLOUR, lw=1.0)
     for y in (home, home + 25.0):
-        upper.axhline(y, color=style.INK, lw=0.8, ls=':')
+        upper.axhline(y, color=style.INK_COLOUR, lw=0.8, ls=':')
     upper.set(ylim=(home - 8.0, home + 33.0), ylabel='$x$ (cells)')
-    for number, (when, where) in enumerate(_events(t, wall, home), 1):
+    for number, (when, where) in enumerate(_find_events(t, wall, home), 1):
         box = {'boxstyle': 'circle,pad=0.15', 'fc': 'w', 'lw': 0.8}
-        style.note(upper, str(number), (when, where), (0, -15), ha='center', va='center', bbox=box)
-    style.label(upper, 'inset', f'from $x={home:.0f}$')
-    style.schedule(lower, t, data['strain'][chosen])
+        style.annotate_place(
+            upper, str(number), (when, where), (0, -15), ha='center', va='center', bbox=box
+        )
+    style.label_panel(upper, 'inset', f'from $x={home:.0f}$')
+    style.draw_schedule(lower, t, data['strain'][chosen])
     lower.set(xlabel='$t$ (1000)', ylabel='')
 
 
-def _events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[float, float]]:
+def _find_events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[float, float]]:
     """Return where (1) it leaves, (2) is held under strain, (3) drifts on, (4) is pinned."""
     leaves = int(np.argmax(wall > home + 2.0))
     held = int(np.argmin(np.abs(t - (t[leaves] + 0.5))))
@@ -104,7 +108,7 @@ def _events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[float, f
     return [(float(t[i]), float(wall[i])) for i in (leaves, held, drifts, pinned)]
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The opposite effect manifests in the vicinity of s_max',
     page=4,
     where='not shown',
@@ -112,17 +116,17 @@ def _events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[float, f
     'to the peak of a write comes to rest',
 )
 def _extrema_at_s_max(data: Data) -> Judged:
-    at_peak = _rest_under_strain(data, -1.0)
+    at_peak = _positions_under_strain(data, -1.0)
     s_max = CASE_II.j_0 + CASE_II.J_s * (0.5 + np.arange(CASE_II.N // CASE_II.J_s))
     apart = np.array([np.abs(s_max - place).min() for place in at_peak])
-    return judged(
+    return judge_numbers(
         bool(len(apart)) and bool(apart.max() < 2.0),
         f'compressed walls are held at j = {", ".join(f"{x:.1f}" for x in at_peak)}: minima of U '
         f'within {apart.max():.1f} cells of s_max',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'Cycles of compressive, tensile and zero strain advance the wall level by level',
     page=5,
     where='Fig. 4a',
@@ -131,13 +135,13 @@ def _extrema_at_s_max(data: Data) -> Judged:
 def _level_by_level(data: Data) -> Judged:
     right = data['success'] & (data['read'] == data['levels'])
     tries = int(data['attempts'].max())
-    return judged(
+    return judge_numbers(
         bool(right.all()) and tries == 1,
         f'{int(right.sum())} of {len(right)} steps at the first try',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'Events (1) to (4): de-pinning, temporary re-pinning under strain, drift by the gradient as '
     'the strain falls, pinning at the next defect',
     page=6,
@@ -151,19 +155,19 @@ def _four_events(data: Data) -> Judged:
         inside = (data['t'] >= start) & (data['t'] < stop)
         strain, wall = np.abs(data['strain'][inside]), data['wall'][inside]
         peak = np.flatnonzero(strain > 0.999 * strain.max())
-        home = CASE_II.defect(int(level) - 1)
+        home = CASE_II.defect_site(int(level) - 1)
         held.append(float(wall[peak[-1]] - home))
         final.append(float(wall[-1] - home))
         worst = max(worst, abs(final[-1] - CASE_II.J))
     between = all(10.0 < h < 22.0 for h in held)
-    return judged(
+    return judge_numbers(
         between and worst < 0.5,
         f'at the peak the wall is held {min(held):.1f} to {max(held):.1f} cells on (the extrema '
         f'of s are 17 on), and ends within {worst:.2f} cells of the next defect',
     )
 
 
-def _rest_under_strain(data: Data, sign: float) -> np.ndarray:
+def _positions_under_strain(data: Data, sign: float) -> np.ndarray:
     """Return where the wall is at the end of every hold at the peak of one sign."""
     strain = sign * data['strain']
     peak = strain > 0.999 * strain.max()

@@ -12,13 +12,13 @@ import numpy as np
 from mlmem import Settings
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.waves import group_velocity
 from mlmem.settings import ProbeSettings
 
 from ...studies import style
-from ..echoes import PAPER, probe_element
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..echoes import PAPER_PROBE, probe_element
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '4b',
@@ -26,8 +26,8 @@ FIGURE = Figure(
     seconds=1,
 )
 
-READERS: dict[str, tuple[End, ProbeSettings]] = {
-    'paper': (End.LEFT, PAPER),
+DELAY_READERS: dict[str, tuple[End, ProbeSettings]] = {
+    'paper': (End.LEFT, PAPER_PROBE),
     'left': (End.LEFT, Settings().probe),
     'right': (End.RIGHT, Settings().probe_right),
 }
@@ -35,47 +35,53 @@ READERS: dict[str, tuple[End, ProbeSettings]] = {
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return the echo delays of all levels by three readers, and of the same with no wall."""
     design = CASE_II
     levels = range(0, design.levels, quality.pick(3, 1))
     data: Data = {'levels': np.array(levels)}
     data['codes'] = np.array([design.code(level) for level in levels])
-    for name, (end, probe) in READERS.items():
+    for name, (end, probe) in DELAY_READERS.items():
         delays, peaks = [], []
         for level in levels:
             echo = probe_element(
-                design, resting_wall(Specimen(design), level), probe, end, duration=1300.0
+                design, find_pinned_wall(Specimen(design), level), probe, end, duration=1300.0
             )
             delays.append(np.nan if echo.delay is None else echo.delay)
             peaks.append(echo.threshold_margin)
         data[f'delay_{name}'], data[f'margin_{name}'] = np.array(delays), np.array(peaks)
-        data[f'time_of_flight_{name}'] = _flight(end, probe, np.array(levels))
+        data[f'time_of_flight_{name}'] = _flight_time(end, probe, np.array(levels))
     full = dataclasses.replace(design, N=4 * design.N, beta=0.0)
-    alone = probe_element(full, np.full(full.N, design.D_s2), PAPER, duration=1300.0)
+    alone = probe_element(full, np.full(full.N, design.D_s2), PAPER_PROBE, duration=1300.0)
     data['delay_without_wall'] = np.array(np.nan if alone.delay is None else alone.delay)
     data['margin_without_wall'] = np.array(alone.threshold_margin)
     return data
 
 
-def _flight(end: End, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
+def _flight_time(end: End, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
     """Return 2 distance / group velocity of the carrier, without offset: Eq. (4)."""
     design = CASE_II
-    wall = np.array([design.defect(int(level)) for level in levels])
+    wall = np.array([design.defect_site(int(level)) for level in levels])
     k_s, distance = end.k_s(design), abs(wall - end.site(design))
     return np.asarray(2.0 * distance / group_velocity(probe.omega_c, k_s))
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw delay against level with its binary code."""
     figure = style.new_figure(4.2)
     axes = style.axes_grid(figure)[0, 0]
     levels, right = data['levels'], Settings().probe_right.omega_c
     rows = (
-        ('left', style.INK, '+', 10, r'left end, $\omega_c=2.1$, falling threshold'),
-        ('paper', style.S2, 'o', 7, rf'left end, $\omega_c={PAPER.omega_c:g}$, plain threshold'),
-        ('right', style.S1, 's', 6, rf'right end, $\omega_c={right:g}$ (ours)'),
+        ('left', style.INK_COLOUR, '+', 10, r'left end, $\omega_c=2.1$, falling threshold'),
+        (
+            'paper',
+            style.ACTIVE_COLOUR,
+            'o',
+            7,
+            rf'left end, $\omega_c={PAPER_PROBE.omega_c:g}$, plain threshold',
+        ),
+        ('right', style.INACTIVE_COLOUR, 's', 6, rf'right end, $\omega_c={right:g}$ (ours)'),
     )
     for name, color, marker, size, text in rows:
         delay, flight = data[f'delay_{name}'], data[f'time_of_flight_{name}']
@@ -87,17 +93,17 @@ def draw(data: Data) -> Any:
     axes.set(xlabel='level and its code', ylim=(0, 1150))
     axes.set_ylabel(r'echo delay $\Delta t$ (time units)')
     axes.legend(loc='upper center')
-    style.label(axes, 'b', 'echo delay of every level')
+    style.label_panel(axes, 'b', 'echo delay of every level')
     return figure
 
 
 @FIGURE.result
-def delays(data: Data) -> dict[str, list[float]]:
+def delays_by_reader(data: Data) -> dict[str, list[float]]:
     """Return the delays of all levels by reader."""
-    return {name: [round(float(t), 1) for t in data[f'delay_{name}']] for name in READERS}
+    return {name: [round(float(t), 1) for t in data[f'delay_{name}']] for name in DELAY_READERS}
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'At the domain wall the wave is reflected back toward the source as an echo',
     page=5,
     how='the same probe of an element without a wall, too long to echo from its far end',
@@ -107,14 +113,14 @@ def _echo_from_wall(data: Data) -> Judged:
     silent = bool(np.isnan(data['delay_without_wall']))
     heard = not np.isnan(data['delay_paper']).any()
     margin = float(data['margin_without_wall'])
-    return judged(
+    return judge_numbers(
         silent and heard,
         f'without a wall v_c stays at {margin:.2f} of the threshold after the pulse; with one '
         f'it reaches {data["margin_paper"].min():.1f} to {data["margin_paper"].max():.1f}',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The delays of the eight levels are distinct and increase with the level',
     page=6,
     where='Fig. 4b',
@@ -127,14 +133,14 @@ def _delays_by_level(data: Data) -> Judged:
     right = -np.diff(data['delay_right'])
     holds = all(bool(np.all(step > 20.0)) for step in steps)
     listed = ', '.join(f'{delay:.1f}' for delay in data['delay_paper'])
-    return judged(
+    return judge_numbers(
         holds,
         f'{listed}; at least {steps[0].min():.0f} apart (device: {steps[1].min():.0f}; right '
         f'end, falling with the level: {right.min():.0f})',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The position may be determined by a signal initiated at either boundary',
     page=3,
     how='wall at rest at every defect, probed from the right with a carrier of 0.7, inside the '
@@ -147,7 +153,7 @@ def _either_boundary(data: Data, sweep: Data) -> Judged:
         int(np.argmin(np.abs(sweep[f'omega_{e}'] - o))) for e, o in (('left', 2), ('right', 0.7))
     ]
     left, right = sweep['echo_left'][at[0]], sweep['echo_right'][at[1]]
-    return judged(
+    return judge_numbers(
         np.all(falls > 0.0),
         f'from the right the delays fall from {data["delay_right"][0]:.0f} to '
         f'{data["delay_right"][-1]:.0f}, and the weakest echo is {right.min() / left.min():.0f} '
@@ -155,7 +161,7 @@ def _either_boundary(data: Data, sweep: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'Time of flight over distance is the group velocity of the carrier',
     page=5,
     where='implied by Eq. (4)',
@@ -169,7 +175,7 @@ def _time_of_flight(data: Data) -> Judged:
         ratios[name] = slope / np.polyfit(levels, data[f'time_of_flight_{name}'], 1)[0]
     right = abs(ratios['right'] - 1.0) < 0.1
     left = abs(ratios['paper'] - 1.0) < 0.1
-    return judged(
+    return judge_numbers(
         right and left,
         f'right end (0.7): delays grow by {ratios["right"]:.3f} of what Eq. (4) says. Left end '
         f'(2.0): by {ratios["paper"]:.3f}, because near the band edge the slower carrier is '

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from mlmem import Erase, Settings, Write, new_element
-from mlmem.physics import CASE_II, level_of
+from mlmem.physics import CASE_II, find_level
 from mlmem.settings import TimeSettings
 
 from ...studies import style
-from ...studies.trace import Trace, watch
-from ..figure import Data, Figure, Judged, Quality, judged
+from ...studies.trace import Trace, record_procedure
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     '5',
@@ -25,7 +25,7 @@ FIGURE = Figure(
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Write each level and erase it; keep field and strain of the last level's erase.
 
     Returns:
@@ -38,12 +38,12 @@ def compute(quality: Quality) -> Data:
     rows = []
     for level in levels:
         element = new_element(design, settings)
-        written = watch(element, Write(level), Trace())
+        written = record_procedure(element, Write(level), Trace())
         trace, start = Trace(), element.ticks
-        outcome = watch(element, Erase(), trace)
-        content = level_of(design, element.chain.configuration)
+        outcome = record_procedure(element, Erase(), trace)
+        content = find_level(design, element.chain.configuration)
         strain = np.array(trace.strain)
-        cycles = _excursions(strain) - 1  # the first strains the element for the launch
+        cycles = _count_excursions(strain) - 1  # the first strains the element for the launch
         rows.append((level, written.success, outcome.success, content, cycles, len(strain)))
     table = np.array(rows)
     return {
@@ -59,30 +59,30 @@ def compute(quality: Quality) -> Data:
     }
 
 
-def _excursions(strain: np.ndarray) -> int:
+def _count_excursions(strain: np.ndarray) -> int:
     """Return how often the strain leaves zero."""
     away = np.abs(strain) > 1e-9
     return int(np.count_nonzero(away[1:] & ~away[:-1]) + away[0])
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw the erase of the last level as a contour, and the cost of every level."""
     figure = style.new_figure(4.2)
     left, right = figure.subfigures(1, 2, width_ratios=(2.3, 1.0))
-    upper, lower = style.driven(left, data['t'] / 1e3, CASE_II, data['field'], data['strain'])
-    style.label(upper, 'i', f'a kink erases level {data["levels"][-1]}')
-    style.label(lower, 'ii', 'strain')
+    upper, lower = style.draw_driven(left, data['t'] / 1e3, CASE_II, data['field'], data['strain'])
+    style.label_panel(upper, 'i', f'a kink erases level {data["levels"][-1]}')
+    style.label_panel(lower, 'ii', 'strain')
     axes = style.axes_grid(right)[0, 0]
-    colors = [style.S2 if blank == -1 else style.FAINT for blank in data['left']]
+    colors = [style.ACTIVE_COLOUR if blank == -1 else style.FAINT_COLOUR for blank in data['left']]
     axes.bar_label(axes.bar(data['levels'], data['cycles'], color=colors))
     axes.set(xlabel='level erased', ylabel='strain cycles after the launch')
     axes.set_xticks(data['levels'])
-    style.label(axes, 'ours', 'all blank after')
+    style.label_panel(axes, 'ours', 'all blank after')
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'A kink conveyed across the element returns it to the inactive phase, from any level',
     page=6,
     where='Fig. 5',
@@ -91,7 +91,7 @@ def draw(data: Data) -> Any:
 def _erase(data: Data) -> Judged:
     blank = data['erased'] & (data['left'] == -1)
     cycles = data['cycles']
-    return judged(
+    return judge_numbers(
         blank.all(),
         f'{int(blank.sum())} of {len(blank)} levels erased, with '
         f'{", ".join(str(c) for c in cycles)} strain cycles after the launch',

@@ -9,11 +9,11 @@ import dataclasses
 import numpy as np
 
 from mlmem.physics import CASE_I, Chain, Design, Specimen
-from mlmem.physics.held_wall import hold_walls, uniform
+from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array
 
 from ...studies.trace import wall_path
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     'gradient',
@@ -21,17 +21,17 @@ FIGURE = Figure(
     seconds=3,
 )
 
-DESIGN = dataclasses.replace(CASE_I, beta=0.0)
+UNIFORM_DESIGN = dataclasses.replace(CASE_I, beta=0.0)
 """Case I without its defect: nothing but the gradient."""
 
-START = 25.0
+START_POSITION = 25.0
 
-ENTRANCE = 1000.0
+SPEED_START_TIME = 1000.0
 """Time from which the speed is taken: four damping times after the wall was let go."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Let both kinds of wall go at rest, and return path, speed and change of profile.
 
     Returns:
@@ -40,45 +40,45 @@ def compute(quality: Quality) -> Data:
         and `path_defect`, that of an anti-kink which meets the defect of Case I.
     """
     duration, every = quality.pick(2600.0, 4200.0), 10.0
-    data: Data = {'eta': np.array(DESIGN.eta), 'gamma': np.array(DESIGN.gamma)}
-    flat = uniform(DESIGN)
+    data: Data = {'eta': np.array(UNIFORM_DESIGN.eta), 'gamma': np.array(UNIFORM_DESIGN.gamma)}
+    flat = make_uniform(UNIFORM_DESIGN)
     for name in ('anti_kink', 'kink'):
-        fields = _released(DESIGN, START, name, duration, every)
-        path = wall_path(DESIGN, fields)
+        fields = _release_wall(UNIFORM_DESIGN, START_POSITION, name, duration, every)
+        path = wall_path(UNIFORM_DESIGN, fields)
         data['t'] = every * np.arange(1, len(path) + 1)
         data[f'path_{name}'] = path
         data[f'speed_{name}'] = np.gradient(path, data['t'])
         looks = range(0, len(path), quality.pick(40, 10))
         data[f'profile_{name}'] = np.array(
-            [_departure(flat, fields[i], float(path[i]), name) for i in looks]
+            [_profile_change(flat, fields[i], float(path[i]), name) for i in looks]
         )
-    stopped = _released(CASE_I, CASE_I.J - 50.0, 'anti_kink', duration, every)
+    stopped = _release_wall(CASE_I, CASE_I.J - 50.0, 'anti_kink', duration, every)
     return data | {'path_defect': wall_path(CASE_I, stopped), 'defect': np.array(CASE_I.J)}
 
 
-def _released(
+def _release_wall(
     design: Design, position: float, name: str, duration: float, every: float
 ) -> list[Array]:
     """Let a wall go at rest; return the configurations, one at the end of every interval."""
     chain, fields = Chain(design), []
-    chain.place(_resting(uniform(design), position, name))
+    chain.place(_equilibrium_wall(make_uniform(design), position, name))
     for _ in range(round(duration / every)):
         chain.rest(round(every / chain.dt))
         fields.append(chain.configuration)
     return fields
 
 
-def _resting(flat: Design, position: float, name: str) -> Array:
+def _equilibrium_wall(flat: Design, position: float, name: str) -> Array:
     """Return a wall at rest in the uniform element; a kink is a mirrored anti-kink."""
     if name == 'kink':
-        return _resting(flat, flat.N + 1 - position, 'anti_kink')[::-1]
+        return _equilibrium_wall(flat, flat.N + 1 - position, 'anti_kink')[::-1]
     v: Array = hold_walls(Specimen(flat), np.array([position]), np.zeros(flat.N)).v[0]
     return v
 
 
-def _departure(flat: Design, configuration: np.ndarray, position: float, name: str) -> float:
+def _profile_change(flat: Design, configuration: np.ndarray, position: float, name: str) -> float:
     near = np.abs(flat.sites - position) <= 20.0
-    difference = (configuration - _resting(flat, position, name))[near]
+    difference = (configuration - _equilibrium_wall(flat, position, name))[near]
     return float(np.sqrt(np.mean(difference**2)))
 
 
@@ -91,7 +91,7 @@ def closed_form(data: Data, position: np.ndarray) -> np.ndarray:
     return np.asarray(-data['gamma'] / (2.0 * data['eta'] * alpha))
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The (anti-)kink exhibits a permanent profile while travelling the length of the system',
     page=3,
     how='rms departure, over 41 cells about the moving wall, from the resting wall of the '
@@ -100,25 +100,25 @@ def closed_form(data: Data, position: np.ndarray) -> np.ndarray:
 def _permanent_profile(data: Data) -> Judged:
     worst = max(float(data[f'profile_{name}'].max()) for name in ('anti_kink', 'kink'))
     step = 2.0
-    return judged(
+    return judge_numbers(
         worst < 0.01 * step,
         f'at most {worst:.1e} of a step of {step:g}: {50.0 * worst:.2g} %. It grows with the '
         'distance because alpha falls and the wall widens',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'A wall in the uniform gradient propagates to the right with constant speed',
     page=2,
     how='time integration (Case I, no defect), four damping times after release',
 )
 def _constant_speed(data: Data) -> Judged:
-    steady = data['t'] > ENTRANCE
+    steady = data['t'] > SPEED_START_TIME
     speed = np.array([data[f'speed_{name}'][steady] for name in ('anti_kink', 'kink')])
     forecast = closed_form(data, data['path_anti_kink'][steady])
     error = float(np.abs(speed[0] / forecast - 1.0).max())
     spread = float(np.ptp(speed) / speed.mean())
-    return judged(
+    return judge_numbers(
         bool(speed.min() > 0.0) and spread < 0.1 and error < 0.05,
         f'{speed.mean():.4f} cells per time unit, constant within {100 * spread:.1f} %; the '
         f'closed form -gamma/(2 eta alpha) is met within {100 * error:.1f} %, and explains the '
@@ -126,7 +126,7 @@ def _constant_speed(data: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The gradient supports uni-directional propagation of both kink and anti-kink',
     page=2,
     how='both kinds of wall let go at rest',
@@ -134,14 +134,14 @@ def _constant_speed(data: Data) -> Judged:
 def _both_kinds(data: Data) -> Judged:
     moved = [float(np.ptp(data[f'path_{name}'])) for name in ('anti_kink', 'kink')]
     right = [bool(np.all(np.diff(data[f'path_{name}'])[5:] > 0)) for name in ('anti_kink', 'kink')]
-    return judged(
+    return judge_numbers(
         all(right),
         f'both move right only: the anti-kink by {moved[0]:.1f}, the kink by {moved[1]:.1f} '
         f'cells in {data["t"][-1]:.0f} time units',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'A wave travels until it enters the well of a soft defect, where dissipation pins it',
     page=2,
     how='Case I with its defect, anti-kink let go at rest 50 cells before it',
@@ -149,7 +149,7 @@ def _both_kinds(data: Data) -> Judged:
 def _pinned_by_the_defect(data: Data) -> Judged:
     end, defect = float(data['path_defect'][-1]), float(data['defect'])
     passed = float(data['path_defect'].max())
-    return judged(
+    return judge_numbers(
         abs(end - defect) < 1.0,
         f'it comes to X = {passed:.1f} and rests at {end:.2f}; the defect is at {defect:.0f}',
     )

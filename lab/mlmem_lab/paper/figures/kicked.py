@@ -11,33 +11,33 @@ import numpy as np
 from mlmem import Erase, Write, new_element, preset
 from mlmem.physics import CASE_II
 from mlmem.physics.potential import Array
-from mlmem.presets import written_by_kicks
+from mlmem.presets import use_kicks
 
 from ...studies import style
-from ...studies.trace import Trace, wall_path, watch
+from ...studies.trace import Trace, record_procedure, wall_path
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
 
-LEVELS = (7, 0, 6, 1, 5, 2, 4, 3)
+LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
 """Written in this order, so that most are far from the one before; then the element is erased."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
-    element, trace = new_element(written_by_kicks(preset('case_2'))), Trace()
+    element, trace = new_element(use_kicks(preset('case_2'))), Trace()
     captions: list[str] = []
-    levels = LEVELS[: quality.pick(2, len(LEVELS))]
+    levels = LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]
     begins, speeds = [], []
     for level in levels:
         begins.append(element.ticks * element.tick)
-        speeds.append(element.settings.kick.by_level[level])
-        watch(element, Write(level), trace)
+        speeds.append(element.settings.kick.wall_speeds[level])
+        record_procedure(element, Write(level), trace)
         told = f'level {level}  ({CASE_II.code(level)}): kicked at {speeds[-1]:g}'
         captions += [told] * (len(trace.t) - len(captions))
     begins.append(element.ticks * element.tick)
-    watch(element, Erase(), trace)
+    record_procedure(element, Erase(), trace)
     captions += ['erase: a kick'] * (len(trace.t) - len(captions))
     frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 280)).astype(int)
     field = np.array(trace.configuration, dtype=np.float32)
@@ -53,17 +53,17 @@ def compute(quality: Quality) -> Data:
     }
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw the configuration over time: a kick is a ramp to a level, or erases the wall."""
     t: Array = 1e-3 * data['t']
     figure = style.new_figure(3.2)
     axes = style.axes_grid(figure)[0, 0]
-    mesh = style.contour(axes, t, CASE_II.sites, data['field'])
+    mesh = style.draw_contour(axes, t, CASE_II.sites, data['field'])
     style.phase_bar(figure, mesh, axes, (CASE_II.D_s1, CASE_II.D_s2))
     for begin, level in zip(1e-3 * data['begins'], data['levels'], strict=False):
-        axes.axvline(begin, color=style.FAINT, lw=0.6)
+        axes.axvline(begin, color=style.FAINT_COLOUR, lw=0.6)
         axes.text(begin, CASE_II.N + 4, f' {level}', va='bottom')
     axes.text(1e-3 * data['begins'][-1], CASE_II.N + 4, ' blank', va='bottom')
-    axes.set(xlabel=style.TIME, ylabel='cell $j$', ylim=(1, CASE_II.N))
+    axes.set(xlabel=style.TIME_LABEL, ylabel='cell $j$', ylim=(1, CASE_II.N))
     return figure

@@ -14,11 +14,11 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from mlmem.instrument.end import Move
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.physics import CASE_II, Chain, HeldCell, find_walls, level_of, substep_times
+from mlmem.physics import CASE_II, Chain, HeldCell, find_level, find_walls, substep_times
 
 from ...studies import style
 from ...studies.trace import strain_chain
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     'launches',
@@ -36,7 +36,7 @@ DRIVEN_STRAINS = (-0.05, -0.04, -0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03, 0.04
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Kick or move the first cell and see which wall is left when the strain is released.
 
     Returns:
@@ -46,11 +46,11 @@ def compute(quality: Quality) -> Data:
         blank element; 8 stands for active throughout, -1 for blank, -2 for no level).
     """
     velocity = np.unique(np.r_[np.linspace(-3.0, 0.0, quality.pick(7, 121)), PRINTED_VELOCITY])
-    kicked = [[_kick(float(v), strain) for v in velocity] for strain in KICK_STRAINS]
-    driven = [_kick(PRINTED_VELOCITY, strain, driven=True)[0] for strain in DRIVEN_STRAINS]
+    kicked = [[_kick_cell(float(v), strain) for v in velocity] for strain in KICK_STRAINS]
+    driven = [_kick_cell(PRINTED_VELOCITY, strain, driven=True)[0] for strain in DRIVEN_STRAINS]
     speed = np.geomspace(0.01, 2.0, quality.pick(3, 24))
     strain = np.linspace(0.0, 0.06, quality.pick(3, 21))
-    level = [[_move(float(v), float(e)) for v in speed] for e in strain]
+    level = [[_move_cell(float(v), float(e)) for v in speed] for e in strain]
     return {
         'kick_velocity': velocity,
         'kick_strain': KICK_STRAINS,
@@ -66,7 +66,7 @@ def compute(quality: Quality) -> Data:
     }
 
 
-def _kick(velocity: float, strain: float, driven: bool = False) -> tuple[float, int]:
+def _kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[float, int]:
     """Return where the kink of a kicked first cell rests, and the number of walls.
 
     A driven cell is held at this velocity all the way from s2 to s1.
@@ -75,9 +75,9 @@ def _kick(velocity: float, strain: float, driven: bool = False) -> tuple[float, 
     chain = Chain(CASE_II)
     chain.place(np.full(CASE_II.N, CASE_II.D_s2))
     if strain:
-        strain_chain(chain, Cycle.through([(strain, times.ramp)]), times.ramp)
+        strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
     if driven:
-        _drive(chain, Move(chain.end(1), CASE_II.D_s1, abs(velocity)), times.hold)
+        _drive_cell(chain, Move(chain.end(1), CASE_II.D_s1, abs(velocity)), times.hold)
     else:
         state = chain.state()
         state[1, 0] = velocity
@@ -85,7 +85,9 @@ def _kick(velocity: float, strain: float, driven: bool = False) -> tuple[float, 
         chain.restore(state, V_N=chain.V_N, steps_done=chain.steps_done)
         chain.rest(math.ceil(times.hold / chain.dt))
     if strain:
-        strain_chain(chain, Cycle.through([(0.0, times.release)], strain), times.release)
+        strain_chain(
+            chain, Cycle.build_from_targets([(0.0, times.release)], strain), times.release
+        )
     chain.rest(math.ceil(times.settle / chain.dt))
     found = find_walls(CASE_II, chain.configuration)
     kinks = [wall.position for wall in found if not wall.anti_kink]
@@ -95,22 +97,24 @@ def _kick(velocity: float, strain: float, driven: bool = False) -> tuple[float, 
     return (float(CASE_II.N) if gone else math.nan), len(found)
 
 
-def _move(speed: float, strain: float) -> int:
+def _move_cell(speed: float, strain: float) -> int:
     """Return the level after the first cell of a blank element was moved under a strain."""
     times = WriteSettings()
     chain = Chain(CASE_II)
     if strain:
-        strain_chain(chain, Cycle.through([(strain, times.ramp)]), times.ramp)
-    _drive(chain, Move(chain.end(1), CASE_II.D_s2, speed), times.hold)
+        strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
+    _drive_cell(chain, Move(chain.end(1), CASE_II.D_s2, speed), times.hold)
     if strain:
-        strain_chain(chain, Cycle.through([(0.0, times.release)], strain), times.release)
+        strain_chain(
+            chain, Cycle.build_from_targets([(0.0, times.release)], strain), times.release
+        )
     chain.rest(math.ceil(times.settle / chain.dt))
     if chain.configuration.min() > CASE_II.D_barrier:
         return CASE_II.levels
-    return level_of(CASE_II, chain.configuration)
+    return find_level(CASE_II, chain.configuration)
 
 
-def _drive(chain: Chain, move: Move, hold: float) -> None:
+def _drive_cell(chain: Chain, move: Move, hold: float) -> None:
     """Move the first cell, let go of it, and wait."""
     steps = math.ceil((move.duration + hold) / chain.dt)
     at = substep_times(steps, chain.dt)
@@ -124,37 +128,47 @@ def threshold_velocity(data: Data, row: int = 0) -> float:
     return float(data['kick_velocity'][made].max()) if made.any() else math.nan
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw the kink's resting place over the kick, and the level over speed and strain."""
     figure = style.new_figure(3.6)
     kick, move = style.axes_grid(figure, 1, 2)[0]
-    rows = zip(data['kick_strain'], data['kink'], (style.S2, style.S1), 'ox', strict=True)
+    rows = zip(
+        data['kick_strain'],
+        data['kink'],
+        (style.ACTIVE_COLOUR, style.INACTIVE_COLOUR),
+        'ox',
+        strict=True,
+    )
     for strain, kink, color, marker in rows:
         kick.plot(data['kick_velocity'], kink, marker, color=color, ms=5, mfc='none',
                   label=rf'$\varepsilon$ = {strain:g}')  # fmt: skip
-    kick.axvline(data['printed'], color=style.MARK, ls='--')
-    style.note(kick, f'printed\n{data["printed"]:.2f}', (data['printed'], 215.0), (3, 0), va='top')
+    kick.axvline(data['printed'], color=style.MARK_COLOUR, ls='--')
+    style.annotate_place(
+        kick, f'printed\n{data["printed"]:.2f}', (data['printed'], 215.0), (3, 0), va='top'
+    )
     style.mark_defects(kick, CASE_II)
     kick.set(xlabel=r'initial velocity of $v_1$', ylabel='kink rests at $j$, level',
              ylim=(0, CASE_II.N + 5), xlim=(-3.1, 0.9))  # fmt: skip
     kick.legend(loc='lower right', handletextpad=0.0)
-    style.label(kick, 'a', 'a kicked cell')
+    style.label_panel(kick, 'a', 'a kicked cell')
     levels = mpl.colormaps['viridis'](np.linspace(0.1, 1.0, CASE_II.levels))
     mesh = move.pcolormesh(
         data['speed'], 1e3 * data['strain'], data['level'],
-        cmap=ListedColormap([style.INK, style.PALE, *levels, style.S1]),
+        cmap=ListedColormap([style.INK_COLOUR, style.PALE_COLOUR, *levels, style.INACTIVE_COLOUR]),
         norm=BoundaryNorm(np.arange(-2.5, 9.0), 11), shading='nearest', edgecolors='w', lw=0.4,
     )  # fmt: skip
     bar = figure.colorbar(mesh, ax=move, ticks=range(-2, 9), pad=0.01)
     bar.ax.set_yticklabels(['no level', 'blank', *range(CASE_II.levels), 'all active'])
-    move.plot(data['device'][0], 1e3 * data['device'][1], '*', color='w', ms=12, mec=style.INK)
-    move.set(xscale='log', xlabel='speed of the moved cell', ylabel=style.STRAIN)
-    style.label(move, 'b', 'a moved cell: level')
+    move.plot(
+        data['device'][0], 1e3 * data['device'][1], '*', color='w', ms=12, mec=style.INK_COLOUR
+    )
+    move.set(xscale='log', xlabel='speed of the moved cell', ylabel=style.STRAIN_LABEL)
+    style.label_panel(move, 'b', 'a moved cell: level')
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'An initial velocity of -0.6148 at j = 1 creates the kink',
     page=6,
     where='Fig. 5',
@@ -169,7 +183,7 @@ def _printed_launch(data: Data) -> Judged:
     driven = data['driven_strain'][~np.isnan(data['driven'])]
     kinks = data['kink'][0][~np.isnan(data['kink'][0])]
     strained = data['kink'][1][~np.isnan(data['kink'][1])]
-    return judged(
+    return judge_numbers(
         made[0],
         f'given to a free cell, {float(data["printed"]):g} creates none, strained or not; it '
         f'takes {slowest:.2f}, and then the kink overshoots to anywhere: j = {kinks.min():.0f} to '
@@ -180,7 +194,7 @@ def _printed_launch(data: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'A wall may be injected from the boundary by an actuator coupled to the boundary site',
     page=5,
     how='first cell of a blank element moved from s1 to s2 at constant speed under strain',
@@ -189,7 +203,7 @@ def _moved_launch(data: Data) -> Judged:
     slow, tense = data['speed'] <= 0.05, (data['strain'] >= 0.015) & (data['strain'] <= 0.05)
     levels = data['level'][np.ix_(tense, slow)]
     unstrained = sorted({int(level) for level in data['level'][0]})
-    return judged(
+    return judge_numbers(
         bool(levels.size) and bool(np.all(levels == 0)),
         f'all {levels.size} launches at speeds up to 0.05 under strains of 0.015 to 0.05 rest at '
         f'level 0. Without strain the outcome depends on the speed: levels {unstrained} '

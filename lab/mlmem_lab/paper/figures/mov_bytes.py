@@ -10,27 +10,28 @@ import numpy as np
 
 from mlmem import Command, Erase, Write, new_element, preset
 
-from ...studies.trace import Trace, watch
+from ...studies.trace import Trace, record_procedure
 from ..figure import Data, Figure, Quality
-from .mov_s1 import filmed
+from .mov_s1 import save_film
 
 FIGURE = Figure('bytes', 'Film: two bytes in one element', seconds=20)
 
-WORDS = (0xA7, 0x5A)
+WRITTEN_WORDS = (0xA7, 0x5A)
 """Written in this order; most walls of the second are where the first has none."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration while the words are written and erased."""
     element, trace = new_element(preset('byte')), Trace()
     captions: list[str] = []
     commands: dict[str, Command] = {
-        f'write {word:#04x}: {word:08b}': Write(word) for word in WORDS[: quality.pick(1, None)]
+        f'write {word:#04x}: {word:08b}': Write(word)
+        for word in WRITTEN_WORDS[: quality.pick(1, None)]
     }
     commands['erase: a loud pulse'] = Erase()
     for text, command in commands.items():
-        watch(element, command, trace)
+        record_procedure(element, command, trace)
         captions += [text] * (len(trace.t) - len(captions))
     frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 300)).astype(int)
     field = np.array(trace.configuration, dtype=np.float32)[frames]
@@ -43,6 +44,6 @@ def compute(quality: Quality) -> Data:
 
 
 @FIGURE.film
-def save(data: Data, stem: Path) -> list[Path]:
+def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write the cells over the motion of the first; return the file."""
-    return [filmed(data, data['field'][:, 0], '$v_1$', stem, [f'bit {m}' for m in range(8)])]
+    return [save_film(data, data['field'][:, 0], '$v_1$', stem, [f'bit {m}' for m in range(8)])]

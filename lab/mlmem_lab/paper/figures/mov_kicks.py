@@ -8,18 +8,18 @@ from pathlib import Path
 
 from ..figure import Data, Figure, Quality
 from . import kicked
-from .mov_s1 import filmed
+from .mov_s1 import save_film
 
 FIGURE = Figure('kicks', 'Film: eight kicks, each after one that erases', seconds=30)
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return the frames of `kicked`."""
-    return kicked.compute(quality)
+    return kicked.compute_data(quality)
 
 
 @FIGURE.film
-def save(data: Data, stem: Path) -> list[Path]:
+def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write the cells over the place of the wall; return the file."""
-    return [filmed(data, data['path'], 'wall at $j$', stem)]
+    return [save_film(data, data['path'], 'wall at $j$', stem)]

@@ -14,7 +14,7 @@ from mlmem.physics import CASE_II
 from mlmem.physics.potential import Array
 
 from ...studies import style
-from ...studies.trace import Trace, watch
+from ...studies.trace import Trace, record_procedure
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure(
@@ -23,15 +23,15 @@ FIGURE = Figure(
     seconds=13,
 )
 
-COLOURS = 24
+PALETTE_COLOURS = 24
 """Palette of the film: enough for a colour ramp, and small."""
 
-MILLISECONDS = 60
+FRAME_TIME_MS = 60
 """Time per frame."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return frames of configuration and strain while every level is written and erased."""
     design, element, trace = CASE_II, new_element(CASE_II), Trace()
     captions: list[str] = []
@@ -41,7 +41,7 @@ def compute(quality: Quality) -> Data:
     }
     commands['erase: a kink meets the wall'] = Erase()
     for text, command in commands.items():
-        watch(element, command, trace)
+        record_procedure(element, command, trace)
         captions += [text] * (len(trace.t) - len(captions))
     frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 320)).astype(int)
     return {
@@ -54,12 +54,12 @@ def compute(quality: Quality) -> Data:
 
 
 @FIGURE.film
-def save(data: Data, stem: Path) -> list[Path]:
+def save_movie(data: Data, stem: Path) -> list[Path]:
     """Write the cells over the strain; return the file."""
-    return [filmed(data, 1e3 * data['strain'], style.STRAIN, stem)]
+    return [save_film(data, 1e3 * data['strain'], style.STRAIN_LABEL, stem)]
 
 
-def filmed(data: Data, below: Array, label: str, stem: Path, names: Sequence[str] = ()) -> Path:
+def save_film(data: Data, below: Array, label: str, stem: Path, names: Sequence[str] = ()) -> Path:
     """Write a film of the cells, which change their phases, over something that changes with time,
     `below`, as a GIF; return the file. What does not move is drawn once. Levels have their code as
     name.
@@ -70,25 +70,25 @@ def filmed(data: Data, below: Array, label: str, stem: Path, names: Sequence[str
     t, field = 1e-3 * data['t'], data['field']
     figure = style.new_figure(3.6)
     upper, lower = style.axes_grid(figure, 2, 1, height_ratios=(2.4, 1.0))[:, 0]
-    places = [CASE_II.defect(level) for level in range(CASE_II.levels)]
+    places = [CASE_II.defect_site(level) for level in range(CASE_II.levels)]
     for place in places:
-        upper.axvline(place, color=style.FAINT, lw=0.8, zorder=0)
+        upper.axvline(place, color=style.FAINT_COLOUR, lw=0.8, zorder=0)
     names = names or [CASE_II.code(m) for m in range(CASE_II.levels)]
     upper.set_xticks(
         places, [f'{place}\n{name}' for place, name in zip(places, names, strict=True)]
     )
     upper.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
     upper.set(ylim=(-1.5, 1.5), xlabel='cell $j$, level')
-    lower.plot(t, below, color=style.FAINT, lw=1.0)
-    lower.set(xlabel=style.TIME, ylabel=label)
+    lower.plot(t, below, color=style.FAINT_COLOUR, lw=1.0)
+    lower.set(xlabel=style.TIME_LABEL, ylabel=label)
 
     title = upper.set_title(' ')
     cells = upper.scatter(
-        CASE_II.sites, field[0], c=field[0], cmap=style.PHASES, vmin=-1.3, vmax=1.3, s=12,
+        CASE_II.sites, field[0], c=field[0], cmap=style.PHASE_COLOURS, vmin=-1.3, vmax=1.3, s=12,
         linewidths=0,
     )  # fmt: skip
-    (past,) = lower.plot([], [], color=style.INK)
-    (now,) = lower.plot([], [], 'o', color=style.INK, ms=5)
+    (past,) = lower.plot([], [], color=style.INK_COLOUR)
+    (now,) = lower.plot([], [], 'o', color=style.INK_COLOUR, ms=5)
     moving = title, cells, past, now
 
     figure.set_dpi(90)
@@ -108,10 +108,10 @@ def filmed(data: Data, below: Array, label: str, stem: Path, names: Sequence[str
         for artist in moving:
             artist.axes.draw_artist(artist)
         picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB')
-        pictures.append(picture.quantize(COLOURS, dither=Image.Dither.NONE))
+        pictures.append(picture.quantize(PALETTE_COLOURS, dither=Image.Dither.NONE))
     path = stem.with_suffix('.gif')
     pictures[0].save(
-        path, save_all=True, append_images=pictures[1:], duration=MILLISECONDS, loop=0,
+        path, save_all=True, append_images=pictures[1:], duration=FRAME_TIME_MS, loop=0,
         optimize=True,
     )  # fmt: skip
     return path

@@ -8,11 +8,11 @@ import numpy as np
 
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings
-from mlmem.physics import CASE_II, Chain, Specimen, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_II, Chain, Specimen, find_level
+from mlmem.physics.equilibrium import find_pinned_wall
 
 from ...studies.trace import strain_chain, wall_position
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     'peaks',
@@ -20,7 +20,7 @@ FIGURE = Figure(
     seconds=8,
 )
 
-LOST = 9
+LOST_LEVEL = 9
 """Stands for a wall that is not at rest at a level: between levels, or gone."""
 
 
@@ -32,23 +32,23 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
         a wall that has left through an end counts as standing there.
     """
     chain = Chain(CASE_II)
-    chain.place(resting_wall(Specimen(CASE_II), level))
-    strain_chain(chain, Cycle.planned(times, peak), 500.0)
+    chain.place(find_pinned_wall(Specimen(CASE_II), level))
+    strain_chain(chain, Cycle.plan_cycle(times, peak), 500.0)
     place = wall_position(CASE_II, chain.configuration)
     if np.isnan(place):
         place = float(CASE_II.N if chain.configuration[0] > CASE_II.D_barrier else 0)
-    return level_of(CASE_II, chain.configuration), place - CASE_II.defect(level)
+    return find_level(CASE_II, chain.configuration), place - CASE_II.defect_site(level)
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Return the levels and cells moved by one cycle (level x peak), of either sign."""
     times = CycleSettings()
     levels = range(CASE_II.levels)
     peaks = 1e-3 * quality.pick(
         np.array([-50.0, -34.0, -15.0, 20.0, 48.0]), np.arange(-72.0, 74.0, 2.0)
     )
-    moved = np.full((len(levels), len(peaks)), LOST)
+    moved = np.full((len(levels), len(peaks)), LOST_LEVEL)
     shift = np.zeros(moved.shape)
     for row, level in enumerate(levels):
         for column, peak in enumerate(peaks):
@@ -60,11 +60,11 @@ def compute(quality: Quality) -> Data:
         'levels': levels,
         'moved': moved,
         'shift': shift,
-        'by_compression': [CASE_II.freed_by_compression(m) for m in levels],
+        'by_compression': [CASE_II.is_freed_by_compression(m) for m in levels],
     }
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'Case II imbues the metamaterial with eight pinning sites, sufficient for 3-bit storage',
     page=5,
     how='Newton equilibria of the wall at every defect; a cycle too weak to move it leaves it',
@@ -73,13 +73,13 @@ def _eight_levels(data: Data) -> Judged:
     weak = np.abs(data['peaks']) < 0.018
     stay = bool(np.all(data['moved'][:, weak] == 0))
     levels, bits = len(data['levels']), int(np.log2(len(data['levels'])))
-    return judged(
+    return judge_numbers(
         stay and levels == 8,
         f'{levels} levels hold a wall at rest: {bits} bits (the caption of Fig. 1a says 8-bit)',
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'One strain cycle moves the wall from a defect site to the next one',
     page=6,
     where='Fig. 4a',
@@ -101,10 +101,10 @@ def _one_step_per_cycle(data: Data) -> Judged:
                 f'{name} of {np.abs(peaks).min():.0f}e-3 to {np.abs(peaks).max():.0f}e-3 from '
                 f'levels {", ".join(str(m) for m in data["levels"][rows])}'
             )
-    return judged(all(sure), 'all peaks tried of ' + '; '.join(texts))
+    return judge_numbers(all(sure), 'all peaks tried of ' + '; '.join(texts))
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'The wall is restricted to unidirectional motion from left to right',
     page=6,
     how='one slow cycle from every level over a sweep of peak strains of both signs. It holds for '
@@ -112,7 +112,7 @@ def _one_step_per_cycle(data: Data) -> Judged:
 )
 def _unidirectional(data: Data) -> Judged:
     back = int(np.count_nonzero(data['shift'] < -1.0))
-    return judged(
+    return judge_numbers(
         back == 0,
         f'{back} of {data["shift"].size} cycles moved a wall to the left; the least shift is '
         f'{data["shift"].min():+.2f} cells, the greatest {data["shift"].max():+.1f}',

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem.physics import CASE_II, Chain, Specimen, StateError, level_of, substep_times
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics import CASE_II, Chain, Specimen, StateError, find_level, substep_times
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.held_wall import hold_walls
 from mlmem.physics.potential import Array
-from mlmem.physics.waves import band
+from mlmem.physics.waves import pass_band
 from mlmem.settings import DisturbanceSettings, ScaleSettings
 
 from ...studies import style
@@ -32,23 +32,23 @@ FIGURE = Figure(
     seconds=65,
 )
 
-SHAKE = 2500.0
+SHAKE_DURATION = 2500.0
 """Duration of the shaking: ten times the damping time 1 / eta, in which resonances build up."""
 
-EDGE = 500.0
+SHAKE_RAMP_TIME = 500.0
 """Rise of the amplitude at its begin, and fall at its end."""
 
-SETTLE = 1500.0
+SETTLE_TIME = 1500.0
 """Rest before the wall is looked for, as after a strain cycle."""
 
-REACH = 12.0
+LANDSCAPE_REACH_CELLS = 12.0
 """Cells to both sides of a defect in which the landscape holds a wall back."""
 
-HARMLESS = DisturbanceSettings().harmless
+SAFE_LIMIT = DisturbanceSettings().harmless
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Shake elements with their wall at every level, over amplitude and frequency.
 
     Returns:
@@ -59,26 +59,26 @@ def compute(quality: Quality) -> Data:
         left and to the right; `wall` (n), the frequency of a wall in its defect, and `bands`
         (4), the edges of the pass bands of both phases.
     """
-    omega = _frequencies(quality.pick(4, 30), quality.pick(1, 11))
+    omega = _choose_frequencies(quality.pick(4, 30), quality.pick(1, 11))
     amplitude = np.geomspace(6e-5, 1e-2, quality.pick(5, 31))
     levels = range(0, CASE_II.levels, quality.pick(8, 1))
-    rest = {level: resting_wall(Specimen(CASE_II), level) for level in levels}
-    kept = np.array([_kept(float(w), amplitude, rest) for w in omega])
+    rest = {level: find_pinned_wall(Specimen(CASE_II), level) for level in levels}
+    kept = np.array([_survey_levels(float(w), amplitude, rest) for w in omega])
     return {
         'omega': omega,
         'amplitude': amplitude,
         'levels': levels,
         'kept': kept,
-        'threshold': thresholds(amplitude, kept),
+        'threshold': loss_thresholds(amplitude, kept),
         'static': [_static_limits(level) for level in levels],
         'wall': [_wall_frequency(v) for v in rest.values()],
-        'bands': np.sort([*band(CASE_II.k_s1), *band(CASE_II.k_s2)]),
+        'bands': np.sort([*pass_band(CASE_II.k_s1), *pass_band(CASE_II.k_s2)]),
     }
 
 
-def _frequencies(coarse: int, fine: int) -> Array:
+def _choose_frequencies(coarse: int, fine: int) -> Array:
     """Return frequencies over three decades, more of them about the resonances."""
-    resonances = (0.055, *band(CASE_II.k_s1)[:1], *band(CASE_II.k_s2)[:1])
+    resonances = (0.055, *pass_band(CASE_II.k_s1)[:1], *pass_band(CASE_II.k_s2)[:1])
     widths = (0.5, 0.08, 0.08)
     near = [
         at * np.geomspace(1.0 - width, 1.0 + width, fine)
@@ -87,35 +87,35 @@ def _frequencies(coarse: int, fine: int) -> Array:
     return np.sort(np.concatenate((np.geomspace(0.005, 4.0, coarse), *near)))
 
 
-def harmonic(omega: float, t: Array) -> Array:
+def shake_harmonic(omega: float, t: Array) -> Array:
     """Return a harmonic of amplitude 1 at times t of the shaking, which rises and falls."""
-    x = np.clip(np.minimum(t, SHAKE - t) / EDGE, 0.0, 1.0)
+    x = np.clip(np.minimum(t, SHAKE_DURATION - t) / SHAKE_RAMP_TIME, 0.0, 1.0)
     return np.asarray(x * x * (3.0 - 2.0 * x) * np.sin(omega * t))
 
 
-def _kept(omega: float, amplitude: Array, rest: dict[int, Array]) -> NDArray[np.bool_]:
+def _survey_levels(omega: float, amplitude: Array, rest: dict[int, Array]) -> NDArray[np.bool_]:
     """Return whether each level survives each amplitude at a frequency, shape (a, n)."""
     dt = Chain(CASE_II).dt
-    steps = math.ceil(SHAKE / dt)
-    wave = harmonic(omega, substep_times(steps, dt))
+    steps = math.ceil(SHAKE_DURATION / dt)
+    wave = shake_harmonic(omega, substep_times(steps, dt))
 
-    def kept(amplitude: float, level: int) -> bool:
+    def survives_shaking(amplitude: float, level: int) -> bool:
         chain = Chain(CASE_II)
         chain.place(rest[level])
         try:
             chain.advance(np.zeros(2 * steps), shake=amplitude * wave)
-            chain.rest(math.ceil(SETTLE / dt))
+            chain.rest(math.ceil(SETTLE_TIME / dt))
         except StateError:  # the chain was torn
             return False
-        return level_of(CASE_II, chain.configuration) == level
+        return find_level(CASE_II, chain.configuration) == level
 
     trials = itertools.product(amplitude.tolist(), rest)
     with ThreadPoolExecutor() as pool:
-        found = list(pool.map(lambda trial: kept(*trial), trials))
+        found = list(pool.map(lambda trial: survives_shaking(*trial), trials))
     return np.array(found).reshape(-1, len(rest))
 
 
-def thresholds(amplitude: Array, kept: NDArray[np.bool_]) -> Array:
+def loss_thresholds(amplitude: Array, kept: NDArray[np.bool_]) -> Array:
     """Return the least amplitude at which a level is lost, shape (f, n)."""
     lost = ~kept
     first = amplitude[np.argmax(lost, axis=1)]
@@ -128,8 +128,10 @@ def _static_limits(level: int) -> tuple[float, float]:
     A force a on every cell does the work a (D_s2 - D_s1) on a wall that moves by one cell; that
     has to outweigh the steepest slope of the landscape on the way.
     """
-    defect = CASE_II.defect(level)
-    X = np.arange(defect - REACH, min(defect + REACH, CASE_II.N - 1.0), 0.05)
+    defect = CASE_II.defect_site(level)
+    X = np.arange(
+        defect - LANDSCAPE_REACH_CELLS, min(defect + LANDSCAPE_REACH_CELLS, CASE_II.N - 1.0), 0.05
+    )
     energy = hold_walls(Specimen(CASE_II), X, np.zeros(CASE_II.N)).energy
     slope = np.gradient(energy, X) / (CASE_II.D_s2 - CASE_II.D_s1)
     bottom = X[np.argmin(np.where(np.abs(X - defect) < 1.0, energy, np.inf))]
@@ -146,8 +148,8 @@ def _wall_frequency(v: Array) -> float:
     return float(np.sqrt(np.linalg.eigvalsh(matrix)[0]))
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw how many levels are kept, and the least amplitude that loses each."""
     figure = style.new_figure(4.4)
     left, right = style.axes_grid(
@@ -159,21 +161,24 @@ def draw(data: Data) -> Any:
         shading='nearest', rasterized=True,
     )  # fmt: skip
     figure.colorbar(mesh, ax=left, location='bottom', shrink=0.8)
-    style.label(left, 'a', f'levels kept, of {n}')
-    right.plot(omega, data['threshold'], color=style.S2, lw=0.8)
+    style.label_panel(left, 'a', f'levels kept, of {n}')
+    right.plot(omega, data['threshold'], color=style.ACTIVE_COLOUR, lw=0.8)
     right.plot(
-        omega, np.fmin.reduce(data['threshold'], axis=1), color=style.S1, label='worst level'
+        omega,
+        np.fmin.reduce(data['threshold'], axis=1),
+        color=style.INACTIVE_COLOUR,
+        label='worst level',
     )
-    style.label(right, 'b', 'least that loses a level')
-    right.axhline(data['static'].min(), color=style.INK, ls='--', label='constant')
-    right.axhline(HARMLESS, color=style.MARK, ls=':', label='disturbance.harmless')
+    style.label_panel(right, 'b', 'least that loses a level')
+    right.axhline(data['static'].min(), color=style.INK_COLOUR, ls='--', label='constant')
+    right.axhline(SAFE_LIMIT, color=style.MARK_COLOUR, ls=':', label='disturbance.harmless')
     right.legend(loc='lower right', bbox_to_anchor=(1.0, 0.08), frameon=True, edgecolor='w')
     scale = ScaleSettings()
     hertz, unit = 2.0 * math.pi * scale.time, scale.acceleration
     for axes in (left, right):
         axes.set(xscale='log', yscale='log', xlabel=r'frequency $\omega$ (rad per time unit)')
         for at in (*data['bands'], data['wall'].mean()):
-            axes.axvline(at, color=style.FAINT, lw=0.8, zorder=0 if axes is right else 2)
+            axes.axvline(at, color=style.FAINT_COLOUR, lw=0.8, zorder=0 if axes is right else 2)
         top = axes.secondary_xaxis('top', functions=(lambda w: w / hertz, lambda f: f * hertz))
         top.set_xlabel('frequency (Hz)')
     left.set_ylabel('amplitude (cells per time unit$^2$)')

@@ -11,14 +11,14 @@ import matplotlib as mpl
 import numpy as np
 
 from mlmem.instrument.motion import Cycle
-from mlmem.move_settings import CycleSettings, WriteSettings, peak
-from mlmem.physics import CASE_II, Chain, Design, Specimen, level_of
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.move_settings import CycleSettings, WriteSettings, select_peak
+from mlmem.physics import CASE_II, Chain, Design, Specimen, find_level
+from mlmem.physics.equilibrium import find_pinned_wall
 
 from ...studies import style
 from ...studies.trace import strain_chain, wall_path
-from ..echoes import PAPER, detect, listen
-from ..figure import Data, Figure, Judged, Quality, judged
+from ..echoes import PAPER_PROBE, detect_echo, record_echo
+from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
 FIGURE = Figure(
     'rigidity',
@@ -26,18 +26,18 @@ FIGURE = Figure(
     seconds=10,
 )
 
-EVERY = 10.0
+SAMPLE_PERIOD = 10.0
 """Time between looks."""
 
-LAST = 50
+AVERAGED_SAMPLES = 50
 """Looks at the end of a cycle, 500 time units, over which a wall that still rings is averaged."""
 
-SETTLE = 4000.0
+SETTLE_TIME = 4000.0
 """Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
 
 
 @FIGURE.data
-def compute(quality: Quality) -> Data:
+def compute_data(quality: Quality) -> Data:
     """Make a cycle from every level with Eq. (1a) alone and with Eq. (1b), over s_min.
 
     Returns:
@@ -49,55 +49,59 @@ def compute(quality: Quality) -> Data:
     """
     s_min = np.array(quality.pick((100.0, 1000.0), (100.0, 200.0, 400.0, 1000.0, 2000.0, 4000.0)))
     levels = range(quality.pick(2, CASE_II.levels - 1))
-    rigid = [_cycle(CASE_II, level) for level in levels]
-    v = resting_wall(Specimen(CASE_II), 1)
+    rigid = [_run_cycle(CASE_II, level) for level in levels]
+    v = find_pinned_wall(Specimen(CASE_II), 1)
     moved, difference, paths, echoes, delays = [], [], [], [], []
     for s in s_min:
         design = dataclasses.replace(
             CASE_II, s_min=float(s), s_max=3.0 * float(s), substrate='elastic'
         )
-        cycles = [_cycle(design, level) for level in levels]
+        cycles = [_run_cycle(design, level) for level in levels]
         moved.append([end - level for (_, end), level in zip(cycles, levels, strict=True)])
         difference.append(
             [
-                abs(path[-LAST:].mean() - ideal[-LAST:].mean())
+                abs(path[-AVERAGED_SAMPLES:].mean() - ideal[-AVERAGED_SAMPLES:].mean())
                 for (path, _), (ideal, _) in zip(cycles, rigid, strict=True)
             ]
         )
         paths.append(cycles[1][0])
-        other, dt = listen(design, v, PAPER, duration=400.0, dt=None, settle=SETTLE)
+        other, dt = record_echo(
+            design, v, PAPER_PROBE, duration=400.0, dt=None, settle=SETTLE_TIME
+        )
         # The same step for both, or the integrator's own dispersion would be compared.
-        heard, _ = listen(CASE_II, v, PAPER, duration=400.0, dt=dt)
-        echoes.append(float(np.abs(other - heard).max()) / PAPER.A)
-        pair = [detect(sound, dt, PAPER).delay for sound in (other, heard)]
+        heard, _ = record_echo(CASE_II, v, PAPER_PROBE, duration=400.0, dt=dt)
+        echoes.append(float(np.abs(other - heard).max()) / PAPER_PROBE.A)
+        pair = [detect_echo(sound, dt, PAPER_PROBE).delay for sound in (other, heard)]
         delays.append([np.nan if delay is None else delay for delay in pair])
     return {
         's_min': s_min,
         'levels': levels,
-        'by_compression': [CASE_II.freed_by_compression(level) for level in levels],
+        'by_compression': [CASE_II.is_freed_by_compression(level) for level in levels],
         'moved': np.array(moved, dtype=float),
         'difference': difference,
         'echo': echoes,
         'delay': delays,
-        't': EVERY * np.arange(1, len(rigid[1][0]) + 1),
+        't': SAMPLE_PERIOD * np.arange(1, len(rigid[1][0]) + 1),
         'path_rigid': rigid[1][0],
         'paths': paths,
     }
 
 
-def _cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
+def _run_cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     """Return the wall's path through a cycle and the level after it, NaN for none."""
     settings, times = WriteSettings(), CycleSettings()
-    compress = design.freed_by_compression(level)
+    compress = design.is_freed_by_compression(level)
     chain = Chain(design)
-    chain.place(resting_wall(Specimen(design), level))
-    trace = strain_chain(chain, Cycle.planned(times, peak(settings, compress)), EVERY)
-    end = level_of(design, chain.configuration)
+    chain.place(find_pinned_wall(Specimen(design), level))
+    trace = strain_chain(
+        chain, Cycle.plan_cycle(times, select_peak(settings, compress)), SAMPLE_PERIOD
+    )
+    end = find_level(design, chain.configuration)
     return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan
 
 
-@FIGURE.drawing
-def draw(data: Data) -> Any:
+@FIGURE.register_drawing
+def draw_figure(data: Data) -> Any:
     """Draw a step's paths, and how far the elastic substrate is from the rigid one."""
     figure = style.new_figure(3.8)
     left, right = style.axes_grid(figure, 1, 2, width_ratios=(1.1, 1.0))[0]
@@ -105,30 +109,30 @@ def draw(data: Data) -> Any:
     shades = mpl.colormaps['viridis'](np.linspace(0.9, 0.0, len(s_min)))
     for s, path, shade in zip(s_min, data['paths'], shades, strict=True):
         left.plot(t, path, color=shade, label=f'{s:g}')
-    left.plot(t, data['path_rigid'], color=style.INK, lw=1.0, ls='--', label='rigid')
+    left.plot(t, data['path_rigid'], color=style.INK_COLOUR, lw=1.0, ls='--', label='rigid')
     for level in (1, 2):
-        left.axhline(CASE_II.defect(level), color=style.FAINT, lw=0.8, zorder=0)
-    left.set(xlabel=style.TIME, ylabel='wall $X$ (cells)', ylim=(40, 104))
+        left.axhline(CASE_II.defect_site(level), color=style.FAINT_COLOUR, lw=0.8, zorder=0)
+    left.set(xlabel=style.TIME_LABEL, ylabel='wall $X$ (cells)', ylim=(40, 104))
     left.legend(title=r'stiffness $s_{\min}/k_r$', ncols=2, loc='upper left')
-    style.label(left, 'a', 'one cycle from level 1')
+    style.label_panel(left, 'a', 'one cycle from level 1')
     kinds = (('compression', data['by_compression']), ('tension', ~data['by_compression']))
     for (text, chosen), marker in zip(kinds, 'os', strict=True):
         good = np.all(data['moved'][:, chosen] == 1, axis=1)
         y = np.maximum(data['difference'][:, chosen].max(axis=1), 1e-6)
-        right.loglog(s_min, y, color=style.FAINT, lw=1.0)
-        right.loglog(s_min[good], y[good], marker, color=style.S2, ms=7, label=text)
+        right.loglog(s_min, y, color=style.FAINT_COLOUR, lw=1.0)
+        right.loglog(s_min[good], y[good], marker, color=style.ACTIVE_COLOUR, ms=7, label=text)
         if not good.all():
-            failed = {'color': style.S1, 'mfc': 'none', 'label': f'{text} fails'}
+            failed = {'color': style.INACTIVE_COLOUR, 'mfc': 'none', 'label': f'{text} fails'}
             right.loglog(s_min[~good], y[~good], marker, ms=7, **failed)
-    right.loglog(s_min, data['echo'], '^', color=style.MARK, ms=6, label='echo over pulse')
+    right.loglog(s_min, data['echo'], '^', color=style.MARK_COLOUR, ms=6, label='echo over pulse')
     right.set(xlabel=r'least stiffness $s_{\min}/k_r$', ylabel='greatest difference (cells)')
     right.set_ylim(1e-8, 30.0)
     right.legend(loc='lower left', ncols=2, handletextpad=0.0, columnspacing=0.5)
-    style.label(right, 'b', 'elastic against rigid')
+    style.label_panel(right, 'b', 'elastic against rigid')
     return figure
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'A substrate that is, effectively, rigid allows Eq. (1a) alone',
     page=2,
     how='a cycle from every level, with Eqs. (1a, b) and with (1a) alone',
@@ -136,7 +140,7 @@ def draw(data: Data) -> Any:
 def _rigid_suffices(data: Data) -> Judged:
     row = int(np.argmin(np.abs(data['s_min'] - 1000.0)))
     moved, apart = data['moved'][row], data['difference'][row]
-    return judged(
+    return judge_numbers(
         bool(np.all(moved == 1.0)) and bool(apart.max() < 0.5),
         f'at s_min = 1000 both move the wall by one level from each of {moved.size} levels; '
         f'the walls end within {apart.max():.2f} cells of each other at the end of the cycle, and '
@@ -144,7 +148,7 @@ def _rigid_suffices(data: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'Proper function requires min(s) >> max(k_r, k_s); no number is printed',
     page=2,
     how='sweep of s_min with s_max = 3 s_min',
@@ -157,7 +161,7 @@ def _how_rigid(data: Data) -> Judged:
         for s, ok in zip(data['s_min'], good, strict=True)
     )
     required = bool(good[-1]) and not good.all() and bool(np.all(np.diff(good.astype(int)) >= 0))
-    return judged(
+    return judge_numbers(
         required,
         f's_min by what one cycle does: {listed}. At {data["s_min"][0]:.0f}, '
         f'{int(np.sum(data["moved"][0] == 1.0))} of {data["moved"].shape[1]} steps are made. '
@@ -167,7 +171,7 @@ def _how_rigid(data: Data) -> Judged:
     )
 
 
-@FIGURE.claim(
+@FIGURE.register_claim(
     'At low frequency the metamaterial may be treated in isolation',
     page=2,
     how='the same pulse and wall with Eqs. (1a, b) and with (1a) alone, the same step',
@@ -176,7 +180,7 @@ def _how_rigid(data: Data) -> Judged:
 def _low_frequency(data: Data) -> Judged:
     row = int(np.argmin(np.abs(data['s_min'] - 1000.0)))
     apart = float(np.abs(np.diff(data['delay'][row]))[0])
-    return judged(
+    return judge_numbers(
         bool(data['echo'][row] < 0.05) and apart < 5.0,
         f'at s_min = 1000 v_1 differs by {100 * data["echo"][row]:.1f} % of the pulse, and the '
         f"echo's delay by {apart:.2f}",

@@ -4,19 +4,19 @@
 
 A `Campaign` is a table of points and the function that evaluates one. `run` evaluates the points
 missing from the `Ledger` on disk, on an executor of `concurrent.futures`: local processes or a
-Dask cluster (`workers`). `save_table` writes the results as CSV.
+Dask cluster (`provide_workers`). `save_table` writes the results as CSV.
 """
 
 from .campaign import Campaign, CampaignError, Row
-from .execution import Ledger, cores, run, save_table, workers
+from .execution import Ledger, count_cores, provide_workers, run, save_table
 
 __all__ = [
     'Campaign',
     'CampaignError',
     'Ledger',
     'Row',
-    'cores',
+    'count_cores',
+    'provide_workers',
     'run',
     'save_table',
-    'workers',
 ]

@@ -44,7 +44,7 @@ class Campaign:
     points: Sequence[Values]
     seed: int = 0
 
-    def seed_of(self, point: int) -> int:
+    def point_seed(self, point: int) -> int:
         """Return the seed of a point, an integer below 2^63, independent of all others."""
         state = np.random.SeedSequence(self.seed, spawn_key=(point,)).generate_state(1, np.uint64)
         return int(state[0] >> np.uint64(1))
@@ -60,7 +60,7 @@ class Campaign:
 
     def task(self, point: int) -> tuple[Evaluate, Values, Values, int, int]:
         """Return the arguments of `evaluate_one` for a point."""
-        return self.evaluate, self.common, self.points[point], point, self.seed_of(point)
+        return self.evaluate, self.common, self.points[point], point, self.point_seed(point)
 
     def check_point(self, point: int) -> None:
         """Raise `CampaignError` if there is no such point."""

@@ -33,7 +33,7 @@ from .campaign import Campaign, CampaignError, Row, evaluate_one
 if TYPE_CHECKING:
     from distributed import Client
 
-BEGINNING = b'{"campaign":'
+LEDGER_HEADER = b'{"campaign":'
 
 
 class Ledger:
@@ -57,7 +57,7 @@ class Ledger:
             _require_regular(path)
         self._stream: IO[bytes] = path.open('ab+')
         try:
-            self._lock()
+            self._lock_file()
             self._read(campaign)
         except BaseException:
             self._stream.close()
@@ -82,7 +82,7 @@ class Ledger:
         """Return the finished rows in the order of their points."""
         return [self.rows[point] for point in sorted(self.rows)]
 
-    def _lock(self) -> None:
+    def _lock_file(self) -> None:
         try:
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -95,9 +95,9 @@ class Ledger:
         content = self._stream.read()
         whole = content.rfind(b'\n') + 1
         if whole:
-            definition, self.rows = _parsed(self.path, content[:whole])
+            definition, self.rows = _parse_ledger(self.path, content[:whole])
             self._check(definition, campaign)
-        elif not content.startswith(BEGINNING[: len(content)]):
+        elif not content.startswith(LEDGER_HEADER[: len(content)]):
             raise CampaignError(f'{self.path} is not the ledger of a campaign')
         self._stream.truncate(whole)
         if not whole:
@@ -134,7 +134,7 @@ def read(path: Path) -> tuple[dict[str, Any], list[Row]]:
     if path.exists():
         _require_regular(path)
     content = path.read_bytes()
-    definition, rows = _parsed(path, content[: content.rfind(b'\n') + 1])
+    definition, rows = _parse_ledger(path, content[: content.rfind(b'\n') + 1])
     return definition, [rows[point] for point in sorted(rows)]
 
 
@@ -145,7 +145,7 @@ def _require_regular(path: Path) -> None:
         raise CampaignError(f'{path}: {error}') from error
 
 
-def _parsed(path: Path, content: bytes) -> tuple[dict[str, Any], dict[int, Row]]:
+def _parse_ledger(path: Path, content: bytes) -> tuple[dict[str, Any], dict[int, Row]]:
     """Return the definition in a ledger's whole lines, and its rows by point."""
     try:
         head, *rows = map(json.loads, content.splitlines())
@@ -171,7 +171,7 @@ def save_table(rows: Sequence[Row], path: Path) -> Path:
     return path
 
 
-PATIENCE = '10s'
+SCHEDULER_TIMEOUT = '10s'
 """How long to wait for the scheduler of a cluster."""
 
 
@@ -187,7 +187,7 @@ def run(
 
     Args:
         ledger: Its ledger, opened; rows are appended to it.
-        executor: Where (see `workers`); None for this process.
+        executor: Where (see `provide_workers`); None for this process.
 
     Raises:
         CampaignError: A worker died, or a point could not be evaluated; its error is the cause.
@@ -196,7 +196,7 @@ def run(
     wanted = range(len(campaign.points)) if points is None else points
     order = np.random.Generator(np.random.PCG64(campaign.seed)).permutation(wanted)
     todo = [int(point) for point in order if int(point) not in ledger.rows]
-    for point, result in _results(campaign, todo, executor):
+    for point, result in _iterate_results(campaign, todo, executor):
         try:
             row = result()
         except BrokenExecutor as error:
@@ -213,7 +213,7 @@ def run(
         yield row
 
 
-def _results(
+def _iterate_results(
     campaign: Campaign, todo: Sequence[int], executor: Executor | None
 ) -> Iterator[tuple[int, Callable[[], Row]]]:
     """Yield every point when it is its turn or it is done, with what returns its row."""
@@ -230,7 +230,7 @@ def _results(
             future.cancel()
 
 
-def cores() -> int:
+def count_cores() -> int:
     """Return how many cores this process may use."""
     if hasattr(os, 'sched_getaffinity'):
         return len(os.sched_getaffinity(0))
@@ -238,7 +238,7 @@ def cores() -> int:
 
 
 @contextmanager
-def workers(jobs: int, cluster: str = '') -> Iterator[Executor | None]:
+def provide_workers(jobs: int, cluster: str = '') -> Iterator[Executor | None]:
     """Provide an executor of `concurrent.futures`; None stands for this process.
 
     Args:
@@ -251,7 +251,7 @@ def workers(jobs: int, cluster: str = '') -> Iterator[Executor | None]:
         ModuleNotFoundError: A cluster is named and dask.distributed is not installed.
     """
     if cluster:
-        with _cluster(cluster) as executor:
+        with _connect_cluster(cluster) as executor:
             yield executor
     elif jobs < 1:
         raise CampaignError(f'jobs must be at least 1; got {jobs}')
@@ -281,11 +281,11 @@ def _begin_worker() -> None:
 
 
 @contextmanager
-def _cluster(address: str) -> Iterator[Executor]:
+def _connect_cluster(address: str) -> Iterator[Executor]:
     from distributed import Client
 
     try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = Client(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:  # a timeout is an OSError
         raise CampaignError(
             f'no Dask scheduler answers at {address!r} (such as tcp://host:8786); {error}'
@@ -300,7 +300,7 @@ def _cluster(address: str) -> Iterator[Executor]:
 
 
 def _check_versions(client: Client, address: str) -> None:
-    def version() -> str:  # local, so that it is sent as code: the worker may lack both
+    def find_version() -> str:  # local, so that it is sent as code: the worker may lack both
         try:
             import mlmem_lab  # noqa: F401
             from mlmem_ros import __version__ as installed
@@ -308,7 +308,7 @@ def _check_versions(client: Client, address: str) -> None:
             return 'none'
         return installed
 
-    if found := set(client.run(version).values()) - {__version__}:
+    if found := set(client.run(find_version).values()) - {__version__}:
         raise CampaignError(
             f'the workers of {address} must have mlmem_lab and mlmem_ros {__version__}; got '
             f'{", ".join(sorted(found))}'

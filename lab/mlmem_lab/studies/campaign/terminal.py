@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from mlmem_tools.cli.command import JOBS, option
+from mlmem_tools.cli.command import JOBS_OPTION, declare_option
 from mlmem_tools.cli.output import show_progress
 
-from . import Ledger, cores, run, workers
+from . import Ledger, count_cores, provide_workers, run
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,19 +24,23 @@ if TYPE_CHECKING:
 
 Result = TypeVar('Result')
 
-OPTIONS = (
-    option('--seed', type=int, default=0, help='of all random numbers'),
-    JOBS,
-    option(
-        '--cluster', default='', metavar='ADDRESS',
+CAMPAIGN_OPTIONS = (
+    declare_option('--seed', type=int, default=0, help='of all random numbers'),
+    JOBS_OPTION,
+    declare_option(
+        '--cluster',
+        default='',
+        metavar='ADDRESS',
         help='scheduler of a Dask cluster to use instead, such as tcp://host:8786',
     ),
-    option('--point', type=int, metavar='N', help='run point N of the table alone, in detail'),
-)  # fmt: skip
+    declare_option(
+        '--point', type=int, metavar='N', help='run point N of the table alone, in detail'
+    ),
+)
 """Options of every sub-command that runs a campaign."""
 
 
-def evaluated(
+def evaluate_missing(
     console: Console,
     study: Campaign,
     path: Path,
@@ -64,22 +68,24 @@ def evaluated(
         if done == total:
             return ledger.table()
         if done:
-            console.print(f'{_of(done, total)} {what} were already done', highlight=False)
+            console.print(
+                f'{_format_progress(done, total)} {what} were already done', highlight=False
+            )
         try:
-            wanted = cores() if jobs is None else jobs
-            with workers(min(wanted, len(study.points)), cluster) as executor:
+            wanted = count_cores() if jobs is None else jobs
+            with provide_workers(min(wanted, len(study.points)), cluster) as executor:
                 rows = rows_of(ledger, executor) if rows_of else run(study, ledger, executor)
                 show_progress(console, rows, done, total, what)
         except KeyboardInterrupt:
             console.print(
-                f'{_of(len(ledger.rows), total)} {what} are kept in {path}; '
+                f'{_format_progress(len(ledger.rows), total)} {what} are kept in {path}; '
                 'repeat the command to continue', highlight=False,
             )  # fmt: skip
             raise
         return ledger.table()
 
 
-def mapped(
+def map_calls(
     console: Console,
     jobs: int,
     what: str,
@@ -96,19 +102,19 @@ def mapped(
     """
     tasks = list(zip(*columns, strict=True))
     found: list[Result] = []
-    with workers(jobs) as pool:
+    with provide_workers(jobs) as pool:
         done = (map if pool is None else pool.map)(function, *zip(*tasks, strict=True))
 
-        def taken() -> Iterator[object]:
+        def iterate_results() -> Iterator[object]:
             for result in done:
                 found.append(result)
                 yield then(result)
 
-        show_progress(console, taken(), 0, len(tasks), what)
+        show_progress(console, iterate_results(), 0, len(tasks), what)
     return found
 
 
-def _of(done: int, total: int | None) -> str:
+def _format_progress(done: int, total: int | None) -> str:
     return f'{done}' if total is None else f'{done} of {total}'
 
 

@@ -2,7 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shmoo maps: the settings for which a memory works, and how far its own are from failure."""
 
-from .distance import Margins, draw, measure
-from .shmoo import Shmoo, make_axis, prepared, rerun
+from .distance import Margins, draw_map, measure_margins
+from .shmoo import Shmoo, make_axis, prepare_settings, rerun_point
 
-__all__ = ['Margins', 'Shmoo', 'draw', 'make_axis', 'measure', 'prepared', 'rerun']
+__all__ = [
+    'Margins',
+    'Shmoo',
+    'draw_map',
+    'make_axis',
+    'measure_margins',
+    'prepare_settings',
+    'rerun_point',
+]

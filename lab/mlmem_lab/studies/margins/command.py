@@ -20,9 +20,15 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.contract.answers import ended
-from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
-from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_ros.contract.answers import outcome_to_dict
+from mlmem_tools.cli.command import (
+    ELEMENT_OPTION,
+    JSON_OPTION,
+    declare_command,
+    declare_option,
+    load_element_option,
+)
+from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
 from ..campaign import terminal as campaigns
 
@@ -33,95 +39,97 @@ if TYPE_CHECKING:
     from . import Margins, Shmoo
 
 
-OPTIONS = (
-    option('--x', default='write.compression', help='horizontal axis'),
-    option('--y', default='write.tension', help='vertical axis'),
+MARGIN_OPTIONS = (
+    declare_option('--x', default='write.compression', help='horizontal axis'),
+    declare_option('--y', default='write.tension', help='vertical axis'),
     *(
-        option(
+        declare_option(
             f'--{axis}-range', type=float, nargs=2, metavar=('FROM', 'TO'),
             help=f'where the map begins and ends along {axis}; wide by default',
         )
         for axis in ('x', 'y')
     ),
-    option('--size', type=int, default=64, help='points along either axis'),
-    option(
+    declare_option('--size', type=int, default=64, help='points along either axis'),
+    declare_option(
         '--design', default='case_2', metavar='FILE|PRESET',
         help='ROS parameter file or preset: the design, and the operating point',
     ),
-    ELEMENT,
-    option(
+    ELEMENT_OPTION,
+    declare_option(
         '--tick', type=float,
         help='tick in time units; every wait is rounded up to whole ticks. By default 50, which '
         'is fast to simulate, if that rounds no time of the schedule; otherwise that of the '
         'design',
     ),
-    option('--output', type=Path, help='folder; margins/X-Y by default'),
-    option('--figure', type=Path, metavar='PNG', help='draw the map here, too'),
-    *campaigns.OPTIONS,
-    JSON,
+    declare_option('--output', type=Path, help='folder; margins/X-Y by default'),
+    declare_option('--figure', type=Path, metavar='PNG', help='draw the map here, too'),
+    *campaigns.CAMPAIGN_OPTIONS,
+    JSON_OPTION,
 )  # fmt: skip
 
 
-@command(
-    'map for which settings the memory works, and measure its margins', *OPTIONS, text=__doc__
+@declare_command(
+    'map for which settings the memory works, and measure its margins',
+    *MARGIN_OPTIONS,
+    text=__doc__,
 )
 def margins(arguments: argparse.Namespace) -> int:
     """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
-    from mlmem_ros.parameter_file import load
+    from mlmem_ros.parameter_file import load_preset
 
     from ..campaign import CampaignError
-    from . import Shmoo, make_axis, prepared
+    from . import Shmoo, make_axis, prepare_settings
 
-    console = plain_console(aside=arguments.json)
+    console = create_console(aside=arguments.json)
     try:
-        design, settings = load(arguments.design)
-        element = element_of(arguments, design, settings)
-        settings = prepared(settings, arguments.tick)
+        design, settings = load_preset(arguments.design)
+        element = load_element_option(arguments, design, settings)
+        settings = prepare_settings(settings, arguments.tick)
         x = make_axis(arguments.x, settings, arguments.x_range)
         y = make_axis(arguments.y, settings, arguments.y_range)
         shmoo = Shmoo(design, settings, x, y, arguments.size, arguments.seed, element)
         if arguments.point is not None:
             return _run_point(console, shmoo, arguments.point, arguments.json)
         folder = arguments.output or Path('margins') / f'{x.name}-{y.name}'
-        rows = campaigns.evaluated(
+        rows = campaigns.evaluate_missing(
             console, shmoo.campaign(), folder / 'ledger.jsonl', arguments.jobs, arguments.cluster
         )
-        _report(console, shmoo, rows, folder, arguments)
+        _report_map(console, shmoo, rows, folder, arguments)
     except ValueError as error:
-        return complain('margins', error, 2)
+        return print_failure('margins', error, 2)
     except (CampaignError, OSError) as error:
-        return complain('margins', error, 1)
+        return print_failure('margins', error, 1)
     return 0
 
 
-def _report(
+def _report_map(
     console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, arguments: argparse.Namespace
 ) -> None:
     """Save table, margins and map, and print a summary."""
     from mlmem.atomic_files import write_atomically
 
-    from ...results import DEVICE, keep_picture
+    from ...results import DEVICE_MODULES, keep_picture
     from ..campaign import save_table
-    from ..style import save_figure, styled
-    from . import draw, measure
+    from ..style import save_figure, style_context
+    from . import draw_map, measure_margins
 
-    margins = measure(shmoo, rows)
+    margins = measure_margins(shmoo, rows)
     files = [save_table(rows, folder / 'points.csv'), folder / 'margins.json']
     write_atomically(files[-1], json.dumps(margins.as_dict(), indent=2) + '\n')
-    with styled():
-        files += save_figure(draw(shmoo, rows, margins), folder / 'map')
+    with style_context():
+        files += save_figure(draw_map(shmoo, rows, margins), folder / 'map')
     if arguments.figure is not None:
         shutil.copyfile(folder / 'map.png', arguments.figure)
         made = f'mlmem margins --x {arguments.x} --y {arguments.y} --size {arguments.size} '
         made += f'--design {arguments.design} --figure {arguments.figure}'
-        keep_picture(arguments.figure, made, [*DEVICE, 'lab/mlmem_lab/studies'])
-    for line in (*_words(margins), '  '.join(map(str, files))):
+        keep_picture(arguments.figure, made, [*DEVICE_MODULES, 'lab/mlmem_lab/studies'])
+    for line in (*_summarise_margins(margins), '  '.join(map(str, files))):
         console.print(line, highlight=False, soft_wrap=True)
     if arguments.json:
         print_json({**margins.as_dict(), 'files': files})
 
 
-def _words(margins: Margins) -> list[str]:
+def _summarise_margins(margins: Margins) -> list[str]:
     """Return a summary of a map, line by line."""
     lines = [f'{margins.share:.1%} of the points pass']
     for reach in margins.reaches:
@@ -140,21 +148,21 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
     """Run one point of the table alone and print its writes."""
     from mlmem import SettingsError
 
-    from . import rerun
+    from . import rerun_point
 
     study = shmoo.campaign()
     study.check_point(point)
-    values, seed = study.points[point], study.seed_of(point)
+    values, seed = study.points[point], study.point_seed(point)
     names = ', '.join(f'{name} {value:g}' for name, value in values.items())
     console.print(f'point {point}: {names}; seed {seed}', highlight=False)
     try:
-        climb = rerun(study.common, values, seed)
+        climb = rerun_point(study.common, values, seed)
     except SettingsError as error:
         console.print(f'the settings give no device: {error}', highlight=False)
         if as_json:
             print_json({'point': point, 'passed': False, 'error': error})
         return 0
-    table = plain_table(
+    table = create_table(
         '', '>asked', '>decoded', '>delay', '>level margin', '>threshold margin', '>true wall',
         'outcome',
     )  # fmt: skip
@@ -170,7 +178,8 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
     console.print('passes' if climb.passed else f'fails at level {climb.reached}')
     if as_json:
         steps = [
-            {'asked': each.asked, 'wall': each.wall, 'failure': each.failure} | ended(each.outcome)
+            {'asked': each.asked, 'wall': each.wall, 'failure': each.failure}
+            | outcome_to_dict(each.outcome)
             for each in climb.writes
         ]
         print_json({'point': point, 'passed': climb.passed, 'steps': steps})

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from mlmem.physics.potential import Array
 
 from ..campaign import Row
-from ..style import FAINT, INK, PALE, S1, axes_grid, new_figure
-from .shmoo import UNFIT, Axis, Shmoo
+from ..style import FAINT_COLOUR, INACTIVE_COLOUR, INK_COLOUR, PALE_COLOUR, axes_grid, new_figure
+from .shmoo import UNFIT_FAILURE, Axis, Shmoo
 
 
 @dataclass(frozen=True)
@@ -88,21 +88,21 @@ class Margins:
         }
 
 
-def measure(shmoo: Shmoo, rows: Sequence[Row]) -> Margins:
+def measure_margins(shmoo: Shmoo, rows: Sequence[Row]) -> Margins:
     """Return the margins of a map."""
-    passed = shmoo.grid(rows, 'passed').astype(bool)
+    passed = shmoo.build_grid(rows, 'passed').astype(bool)
     row, column = shmoo.operating
     distance = np.hypot(
-        _relative(shmoo.x_values, shmoo.x.operating)[None, :],
-        _relative(shmoo.y_values, shmoo.y.operating)[:, None],
+        _relative_values(shmoo.x_values, shmoo.x.operating)[None, :],
+        _relative_values(shmoo.y_values, shmoo.y.operating)[:, None],
     )
     distance[passed] = np.inf
     nearest = int(distance.argmin())
     near = float(distance.flat[nearest])
     found = np.isfinite(near)
     reaches = (
-        _reach(shmoo.x, shmoo.x_values, passed[row], column),
-        _reach(shmoo.y, shmoo.y_values, passed[:, column], row),
+        _measure_reach(shmoo.x, shmoo.x_values, passed[row], column),
+        _measure_reach(shmoo.y, shmoo.y_values, passed[:, column], row),
     )
     operating = bool(passed[row, column])
     return Margins(
@@ -114,13 +114,13 @@ def measure(shmoo: Shmoo, rows: Sequence[Row]) -> Margins:
     )
 
 
-def _relative(values: Array, operating: float) -> Array:
+def _relative_values(values: Array, operating: float) -> Array:
     if operating == 0.0:
         return np.where(values == 0.0, 0.0, np.inf)
     return (values - operating) / operating
 
 
-def _reach(axis: Axis, values: Array, passed: NDArray[np.bool_], operating: int) -> Reach:
+def _measure_reach(axis: Axis, values: Array, passed: NDArray[np.bool_], operating: int) -> Reach:
     fails = np.flatnonzero(~passed)
     below, above = fails[fails < operating], fails[fails > operating]
     low = int(below[-1]) + 1 if len(below) else 0
@@ -131,19 +131,19 @@ def _reach(axis: Axis, values: Array, passed: NDArray[np.bool_], operating: int)
 LONGEST_LINE = 50
 """Characters of an axis label that fit along the map."""
 
-SIGNS = {
-    'echo': ('o', INK, 'right wall, wrong echo'),
-    'silent': ('x', S1, 'right echo, wrong wall'),
-    UNFIT: ('', FAINT, 'invalid settings'),
+FAILURE_SIGNS = {
+    'echo': ('o', INK_COLOUR, 'right wall, wrong echo'),
+    'silent': ('x', INACTIVE_COLOUR, 'right echo, wrong wall'),
+    UNFIT_FAILURE: ('', FAINT_COLOUR, 'invalid settings'),
 }
 """Marker, colour and label of the failures that are not the wall's."""
 
 
-def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
+def draw_map(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
     """Draw a map."""
     figure = new_figure(5.2)
     axes = axes_grid(figure)[0, 0]
-    x, y = _places(shmoo.x, shmoo.x_values), _places(shmoo.y, shmoo.y_values)
+    x, y = _drawn_places(shmoo.x, shmoo.x_values), _drawn_places(shmoo.y, shmoo.y_values)
     axes.set_xscale('log' if shmoo.x.log else 'linear')
     axes.set_yscale('log' if shmoo.y.log else 'linear')
     _draw_cells(figure, axes, shmoo, rows, x, y)
@@ -151,11 +151,18 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
     _draw_distance(axes, shmoo, margins)
     row, column = shmoo.operating
     axes.plot(
-        x[column], y[row], '*', color='w', mec=INK, ms=14.0, clip_on=False, label='operating point'
+        x[column],
+        y[row],
+        '*',
+        color='w',
+        mec=INK_COLOUR,
+        ms=14.0,
+        clip_on=False,
+        label='operating point',
     )
-    x_edges, y_edges = _edges(x, shmoo.x.log), _edges(y, shmoo.y.log)
+    x_edges, y_edges = _cell_edges(x, shmoo.x.log), _cell_edges(y, shmoo.y.log)
     axes.set(
-        xlabel=_label(shmoo.x), ylabel=_label(shmoo.y),
+        xlabel=_axis_label(shmoo.x), ylabel=_axis_label(shmoo.y),
         xlim=(x_edges[0], x_edges[-1]), ylim=(y_edges[0], y_edges[-1]),
     )  # fmt: skip
     axes.set_title(f'{margins.share:.1%} of {len(rows)} points pass\n{margins.nearest_failure}')
@@ -167,12 +174,12 @@ def _draw_cells(
     figure: Any, axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array
 ) -> None:
     levels = shmoo.design.levels
-    reached = shmoo.grid(rows, 'reached')
-    reached[shmoo.grid(rows, 'failure') == UNFIT] = -1
+    reached = shmoo.build_grid(rows, 'reached')
+    reached[shmoo.build_grid(rows, 'failure') == UNFIT_FAILURE] = -1
     failing = mpl.colormaps['viridis'](np.linspace(0.0, 0.95, levels))
-    colors = ListedColormap([FAINT, *failing, PALE])
+    colors = ListedColormap([FAINT_COLOUR, *failing, PALE_COLOUR])
     mesh = axes.pcolormesh(
-        _edges(x, shmoo.x.log), _edges(y, shmoo.y.log), reached, cmap=colors,
+        _cell_edges(x, shmoo.x.log), _cell_edges(y, shmoo.y.log), reached, cmap=colors,
         norm=BoundaryNorm(np.arange(-1.5, levels + 1.0), levels + 2), rasterized=True,
     )  # fmt: skip
     every = max(1, levels // 8)
@@ -184,8 +191,8 @@ def _draw_cells(
 
 
 def _draw_signs(axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array) -> None:
-    failure = shmoo.grid(rows, 'failure')
-    for kind, (sign, color, words) in SIGNS.items():
+    failure = shmoo.build_grid(rows, 'failure')
+    for kind, (sign, color, words) in FAILURE_SIGNS.items():
         row, column = np.nonzero(failure == kind)
         if len(row) and sign:
             edge = 'w' if sign == 'o' else color  # seen on dark cells, too
@@ -200,26 +207,26 @@ def _draw_distance(axes: Any, shmoo: Shmoo, margins: Margins) -> None:
         return
     x_0, y_0 = shmoo.x.operating, shmoo.y.operating
     near = margins.nearest[shmoo.x.name], margins.nearest[shmoo.y.name]
-    axes.plot([x_0, near[0]], [y_0, near[1]], color=INK, label='nearest failure')
+    axes.plot([x_0, near[0]], [y_0, near[1]], color=INK_COLOUR, label='nearest failure')
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(
         x_0 * (1.0 + margins.distance * np.cos(angle)),
         y_0 * (1.0 + margins.distance * np.sin(angle)),
-        color=INK, lw=1.0, ls=':',
+        color=INK_COLOUR, lw=1.0, ls=':',
     )  # fmt: skip
 
 
-def _label(axis: Axis) -> str:
+def _axis_label(axis: Axis) -> str:
     text = f'{axis.name}: {axis.text}' + (f' [{axis.unit}]' if axis.unit else '')
     return '\n'.join(textwrap.wrap(text, LONGEST_LINE))
 
 
-def _places(axis: Axis, values: Array) -> Array:
+def _drawn_places(axis: Axis, values: Array) -> Array:
     """Return where to draw values: on a logarithmic axis, zero at the edge of the map."""
     return np.where(values == 0.0, axis.low, values) if axis.log else values
 
 
-def _edges(places: Array, log: bool) -> Array:
+def _cell_edges(places: Array, log: bool) -> Array:
     """Return the borders of cells around places, shape (n + 1,)."""
     p = np.log(places) if log else places
     middle = 0.5 * (p[1:] + p[:-1])

@@ -17,29 +17,29 @@ import numpy as np
 from mlmem import Settings, SettingsError
 from mlmem.element_file import Element
 from mlmem.instrument.motion import Cycle
-from mlmem.moves.planner import paper_way
+from mlmem.moves.planner import disable_kicks
 from mlmem.physics import Design
 from mlmem.physics.potential import Array
-from mlmem.schema import descriptions
+from mlmem.schema import find_descriptions
 
 from ..bench import Bench
 from ..campaign import Campaign, Row
 from ..campaign.campaign import Values
 from ..trace import Climb, Heat, least_margins, write_upward
 
-NOISE = 'noise'
+NOISE_AXIS = 'noise'
 """The axis that is not a setting: temperature k_B T of the metamaterial, in k_r cells^2."""
 
-RAMPS = 'ramps'
+RAMPS_AXIS = 'ramps'
 """The axis that sets `write.ramp` and `write.release` alike."""
 
 
-AXES = {
+AXIS_RANGES = {
     'write.compression': (0.3, 2.3),
     'write.tension': (0.3, 1.7),
     'write.start_strain': (0.0, 2.0),
     'write.launch_speed': (0.1, 20.0),
-    RAMPS: (0.01, 2.0),
+    RAMPS_AXIS: (0.01, 2.0),
     'write.ramp': (0.01, 2.0),
     'write.release': (0.01, 2.0),
     'write.hold': (0.0, 2.0),
@@ -49,12 +49,12 @@ AXES = {
 }
 """Default ranges of maps, as factors on the operating value."""
 
-OTHER = (0.5, 1.5)
+OTHER_AXIS_RANGE = (0.5, 1.5)
 """The range of any other setting."""
 
 NOISE_RANGE = (1e-12, 1e-6)
 
-LOGARITHMIC = ('write.launch_speed', 'probe.v_th', NOISE)
+LOGARITHMIC_AXES = ('write.launch_speed', 'probe.v_th', NOISE_AXIS)
 """Axes whose values are evenly spaced in their logarithm."""
 
 
@@ -63,7 +63,7 @@ class Axis:
     """One direction of a map.
 
     Attributes:
-        name: Name of a setting as 'write.hold', or `RAMPS`, or `NOISE`.
+        name: Name of a setting as 'write.hold', or `RAMPS_AXIS`, or `NOISE_AXIS`.
         unit: Unit; empty for ratios.
         operating: Value in the settings under study.
         log: Whether its values are evenly spaced in their logarithm.
@@ -93,50 +93,50 @@ def make_axis(name: str, settings: Settings, span: tuple[float, float] | None = 
     """Return an axis about the operating value of some settings.
 
     Args:
-        span: Where the map begins and ends; by default `AXES` times the operating value, or
+        span: Where the map begins and ends; by default `AXIS_RANGES` times the operating value, or
             `NOISE_RANGE`.
 
     Raises:
         ValueError: There is no such setting, or the range lacks the operating value.
     """
-    text, unit, operating = _describe(name, settings)
+    text, unit, operating = _describe_axis(name, settings)
     if span is None:
-        span = NOISE_RANGE if name == NOISE else _default_span(name, operating, settings)
+        span = NOISE_RANGE if name == NOISE_AXIS else _default_span(name, operating, settings)
     low, high = sorted(span)
-    inside = low <= operating <= high or name == NOISE
+    inside = low <= operating <= high or name == NOISE_AXIS
     if not (math.isfinite(low) and math.isfinite(high) and low < high and inside):
         raise ValueError(
             f'the range of {name} must be two numbers with the operating value '
             f'{operating:g} between them; got {span[0]:g} and {span[1]:g}'
         )
-    log = name in LOGARITHMIC
+    log = name in LOGARITHMIC_AXES
     if log and low <= 0.0:
         raise ValueError(f'the range of {name} must be above 0; got {low:g}')
     return Axis(name, text, unit, operating, low, high, log)
 
 
 def _default_span(name: str, operating: float, settings: Settings) -> tuple[float, float]:
-    low, high = sorted(factor * operating for factor in AXES.get(name, OTHER))
+    low, high = sorted(factor * operating for factor in AXIS_RANGES.get(name, OTHER_AXIS_RANGE))
     if name in ('write.compression', 'write.tension', 'write.start_strain'):
         limit = settings.actuator.max_strain
         return max(low, -limit), min(high, limit)
-    if name in (RAMPS, 'write.ramp', 'write.release'):
+    if name in (RAMPS_AXIS, 'write.ramp', 'write.release'):
         return max(low, 1.0), high
     return low, high
 
 
-def _describe(name: str, settings: Settings) -> tuple[str, str, float]:
+def _describe_axis(name: str, settings: Settings) -> tuple[str, str, float]:
     """Return text, unit and operating value of an axis."""
-    if name == NOISE:
+    if name == NOISE_AXIS:
         return 'temperature of the cells, k_B T', 'k_r cells^2', 0.0
-    if name == RAMPS:
+    if name == RAMPS_AXIS:
         return 'ramp to the peak strain, and back', 'time', settings.write.ramp
     group, _, key = name.partition('.')
-    for field, description in descriptions(settings.groups().get(group, settings)):
+    for field, description in find_descriptions(settings.groups().get(group, settings)):
         value = getattr(settings.groups()[group], field.name)
         if field.name == key and isinstance(value, float):
             return description.text, description.unit, value
-    known = ', '.join((*AXES, NOISE))
+    known = ', '.join((*AXIS_RANGES, NOISE_AXIS))
     raise ValueError(f'an axis must be a numeric setting, such as {known}; got {name!r}')
 
 
@@ -149,21 +149,21 @@ def with_values(settings: Settings, values: Mapping[str, Any]) -> tuple[Settings
     groups: dict[str, dict[str, float]] = {}
     temperature = 0.0
     for name, value in values.items():
-        if name == NOISE:
+        if name == NOISE_AXIS:
             temperature = value
             continue
-        for setting in ('write.ramp', 'write.release') if name == RAMPS else (name,):
+        for setting in ('write.ramp', 'write.release') if name == RAMPS_AXIS else (name,):
             group, _, key = setting.partition('.')
             groups.setdefault(group, {})[key] = value
     changed = {name: replace(settings.groups()[name], **new) for name, new in groups.items()}
     return replace(settings, **changed), temperature  # type: ignore[arg-type]
 
 
-UNFIT = 'unfit'
+UNFIT_FAILURE = 'unfit'
 """Failure of settings that give no device: no echo, or out of range."""
 
 
-def rerun(shared: Values, values: Values, seed: int) -> Climb:
+def rerun_point(shared: Values, values: Values, seed: int) -> Climb:
     """Return the climb of one point.
 
     For what all points share see `Shmoo.campaign`.
@@ -179,25 +179,31 @@ def rerun(shared: Values, values: Values, seed: int) -> Climb:
     return write_upward(element, heat, bench.level)
 
 
-def evaluate(shared: Values, values: Values, seed: int) -> Row:
+def evaluate_point(shared: Values, values: Values, seed: int) -> Row:
     """Return the results of one point, as numbers and words.
 
     Returns:
         passed: Whether every level was written and read back.
         reached: How many were, from level 0 up.
-        failure: '' or the reason: see `WrittenLevel.failure`, and `UNFIT`.
+        failure: '' or the reason: see `WrittenLevel.failure`, and `UNFIT_FAILURE`.
         error: What the device said.
         wall: True position of the wall at the end, None for none or several.
         level_margin, threshold_margin: The least of all readings, None without one.
         time: Time units from the first write to the end of the last.
     """
     try:
-        climb = rerun(shared, values, seed)
+        climb = rerun_point(shared, values, seed)
     except SettingsError as error:
         return {
-            'passed': False, 'reached': 0, 'failure': UNFIT, 'error': str(error), 'wall': None,
-            'level_margin': None, 'threshold_margin': None, 'time': 0.0,
-        }  # fmt: skip
+            'passed': False,
+            'reached': 0,
+            'failure': UNFIT_FAILURE,
+            'error': str(error),
+            'wall': None,
+            'level_margin': None,
+            'threshold_margin': None,
+            'time': 0.0,
+        }
     last = climb.writes[-1]
     return {
         'passed': climb.passed, 'reached': climb.reached, 'failure': climb.failure,
@@ -211,7 +217,7 @@ LONG_TICK = 50.0
 """Tick of a map: longer ticks simulate faster."""
 
 
-def prepared(settings: Settings, tick: float | None = None) -> Settings:
+def prepare_settings(settings: Settings, tick: float | None = None) -> Settings:
     """Return settings for a map: writes by strain, and with a tick.
 
     Args:
@@ -222,9 +228,9 @@ def prepared(settings: Settings, tick: float | None = None) -> Settings:
     Raises:
         SettingsError: It is out of range.
     """
-    settings = paper_way(settings)
+    settings = disable_kicks(settings)
     if tick is None:
-        times = Cycle.planned(settings.write, settings.write.tension).motions
+        times = Cycle.plan_cycle(settings.write, settings.write.tension).motions
         whole = all(each.duration % LONG_TICK == 0.0 for each in times)
         tick = LONG_TICK if whole else settings.time.tick
     return replace(settings, time=replace(settings.time, tick=tick))
@@ -280,8 +286,8 @@ class Shmoo:
         ]
         once = replace(self.settings, write=replace(self.settings.write, attempts=1))
         shared = Bench(self.design, once, self.element).as_dict()
-        return Campaign('margins', evaluate, shared, points, self.seed)
+        return Campaign('margins', evaluate_point, shared, points, self.seed)
 
-    def grid(self, rows: Sequence[Row], name: str) -> Array:
+    def build_grid(self, rows: Sequence[Row], name: str) -> Array:
         """Return a column of the complete table as a grid, shape (size, size), y by x."""
         return np.array([row[name] for row in rows]).reshape(self.size, self.size)

@@ -11,50 +11,76 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullLocator
 
 from ..campaign import Row
-from ..style import INK, MARK, S1, S2, SETTINGS, axes_grid, new_figure, note
-from .element import KINDS
-from .estimate import RARE, Rate, fit, foot
+from ..style import (
+    ACTIVE_COLOUR,
+    INACTIVE_COLOUR,
+    INK_COLOUR,
+    MARK_COLOUR,
+    STYLE_SETTINGS,
+    annotate_place,
+    axes_grid,
+    new_figure,
+)
+from .element import ALL_KINDS
+from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
 from .study import Tolerance
 
-WORDS = {
+TRIAL_LABELS = {
     'step': 'step up', 'kick': 'kick', 'word': 'word written', 'hear': 'word read',
     'blind': 'word written and read',
     'left': 'read from the left', 'right': 'read from the right',
 }  # fmt: skip
 
-COLOURS = dict(
+KIND_COLOURS = dict(
     zip(
-        KINDS,
-        (S2, '#e69f00', INK, '#56b4e9', S1, '#009e73', '#cc79a7', '#999999', '#7f4f24'),
+        ALL_KINDS,
+        (
+            ACTIVE_COLOUR,
+            '#e69f00',
+            INK_COLOUR,
+            '#56b4e9',
+            INACTIVE_COLOUR,
+            '#009e73',
+            '#cc79a7',
+            '#999999',
+            '#7f4f24',
+        ),
         strict=True,
     )
 )
 
-UNSEEN = 1e-2
+MAX_UNSEEN_RATE = 1e-2
 """A count without a failure is shown if its interval ends below this."""
 
-RANGE = (2e-4, 2.0)
+SHOWN_RATES = (2e-4, 2.0)
 """Rates that are shown."""
 
-AMOUNT = (
+AMOUNT_LABEL = (
     'standard deviation: alpha, k_r, s, mass, damping, gain relative; offset, noise in cells; '
     'vibration per time unit$^2$'
 )
 
 
-def draw(study: Tolerance, rows: Sequence[Row]) -> Any:
+def draw_rates(study: Tolerance, rows: Sequence[Row]) -> Any:
     """Return the figure: a panel for each thing tried, a curve for each kind of disorder."""
     figure = new_figure(0.6 + 2.8 * len(study.tried))
     grid = axes_grid(figure, len(study.tried), sharex=True)[:, 0]
     for axes, tried in zip(grid, study.tried, strict=True):
-        axes.axhline(RARE, color=MARK, linewidth=1.2, linestyle=':')
-        axes.set(xscale='log', yscale='log', ylim=RANGE, ylabel=f'{WORDS[tried]}: error rate')
+        axes.axhline(RARE_RATE, color=MARK_COLOUR, linewidth=1.2, linestyle=':')
+        axes.set(
+            xscale='log',
+            yscale='log',
+            ylim=SHOWN_RATES,
+            ylabel=f'{TRIAL_LABELS[tried]}: error rate',
+        )
         axes.xaxis.set_major_locator(LogLocator(numticks=20))
         axes.xaxis.set_minor_locator(NullLocator())
         for kind in study.kinds:
-            draw_curve(axes, *study.rates(rows, kind, tried), COLOURS[kind], kind)
-    grid[0].set_title('dotted: one in a thousand fails', fontsize=SETTINGS['legend.fontsize'])
-    grid[-1].set_xlabel(AMOUNT)
+            draw_curve(axes, *study.rates(rows, kind, tried), KIND_COLOURS[kind], kind)
+    grid[0].set_title(
+        'dotted: one in a thousand fails', fontsize=STYLE_SETTINGS['legend.fontsize']
+    )
+    grid[-1].set_xlabel(AMOUNT_LABEL)
     return figure
 
 
@@ -65,17 +91,19 @@ def draw_curve(
 
     Where none failed the interval stands alone; without a curve the name is at the lowest point.
     """
-    shown = [i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < UNSEEN]
+    shown = [
+        i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < MAX_UNSEEN_RATE
+    ]
     for i in shown:
         axes.vlines(amounts[i], *np.maximum(rates[i].interval, 1e-6), color=colour, alpha=0.7)
     seen = [i for i in shown if rates[i].failures]
     axes.plot([amounts[i] for i in seen], [rates[i].value for i in seen], 'o', color=colour,
               markersize=4)  # fmt: skip
     place = (amounts[seen[0]], rates[seen[0]].value) if seen else None
-    if (curve := fit(amounts, rates)) is not None:
-        fine = np.geomspace(curve.sigma(RANGE[0]), amounts[foot(rates) - 1], 200)
+    if (curve := fit_fragility(amounts, rates)) is not None:
+        fine = np.geomspace(curve.sigma(SHOWN_RATES[0]), amounts[foot_length(rates) - 1], 200)
         axes.plot(fine, curve.rate(fine), color=colour, linewidth=1.2)
-        place = curve.sigma(RARE), RARE
+        place = curve.sigma(RARE_RATE), RARE_RATE
         axes.plot(*place, 'v', color=colour, markersize=6)
     if place is not None:
-        note(axes, text, place, (-8, 3), color=colour, ha='right')
+        annotate_place(axes, text, place, (-8, 3), color=colour, ha='right')

@@ -23,37 +23,37 @@ from numpy.typing import NDArray
 
 from mlmem import UNDECODABLE, Faults, MemoryElement, SetFaults
 from mlmem.errors import ProcedureFailed
-from mlmem.parsing import decode
+from mlmem.parsing import decode_value
 from mlmem.physics import (
     Design,
     DesignError,
     Scatter,
     Specimen,
     StateError,
+    find_level,
     find_walls,
-    level_of,
     scattered,
 )
-from mlmem.physics.equilibrium import blank, resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.potential import Array
-from mlmem.procedures import run
-from mlmem.procedures.blocks import Procedure, kick, wait
+from mlmem.procedures import run_procedure
+from mlmem.procedures.blocks import Procedure, kick_wall, wait_time
 from mlmem.procedures.driving import go_to_level
-from mlmem.procedures.listening import hear, look
-from mlmem.procedures.many_walls import put
+from mlmem.procedures.listening import read_waveforms, take_reading
+from mlmem.procedures.many_walls import put_word
 from mlmem.readers.reading import Reading
-from mlmem.readers.register import NEAR, resting
-from mlmem.readers.words import code_of, words_of
-from mlmem.rng import Stream, generator
+from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
+from mlmem.readers.words import count_words, make_code
+from mlmem.rng import Stream, make_generator
 from mlmem.settings import Settings
 
 from ..bench import Bench
 from ..campaign import Row
 from ..campaign.campaign import Values
 from ..trace import wall_position
-from .particle import DRAWN, FORESEEN, StepForecast, weights
+from .particle import DRAWN_PER_SCREENED, FORECAST_KINDS, StepForecast, draw_weights
 
-SETTLED = 5.0
+SETTLE_DAMPING_TIMES = 5.0
 """Damping times after a step: the gradient may still roll the wall to its defect for two."""
 
 LONG_TICK = 100.0
@@ -80,64 +80,64 @@ class Chance:
     gain: float = 0.0
 
 
-STEP = 'step'
+STEP_TRIAL = 'step'
 """What is tried: a step up. A read is named by its end."""
 
-KICK = 'kick'
+KICK_TRIAL = 'kick'
 """Also: a kick from the blank element to a level, with the speed of the ideal one."""
 
-WORD = 'word'
+WORD_TRIAL = 'word'
 """Of many walls: a random word is kicked into the blank element, and not verified."""
 
-HEAR = 'hear'
+READ_TRIAL = 'hear'
 """Of many walls: a random word that rests is read in one pulse."""
 
-BLIND = 'blind'
-"""Of many walls: as `WORD`, then read: what a word is that nobody verified."""
+BLIND_TRIAL = 'blind'
+"""Of many walls: as `WORD_TRIAL`, then read: what a word is that nobody verified."""
 
-OF_WORDS = WORD, HEAR, BLIND
+WORD_TRIALS = WORD_TRIAL, READ_TRIAL, BLIND_TRIAL
 
 FAR, SHORT, ANNIHILATED, LOST = -3, -4, -5, -6
 """How a word fails, by the first wall, from the right, that is not at its level: it ran on, or
 stopped before; or an even number of walls is missing, or anything else happened."""
 
-ASTRAY = {FAR: 'far', SHORT: 'short', ANNIHILATED: 'annihilated', LOST: 'lost'}
+ASTRAY_NAMES = {FAR: 'far', SHORT: 'short', ANNIHILATED: 'annihilated', LOST: 'lost'}
 """Their names."""
 
-MISREAD = 'undecodable', 'silent', 'paired'
+MISREAD_KINDS = 'undecodable', 'silent', 'paired'
 """How a read of a word fails: it tells nothing, or another word, which may have two walls more or
 fewer, or six: where a wall and a kink meet, both are gone.
 """
 
-WORDS = 8
+WORDS_PER_ELEMENT = 8
 """Words that are tried in each element."""
 
-ARRIVED = 1.0
+MAX_ARRIVAL_ERROR_CELLS = 1.0
 """Distance in cells from its rest position in this element within which a wall has arrived. One
 that stops on its way reads as the nearest level, but the next cycle starts at the wrong place."""
 
-OF_ALL = 'noise', 'vibration', 'damping', 'gain'
+GLOBAL_KINDS = 'noise', 'vibration', 'damping', 'gain'
 
-KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *OF_ALL)
+ALL_KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *GLOBAL_KINDS)
 """Names of what may be random."""
 
 
-def chance(kind: str, amount: float) -> Chance:
+def single_chance(kind: str, amount: float) -> Chance:
     """Return randomness of one kind only."""
     changed: dict[str, Any] = {kind: amount}
-    return Chance(**changed) if kind in OF_ALL else Chance(Scatter(**changed))
+    return Chance(**changed) if kind in GLOBAL_KINDS else Chance(Scatter(**changed))
 
 
-def wanted(design: Design, tried: str) -> tuple[int, ...]:
-    """Return what `outcomes` gives for an ideal element; of words, for which each is its own
+def expected_outcomes(design: Design, tried: str) -> tuple[int, ...]:
+    """Return what `try_element` gives for an ideal element; of words, for which each is its own
     answer, so many numbers.
     """
-    if tried in OF_WORDS:
-        return tuple(range(WORDS))
-    return tuple(range(1, design.levels) if tried == STEP else range(design.levels))
+    if tried in WORD_TRIALS:
+        return tuple(range(WORDS_PER_ELEMENT))
+    return tuple(range(1, design.levels) if tried == STEP_TRIAL else range(design.levels))
 
 
-def outcomes(
+def try_element(
     design: Design,
     settings: Settings,
     by: Chance,
@@ -151,31 +151,34 @@ def outcomes(
 
     Args:
         seed: Of the element: the same gives the same outcome.
-        tried: `STEP`, `KICK`, one of `OF_WORDS`, or the end that is read from.
+        tried: `STEP_TRIAL`, `KICK_TRIAL`, one of `WORD_TRIALS`, or the end that is read from.
         levels: The levels to step from or to read, or the words; by default all levels.
 
     Returns:
         For every one of these levels the level to which a write of the next one took the wall, or
         for a kick the level where it ended, or for reads the decoded level. `UNDECODABLE` if the
         element pins no wall at the level, and for steps and kicks unless exactly one wall ends at
-        rest at a level. A word that was not written is one of `ASTRAY`.
+        rest at a level. A word that was not written is one of `ASTRAY_NAMES`.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
     """
-    if tried != STEP and not by.vibration:
+    if tried != STEP_TRIAL and not by.vibration:
         settings = dataclasses.replace(
             settings, time=dataclasses.replace(settings.time, tick=LONG_TICK)
         )
     element = Bench(design, settings).device()
-    damping, gain = 1.0 + generator(seed, Stream.GAIN).standard_normal(2) * (by.damping, by.gain)
+    damping, gain = 1.0 + make_generator(seed, Stream.GAIN).standard_normal(2) * (
+        by.damping,
+        by.gain,
+    )
     faults = Faults(sensor_noise=by.noise, sensor_gain=float(gain), seed=seed % 2**31)
     element.apply(SetFaults(faults))
     specimen = scattered(design, by.scatter, seed)
     specimen = dataclasses.replace(specimen, eta_factor=max(float(damping), 0.0))
     element.chain.set_specimen(specimen)
     made = _Made(element, specimen, by.vibration, seed)
-    levels = range(len(wanted(design, tried))) if levels is None else levels
+    levels = range(len(expected_outcomes(design, tried))) if levels is None else levels
     return tuple(made.outcome(level, tried) for level in levels)
 
 
@@ -192,64 +195,74 @@ class _Made:
         self._random = np.random.Generator(np.random.PCG64(seed))
 
     def outcome(self, level: int, tried: str) -> int:
-        """Put the wall at rest at a level, and return what `outcomes` says of it."""
-        if tried in OF_WORDS:
-            return self._word(level, tried)
+        """Put the wall at rest at a level, and return what `try_element` says of it."""
+        if tried in WORD_TRIALS:
+            return self._try_word(level, tried)
         try:
-            wall = blank(self._specimen) if tried == KICK else resting_wall(self._specimen, level)
+            wall = (
+                make_blank(self._specimen)
+                if tried == KICK_TRIAL
+                else find_pinned_wall(self._specimen, level)
+            )
         except StateError:  # nothing pins it there
             return UNDECODABLE
         self._element.chain.place(wall)
-        self._element.transducer.assume_rest()
-        if tried == STEP:
+        self._element.transducer.assume_equilibrium()
+        if tried == STEP_TRIAL:
             return self._moved(go_to_level(self._element, level, level + 1))
-        if tried == KICK:
-            return self._moved(kick(self._element, level))
+        if tried == KICK_TRIAL:
+            return self._moved(kick_wall(self._element, level))
         return self._decoded(tried)
 
     def _moved(self, move: Procedure[None]) -> int:
         element, design = self._element, self._element.design
-        run(element, move, self._shake)
-        run(element, wait(element, SETTLED / design.eta), self._shake)
+        run_procedure(element, move, self._shake)
+        run_procedure(element, wait_time(element, SETTLE_DAMPING_TIMES / design.eta), self._shake)
         configuration = element.chain.configuration
-        reached = level_of(design, configuration, design.J / 2)
+        reached = find_level(design, configuration, design.J / 2)
         if reached < 0:
             return UNDECODABLE
         try:
-            rest = wall_position(design, resting_wall(self._specimen, reached))
+            rest = wall_position(design, find_pinned_wall(self._specimen, reached))
         except StateError:
             return UNDECODABLE
         beside = abs(wall_position(design, configuration) - rest)
-        return reached if beside < ARRIVED else UNDECODABLE
+        return reached if beside < MAX_ARRIVAL_ERROR_CELLS else UNDECODABLE
 
-    def _word(self, word: int, tried: str) -> int:
-        """Write or read a word, and return what `outcomes` says of it."""
+    def _try_word(self, word: int, tried: str) -> int:
+        """Write or read a word, and return what `try_element` says of it."""
         element, register = self._element, self._element.register
         assert register is not None
         levels = register.code.walls(word)
         try:
-            v = resting(self._specimen, levels) if tried == HEAR else blank(self._specimen)
+            v = (
+                pin_walls(self._specimen, levels)
+                if tried == READ_TRIAL
+                else make_blank(self._specimen)
+            )
         except StateError:  # nothing pins its walls there
             return UNDECODABLE
         element.chain.place(v)
-        element.transducer.assume_rest()
-        if tried == HEAR:
-            return self._heard(hear(element))
-        run(element, put(element, register, 0, word), self._shake)
-        run(element, wait(element, SETTLED / element.design.eta), self._shake)
-        if tried == BLIND:
-            return self._heard(hear(element))
+        element.transducer.assume_equilibrium()
+        if tried == READ_TRIAL:
+            return self._heard(read_waveforms(element))
+        run_procedure(element, put_word(element, register, 0, word), self._shake)
+        run_procedure(
+            element, wait_time(element, SETTLE_DAMPING_TIMES / element.design.eta), self._shake
+        )
+        if tried == BLIND_TRIAL:
+            return self._heard(read_waveforms(element))
         found = sorted(
             wall.position for wall in find_walls(element.design, element.chain.configuration)
         )
-        return astray(element.design, found, levels) or word
+        return count_astray(element.design, found, levels) or word
 
     def _decoded(self, end: str) -> int:
-        return self._heard(look(self._element, end))
+        return self._heard(take_reading(self._element, end))
 
     def _heard(self, reading: Procedure[Reading]) -> int:
         try:
-            return run(self._element, reading, self._shake).level
+            return run_procedure(self._element, reading, self._shake).level
         except ProcedureFailed:  # it does not come to rest
             self._element.transducer.release()
             return UNDECODABLE
@@ -261,31 +274,33 @@ class _Made:
             self._element.base.disturb(min(max(drawn, -self._limit), self._limit))
 
 
-def astray(design: Design, found: Sequence[float], levels: Sequence[int]) -> int:
+def count_astray(design: Design, found: Sequence[float], levels: Sequence[int]) -> int:
     """Return how walls, by position from the left, are not those of a word; 0 if they are."""
     if missing := len(levels) - len(found):
         return ANNIHILATED if missing > 0 and missing % 2 == 0 else LOST
     for position, level in zip(reversed(found), reversed(levels), strict=True):
-        if abs(away := position - design.defect(level)) > NEAR:
+        if abs(away := position - design.defect_site(level)) > MAX_LEVEL_OFFSET_CELLS:
             return FAR if away > 0.0 else SHORT
     return 0
 
 
-BATCH = 64
+BATCH_LEVELS = 64
 """Levels per point: several small elements, or one tried at 64 levels."""
 
 
-def screened(shared: Values, kind: str, tried: str) -> bool:
+def is_screened(shared: Values, kind: str, tried: str) -> bool:
     """Return whether a forecast chooses which trials to simulate."""
-    return bool(shared['screen']) and tried == STEP and kind in FORESEEN
+    return bool(shared['screen']) and tried == STEP_TRIAL and kind in FORECAST_KINDS
 
 
-def size(shared: Values, kind: str, tried: str) -> tuple[int, int]:
+def batch_size(shared: Values, kind: str, tried: str) -> tuple[int, int]:
     """Return the number of elements of a point, and of trials of each; seconds of computing."""
-    each = len(wanted(Design(**shared['design']), tried))
+    each = len(expected_outcomes(Design(**shared['design']), tried))
     if shared['levels']:
         each = min(each, shared['levels'])
-    return max(1, BATCH // each) * (DRAWN if screened(shared, kind, tried) else 1), each
+    return max(1, BATCH_LEVELS // each) * (
+        DRAWN_PER_SCREENED if is_screened(shared, kind, tried) else 1
+    ), each
 
 
 @dataclass(frozen=True)
@@ -296,7 +311,7 @@ class TriedElement:
         seed: Reproduces this element alone.
         levels: The levels stepped from, or read, rising: all, or a random sample; or random words.
         counts: Weight of a failure of each; 0 if the screen left it out.
-        found: The results, see `outcomes`; the expected one where left out.
+        found: The results, see `try_element`; the expected one where left out.
         wrong: Whether each result differs from the expected one.
     """
 
@@ -307,32 +322,38 @@ class TriedElement:
     wrong: NDArray[np.bool_]
 
 
-def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement]:
+def try_elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement]:
     """Make the elements of a point and try each.
 
     `shared` is that of `Tolerance`, the seed that of the point.
     """
-    design, settings = decode(Design, shared['design']), decode(Settings, shared['settings'])
+    design, settings = (
+        decode_value(Design, shared['design']),
+        decode_value(Settings, shared['settings']),
+    )
     kind, tried = values['kind'], values['tried']
-    by, all_right = chance(kind, values['scatter']), np.array(wanted(design, tried))
-    count, each = size(shared, kind, tried)
+    by, all_right = (
+        single_chance(kind, values['scatter']),
+        np.array(expected_outcomes(design, tried)),
+    )
+    count, each = batch_size(shared, kind, tried)
     for one in np.random.SeedSequence(seed).generate_state(count, np.uint64).tolist():
-        drawing = generator(one, Stream.LEVELS)
-        if tried in OF_WORDS:
-            right = levels = drawing.integers(1, words_of(design, settings), each)
+        drawing = make_generator(one, Stream.LEVELS)
+        if tried in WORD_TRIALS:
+            right = levels = drawing.integers(1, count_words(design, settings), each)
         else:
             right = all_right[
                 levels := np.sort(drawing.choice(len(all_right), each, replace=False))
             ]
         counts = np.ones(each)
-        if screened(shared, kind, tried):
+        if is_screened(shared, kind, tried):
             specimen = scattered(design, by.scatter, one)
-            counts = weights(_forecast(design, settings), specimen, levels, one)
+            counts = draw_weights(_build_forecast(design, settings), specimen, levels, one)
         found = right.copy()
         simulated = counts > 0.0
         if simulated.any():
             try:
-                found[simulated] = outcomes(
+                found[simulated] = try_element(
                     design, settings, by, one, tried, levels[simulated].tolist()
                 )
             except DesignError:  # a cell so light that the time step is too long for it: all lost
@@ -340,8 +361,8 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement
         yield TriedElement(one, levels, counts, found, found != right)
 
 
-def evaluate(shared: Values, values: Values, seed: int) -> Row:
-    """Return the counts of one point; for the arguments see `elements`.
+def evaluate_point(shared: Values, values: Values, seed: int) -> Row:
+    """Return the counts of one point; for the arguments see `try_elements`.
 
     Returns:
         elements: How many were made.
@@ -350,45 +371,49 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
         silent: Reads, of all levels, that were decoded as another level.
         tried_L: Steps from level L, or reads of it; of words all under 0.
         failed_L: How many of them failed, weighted if screened.
-        far, short, annihilated, lost: Of words that were written, how; see `ASTRAY`.
-        undecodable, paired: Of words that were read, how; see `MISREAD`.
+        far, short, annihilated, lost: Of words that were written, how; see `ASTRAY_NAMES`.
+        undecodable, paired: Of words that were read, how; see `MISREAD_KINDS`.
     """
-    many = values['tried'] in OF_WORDS
-    levels = range(1 if many else len(wanted(Design(**shared['design']), values['tried'])))
+    many = values['tried'] in WORD_TRIALS
+    levels = range(
+        1 if many else len(expected_outcomes(Design(**shared['design']), values['tried']))
+    )
     tried, failed = np.zeros(len(levels), int), np.zeros(len(levels))
-    how = np.zeros(len(ASTRAY), int)
+    how = np.zeros(len(ASTRAY_NAMES), int)
     made = simulated = silent = undecodable = paired = 0
     squares = 0.0
-    for one in elements(shared, values, seed):
+    for one in try_elements(shared, values, seed):
         made += 1
         simulated += int(np.count_nonzero(one.counts))
         at = np.zeros_like(one.levels) if many else one.levels
         np.add.at(tried, at, 1)
         np.add.at(failed, at, one.wrong * one.counts)
-        how += [int((one.found == each).sum()) for each in ASTRAY]
+        how += [int((one.found == each).sum()) for each in ASTRAY_NAMES]
         squares += float(one.wrong @ one.counts) ** 2
-        if values['tried'] != STEP:
+        if values['tried'] != STEP_TRIAL:
             silent += int(np.sum(misread := one.wrong & (one.found >= 0)))
         if many:
             undecodable += int(np.sum(one.found == UNDECODABLE))
-            paired += _paired(shared, one.levels[misread], one.found[misread])
+            paired += _count_paired(shared, one.levels[misread], one.found[misread])
     return {
         'elements': made, 'simulated': simulated, 'squares': squares, 'silent': silent,
         **{f'tried_{level}': int(tried[level]) for level in levels},
         **{f'failed_{level}': float(failed[level]) for level in levels},
-        **(dict(zip(ASTRAY.values(), how.tolist(), strict=True)) if many else {}),
+        **(dict(zip(ASTRAY_NAMES.values(), how.tolist(), strict=True)) if many else {}),
         **({'undecodable': undecodable, 'paired': paired} if many else {}),
     }  # fmt: skip
 
 
-def _paired(shared: Values, words: NDArray[np.int_], read: NDArray[np.int_]) -> int:
+def _count_paired(shared: Values, words: NDArray[np.int_], read: NDArray[np.int_]) -> int:
     """Return how many words were read as ones with two walls more or fewer, or six."""
-    code = code_of(decode(Design, shared['design']), decode(Settings, shared['settings']))
+    code = make_code(
+        decode_value(Design, shared['design']), decode_value(Settings, shared['settings'])
+    )
     assert code is not None
     pairs = zip(words.tolist(), read.tolist(), strict=True)
     return sum((len(code.walls(one)) - len(code.walls(other))) % 4 == 2 for one, other in pairs)
 
 
 @lru_cache(maxsize=1)
-def _forecast(design: Design, settings: Settings) -> StepForecast:
+def _build_forecast(design: Design, settings: Settings) -> StepForecast:
     return StepForecast(design, settings)

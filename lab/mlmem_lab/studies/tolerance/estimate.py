@@ -18,17 +18,17 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import betaincinv, entr, log_ndtr, ndtr, ndtri
 
-CONFIDENCE = 0.95
+CONFIDENCE_LEVEL = 0.95
 """Confidence level of every interval."""
 
-ENOUGH = 30
+ENOUGH_FAILURES = 30
 """Failures after which counting stops (inverse binomial sampling, Haldane 1945): the relative
 error of a rate is then about 1 / sqrt(30), 18 %, however small the rate."""
 
-RARE = 1e-3
+RARE_RATE = 1e-3
 """The failure rate whose scatter is sought."""
 
-FOOT = 0.02
+MAX_FOOT_RATE = 0.02
 """Rate up to which the curve is fitted, with the first count above it."""
 
 
@@ -63,7 +63,7 @@ class Rate:
         That of Clopper and Pearson (1934), with the effective counts of Korn and Graubard
         (1998) where trials cluster.
         """
-        tail = 0.5 * (1.0 - CONFIDENCE)
+        tail = 0.5 * (1.0 - CONFIDENCE_LEVEL)
         k, n = self.effective
         low = 0.0 if self.failures == 0 else float(betaincinv(k, n - k + 1.0, tail))
         all_failed = self.failures == self.trials
@@ -71,7 +71,7 @@ class Rate:
         return low, high
 
 
-def pooled(
+def pool_failures(
     elements: int, each: int, failures: float, squares: float, heaviest: float = 1.0
 ) -> Rate:
     """Return the failure rate of elements that were tried several times each.
@@ -113,33 +113,33 @@ class Fragility:
         return float(self.median * np.exp(self.spread * ndtri(rate)))
 
 
-def foot(rates: Sequence[Rate]) -> int:
+def foot_length(rates: Sequence[Rate]) -> int:
     """Return how many counts, in order of scatter, belong to the foot of the curve.
 
-    They include the first one above `FOOT`, so that there is a slope.
+    They include the first one above `MAX_FOOT_RATE`, so that there is a slope.
     """
-    steep = [i for i, rate in enumerate(rates) if rate.value > FOOT]
+    steep = [i for i, rate in enumerate(rates) if rate.value > MAX_FOOT_RATE]
     return steep[0] + 1 if steep else len(rates)
 
 
-def fit(sigmas: Sequence[float], rates: Sequence[Rate]) -> Fragility | None:
+def fit_fragility(sigmas: Sequence[float], rates: Sequence[Rate]) -> Fragility | None:
     """Return the maximum-likelihood curve, or None if the counts determine none.
 
     Scatters are above 0 and rise. At least two counts in the foot must have some failures, but not
     all.
     """
-    end = foot(rates)
+    end = foot_length(rates)
     if sum(0 < rate.failures < rate.trials for rate in rates[:end]) < 2:
         return None
     logs = np.log(np.array(sigmas[:end]))
     failed, tried = np.array([rate.effective for rate in rates[:end]]).T
     passed = tried - failed
 
-    def loss(x: np.ndarray) -> float:
+    def negative_likelihood(x: np.ndarray) -> float:
         z = (logs - x[0]) / np.exp(x[1])
         return -float(np.sum(failed * log_ndtr(z) + passed * log_ndtr(-z)))
 
-    best = minimize(loss, (logs[-1] + 1.0, 0.0), method='Nelder-Mead')
+    best = minimize(negative_likelihood, (logs[-1] + 1.0, 0.0), method='Nelder-Mead')
     return Fragility(float(np.exp(best.x[0])), float(np.exp(best.x[1])))
 
 
@@ -150,11 +150,11 @@ def rare_scatter(
 
     The interval is from a parametric bootstrap: counts are drawn from the curve and fitted again.
     """
-    curve = fit(sigmas, rates)
+    curve = fit_fragility(sigmas, rates)
     if curve is None:
         return None
     random = np.random.default_rng(seed)
-    end = foot(rates)
+    end = foot_length(rates)
     expected = curve.rate(np.array(sigmas[:end]))
     found = []
     for _ in range(repeats):
@@ -162,11 +162,11 @@ def rare_scatter(
         for rate, p in zip(rates, expected, strict=False):
             trials = max(1, round(rate.effective[1]))
             drawn.append(Rate(int(random.binomial(trials, p)), trials))
-        if (again := fit(sigmas[:end], drawn)) is not None:
-            found.append(again.sigma(RARE))
-    tail = 50.0 * (1.0 - CONFIDENCE)
+        if (again := fit_fragility(sigmas[:end], drawn)) is not None:
+            found.append(again.sigma(RARE_RATE))
+    tail = 50.0 * (1.0 - CONFIDENCE_LEVEL)
     low, high = np.percentile(found, [tail, 100.0 - tail])
-    return curve.sigma(RARE), float(low), float(high)
+    return curve.sigma(RARE_RATE), float(low), float(high)
 
 
 def bits_kept(words: int, undecodable: float, wrong: float) -> float:

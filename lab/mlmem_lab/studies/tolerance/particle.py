@@ -29,17 +29,17 @@ import numpy as np
 
 from mlmem import Settings
 from mlmem.instrument.motion import Cycle
-from mlmem.move_settings import peak
+from mlmem.move_settings import select_peak
 from mlmem.physics import Design, Specimen
-from mlmem.physics.held_wall import excerpt, hold_walls
-from mlmem.physics.jit import kernel
+from mlmem.physics.held_wall import cut_excerpt, hold_walls
+from mlmem.physics.jit import compile_kernel
 from mlmem.physics.potential import Array
-from mlmem.rng import Stream, generator
+from mlmem.rng import Stream, make_generator
 
 POINTS_PER_CELL = 8
 """Positions per cell at which the pull is tabulated, as in `quasistatic`."""
 
-STRAINS = 5
+STRAIN_COUNT = 5
 """Strains from zero to the peak at which the pull is tabulated."""
 
 
@@ -71,7 +71,7 @@ class Track:
     to_offset: Array
     inertia: Array
 
-    def extra_pull(self, specimen: Specimen) -> Array:
+    def deviation_force(self, specimen: Specimen) -> Array:
         """Return what an element's deviations from its design add to the pull, shape (e, m).
 
         A substrate that deviates shifts its cells under strain, as if their ground states were
@@ -101,21 +101,21 @@ class Schedule:
     dt: float
 
     @cached_property
-    def bend(self) -> Array:
+    def strain_curvature(self) -> Array:
         """Second derivative of the strain, shape (k,)."""
         return np.asarray(np.gradient(np.gradient(self.strain, self.dt), self.dt))
 
 
-def track(design: Design, low: float, high: float, peak: float) -> Track:
+def build_track(design: Design, low: float, high: float, peak: float) -> Track:
     """Return the forces on a wall between two positions under strains up to a peak.
 
     Raises:
         StateError: A wall cannot be held there.
     """
-    part = excerpt(design, low, high)
+    part = cut_excerpt(design, low, high)
     X = np.linspace(low, high, 1 + math.ceil((high - low) * POINTS_PER_CELL))
     pull, to_k_r = [], []
-    for strain in np.linspace(0.0, peak, STRAINS)[::-1]:
+    for strain in np.linspace(0.0, peak, STRAIN_COUNT)[::-1]:
         held = hold_walls(Specimen(part.design), X - part.before, strain * part.strain_shape)
         pull.append(-np.gradient(held.energy, X))
         if strain in (0.0, peak):
@@ -134,7 +134,7 @@ def track(design: Design, low: float, high: float, peak: float) -> Track:
     )  # fmt: skip
 
 
-def roll(track: Track, pull: Array, start: float, schedule: Schedule) -> float:
+def roll_wall(track: Track, pull: Array, start: float, schedule: Schedule) -> float:
     """Return where a wall is at the end of a strain cycle.
 
     The pull is the track's own and what scatter adds; strains are between zero and its peak.
@@ -143,15 +143,21 @@ def roll(track: Track, pull: Array, start: float, schedule: Schedule) -> float:
         The position; the end of the track, once the wall has left it.
     """
     per_cell, dt = float(POINTS_PER_CELL), schedule.dt
-    x = _roll(
-        (start - track.low) * per_cell, schedule.strain / track.peak, schedule.bend, pull,
-        track.inertia, dt, per_cell / track.mass, track.design.eta,
-    )  # fmt: skip
+    x = _roll_particle(
+        (start - track.low) * per_cell,
+        schedule.strain / track.peak,
+        schedule.strain_curvature,
+        pull,
+        track.inertia,
+        dt,
+        per_cell / track.mass,
+        track.design.eta,
+    )
     return track.low + float(x) / per_cell
 
 
-@kernel
-def _roll(
+@compile_kernel
+def _roll_particle(
     x: float, share: Array, bend: Array, pull: Array, inertia: Array, dt: float,
     mobility: float, eta: float,
 ) -> float:  # fmt: skip
@@ -174,16 +180,16 @@ def _roll(
     return x
 
 
-DT = 4.0
+TIME_STEP = 4.0
 """Step of the particle in time units; a wall in its defect takes 100 and more for a swing."""
 
-FORESEEN = ('alpha', 'k_r', 's', 'offset')
+FORECAST_KINDS = ('alpha', 'k_r', 's', 'offset')
 """Kinds of scatter for which step failures are forecast."""
 
-RESTING = 0.3
+REST_OFFSET_CELLS = 0.3
 """Where a wall rests, in cells right of its defect."""
 
-NEAR = 2.0
+MAX_ARRIVAL_ERROR_CELLS = 2.0
 """Distance from a defect in cells within which a wall has arrived; its rest position scatters
 too."""
 
@@ -205,43 +211,53 @@ class StepForecast:
             Infinity if none fails.
         """
         if level not in self._ways:
-            self._ways[level] = self._way(level)
+            self._ways[level] = self._build_step(level)
         way, cycle = self._ways[level]
-        extra = way.extra_pull(specimen)
-        start, goal = self._design.defect(level) + RESTING, self._design.defect(level + 1)
+        extra = way.deviation_force(specimen)
+        start, goal = (
+            self._design.defect_site(level) + REST_OFFSET_CELLS,
+            self._design.defect_site(level + 1),
+        )
         for inflation in inflations:
-            end = roll(way, way.pull + inflation * extra, start, cycle)
-            if not abs(end - goal) < NEAR:
+            end = roll_wall(way, way.pull + inflation * extra, start, cycle)
+            if not abs(end - goal) < MAX_ARRIVAL_ERROR_CELLS:
                 return inflation
         return math.inf
 
-    def _way(self, level: int) -> tuple[Track, Schedule]:
+    def _build_step(self, level: int) -> tuple[Track, Schedule]:
         """Return the track of a step up, and the strain of its write, independent of ticks."""
         design, write = self._design, self._settings.write
-        strain = peak(write, design.freed_by_compression(level))
-        low, high = design.defect(level) - design.J / 2, design.defect(level + 1) + design.J / 2
-        cycle = Cycle.planned(write, strain, self._settings.actuator.max_rate)
-        times = np.arange(0.0, cycle.duration + write.final_settle, DT)
-        return track(design, low, high, strain), Schedule(cycle.strain(times), DT)
+        strain = select_peak(write, design.is_freed_by_compression(level))
+        low, high = (
+            design.defect_site(level) - design.J / 2,
+            design.defect_site(level + 1) + design.J / 2,
+        )
+        cycle = Cycle.plan_cycle(write, strain, self._settings.actuator.max_rate)
+        times = np.arange(0.0, cycle.duration + write.final_settle, TIME_STEP)
+        return build_track(design, low, high, strain), Schedule(cycle.strain(times), TIME_STEP)
 
 
-PROBABILITY = {1.0: 1.0, 1.5: 0.7, 2.5: 0.4, 4.0: 0.2, math.inf: 0.03}
+SIMULATION_PROBABILITY = {1.0: 1.0, 1.5: 0.7, 2.5: 0.4, 4.0: 0.2, math.inf: 0.03}
 """Probability of simulation, by the first inflation at which the forecast fails."""
 
-HEAVIEST = 1.0 / min(PROBABILITY.values())
+MAX_FAILURE_WEIGHT = 1.0 / min(SIMULATION_PROBABILITY.values())
 """Largest weight of one failure."""
 
-DRAWN = 16
+DRAWN_PER_SCREENED = 16
 """Elements drawn with a screen for each one without: about the same computing time."""
 
 
-def weights(forecast: StepForecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
+def draw_weights(
+    forecast: StepForecast, specimen: Specimen, levels: Iterable[int], seed: int
+) -> Array:
     """Draw the steps of an element to simulate.
 
     Returns:
         The weight of each step, in the order of levels: 0 if it is not to be simulated.
     """
-    inflations = [inflation for inflation in PROBABILITY if inflation < math.inf]
-    q = np.array([PROBABILITY[forecast.failing(specimen, level, inflations)] for level in levels])
-    drawn = generator(seed, Stream.SCREEN).random(len(q)) < q
+    inflations = [inflation for inflation in SIMULATION_PROBABILITY if inflation < math.inf]
+    q = np.array(
+        [SIMULATION_PROBABILITY[forecast.failing(specimen, level, inflations)] for level in levels]
+    )
+    drawn = make_generator(seed, Stream.SCREEN).random(len(q)) < q
     return np.where(drawn, 1.0 / q, 0.0)

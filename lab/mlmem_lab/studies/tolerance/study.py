@@ -20,28 +20,28 @@ import numpy as np
 from mlmem import Settings
 from mlmem.instrument.end import End
 from mlmem.physics import Design
-from mlmem.readers.words import words_of
+from mlmem.readers.words import count_words
 
 from ..campaign import Campaign, Ledger, Row, run
 from .element import (
-    ASTRAY,
-    KICK,
-    KINDS,
-    MISREAD,
-    OF_WORDS,
-    STEP,
-    WORD,
-    evaluate,
-    screened,
-    size,
+    ALL_KINDS,
+    ASTRAY_NAMES,
+    KICK_TRIAL,
+    MISREAD_KINDS,
+    STEP_TRIAL,
+    WORD_TRIAL,
+    WORD_TRIALS,
+    batch_size,
+    evaluate_point,
+    is_screened,
 )
-from .estimate import ENOUGH, RARE, Rate, bits_kept, pooled, rare_scatter
-from .particle import DRAWN, HEAVIEST
+from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, bits_kept, pool_failures, rare_scatter
+from .particle import DRAWN_PER_SCREENED, MAX_FAILURE_WEIGHT
 
-BEGIN = 0.1
+FIRST_RATE = 0.1
 """Rate to find first, because one batch can show it."""
 
-HALF = 0.5
+MAX_COUNTED_RATE = 0.5
 """Rate above which counting stops."""
 
 
@@ -57,41 +57,41 @@ def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
         middle = (below + edge) // 2
         if middle not in rates:
             return middle
-        if rates[middle].value < BEGIN:
+        if rates[middle].value < FIRST_RATE:
             below = middle
         else:
             edge = middle
     edge = min(edge, rungs - 1)
     for rung in range(edge, -1, -1):
-        if not counted(rates.get(rung), most):
+        if not is_counted(rates.get(rung), most):
             return rung
-        if rates[rung].value < RARE:
+        if rates[rung].value < RARE_RATE:
             break
     for rung in range(edge + 1, rungs):
-        if rates[rung - 1].value >= HALF:
+        if rates[rung - 1].value >= MAX_COUNTED_RATE:
             break
-        if not counted(rates.get(rung), most):
+        if not is_counted(rates.get(rung), most):
             return rung
     return None
 
 
-def counted(rate: Rate | None, most: int) -> bool:
+def is_counted(rate: Rate | None, most: int) -> bool:
     """Return whether a rung needs no more trials."""
-    return rate is not None and (rate.effective[0] >= ENOUGH or rate.trials >= most)
+    return rate is not None and (rate.effective[0] >= ENOUGH_FAILURES or rate.trials >= most)
 
 
-def trials_wanted(rate: Rate | None, most: int) -> int:
+def count_missing_trials(rate: Rate | None, most: int) -> int:
     """Return how many more trials to make: likely enough, but at most as many again."""
     if rate is None:
         return 1
-    likely = math.ceil(rate.trials * (ENOUGH / max(rate.effective[0], 1.0) - 1.0))
+    likely = math.ceil(rate.trials * (ENOUGH_FAILURES / max(rate.effective[0], 1.0) - 1.0))
     return max(1, min(likely, rate.trials, most - rate.trials))
 
 
-LEAST = 1e-8
+MIN_AMOUNT = 1e-8
 """Least amount of scatter, noise or vibration studied."""
 
-GREATEST = dict.fromkeys(KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
+MAX_AMOUNTS = dict.fromkeys(ALL_KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
 """Greatest amounts: of a relative scatter or a third of a cell; of the pulse's amplitude."""
 
 
@@ -111,7 +111,7 @@ class Tolerance:
 
     design: Design
     settings: Settings
-    kinds: tuple[str, ...] = KINDS
+    kinds: tuple[str, ...] = ALL_KINDS
     tried: tuple[str, ...] = ()
     amounts: int = 10
     most: int = 3000
@@ -120,18 +120,18 @@ class Tolerance:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if unknown := sorted(set(self.kinds) - set(KINDS)):
-            raise ValueError(f'kinds must be of {", ".join(KINDS)}; got {", ".join(unknown)}')
-        usual = (STEP, *(end.value for end in End))
-        possible = (STEP, KICK, *OF_WORDS, *usual[1:])
+        if unknown := sorted(set(self.kinds) - set(ALL_KINDS)):
+            raise ValueError(f'kinds must be of {", ".join(ALL_KINDS)}; got {", ".join(unknown)}')
+        usual = (STEP_TRIAL, *(end.value for end in End))
+        possible = (STEP_TRIAL, KICK_TRIAL, *WORD_TRIALS, *usual[1:])
         if unknown := sorted(set(self.tried) - set(possible)):
             raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
-        kicked = self.settings.kick.by_level
-        if KICK in self.tried and not (len(kicked) == self.design.levels and all(kicked)):
+        kicked = self.settings.kick.wall_speeds
+        if KICK_TRIAL in self.tried and not (len(kicked) == self.design.levels and all(kicked)):
             raise ValueError('tried can be kick only where every level has one (kick.speeds)')
-        if set(OF_WORDS) & set(self.tried) and not self.settings.register.spacing:
+        if set(WORD_TRIALS) & set(self.tried) and not self.settings.register.spacing:
             raise ValueError(
-                f'tried can be {", ".join(OF_WORDS)} only in a register (register.spacing)'
+                f'tried can be {", ".join(WORD_TRIALS)} only in a register (register.spacing)'
             )
         if self.amounts < 1 or self.most < 1:
             raise ValueError(
@@ -148,9 +148,9 @@ class Tolerance:
 
     def ladder(self, kind: str) -> list[float]:
         """Return the amounts of a kind that may be counted, rising."""
-        last = int(self.amounts * np.log10(GREATEST[kind] / LEAST) + 1e-9)
+        last = int(self.amounts * np.log10(MAX_AMOUNTS[kind] / MIN_AMOUNT) + 1e-9)
         powers = np.arange(last + 1) / self.amounts
-        return [float(f'{amount:.3g}') for amount in LEAST * 10.0**powers]
+        return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
 
     @cached_property
     def cells(self) -> list[tuple[str, str, float]]:
@@ -167,12 +167,12 @@ class Tolerance:
 
     def trials(self, kind: str, tried: str) -> int:
         """Return how many trials a batch has."""
-        elements, each = size(self.shared, kind, tried)
+        elements, each = batch_size(self.shared, kind, tried)
         return elements * each
 
     def limit(self, kind: str, tried: str) -> int:
         """Return the most trials of an amount; with a screen more are drawn."""
-        return self.most * (DRAWN if screened(self.shared, kind, tried) else 1)
+        return self.most * (DRAWN_PER_SCREENED if is_screened(self.shared, kind, tried) else 1)
 
     def campaign(self) -> Campaign:
         """Return all points that may be needed, a batch each: all amounts, then all again."""
@@ -180,7 +180,7 @@ class Tolerance:
             dict(zip(('kind', 'tried', 'scatter'), cell, strict=True)) for cell in self.cells
         ]
         rounds = max(-(-self.limit(*curve) // self.trials(*curve)) for curve in self.curves)
-        return Campaign('tolerance', evaluate, self.shared, points * rounds, self.seed)
+        return Campaign('tolerance', evaluate_point, self.shared, points * rounds, self.seed)
 
     def count(self, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
         """Evaluate batches where they are most informative, until every curve is known.
@@ -204,7 +204,9 @@ class Tolerance:
             rates = {rung: self.rate(rows) for rung, rows in counted if rows}
             most = self.limit(kind, tried)
             if (rung := next_rung(rates, rungs, most)) is not None:
-                batches = -(-trials_wanted(rates.get(rung), most) // self.trials(kind, tried))
+                batches = -(
+                    -count_missing_trials(rates.get(rung), most) // self.trials(kind, tried)
+                )
                 done = len(seen[first + rung])
                 points += [
                     number * len(seen) + first + rung for number in range(done, done + batches)
@@ -222,8 +224,10 @@ class Tolerance:
         what = rows[0]['kind'], rows[0]['tried']
         elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
         failures = sum(row[name] for row in rows for name in row if name.startswith('failed_'))
-        heaviest = HEAVIEST if screened(self.shared, *what) else 1.0
-        return pooled(elements, size(self.shared, *what)[1], failures, squares, heaviest)
+        heaviest = MAX_FAILURE_WEIGHT if is_screened(self.shared, *what) else 1.0
+        return pool_failures(
+            elements, batch_size(self.shared, *what)[1], failures, squares, heaviest
+        )
 
     def rates(self, rows: Sequence[Row], kind: str, tried: str) -> tuple[list[float], list[Rate]]:
         """Return the amounts of a kind that were counted, rising, and the rates at them."""
@@ -238,9 +242,9 @@ class Tolerance:
         """Return for every amount of a kind how many words were tried, and how many failed how;
         of reads also the `bits` that are kept.
 
-        See `ASTRAY` and `MISREAD`.
+        See `ASTRAY_NAMES` and `MISREAD_KINDS`.
         """
-        names = tuple(ASTRAY.values()) if tried == WORD else MISREAD
+        names = tuple(ASTRAY_NAMES.values()) if tried == WORD_TRIAL else MISREAD_KINDS
         found: dict[float, dict[str, float]] = {}
         for row in rows:
             if (row['kind'], row['tried']) == (kind, tried):
@@ -248,14 +252,14 @@ class Tolerance:
                 counts['tried'] += row['tried_0']
                 for name in names:
                     counts[name] += row[name]
-        if tried != WORD:
-            words = words_of(self.design, self.settings)
+        if tried != WORD_TRIAL:
+            words = count_words(self.design, self.settings)
             for counts in found.values():
-                failed = (counts[name] / counts['tried'] for name in MISREAD[:2])
+                failed = (counts[name] / counts['tried'] for name in MISREAD_KINDS[:2])
                 counts['bits'] = round(bits_kept(words, *failed), 3)
         return [{'amount': amount, **found[amount]} for amount in sorted(found)]
 
-    def rare(
+    def rare_amount(
         self, rows: Sequence[Row], kind: str, tried: str
     ) -> tuple[tuple[float, float, float] | None, str]:
         """Return the amount at which one in a thousand fails, with its interval, and as text.
