@@ -14,7 +14,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo docs figures figures-check figures-stale interfaces lint lives mutation setup setup-kilted setup-test soak test test-kilted test-slow uncovered
+.PHONY: bench clean coverage demo dist docs figures figures-check figures-stale interfaces lint lives mutation setup setup-kilted setup-test soak test test-kilted test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -40,6 +40,16 @@ test: lint interfaces
 docs: setup-test
 	$(VENV)/python tools/reference.py
 	$(VENV)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build
+
+# A source archive and a wheel in dist/. The wheel is checked in a fresh environment without ROS 2.
+dist: setup
+	rm -rf dist build
+	$(VENV)/python setup.py --quiet sdist
+	$(VENV)/python -m pip wheel --quiet --no-deps --wheel-dir dist dist/*.tar.gz
+	$(PYTHON) -m venv dist/check
+	dist/check/bin/python -m pip install --quiet dist/*.whl
+	dist/check/bin/mlmem demo
+	rm -rf dist/check build
 
 # The same tests, and how much of the code they reach; before a release.
 coverage: lint interfaces
@@ -95,4 +105,4 @@ setup setup-test setup-kilted:
 	@$(PYTHON) tools/bootstrap.py $(STAGE)
 
 clean:
-	rm -rf .venv .venv-kilted build docs/_build *.egg-info sessions reproduction benchmarks mutants .coverage*
+	rm -rf .venv .venv-kilted build dist docs/_build *.egg-info sessions reproduction benchmarks mutants .coverage*

@@ -51,7 +51,7 @@ def test_no_part_of_the_device_finds_walls():
     But for equilibria that it forecasts: there it makes sure where walls rest.
     """
     found = {name for name in vars(wall) if getattr(vars(wall)[name], '__module__', '') == WALL}
-    assert found >= {'find_walls', 'level_of', 'Wall'}
+    assert found >= {'find_walls', 'find_level', 'Wall'}
     found.discard('wall_energy')  # of a design: it sees no element
     for source in FILES:
         names = imported(source)
@@ -59,10 +59,10 @@ def test_no_part_of_the_device_finds_walls():
             names = names - {'physics.find_walls'}
             tree = ast.parse(source.read_text(encoding='utf-8'))
             finders = [each.name for each in tree.body if 'find_walls' in called(each)]
-            assert finders == ['resting', 'levels_of']
-            users = [each.name for each in tree.body if 'levels_of' in called(each)]
-            assert users == ['resting', 'elsewhere']
-        assert 'readers.register.levels_of' not in names, source
+            assert finders == ['pin_walls', 'find_wall_levels']
+            users = [each.name for each in tree.body if 'find_wall_levels' in called(each)]
+            assert users == ['pin_walls', 'find_off_level_states']
+        assert 'readers.register.find_wall_levels' not in names, source
         assert not {name.rpartition('.')[2] for name in names} & found, source
         assert not [name for name in names if f'mlmem.{name}.'.startswith(f'{WALL}.')], source
 
@@ -75,4 +75,4 @@ def test_imports_are_found():
         'schema.short_repr',
         'physics.Design',
     }
-    assert 'readers.bad_cells.bad_cells' in imported(ROOT / 'memory.py')  # a late one
+    assert 'readers.bad_cells.forecast_bad_cells' in imported(ROOT / 'memory.py')  # a late one
