@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from .errors import ProcedureFailed, SettingsError
+from .instrument.blocks import run, wait
 from .instrument.drivers import Simulation
 from .instrument.end import End
 from .instrument.instrument import Instrument
@@ -18,7 +19,6 @@ from .memory import Memory
 from .physics import Design, Specimen, StateError
 from .physics.equilibrium import find_pinned_wall, make_blank
 from .physics.potential import Array
-from .procedures.blocks import run_procedure, wait_time
 from .procedures.driving import erase
 from .procedures.listening import probe_ends
 from .procedures.writing import write
@@ -89,9 +89,9 @@ def _measure_echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[E
     write = twin.settings.write
     try:
         if twin.design.substrate == 'elastic':  # the wall strains it: let it come to rest
-            run_procedure(twin, wait_time(twin, write.settle + write.final_settle))
+            run(twin, wait(twin, write.settle + write.final_settle))
             twin.transducer.assume_equilibrium()
-        return run_procedure(twin, probe_ends(twin, ends))
+        return run(twin, probe_ends(twin, ends))
     except ProcedureFailed as error:
         raise SettingsError(f'the ideal element cannot be probed: {error}') from error
 
@@ -127,7 +127,7 @@ def rehearse_levels(design: Design, settings: Settings) -> BadCells:
             twin.chain.place(pin_walls(made, (start,) if start >= 0 else ()))
             twin.transducer.assume_equilibrium()
             try:
-                run_procedure(twin, way(twin, *target))
+                run(twin, way(twin, *target))
             except (ProcedureFailed, StateError):  # there is no way, or a cell left its range
                 lost[level] = f'cannot be reached: cell {site} has {weak[site]:g} of its stiffness'
                 break

@@ -200,7 +200,7 @@ function nearest(delays, delay) {
   return delays.reduce((best, each, level) => (Math.abs(each - delay) < Math.abs(delays[best] - delay) ? level : best), 0);
 }
 
-/** Return how a register is brought from one word to another: see mlmem/procedures/many_walls.py. */
+/** Return how a register is brought from one word to another: see mlmem/moves/kick.py. */
 export function wordWay(element, present, wanted) {
   const { register, about } = element, [inactive, active] = element.phases;
   const walls = (word) => [...Array(about.levels).keys()].filter((level) => (word >> level) & 1);

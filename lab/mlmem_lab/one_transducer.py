@@ -17,13 +17,13 @@ from dataclasses import replace
 import numpy as np
 
 from mlmem import BLANK, End, MemoryElement, Read, factory_calibration, preset
+from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, StateError
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
 from mlmem.physics.stepping import HeldCell
 from mlmem.presets import use_kicks
-from mlmem.procedures.blocks import run_procedure
 from mlmem.procedures.listening import probe_ends
 from mlmem.readers.decoding import decode_echoes
 from mlmem.readers.reading import UNDECODABLE
@@ -69,7 +69,7 @@ def read(element: MemoryElement) -> int:
     """Return what the left end alone says: a level, `BLANK` if it is inactive, `UNDECODABLE`."""
     if element.phase(End.LEFT) == 0:
         return BLANK
-    echoes = run_procedure(element, probe_ends(element, (End.LEFT,)))
+    echoes = run(element, probe_ends(element, (End.LEFT,)))
     read = element.settings.read
     return decode_echoes(element.design, read, element.calibration, echoes, (1, 0)).level
 

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from mlmem import MemoryElement, Preset, factory_calibration, preset
+from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import Pulse
-from mlmem.moves.planner import MIN_MOVE_MARGIN, kick_energy
+from mlmem.moves.kick import kick_energy, kick_out
+from mlmem.moves.move import MIN_MARGIN
 from mlmem.physics import (
     CASE_II,
     PEFRL,
@@ -28,8 +30,6 @@ from mlmem.physics.energy import energy
 from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium, wall_profile
 from mlmem.physics.held_wall import make_uniform
 from mlmem.physics.waves import group_velocity
-from mlmem.procedures.blocks import run_procedure
-from mlmem.procedures.driving import kick_out
 from mlmem.readers.reading import BLANK
 from mlmem.settings import ProbeSettings
 from mlmem_lab.landscapes import KickedWall, lowest_modes, packet_energy, wave_momentum
@@ -73,11 +73,11 @@ def test_every_shipped_move_bears_a_tenth_in_every_quantity_but_the_stroke_of_a_
         for factor in (1.1, 1.0 / 1.1):
             assert after_kick(chain, factor * speed, settings.kick) == level
         found = MAPPED[name]['levels'][level]
-        assert found['room'] >= MIN_MOVE_MARGIN
+        assert found['room'] >= MIN_MARGIN
         assert settings.kick.room(level) <= found['room'] + 0.005  # as it says itself
-        assert min(found['rooms'][each] for each in ('hold', 'late')) >= MIN_MOVE_MARGIN
+        assert min(found['rooms'][each] for each in ('hold', 'late')) >= MIN_MARGIN
     for each in MAPPED[name]['erases']:
-        assert min(each[quantity] for quantity in ('speed', 'hold', 'late')) >= MIN_MOVE_MARGIN
+        assert min(each[quantity] for quantity in ('speed', 'hold', 'late')) >= MIN_MARGIN
     for off in (-0.1, 0.1):
         for level in (0, 1, design.levels - 1):
             assert after_erase(chain, level, settings.kick, 'speed', off) == BLANK
@@ -96,7 +96,7 @@ def test_another_integrator_agrees_that_a_kick_erases(off):
         body.v[:] = find_pinned_wall(made, level)
         element = MemoryElement(design, settings, known, body)
         element.transducer.assume_equilibrium()
-        run_procedure(element, kick_out(element))
+        run(element, kick_out(element))
         assert find_level(design, body.v) == BLANK
 
 

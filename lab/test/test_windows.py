@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from mlmem import new_element, preset
+from mlmem.instrument.blocks import play, run
 from mlmem.instrument.drivers import Simulation
-from mlmem.moves.planner import half_period, step_cycle
-from mlmem.procedures.blocks import play_cycle, run_procedure
+from mlmem.moves.strain_cycle import half_period, step_cycle
 from mlmem_lab.results import RESULT_FOLDER, STRAINED_PRESETS
 from mlmem_lab.windows import sent
 from mlmem_lab.windows.command import windows
@@ -50,9 +50,7 @@ def test_a_step_is_played_as_the_device_plays_it(start):
     played = strain_sequence(chain, settings, move, {})
     element, seen = new_element(design, settings), []
     cycle, delay = step_cycle(design, settings, start), half_period(design)
-    run_procedure(
-        element, play_cycle(element, cycle, delay), lambda: seen.append(element.actuator.strain)
-    )
+    run(element, play(element, cycle, delay), lambda: seen.append(element.actuator.strain))
     every = round(settings.time.tick / chain.dt) * len(chain.integrator.nodes)
     ticks = played[every - 1 :: every]
     assert len(ticks) == len(seen)

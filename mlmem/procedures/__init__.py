@@ -13,11 +13,12 @@ from functools import cache
 from importlib import import_module
 from typing import NamedTuple
 
+from ..instrument.blocks import Procedure, run
 from ..procedure_table import PROCEDURES
 from . import estimates
-from .blocks import Procedure, Result, run_procedure
+from .blocks import Result
 
-__all__ = ['Procedure', 'Result', 'Steps', 'find_steps', 'run_procedure']
+__all__ = ['Procedure', 'Result', 'Steps', 'find_steps', 'run']
 
 
 class Steps(NamedTuple):

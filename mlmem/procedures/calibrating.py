@@ -8,13 +8,15 @@ import math
 from dataclasses import replace
 
 from ..errors import ProcedureFailed, SettingsError
+from ..instrument.blocks import Procedure
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection, is_kicked, make_corrections
+from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import Calibration, DelayTable
 from ..readers.decoding import measure_agreement, primary_end
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
-from .blocks import Procedure, Result, return_to_zero
+from .blocks import Result
 from .driving import erase, go_to_level
 from .listening import take_reading, take_settled_reading, wait_until_pinned
 from .writing import restore_content, write

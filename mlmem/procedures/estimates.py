@@ -10,7 +10,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..memory import Memory
-from ..moves.planner import find_route, ringing_time
+from ..moves.move import blank_content
+from ..moves.planner import find_route
 from ..readers.echo import ECHO_TAIL_TIME
 from ..readers.reading import BLANK, UNDECODABLE
 from .listening import expected_wait
@@ -42,19 +43,17 @@ def reading(element: Memory) -> float:
 
 def driving_time(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
-    if element.register is not None:
-        from .many_walls import kicking_time, plan_word  # few elements hold many walls
-
-        present, code = 0 if present == BLANK else present, element.register.code
-        planned = plan_word(element.settings, code, present, max(0, target))
-        return kicking_time(element.design, element.settings, *planned)
-    start = element.design.levels - 1 if present == UNDECODABLE else present
     settings = element.calibration.remove_missed_kicks(element.settings)
-    moves = find_route(element.design, settings, start, target)
-    if present == UNDECODABLE and target != BLANK:
-        return driving_time(element, start, BLANK) + driving_time(element, BLANK, target)
-    rings = ringing_time(element.design) if moves and not moves[-1].how.strains else 0.0
-    return sum(move.time for move in moves) + element.settings.write.final_settle + rings
+    if settings.register.spacing:
+        blank = blank_content(settings)
+        present, target = (blank if content == BLANK else content for content in (present, target))
+    elif present == UNDECODABLE:
+        present = element.design.levels - 1
+        if target != BLANK:
+            return driving_time(element, present, BLANK) + driving_time(element, BLANK, target)
+    moves = find_route(element.design, settings, present, target)
+    ringing = moves[-1].ringing if moves else 0.0
+    return sum(move.duration for move in moves) + settings.write.final_settle + ringing
 
 
 def writing_time(element: Memory, present: int, target: int) -> float:

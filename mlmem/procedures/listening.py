@@ -19,12 +19,13 @@ import numpy as np
 
 from ..commands import PHASE_LISTENING, PHASE_QUIETING
 from ..errors import Astray, ProcedureFailed
+from ..instrument.blocks import Procedure, catch_up, wait
 from ..instrument.end import End, Shot
 from ..instrument.instrument import Instrument
 from ..memory import Memory
 from ..readers.echo import ECHO_TAIL_TIME, Echo, EchoDetector, detection_threshold, pulse_duration
 from ..readers.reading import UNDECODABLE, Reading
-from .blocks import Procedure, Result, wait_for_samples, wait_time
+from .blocks import Result
 
 if TYPE_CHECKING:
     from ..readers.register import Forecasts
@@ -63,7 +64,7 @@ def wait_for_decay(element: Instrument) -> Procedure[None]:
     """
     while element.actuator.is_moving:  # set by hand: the wall may be moving
         yield element.count_ticks_to_check(element.actuator.remaining_time)
-    yield from wait_for_samples(element)
+    yield from catch_up(element)
     element.progress.phase = PHASE_QUIETING
     patience = math.ceil(element.settings.read.patience / element.tick)
     while element.base.still and (
@@ -209,7 +210,7 @@ def _probe_ends_once(element: Instrument, wanted: tuple[End, ...]) -> Procedure[
     spoils the echoes; noise that begins raises the threshold.
     """
     yield from wait_for_decay(element)
-    yield from wait_time(element, element.settings.read.rest)
+    yield from wait(element, element.settings.read.rest)
     transducer, shaken, spoiled = element.transducer, not element.base.still, False
     if shaken:
         floors = yield from measure_vibration(element, wanted)
@@ -273,7 +274,7 @@ def take_reading(element: Memory, end: str = '') -> Procedure[Reading]:
 
 def wait_until_pinned(element: Instrument) -> Procedure[None]:
     """Wait until the wall swings no more."""
-    yield from wait_time(element, _swinging_time(element))
+    yield from wait(element, _swinging_time(element))
 
 
 def _swinging_time(element: Instrument) -> float:
@@ -367,7 +368,7 @@ def record_waveforms(
     listener, probe = forecasts.listener, element.settings.register.probe
     while element.actuator.is_moving:
         yield element.count_ticks_to_check(element.actuator.remaining_time)
-    yield from wait_for_samples(element)
+    yield from catch_up(element)
     element.progress.phase = PHASE_QUIETING
     patience = element.ticks + math.ceil(element.settings.read.patience / element.tick)
     passage = math.ceil(element.passage_time(End.LEFT) / element.tick)

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..errors import ProcedureFailed, SettingsError
+from ..instrument.blocks import Procedure
 from ..instrument.end import End
 from ..memory import Memory
 from ..physics.potential import Array
@@ -19,7 +20,7 @@ from ..readers.decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON
 from ..readers.echo import Echo
 from ..readers.reading import BLANK, UNDECODABLE, Reading
 from ..readers.words import Code
-from .blocks import Procedure, Result
+from .blocks import Result
 from .listening import probe_ends, read_waveforms, record_waveforms, wait_for_decay
 
 WELL_ERROR_CELLS = 0.25

@@ -12,14 +12,17 @@ import numpy as np
 
 from ..commands import Check
 from ..errors import ProcedureFailed
+from ..instrument.blocks import Procedure, catch_up, ramp, wait
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import is_kicked
-from ..moves.planner import erase_speed
+from ..moves.kick import erase_speed
+from ..moves.move import blank_content
+from ..moves.strain_cycle import return_to_zero
 from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.echo import detection_threshold
-from ..readers.reading import BLANK, UNDECODABLE, Reading
-from .blocks import Procedure, Result, ramp_strain, return_to_zero, wait_for_samples, wait_time
+from ..readers.reading import UNDECODABLE, Reading
+from .blocks import Result
 from .driving import erase
 from .listening import noise_floor, take_reading, take_settled_reading, wait_for_decay
 from .writing import restore_content, write
@@ -121,11 +124,11 @@ def _test_actuator(element: Memory) -> Procedure[Tested]:
     times = element.settings.erase
     asked = min(TEST_STRAIN, element.settings.actuator.max_strain)
     offset = yield from _measure_strain(element)
-    yield from ramp_strain(element, asked, times.ramp)
-    yield from wait_time(element, times.settle)
+    yield from ramp(element, asked, times.ramp)
+    yield from wait(element, times.settle)
     felt = yield from _measure_strain(element)
-    yield from ramp_strain(element, 0.0, times.release)
-    yield from wait_time(element, times.settle)
+    yield from ramp(element, 0.0, times.release)
+    yield from wait(element, times.settle)
     error = max(abs(offset), abs(felt - asked))
     return (
         error <= STRAIN_TOLERANCE * asked,
@@ -136,7 +139,7 @@ def _test_actuator(element: Memory) -> Procedure[Tested]:
 
 def _measure_strain(element: Memory) -> Procedure[float]:
     """Return the strain measured at the right end, which is inactive."""
-    yield from wait_for_samples(element)
+    yield from catch_up(element)
     stretched = element.transducer.rest(End.RIGHT) - element.design.D_s1
     return stretched / element.design.end_displacement(1.0)
 
@@ -178,7 +181,7 @@ def reset(element: Memory) -> Procedure[Result]:
         raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
     element.replace_element()
     reading = yield from take_reading(element)
-    if reading.level != (BLANK if element.register is None else 0):
+    if reading.level != blank_content(element.settings):
         why = reading.reason or element.describe_content(reading.level)
         raise ProcedureFailed(f'the new element does not sound blank: {why}')
     return Result(reading)

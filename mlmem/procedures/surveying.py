@@ -13,14 +13,16 @@ from typing import NamedTuple
 
 from ..commands import PHASE_LISTENING
 from ..errors import ProcedureFailed
+from ..instrument.blocks import Procedure, ramp, wait
 from ..instrument.end import End
 from ..memory import Memory
 from ..moves.corrections import PulseCorrection
+from ..moves.strain_cycle import return_to_zero
 from ..physics import Design
 from ..physics.waves import pass_band
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings
-from .blocks import Procedure, Result, ramp_strain, return_to_zero, wait_time
+from .blocks import Result
 from .driving import erase, go_to_level
 from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
 from .listening import take_settled_reading, wait_for_decay
@@ -149,9 +151,9 @@ def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     strain = max(-actuator.max_strain, min(aim.strain, actuator.max_strain))
     strained = actuator.present and strain != 0.0
     if strained:
-        yield from ramp_strain(element, strain, times.ramp)
+        yield from ramp(element, strain, times.ramp)
     yield from wait_for_decay(element)
-    yield from wait_time(element, QUIET_DAMPING_TIMES / element.design.eta)
+    yield from wait(element, QUIET_DAMPING_TIMES / element.design.eta)
     yield from _wait_for_fading(element)
     element.require_phase(aim.end)
     probe = make_pulse(element.design, wall, aim)
@@ -165,7 +167,7 @@ def _record_shot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     transducer.release()
     element.report(recorder.shot(wall, element.transmission.encoder, element.driver.dt))
     if strained:
-        yield from ramp_strain(element, 0.0, times.release)
+        yield from ramp(element, 0.0, times.release)
 
 
 def _wait_for_fading(element: Memory) -> Procedure[None]:
@@ -178,7 +180,7 @@ def _wait_for_fading(element: Memory) -> Procedure[None]:
             for end in End
         ):
             return
-        yield from wait_time(element, step)
+        yield from wait(element, step)
 
 
 def make_pulse(design: Design, wall: float, aim: Aim) -> ProbeSettings:

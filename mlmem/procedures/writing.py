@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 from ..errors import NotFollowed, ProcedureFailed
+from ..instrument.blocks import Procedure
 from ..memory import Memory
+from ..moves.strain_cycle import return_to_zero
 from ..readers.reading import UNDECODABLE, Reading
 from . import estimates
-from .blocks import Procedure, Result, return_to_zero
+from .blocks import Result
 from .driving import erase, go_to_level
 from .listening import take_reading, take_settled_reading
 
@@ -43,23 +45,18 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         element.progress.tried('write', attempt)
         estimates.expect_duration(element, estimates.writing_time(element, present, level))
         try:
-            if element.register is not None:
-                from .many_walls import put_word  # few elements hold many walls
-
-                yield from put_word(element, element.register, present, level)
-            else:
-                plainly = strained and method != 'kick' and 1 < attempt == attempts
-                force = _peak_factor(element, attempt)
-                try:
-                    yield from go_to_level(
-                        element, present, level, force,
-                        nudge=nudge, plainly=plainly, strained=strained,
-                    )  # fmt: skip
-                except NotFollowed:
-                    if method != 'auto' or not strained:
-                        raise
-                    strained = False  # from here on by kicks
-                    yield from return_to_zero(element)
+            plainly = strained and method != 'kick' and 1 < attempt == attempts
+            force = _peak_factor(element, attempt)
+            try:
+                yield from go_to_level(
+                    element, present, level, force,
+                    nudge=nudge, plainly=plainly, strained=strained,
+                )  # fmt: skip
+            except NotFollowed:
+                if method != 'auto' or not strained:
+                    raise
+                strained = False  # from here on by kicks
+                yield from return_to_zero(element)
             reading = yield from take_reading(element)
             if _needs_second_read(
                 element, reading

@@ -14,13 +14,14 @@ import math
 from collections.abc import Iterator
 
 from mlmem.element import MemoryElement
+from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.moves.corrections import apply_correction
+from mlmem.moves.strain_cycle import launch
 from mlmem.physics import StateError, find_walls
 from mlmem.physics.held_wall import cut_excerpt
-from mlmem.procedures.blocks import launch_wall, run_procedure
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.settings import RegisterSettings
 from mlmem_ros.host.design_check import Verdict
@@ -78,7 +79,7 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
     strained = dataclasses.replace(group, start_strain=group.start_strain * local)
     element.chain.place(start + few.offsets)
     try:
-        run_procedure(element, launch_wall(element, strained, target))
+        run(element, launch(element, strained, target))
     except StateError:
         return math.nan
     found = find_walls(part, element.chain.configuration)

@@ -6,14 +6,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from mlmem.errors import ProcedureFailed
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
-from mlmem.moves.planner import erase_speed, find_reachable_levels, find_route
+from mlmem.moves.planner import find_moves, find_reachable_levels, find_route
 from mlmem.readers.echo import listening_time
 from mlmem.readers.reading import BLANK
+from mlmem.settings import RegisterSettings, Settings
 from mlmem_ros.host.design_check import Verdict
 
 from .concern import Finding, Subject, grade_finding, judge_value
@@ -47,9 +49,19 @@ def check(subject: Subject) -> Iterator[Finding]:
         yield _judge_wall_hold(subject, walls)
         yield _judge_ramps(subject)
         yield _judge_shake(subject)
-        if not erase_speed(subject.design, subject.settings):  # or strain erases only after kicks
+        if _erases_by_strain(subject):  # or strain erases only after kicks
             yield _judge_settling(subject)
     yield _judge_durations(subject)
+
+
+def _settings_of_one_wall(subject: Subject) -> Settings:
+    """Return settings in which a register holds one wall at its levels."""
+    return replace(subject.settings, register=RegisterSettings())
+
+
+def _erases_by_strain(subject: Subject) -> bool:
+    moves = find_moves(subject.design, _settings_of_one_wall(subject), 0)
+    return any(move.target == BLANK and move.needs_actuator for move in moves)
 
 
 def _judge_peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
@@ -155,7 +167,7 @@ def _judge_durations(subject: Subject) -> Finding:
     """Report how long a step, a read, the longest write upward and the longest erase take; fail
     where without an actuator a level is out of reach.
     """
-    design, settings = subject.design, subject.settings
+    design, settings = subject.design, _settings_of_one_wall(subject)
     unit, top = settings.scale.time, design.levels - 1
     read = listening_time(design, settings.probe, End.LEFT)
     look = listening_time(design, settings.probe_right, End.RIGHT)
@@ -169,7 +181,7 @@ def _judge_durations(subject: Subject) -> Finding:
             ('erase from top', top, BLANK, look),
         ):
             way = find_route(design, settings, start, target)
-            values[name] = sum(move.time for move in way) + heard
+            values[name] = sum(move.duration for move in way) + heard
     except ProcedureFailed as error:
         return Finding('durations', values, 'time', Verdict.FAIL, str(error), '')
     seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())

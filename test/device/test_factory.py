@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from mlmem import ProcedureFailed, Read, Settings, SettingsError, factory_calibration, new_element
+from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.procedures import listening
-from mlmem.procedures.blocks import run_procedure
 from mlmem.settings import ProbeSettings, ReadSettings
 from mlmem_tools.checks.echoes import forecast_echo
 
@@ -74,7 +74,7 @@ def test_the_delays_are_the_same_at_half_the_step(level):
     twin = Instrument(CASE_II, settings, driver)
     twin.chain.place(find_pinned_wall(Specimen(CASE_II), level))
     twin.transducer.assume_equilibrium()
-    for end, echo in run_procedure(twin, listening.probe_ends(twin, tuple(End))).items():
+    for end, echo in run(twin, listening.probe_ends(twin, tuple(End))).items():
         assert echo.delay == pytest.approx(known.table(end).delays[level], abs=1.5)
 
 

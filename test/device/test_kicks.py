@@ -27,15 +27,15 @@ from mlmem import (
     factory_calibration,
     preset,
 )
+from mlmem.instrument.blocks import run, wait
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import Kick
 from mlmem.move_settings import KickSettings
-from mlmem.moves.planner import How, find_route
+from mlmem.moves.kick import kick, kick_out, kick_to
+from mlmem.moves.planner import find_route
 from mlmem.physics import Scatter, find_level, find_walls, scattered
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.presets import use_kicks
-from mlmem.procedures.blocks import kick_end, kick_wall, run_procedure, wait_time
-from mlmem.procedures.driving import kick_out
 
 KICKED = sampled(('kick_2', 'case_2', 'kick_4'), lambda name: name != 'kick_4')
 
@@ -94,10 +94,8 @@ def test_a_late_kick_begins_slowly_and_never_turns_back():
 def test_the_speed_of_a_kick_selects_the_level(name):
     for target in range(preset(name).design.levels):
         kicked = element(name)
-        run_procedure(kicked, kick_wall(kicked, target))
-        run_procedure(
-            kicked, wait_time(kicked, 1500.0)
-        )  # three lifetimes 2 / eta: the wall rests within a cell
+        run(kicked, kick(kicked, target))
+        run(kicked, wait(kicked, 1500.0))  # three lifetimes 2 / eta: the wall rests within a cell
         assert level(kicked) == target
         assert kicked.chain.V_N == 0.0
 
@@ -106,7 +104,7 @@ def test_the_speed_of_a_kick_selects_the_level(name):
 def test_kick_out_from_every_level_leaves_blank(name):
     for start in range(preset(name).design.levels):
         erased = with_wall(element(name), start)
-        run_procedure(erased, kick_out(erased))
+        run(erased, kick_out(erased))
         assert level(erased) == BLANK
         assert erased.chain.V_N == 0.0
 
@@ -121,7 +119,7 @@ def test_kick_out_of_scattered_element_leaves_blank(speed, scatter):
     for start in range(design.levels):
         driver = Simulation.of(made, settings.time)
         erased = with_wall(MemoryElement(design, settings, calibration('kick_2'), driver), start)
-        run_procedure(erased, kick_out(erased))
+        run(erased, kick_out(erased))
         assert level(erased) == BLANK
 
 
@@ -134,8 +132,8 @@ def test_erase_of_blank_element_kicks_nothing():
 def test_erase_after_kink_that_stopped_short_leaves_blank():
     """Wall and kink are inside, and both ends as those of a blank element."""
     short = with_wall(element('case_2'), 6)
-    run_procedure(short, kick_end(short, short.design.D_s1, 0.03))
-    run_procedure(short, wait_time(short, 3000.0))
+    run(short, kick_to(short, short.design.D_s1, 0.03))
+    run(short, wait(short, 3000.0))
     assert len(find_walls(short.design, short.chain.configuration)) == 2
     outcome = short.perform(Erase())
     assert outcome.success, outcome.error
@@ -159,30 +157,30 @@ def test_the_method_decides_how_a_level_is_reached():
     design, kicks = use_kicks(preset('case_2'))
     for method, ways in {
         'kick': {
-            (BLANK, 5): [How.KICK],
-            (5, 3): [How.KICK_OUT, How.KICK],
-            (4, BLANK): [How.KICK_OUT],
+            (BLANK, 5): ['kick'],
+            (5, 3): ['kick out', 'kick'],
+            (4, BLANK): ['kick out'],
         },
-        'strain': {(BLANK, 0): [How.LAUNCH], (BLANK, 1): [How.LAUNCH, How.STEP]},
+        'strain': {(BLANK, 0): ['launch'], (BLANK, 1): ['launch', 'step up']},
     }.items():
         settings = replace(kicks, write=replace(kicks.write, method=method))
         for (start, target), way in ways.items():
-            assert [move.how for move in find_route(design, settings, start, target)] == way
+            assert [move.name for move in find_route(design, settings, start, target)] == way
     auto = replace(kicks, write=replace(kicks.write, method='auto'))
-    best = sum(move.time for move in find_route(design, auto, BLANK, 7))
+    best = sum(move.duration for move in find_route(design, auto, BLANK, 7))
     for method in ('kick', 'strain'):
         settings = replace(kicks, write=replace(kicks.write, method=method))
-        assert best <= sum(move.time for move in find_route(design, settings, BLANK, 7))
+        assert best <= sum(move.duration for move in find_route(design, settings, BLANK, 7))
 
 
 def test_where_no_kick_reaches_strain_takes_over():
     design, settings = use_kicks(preset('case_2'))
     short = replace(settings, kick=KickSettings('0.006 0.0145 0 0.053'))
     first, *others = find_route(design, short, BLANK, 2)
-    assert first.how is How.KICK
-    assert all(move.how.strains for move in others)
+    assert first.name == 'kick'
+    assert all(move.needs_actuator for move in others)
     without = replace(short, actuator=replace(short.actuator, present=False))
-    assert not any(move.how.strains for move in find_route(design, without, BLANK, 3))
+    assert not any(move.needs_actuator for move in find_route(design, without, BLANK, 3))
     with pytest.raises(ProcedureFailed, match='level 2 is reached only by strain'):
         find_route(design, without, BLANK, 2)
 
@@ -191,18 +189,18 @@ def test_what_bears_less_than_a_tenth_is_not_used():
     design, settings = use_kicks(preset('case_2'))
     rooms = replace(settings.kick, rooms='0.5 0.5 0.09')
     narrow = replace(settings, kick=rooms)
-    assert [move.how for move in find_route(design, settings, BLANK, 2)] == [How.KICK]
-    assert any(move.how.strains for move in find_route(design, narrow, BLANK, 2))
-    assert [move.room for move in find_route(design, narrow, BLANK, 1)] == [0.5]
-    assert [move.room for move in find_route(design, narrow, BLANK, 3)] == [1.0]  # not known
+    assert [move.name for move in find_route(design, settings, BLANK, 2)] == ['kick']
+    assert any(move.needs_actuator for move in find_route(design, narrow, BLANK, 2))
+    assert [move.margin for move in find_route(design, narrow, BLANK, 1)] == [0.5]
+    assert [move.margin for move in find_route(design, narrow, BLANK, 3)] == [1.0]  # not known
 
 
 def test_kicks_keep_to_the_limits_of_the_transducer():
     design, settings = use_kicks(preset('case_2'))
     slow = replace(settings, transducer=replace(settings.transducer, max_speed=0.25))
     way = find_route(design, slow, BLANK, 6)  # 0.18 on average, 0.27 at most
-    assert [move.how for move in way] != [How.KICK]
-    assert [move.how for move in find_route(design, slow, 5, BLANK)] == [How.ERASE]  # 0.45 at most
+    assert [move.name for move in way] != ['kick']
+    assert [move.name for move in find_route(design, slow, 5, BLANK)] == ['erase']  # 0.45 at most
 
 
 def test_without_an_actuator_everything_but_strain_works():
@@ -238,8 +236,8 @@ def test_without_an_actuator_a_wall_that_ran_out_at_the_right_comes_back(seed):
     design, _ = use_kicks(preset('case_2'))
     alone = element('case_2', actuator={'present': False})
     alone.chain.set_specimen(scattered(design, Scatter(alpha=3e-4, k_r=3e-4), seed))
-    run_procedure(alone, kick_wall(alone, 7, 1.5))
-    run_procedure(alone, wait_time(alone, 3000.0))  # until it stands still
+    run(alone, kick(alone, 7, 1.5))
+    run(alone, wait(alone, 3000.0))  # until it stands still
     assert np.abs(alone.chain.configuration - design.D_s1).min() > 1.0  # no cell is inactive
     for command in (Erase(), Write(4)):
         outcome = alone.perform(command)
@@ -257,7 +255,7 @@ def test_calibration_of_a_level_without_kick_uses_a_step():
     steps = odd.calibration.pulse_corrections.steps
     assert [at for at, step in enumerate(steps) if not step.speed] == [1]
     known = odd.calibration.remove_missed_kicks(odd.settings)
-    assert [move.how for move in find_route(design, known, BLANK, 1)] == [How.KICK, How.STEP]
+    assert [move.name for move in find_route(design, known, BLANK, 1)] == ['kick', 'step up']
     outcome = odd.perform(Write(1))
     assert outcome.success
     assert outcome.attempts == 1
@@ -283,7 +281,7 @@ def test_auto_leaves_an_actuator_alone_that_does_not_follow():
     """Where a step would be fastest, it finds out, and kicks."""
     stuck = with_wall(element('kick_2', write={'method': 'auto'}), 1)
     design, settings = stuck.design, stuck.settings
-    assert find_route(design, settings, 1, 2)[0].how.strains
+    assert find_route(design, settings, 1, 2)[0].needs_actuator
     stuck.apply(SetFaults(Faults(actuator_stuck=True)))
     outcome = stuck.perform(Write(2))
     assert outcome.success, outcome.error
@@ -360,7 +358,7 @@ def test_a_wall_that_swings_in_its_place_teaches_nothing():
 def test_a_wall_that_swings_after_a_kick_is_heard_again():
     """At once its left echo is 9 time units early, and the right one disagrees."""
     swinging = element('case_2')
-    run_procedure(swinging, kick_wall(swinging, 2))
+    run(swinging, kick(swinging, 2))
     assert swinging.perform(Read()).reading.level == 2
 
 

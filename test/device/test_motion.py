@@ -9,11 +9,11 @@ import pytest
 
 from mlmem import Settings
 from mlmem.instrument.actuator import Actuator
+from mlmem.instrument.blocks import play, run
 from mlmem.instrument.instrument import Instrument
 from mlmem.instrument.motion import Cycle, Ramp, shape_ramp
 from mlmem.move_settings import CycleSettings
 from mlmem.physics import CASE_II
-from mlmem.procedures.blocks import play_cycle, run_procedure
 from mlmem.settings import ActuatorSettings
 
 PEAK = -0.03
@@ -27,8 +27,8 @@ def test_a_planned_cycle_equals_that_of_the_device(times, max_rate):
     """At every tick, with an actuator that follows and with one too slow for the ramps."""
     settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
     instrument, seen = Instrument(CASE_II, settings), []
-    procedure = play_cycle(instrument, Cycle.plan_cycle(times, PEAK))
-    run_procedure(instrument, procedure, lambda: seen.append(instrument.actuator.strain))
+    procedure = play(instrument, Cycle.plan_cycle(times, PEAK))
+    run(instrument, procedure, lambda: seen.append(instrument.actuator.strain))
     seen = [*seen[1:], instrument.actuator.strain]
     told = Cycle.plan_cycle(times, PEAK, max_rate)
     assert len(seen) * instrument.tick == pytest.approx(told.duration, abs=3 * instrument.tick)

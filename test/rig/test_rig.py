@@ -32,10 +32,10 @@ from mlmem import (
     preset,
     snapshot,
 )
+from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
 from mlmem.presets import use_kicks
-from mlmem.procedures.blocks import run_procedure
 from mlmem.procedures.listening import probe_ends
 from mlmem.settings import ScaleSettings, TimeSettings
 from mlmem_ros.rig.driver import HEARTBEAT_PERIOD_S, Rig
@@ -240,7 +240,7 @@ def test_an_element_without_set_points_is_not_read():
     advance = element.driver.advance
     element.driver.advance = lambda *given: (advance(*given), before())[0]
     with pytest.raises(ProcedureFailed, match=r'interrupted \(\d\): set-points came too late'):
-        run_procedure(element, probe_ends(element, (End.LEFT,)))
+        run(element, probe_ends(element, (End.LEFT,)))
 
 
 def test_what_needs_a_simulation_is_refused():

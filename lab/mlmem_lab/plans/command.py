@@ -21,7 +21,7 @@ from mlmem import PRESETS, Preset
 from mlmem.element_file import read_element_file, write_element_file
 from mlmem.move_settings import select_peak
 from mlmem.moves.corrections import apply_correction, is_kicked
-from mlmem.moves.planner import kick_speed
+from mlmem.moves.kick import kick_speed
 from mlmem.parsing import DecodeError
 from mlmem.physics import Design, DesignError
 from mlmem_ros.parameter_file import ParameterFileError

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.memory import Memory
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule, is_kicked
@@ -18,7 +19,6 @@ from mlmem.physics import PEFRL, Chain, DesignError, Specimen, StateError, defau
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank, relax_to_equilibrium
 from mlmem.physics.potential import Array
 from mlmem.presets import Preset
-from mlmem.procedures.blocks import run_procedure
 from mlmem.procedures.driving import go_to_level
 from mlmem.readers.calibration import Calibration, DelayTable
 from mlmem.readers.reading import BLANK
@@ -204,9 +204,7 @@ class _Trial:
         corrections = [correction] * design.levels
         try:
             start = level - 1 if level else BLANK
-            run_procedure(
-                memory, go_to_level(memory, start, level, plainly=True, corrections=corrections)
-            )
+            run(memory, go_to_level(memory, start, level, plainly=True, corrections=corrections))
         except (StateError, DesignError):
             memory.stop_after_failure('')
             return None

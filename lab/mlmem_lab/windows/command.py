@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mlmem.element_file import Element
-from mlmem.moves.planner import How
+from mlmem.moves.kick import Kick, KickOut
 from mlmem.physics import INTEGRATORS
 from mlmem.presets import PRESETS
 from mlmem_ros.parameter_file import load_preset
@@ -153,20 +153,17 @@ def _measure_unstrained(
 ) -> dict[str, list[Sent]]:
     """Measure and print the kicks that are asked for, by preset."""
     found: dict[str, list[Sent]] = {name: [] for name in presets}
-    tasks = [(name, *each) for name in presets for each in sent.list_kicks(name)]
+    tasks = [(name, move) for name in presets for move in sent.list_kicks(name)]
     if arguments.method == 'strain' or not tasks:
         return found
-    names = [name for name, *_ in tasks]
+    names, kicks = zip(*tasks, strict=True)
     measure = partial(sent.measure_window, integrator=arguments.integrator or '', element=element)
-    done = map_calls(
-        console, arguments.workers, 'kicks', measure, names,
-        [how for _, how, _ in tasks], [level for *_, level in tasks],
-    )  # fmt: skip
+    done = map_calls(console, arguments.workers, 'kicks', measure, names, kicks)
     for name, each in zip(names, done, strict=True):
         found[name].append(each)
     for name, some in found.items():
-        for how in (How.KICK, How.KICK_OUT):
-            if of_kind := [each for each in some if each.how is how]:
+        for how in (Kick.name, KickOut.name):
+            if of_kind := [each for each in some if each.how == how]:
                 console.print(sent.build_table(name, how, of_kind))
     return found
 

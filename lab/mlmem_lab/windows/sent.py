@@ -15,9 +15,11 @@ from typing import Any
 from rich.table import Table
 
 from mlmem.element_file import Element
-from mlmem.moves.planner import MIN_MOVE_MARGIN, How, erase_speed, kick_speed
+from mlmem.moves.kick import Kick, KickOut, kick_into, kick_out_of
+from mlmem.moves.planner import find_moves
 from mlmem.physics import Specimen
 from mlmem.readers.reading import BLANK
+from mlmem.settings import RegisterSettings
 from mlmem_ros.parameter_file import load_preset
 from mlmem_tools.cli.output import create_table
 
@@ -37,7 +39,7 @@ class Sent:
     """A kick and its window.
 
     Attributes:
-        how: Which of both.
+        how: Name of the move.
         level: Level to which the kick leads, or which it erases.
         speed: Its mean speed.
         duration: Of the motion, in time units.
@@ -46,7 +48,7 @@ class Sent:
             seen; all are 0 if it fails as shipped.
     """
 
-    how: How
+    how: str
     level: int
     speed: float
     duration: float
@@ -60,23 +62,25 @@ class Sent:
 
     def as_dict(self) -> dict[str, Any]:
         """Return it for a result file."""
-        return {**vars(self), 'how': self.how.value}
+        return dict(vars(self))
 
 
-def list_kicks(source: str) -> list[tuple[How, int]]:
-    """Return all kicks of a preset or a parameter file, with their levels."""
+def list_kicks(source: str) -> list[Kick | KickOut]:
+    """Return all kicks of a preset or a parameter file, whether or not writes use them."""
     design, settings = load_preset(source)
     kick, levels = settings.kick, range(design.levels)
-    found = [
-        (How.KICK, level) for level, speed in zip(levels, kick.wall_speeds, strict=False) if speed
+    found: list[Kick | KickOut] = [
+        kick_into(design, settings, level)
+        for level, speed in zip(levels, kick.wall_speeds, strict=False)
+        if speed
     ]
     if found and kick.erase_speed:
-        found += [(How.KICK_OUT, level) for level in levels]
+        found += [kick_out_of(design, settings, level) for level in levels]
     return found
 
 
 def measure_window(
-    source: str, how: How, level: int, integrator: str = '', element: Element | None = None
+    source: str, move: Kick | KickOut, integrator: str = '', element: Element | None = None
 ) -> Sent:
     """Return the window of a kick.
 
@@ -87,31 +91,33 @@ def measure_window(
     """
     design, settings = load_preset(source)
     time = replace(settings.time, integrator=integrator or settings.time.integrator)
-    settings = replace(settings, time=time, write=replace(settings.write, method='kick'))
+    write, one_wall = replace(settings.write, method='kick'), RegisterSettings()
+    settings = replace(settings, time=time, write=write, register=one_wall)
     chain = build_chain(Specimen(design) if element is None else element.timed_specimen, settings)
     kick, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
-    if how is How.KICK_OUT:
-        speed, able = kick.erase_speed, erase_speed(design, settings) > 0.0
+    used = move in find_moves(design, settings, move.start)
+    if move.start != BLANK:
+        level, speed = move.start, kick.erase_speed
         sound = after_erase(chain, level, kick) == BLANK
         rooms = erase_margins(chain, level, kick) if sound else NO_MARGINS
-        return Sent(how, level, speed, stroke / speed + kick.hold, able, rooms)
-    factor = 1.0 if element is None else element.corrections_by_level(settings)[level].speed
-    speeds = [factor * speed for speed in kick.wall_speeds]
-    kick = replace(kick, speeds=' '.join(f'{speed:.6g}' for speed in speeds))
-    sound = after_kick(chain, speeds[level], kick) == level
-    rooms = kick_margins(chain, level, kick) if sound else NO_MARGINS
-    able = kick_speed(design, settings, level) > 0.0 and kick.room(level) >= MIN_MOVE_MARGIN
-    return Sent(how, level, speeds[level], stroke / speeds[level] + kick.hold, able, rooms)
+    else:
+        level = move.target
+        factor = 1.0 if element is None else element.corrections_by_level(settings)[level].speed
+        speeds = [factor * speed for speed in kick.wall_speeds]
+        kick, speed = replace(kick, speeds=' '.join(f'{one:.6g}' for one in speeds)), speeds[level]
+        sound = after_kick(chain, speed, kick) == level
+        rooms = kick_margins(chain, level, kick) if sound else NO_MARGINS
+    return Sent(move.name, level, speed, stroke / speed + kick.hold, used, rooms)
 
 
 NO_MARGINS = dict.fromkeys(KICK_QUANTITIES, 0.0)
 """Of a kick that fails as shipped."""
 
 
-def build_table(name: str, how: How, some: Iterable[Sent]) -> Table:
+def build_table(name: str, how: str, some: Iterable[Sent]) -> Table:
     """Return a row for every kick of a preset: those that write, or those that erase."""
     told = ['stroke' if each == 'gain' else each for each in KICK_QUANTITIES]
-    kind = 'kicks' if how is How.KICK else 'kicks that erase'
+    kind = 'kicks' if how == Kick.name else 'kicks that erase'
     made = create_table(
         f'{name}: {kind}, and the changes they bear', '>level', '>mean speed', '>duration',
         *(f'>± {each}' for each in told), 'used',

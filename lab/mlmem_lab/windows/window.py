@@ -23,7 +23,9 @@ from mlmem.element_file import Element
 from mlmem.instrument.actuator import Actuator
 from mlmem.instrument.drivers import Simulation
 from mlmem.moves.corrections import apply_correction
-from mlmem.moves.planner import How, Move, find_moves, half_period, step_cycle
+from mlmem.moves.move import Move
+from mlmem.moves.planner import find_moves
+from mlmem.moves.strain_cycle import StepUp, half_period, step_cycle
 from mlmem.physics import Chain, StateError, find_level, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
@@ -122,7 +124,7 @@ def list_moves(name: str) -> list[Move]:
     """Return the steps up of a preset or parameter file, from every level."""
     design, settings = load_preset(name)
     levels = range(design.levels)
-    return [m for n in levels for m in find_moves(design, settings, n) if m.how is How.STEP]
+    return [m for n in levels for m in find_moves(design, settings, n) if m.name == StepUp.name]
 
 
 def describe_settings(name: str) -> dict[str, Any]:

@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 
 from mlmem import UNDECODABLE, Faults, MemoryElement, SetFaults
 from mlmem.errors import ProcedureFailed
+from mlmem.instrument.blocks import Procedure, run, wait
+from mlmem.moves.kick import kick
 from mlmem.parsing import decode_value
 from mlmem.physics import (
     Design,
@@ -36,11 +38,8 @@ from mlmem.physics import (
 )
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.potential import Array
-from mlmem.procedures import run_procedure
-from mlmem.procedures.blocks import Procedure, kick_wall, wait_time
 from mlmem.procedures.driving import go_to_level
 from mlmem.procedures.listening import read_waveforms, take_reading
-from mlmem.procedures.many_walls import put_word
 from mlmem.readers.reading import Reading
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import count_words, make_code
@@ -211,13 +210,13 @@ class _Made:
         if tried == STEP_TRIAL:
             return self._moved(go_to_level(self._element, level, level + 1))
         if tried == KICK_TRIAL:
-            return self._moved(kick_wall(self._element, level))
+            return self._moved(kick(self._element, level))
         return self._decoded(tried)
 
     def _moved(self, move: Procedure[None]) -> int:
         element, design = self._element, self._element.design
-        run_procedure(element, move, self._shake)
-        run_procedure(element, wait_time(element, SETTLE_DAMPING_TIMES / design.eta), self._shake)
+        run(element, move, self._shake)
+        run(element, wait(element, SETTLE_DAMPING_TIMES / design.eta), self._shake)
         configuration = element.chain.configuration
         reached = find_level(design, configuration, design.J / 2)
         if reached < 0:
@@ -246,10 +245,8 @@ class _Made:
         element.transducer.assume_equilibrium()
         if tried == READ_TRIAL:
             return self._heard(read_waveforms(element))
-        run_procedure(element, put_word(element, register, 0, word), self._shake)
-        run_procedure(
-            element, wait_time(element, SETTLE_DAMPING_TIMES / element.design.eta), self._shake
-        )
+        run(element, go_to_level(element, 0, word), self._shake)
+        run(element, wait(element, SETTLE_DAMPING_TIMES / element.design.eta), self._shake)
         if tried == BLIND_TRIAL:
             return self._heard(read_waveforms(element))
         found = sorted(
@@ -262,7 +259,7 @@ class _Made:
 
     def _heard(self, reading: Procedure[Reading]) -> int:
         try:
-            return run_procedure(self._element, reading, self._shake).level
+            return run(self._element, reading, self._shake).level
         except ProcedureFailed:  # it does not come to rest
             self._element.transducer.release()
             return UNDECODABLE

@@ -1,0 +1,97 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Building blocks of procedures: waits, and motions of the strain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import TypeVar
+
+from ..commands import PHASE_SETTLING, PHASE_STRAINING
+from ..errors import NotFollowed
+from .instrument import MAX_RUN_TICKS, Instrument
+from .motion import Cycle
+
+T = TypeVar('T')
+Procedure = Generator[int, None, T]
+"""Yields the number of ticks after which to resume it; an earlier resumption changes nothing."""
+
+FOLLOWING_ERROR = 0.1
+"""Allowed error of the actuator, as a fraction of its largest strain."""
+
+
+def run(
+    instrument: Instrument, procedure: Procedure[T], before: Callable[[], object] | None = None
+) -> T:
+    """Advance an instrument until a procedure has ended, and return its result.
+
+    If given, `before` is called before every tick.
+
+    Raises:
+        ProcedureFailed: The procedure failed.
+        StateError: The material cannot continue.
+    """
+    while True:
+        try:
+            ticks = next(procedure)
+        except StopIteration as stop:
+            result: T = stop.value
+            return result
+        if before is not None:
+            before()
+            ticks = 1
+        instrument.pass_ticks(min(ticks, MAX_RUN_TICKS))
+
+
+def wait(element: Instrument, duration: float) -> Procedure[None]:
+    """Let whole ticks pass, at least `duration` time units."""
+    if duration > 0.0:
+        element.progress.phase = PHASE_SETTLING
+    end = element.ticks + math.ceil(duration / element.tick)
+    while element.ticks < end:
+        yield end - element.ticks
+
+
+def catch_up(element: Instrument) -> Procedure[None]:
+    """Wait until the samples of this tick have arrived, because a driver may lag."""
+    yield from wait(element, element.driver.lag * element.tick)
+
+
+def ramp(
+    element: Instrument, strain: float, duration: float, delay: float = 0.0
+) -> Procedure[None]:
+    """Move the strain smoothly and wait until it arrives.
+
+    Raises:
+        NotFollowed: The actuator does not follow, even in twice the time.
+    """
+    element.progress.phase = PHASE_STRAINING
+    element.actuator.ramp_to(strain, duration, delay)
+    while element.actuator.is_moving:
+        yield element.count_ticks_to_check(element.actuator.remaining_time)
+    allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
+    patience = math.ceil(duration / element.tick)
+    while abs((encoder := element.transmission.encoder) - strain) > allowed:
+        if patience == 0:
+            raise NotFollowed(
+                f'the actuator does not follow: it is at a strain of {encoder:.4f} instead of '
+                f'{strain:.4f}'
+            )
+        patience -= 1
+        yield 1
+
+
+def play(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Procedure[None]:
+    """Strain the element through ramps and waits; see `ramp` and `wait`."""
+    for motion in cycle.motions:
+        if motion.still and not element.actuator.is_moving:
+            yield from wait(element, motion.duration)
+        else:
+            yield from ramp(element, motion.target, motion.duration, delay)
+
+
+def wait_for_ends(element: Instrument) -> Procedure[None]:
+    """Wait while an end is driven."""
+    while element.transducer.is_driving:
+        yield element.count_ticks_to_check(element.transducer.remaining_time)

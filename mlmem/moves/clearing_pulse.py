@@ -1,0 +1,61 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The clearing pulse: all walls of a register leave at the left end (docs/strainless.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ..commands import PHASE_LAUNCHING
+from ..instrument.blocks import Procedure, wait, wait_for_ends
+from ..instrument.end import End
+from ..memory import Memory
+from ..physics import Design
+from ..readers.echo import pulse_duration
+from ..settings import Settings
+from .ends import bring_ends_back
+from .move import MIN_MARGIN, Drive, blank_content
+
+
+@dataclass(frozen=True)
+class ClearingPulse:
+    """A strong pulse of an end, after which the walls leave and its waves decay; see `Move`."""
+
+    start: int
+    target: int
+    duration: float
+
+    name: ClassVar[str] = 'clearing pulse'
+    ringing: ClassVar[float] = 0.0
+    margin: ClassVar[float] = MIN_MARGIN
+    needs_actuator: ClassVar[bool] = False
+    listens: ClassVar[bool] = False
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
+        """Bring back ends that strayed, fire the pulse, and let its waves decay."""
+        yield from bring_ends_back(element)
+        yield from fire_clearing_pulse(element)
+        yield from wait(element, element.settings.clearing_pulse.settle)
+
+
+def moves_from(
+    design: Design, settings: Settings, start: int, target: int
+) -> Iterator[ClearingPulse]:
+    """Yield the clearing pulse of a register."""
+    if settings.register.spacing:
+        pulse = settings.clearing_pulse
+        duration = pulse_duration(pulse) + pulse.settle
+        yield ClearingPulse(start, blank_content(settings), duration)
+
+
+def fire_clearing_pulse(element: Memory) -> Procedure[None]:
+    """Drive an end with the clearing pulse; raises as `Instrument.require_phase`."""
+    settings = element.settings.clearing_pulse
+    element.require_phase(End(settings.end))
+    element.begin_cycle('cleared')
+    element.progress.phase = PHASE_LAUNCHING
+    element.transducer.clear(End(settings.end), settings)
+    yield from wait_for_ends(element)
+    element.last_moved = element.ticks

@@ -1,0 +1,37 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ends that strayed into a third ground state are brought back before they are driven."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..commands import PHASE_LAUNCHING
+from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
+from ..instrument.end import End
+from ..memory import Memory
+
+BRING_BACK_SPEED = 0.2
+"""Speed for moving an end back from a third ground state; 0.1 to 0.4 was seen to work."""
+
+
+def bring_back(element: Memory, end: End) -> Procedure[None]:
+    """Move an end that strayed into a third ground state back to the active phase.
+
+    A wall driven over a free end returns as a wall between the active phase and the next. No
+    strain moves it, but the wall launched here removes it within some 90 cells.
+    """
+    element.forget('an end was brought back')
+    element.progress.phase = PHASE_LAUNCHING
+    element.transducer.move(end, element.design.D_s2, BRING_BACK_SPEED)
+    yield from wait_for_ends(element)
+    yield from wait(element, element.settings.erase.settle)
+    yield from catch_up(element)
+
+
+def bring_ends_back(element: Memory, ends: Iterable[End] = End) -> Procedure[None]:
+    """Bring back those of some ends that strayed."""
+    yield from catch_up(element)
+    for end in ends:
+        if element.phase(end) is None:
+            yield from bring_back(element, end)

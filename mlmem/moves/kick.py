@@ -1,0 +1,223 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Kicks: smooth moves of the left end to its other ground state, which need no strain.
+
+A kick sends a wall to the level that its speed selects, or a kink that takes the wall of an
+element away. Into a register it sends walls and kinks in turn, each behind those that rest
+already; so a word is filled from the right. See docs/strainless.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ..commands import PHASE_LAUNCHING
+from ..instrument.blocks import Procedure, catch_up, wait, wait_for_ends
+from ..instrument.end import End
+from ..memory import Memory
+from ..physics import Design, wall_energy
+from ..readers.reading import BLANK, UNDECODABLE
+from ..readers.words import Code
+from ..settings import Settings
+from .ends import bring_ends_back
+from .move import MIN_MARGIN, Drive
+from .strain_cycle import ringing_time
+
+EJECTION_FACTORS = 1.2, 5.0, 2.0
+"""Factors on the speed of the fastest kick for a kink that is to run out at the right, one an
+attempt: a short element needs a faster one, and too fast a kick sends waves instead."""
+
+
+@dataclass(frozen=True)
+class Kick:
+    """A kick of a wall from the left end of a blank element to a level; see `Move`.
+
+    Attributes:
+        speed: Mean speed of the end, without corrections.
+    """
+
+    start: int
+    target: int
+    duration: float
+    ringing: float
+    margin: float
+    speed: float
+
+    name: ClassVar[str] = 'kick'
+    needs_actuator: ClassVar[bool] = False
+    listens: ClassVar[bool] = False
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
+        """Send the wall; it comes to rest at the level."""
+        factor = how.corrections[self.target].speed * how.speed_factor
+        yield from kick(element, self.target, factor)
+
+
+@dataclass(frozen=True)
+class KickOut:
+    """A kick of a kink that takes the wall away; see `Move`."""
+
+    start: int
+    target: int
+    duration: float
+    ringing: float
+
+    name: ClassVar[str] = 'kick out'
+    margin: ClassVar[float] = MIN_MARGIN
+    needs_actuator: ClassVar[bool] = False
+    listens: ClassVar[bool] = False
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
+        """Send the kink to the wall."""
+        yield from kick_out(element, how.attempt)
+
+
+@dataclass(frozen=True)
+class WordKick:
+    """A kick of the next wall or kink into a register; see `Move`.
+
+    Attributes:
+        speed: Mean speed of the end.
+    """
+
+    start: int
+    target: int
+    duration: float
+    speed: float
+
+    name: ClassVar[str] = 'kick'
+    ringing: ClassVar[float] = 0.0
+    margin: ClassVar[float] = 1.0
+    needs_actuator: ClassVar[bool] = False
+    listens: ClassVar[bool] = False
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
+        """Send a wall, or a kink if the left end is active."""
+        yield from bring_ends_back(element, (End.LEFT,))
+        design = element.design
+        target = design.D_s1 if element.phase(End.LEFT) == 1 else design.D_s2
+        yield from kick_to(element, target, self.speed)
+
+
+def moves_from(
+    design: Design, settings: Settings, start: int, target: int
+) -> Iterator[Kick | KickOut | WordKick]:
+    """Yield the kicks that begin at a content; into a register the one that its target needs."""
+    if settings.register.spacing:
+        yield from _word_kicks(design, settings, start, target)
+    elif settings.write.method != 'strain':
+        if start == BLANK:
+            for level in range(design.levels):
+                if kick_speed(design, settings, level):
+                    yield kick_into(design, settings, level)
+        elif erase_speed(design, settings):
+            yield kick_out_of(design, settings, start)
+
+
+def kick_into(design: Design, settings: Settings, level: int) -> Kick:
+    """Return the kick from blank to a level, whether or not it is used.
+
+    Raises:
+        IndexError: The settings have no kick to this level, or its speed is 0.
+    """
+    shape, speed = settings.kick, settings.kick.wall_speeds[level]
+    if not speed:
+        raise IndexError(f'kick.speeds has no kick to level {level}')
+    duration = abs(design.D_s2 - design.D_s1) / speed + shape.hold + shape.settle
+    return Kick(BLANK, level, duration, ringing_time(design), shape.room(level), speed)
+
+
+def kick_out_of(design: Design, settings: Settings, level: int) -> KickOut:
+    """Return the kick that erases a wall at a level, or at any, whether or not it is used."""
+    shape, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
+    duration = stroke / shape.erase_speed + shape.hold + shape.erase_settle
+    return KickOut(level, BLANK, duration, ringing_time(design))
+
+
+def _word_kicks(design: Design, settings: Settings, start: int, target: int) -> Iterator[WordKick]:
+    """Yield the kick of the next wall of a word, if all walls that rest already are its own."""
+    if start == UNDECODABLE:
+        return
+    code, shape = Code(design.levels, settings.register.spacing), settings.kick
+    resting, needed = code.walls(start), code.walls(target)
+    missing = len(needed) - len(resting)
+    if missing <= 0 or needed[missing:] != resting:
+        return
+    level = needed[missing - 1]
+    speed = (shape.wall_speeds, shape.kink_speeds)[len(resting) % 2][level]
+    duration = abs(design.D_s2 - design.D_s1) / speed + shape.hold + shape.settle
+    yield WordKick(start, code.word(needed[missing - 1 :]), duration, speed)
+
+
+def kick_speed(design: Design, settings: Settings, level: int) -> float:
+    """Return the mean speed of the kick from blank to a level; 0 if there is none."""
+    speeds, limits = settings.kick.wall_speeds, settings.transducer
+    speed = speeds[level] if level < len(speeds) else 0.0
+    able = abs(design.D_s2 - design.D_s1) <= limits.max_stroke
+    return speed if able and settings.kick.peak_speed_ratio * speed <= limits.max_speed else 0.0
+
+
+def kick_energy(design: Design, level: int) -> float:
+    """Return the energy of the wall that a kick sends to a level.
+
+    It is a particle of rest energy and mass E in a medium where waves run at speed 1, and damping
+    takes its momentum on the way to X: E sqrt(1 + (eta X)^2).
+    """
+    return wall_energy(design) * math.hypot(1.0, design.eta * design.defect_site(level))
+
+
+def erase_speed(design: Design, settings: Settings) -> float:
+    """Return the mean speed of the kick that erases one wall; 0 if kicks do not erase."""
+    kick, limits = settings.kick, settings.transducer
+    able = settings.write.method != 'strain' and any(kick.wall_speeds)
+    able &= abs(design.D_s2 - design.D_s1) <= limits.max_stroke
+    able &= kick.peak_speed_ratio * kick.erase_speed <= limits.max_speed
+    return kick.erase_speed if able else 0.0
+
+
+def kick(element: Memory, level: int, factor: float = 1.0) -> Procedure[None]:
+    """Send a wall from the left end of a blank element to a level.
+
+    `factor` is on the speed of the kick, within the transducer's limit.
+    """
+    speed = factor * kick_speed(element.design, element.settings, level)
+    yield from catch_up(element)  # where is the end?
+    yield from kick_to(element, element.design.D_s2, speed)
+
+
+def kick_out(element: Memory, attempt: int = 1) -> Procedure[None]:
+    """Send a kink from the left end to the wall, which takes both away.
+
+    If the left end is inactive, there is a kink already, which did not arrive: first a wall is
+    sent to it. A wall that ran past the right end is followed by a kink that does so, too.
+    """
+    design, settings = element.design, element.settings.kick
+    fastest = max(settings.wall_speeds)
+    yield from bring_ends_back(element)
+    if element.phase(End.LEFT) == 0:
+        yield from kick_to(element, design.D_s2, fastest)
+        yield from bring_ends_back(element)
+    speed = settings.erase_speed
+    if element.phase(End.RIGHT) != 0:
+        speed = fastest * EJECTION_FACTORS[(attempt - 1) % len(EJECTION_FACTORS)]
+    yield from kick_to(element, design.D_s1, speed, settings.erase_settle)
+
+
+def kick_to(
+    element: Memory, target: float, speed: float, settle: float | None = None
+) -> Procedure[None]:
+    """Move the left end smoothly to a ground state and hold it; what it sends comes to rest.
+
+    `settle` is the rest afterwards, by default that of the settings.
+    """
+    settings = element.settings.kick
+    element.begin_cycle('kicked')
+    element.progress.phase = PHASE_LAUNCHING
+    speed = min(speed, element.settings.transducer.max_speed / settings.peak_speed_ratio)
+    element.transducer.kick(target, speed)
+    yield from wait_for_ends(element)
+    element.last_moved = element.ticks
+    yield from wait(element, settings.settle if settle is None else settle)

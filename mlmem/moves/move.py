@@ -1,0 +1,100 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a move is: one way to take an element from one content to another.
+
+Every other module of this package with a function `moves_from(design, settings, start, target)`
+adds its moves to the planner. That function yields the moves that begin at a content, or, from
+`UNDECODABLE`, those that make an element blank whatever it holds. A family may leave out what
+leads away from the target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..instrument.blocks import Procedure
+from ..memory import Memory
+from ..readers.reading import BLANK, Reading
+from ..settings import Settings
+from .corrections import PulseCorrection
+
+MIN_MARGIN = 0.1
+"""Least margin of a move that the planner uses."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How a write drives its moves.
+
+    Attributes:
+        look: Probes the element; a move that listens on its way uses it.
+        corrections: Of the pulses, by the level to which a move takes the wall.
+        strain_factor: Factor on the peak strains of steps up, within the actuator's limit.
+        speed_factor: Factor on the speed of a kick, within the transducer's limit.
+        is_last: Whether the element is read after this move.
+        attempt: Number of the attempt, from 1.
+    """
+
+    look: Callable[[Memory], Procedure[Reading]]
+    corrections: Sequence[PulseCorrection]
+    strain_factor: float = 1.0
+    speed_factor: float = 1.0
+    is_last: bool = True
+    attempt: int = 1
+
+
+class Move(Protocol):
+    """One way to take an element from one content to another.
+
+    A content is a level or `BLANK`; of a register it is a word.
+    """
+
+    @property
+    def name(self) -> str:
+        """The kind of move in words, for messages."""
+
+    @property
+    def start(self) -> int:
+        """Content at which it begins; `UNDECODABLE` if any will do."""
+
+    @property
+    def target(self) -> int:
+        """Content at which it ends."""
+
+    @property
+    def duration(self) -> float:
+        """Time units that it takes; approximate if it listens."""
+
+    @property
+    def ringing(self) -> float:
+        """Time units for which it leaves the element ringing, until it can be read."""
+
+    @property
+    def margin(self) -> float:
+        """Relative change that its quantities tolerate."""
+
+    @property
+    def needs_actuator(self) -> bool:
+        """Whether it strains the substrate."""
+
+    @property
+    def listens(self) -> bool:
+        """Whether it listens on its way until it has succeeded.
+
+        It is as fast as it says only from a content that was read, so it begins a route.
+        """
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[Reading | None]:
+        """Make the move; return what it read last if it listens.
+
+        Raises:
+            ProcedureFailed: It listens and has not succeeded; `NotFollowed` if the actuator does
+                not follow.
+        """
+
+
+def blank_content(settings: Settings) -> int:
+    """Return the content of an element without walls: `BLANK`, or word 0 of a register."""
+    return 0 if settings.register.spacing else BLANK

@@ -1,0 +1,233 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Strain cycles, as in the paper: launch a wall at level 0, step it up by a level, and drive a
+kink across that takes the wall away.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+from ..commands import PHASE_LAUNCHING
+from ..errors import NotFollowed, ProcedureFailed
+from ..instrument.blocks import Procedure, catch_up, play, wait_for_ends
+from ..instrument.end import End
+from ..instrument.instrument import Instrument
+from ..instrument.motion import Cycle
+from ..memory import Memory
+from ..move_settings import EraseSettings, WriteSettings, select_peak
+from ..physics import Design
+from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
+from ..settings import Settings
+from .corrections import apply_correction
+from .ends import bring_back
+from .move import MIN_MARGIN, Drive
+
+RINGING_DAMPING_TIMES = 12.0
+"""Damping times until an element that moved fast is quiet enough to be read."""
+
+MIN_CYCLES_PER_LOOK = 8
+"""An erase listens after every cycle at first, then at intervals that grow by an eighth: listening
+takes as long as one cycle or several."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """Under a strain the left end moves, and a wall rests at level 0; see `Move`."""
+
+    duration: float
+    settings: Settings = field(repr=False)
+
+    name: ClassVar[str] = 'launch'
+    start: ClassVar[int] = BLANK
+    target: ClassVar[int] = 0
+    ringing: ClassVar[float] = 0.0
+    margin: ClassVar[float] = MIN_MARGIN
+    needs_actuator: ClassVar[bool] = True
+    listens: ClassVar[bool] = False
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
+        """Launch the wall; raises `NotFollowed`."""
+        element.begin_cycle()
+        write = apply_correction(self.settings, how.corrections[self.target]).write
+        try:
+            yield from launch(element, write, element.design.D_s2)
+        except NotFollowed as failure:
+            raise _strain_needed(self, failure) from None
+
+
+@dataclass(frozen=True)
+class StepUp:
+    """One strain cycle takes the wall up by a level; see `Move`."""
+
+    start: int
+    target: int
+    duration: float
+    settings: Settings = field(repr=False)
+
+    name: ClassVar[str] = 'step up'
+    ringing: ClassVar[float] = 0.0
+    margin: ClassVar[float] = MIN_MARGIN
+    needs_actuator: ClassVar[bool] = True
+    listens: ClassVar[bool] = False
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[None]:
+        """Strain the element once, gently if it is read after it; raises `NotFollowed`."""
+        design = element.design
+        element.begin_cycle()
+        settings = gentle(self.settings) if how.is_last else self.settings
+        settings = apply_correction(settings, how.corrections[self.target])
+        delay = half_period(design) if settings.write.shaped else 0.0
+        cycle = step_cycle(design, settings, self.start, how.strain_factor)
+        try:
+            yield from play(element, cycle, delay)
+        except NotFollowed as failure:
+            raise _strain_needed(self, failure) from None
+
+
+@dataclass(frozen=True)
+class KinkDrive:
+    """Strain cycles drive a kink on until it meets the wall, and both vanish; see `Move`."""
+
+    start: int
+    duration: float
+
+    name: ClassVar[str] = 'erase'
+    target: ClassVar[int] = BLANK
+    ringing: ClassVar[float] = 0.0
+    margin: ClassVar[float] = MIN_MARGIN
+    needs_actuator: ClassVar[bool] = True
+    listens: ClassVar[bool] = True
+
+    def drive(self, element: Memory, how: Drive) -> Procedure[Reading]:
+        """Launch a kink and drive it on until it meets the wall.
+
+        At the same site a kink needs the opposite strain of a wall. A probe from the right end
+        shows whether the wall is gone: then the echo comes from the far end. With
+        `erase.trust_reading` it first listens when the kink is where the wall was read.
+
+        Raises:
+            ProcedureFailed: The element is not blank after two cycles per level.
+        """
+        settings, design = element.settings.erase, element.design
+        cycles = 2 * design.levels + 2
+        kink, meeting = 0, _cycles_until_meeting(element)
+        for _ in range(cycles):
+            yield from catch_up(element)
+            for end in (End.RIGHT, End.LEFT):
+                if element.phase(end) is None:
+                    yield from bring_back(element, end)
+            if element.phase(End.LEFT) != 0:
+                element.begin_cycle()
+                yield from launch(element, settings, design.D_s1)
+                if kink:  # launched again: the prediction no longer holds
+                    kink = meeting = 0
+            late = kink - meeting
+            if late >= 0 and late % max(1, late // MIN_CYCLES_PER_LOOK) == 0:
+                reading = yield from how.look(element)
+                if reading.level == BLANK:
+                    return reading
+            element.begin_cycle()
+            compress = not design.is_freed_by_compression(kink % 2)
+            yield from play(element, Cycle.plan_cycle(settings, select_peak(settings, compress)))
+            kink += 1
+        raise ProcedureFailed(
+            f'the element is not blank after {cycles} strain cycles; read last: '
+            f'{describe_level(reading.level)}'
+        )
+
+
+def moves_from(
+    design: Design, settings: Settings, start: int, target: int
+) -> Iterator[Launch | StepUp | KinkDrive]:
+    """Yield the moves of one wall by strain."""
+    if not settings.actuator.present or settings.register.spacing:
+        return
+    write, rate = settings.write, settings.actuator.max_rate
+    if start == BLANK:
+        moving = abs(design.D_s2 - design.D_s1) / write.launch_speed
+        cycle = Cycle.plan_cycle(write, write.start_strain, rate)
+        yield Launch(cycle.duration + moving, settings)
+        return
+    if 0 <= start < design.levels - 1:
+        cycle = Cycle.plan_cycle(write, write.tension, rate)
+        yield StepUp(start, start + 1, cycle.duration, settings)
+    kink = Cycle.plan_cycle(settings.erase, settings.erase.compression, rate)
+    place = design.levels - 1 if start == UNDECODABLE else start
+    yield KinkDrive(start, (place + 2) * kink.duration + ringing_time(design))
+
+
+def step_cycle(design: Design, settings: Settings, start: int, factor: float = 1.0) -> Cycle:
+    """Return the strain of a step up from a level.
+
+    `factor` is on its peak, within the actuator's limit.
+    """
+    limit = settings.actuator.max_strain
+    wanted = factor * select_peak(settings.write, design.is_freed_by_compression(start))
+    return Cycle.plan_cycle(
+        settings.write, max(-limit, min(wanted, limit)), settings.actuator.max_rate
+    )
+
+
+def gentle(settings: Settings) -> Settings:
+    """Return settings whose steps up end as gently as the last one of a write."""
+    write = settings.write
+    release = max(write.release, write.last_release)
+    return replace(settings, write=replace(write, release=release))
+
+
+def half_period(design: Design) -> float:
+    """Return half a period of the inactive cells swinging in phase, as after a ramp.
+
+    At that band edge waves do not propagate; they ring at the right end until damped.
+    """
+    return math.pi / math.sqrt(design.k_s1)
+
+
+def ringing_time(design: Design) -> float:
+    """Return how long an element rings after a fast move; 0 if it never stops."""
+    return RINGING_DAMPING_TIMES / design.eta if design.eta > 0.0 else 0.0
+
+
+def launch(
+    element: Instrument, times: WriteSettings | EraseSettings, target: float
+) -> Procedure[None]:
+    """Under a strain, move v_1 to another ground state at constant speed, and release it."""
+    rise, *rest = Cycle.plan_cycle(times, times.start_strain).motions
+    yield from play(element, Cycle((rise,)))
+    yield from catch_up(element)  # where is the end?
+    element.progress.phase = PHASE_LAUNCHING
+    element.transducer.move(End.LEFT, target, times.launch_speed)
+    yield from wait_for_ends(element)
+    yield from play(element, Cycle(tuple(rest)))
+
+
+def return_to_zero(element: Memory) -> Procedure[None]:
+    """Bring a strain that was set by hand back to zero, and let the element settle.
+
+    With the slow times of an erase: a write may return within a tick.
+    """
+    if element.actuator.strain != 0.0 or element.actuator.is_moving:
+        element.forget('strained by a procedure')
+        yield from play(element, Cycle.release(element.settings.erase, element.actuator.strain))
+
+
+def _strain_needed(move: Launch | StepUp, failure: NotFollowed) -> NotFollowed:
+    """Return the error of a move whose strain the actuator does not follow."""
+    needy = f'a {move.name} to {describe_level(move.target)} needs strain'
+    return NotFollowed(f'{needy}, and {failure}')
+
+
+def _cycles_until_meeting(element: Memory) -> int:
+    """Return after how many cycles the kink meets the wall, if known, to listen from then on.
+
+    The kink begins at level 0 and advances one level per cycle. A wall that compression frees
+    has also moved by then; with short levels the two attract from one level apart.
+    """
+    reading = element.reading
+    if not element.settings.erase.trust_reading or reading is None or reading.level < 1:
+        return 0
+    return reading.level - 1 + element.design.is_freed_by_compression(reading.level)
