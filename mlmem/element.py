@@ -25,7 +25,8 @@ from .procedure_table import PROCEDURES, Abort, Procedures
 from .procedures import Procedure, Result
 from .readers.calibration import Calibration
 from .readers.reading import UNDECODABLE
-from .schema import find_descriptions, find_problems, short_repr
+from .rejections import ErrorCode
+from .schema import find_descriptions, find_problems
 from .settings import Settings
 
 PROCEDURE_NAMES = {row.command: name for name, row in PROCEDURES.items()}
@@ -153,14 +154,19 @@ class MemoryElement(Memory):
                 self._set_method(method)
                 return None
         if self._running:
-            raise Refused(f'busy: {self.procedure} is running; abort it or wait')
+            raise Refused(
+                f'busy: {self.procedure} is running; abort it or wait', code=ErrorCode.BUSY
+            )
         if name is not None:
             return self._begin_procedure(name, command, wanted)
         match command:
             case commands.SetStrain() | commands.FollowTrajectory() if (
                 not self.settings.actuator.present
             ):
-                raise Refused('a strain needs an actuator, and there is none (actuator.present)')
+                raise Refused(
+                    'a strain needs an actuator, and there is none (actuator.present)',
+                    code=ErrorCode.UNSUPPORTED, field='actuator.present',
+                )  # fmt: skip
             case commands.SetStrain(strain):
                 if not self.actuator.slew_to(strain):
                     return None
@@ -168,7 +174,9 @@ class MemoryElement(Memory):
                 self.actuator.follow(command, self.settings.scale.time)
             case _:
                 known = ', '.join(commands.COMMANDS_BY_NAME)
-                raise Refused(f'command must be one of {known}; got {short_repr(command)}')
+                raise Refused.of_value(
+                    ErrorCode.OUT_OF_RANGE, 'command', command, f'one of {known}'
+                )
         self.forget('strained by hand')
         return None
 
@@ -194,12 +202,12 @@ class MemoryElement(Memory):
         try:
             write = replace(self.settings.write, method=method)
         except SettingsError as error:
-            raise Refused(f'write.{error}') from error
+            raise Refused.within('write', error) from error
         try:
             settings = replace(self.settings, write=write)
             self.transducer.set_probes(settings)
         except SettingsError as error:
-            raise Refused(str(error)) from error
+            raise Refused(str(error), code=error.code, field=error.field) from error
         self.settings = settings
 
     def _apply_faults(self, faults: Faults) -> None:
@@ -229,14 +237,19 @@ class MemoryElement(Memory):
     def _check_arguments(self, command: Command) -> dict[str, Any]:
         """Return the arguments of a procedure."""
         if wrong := find_problems(command, level=self.words - 1):
-            text = '; '.join(wrong)
-            raise Refused(text if self.register is None else text.replace('level', 'word', 1))
+            if self.settings.register.spacing:
+                wrong = [
+                    one._replace(field='word') if one.field == 'level' else one for one in wrong
+                ]
+            raise Refused.of_problems(wrong)
         wanted = {
             field.name: getattr(command, field.name) for field, _ in find_descriptions(command)
         }
         lost = self.bad_cells.lost if self.bad_cells is not None else {}
         if why := lost.get(wanted.get('level', UNDECODABLE)):
-            raise Refused(f'level {wanted["level"]} {why}')
+            raise Refused(
+                f'level {wanted["level"]} {why}', code=ErrorCode.UNSUPPORTED, field='level'
+            )
         return wanted
 
     def _check_amplitudes(self) -> None:
@@ -244,10 +257,10 @@ class MemoryElement(Memory):
         for end, loudest in self.loudest.items():
             if (A := self.transducer.probes[end].A) > loudest:
                 group = 'probe' if end is End.LEFT else 'probe_right'
-                raise Refused(
-                    f'{group}.A must be at most {loudest:.3g}, or a pulse may move the wall; got '
-                    f'{A:g}'
-                )
+                raise Refused.of_value(
+                    ErrorCode.CONFLICT, f'{group}.A', A,
+                    f'at most {loudest:.3g}, or a pulse may move the wall',
+                )  # fmt: skip
 
     def _begin_procedure(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
         if not isinstance(command, Abort):  # all others listen
@@ -258,7 +271,7 @@ class MemoryElement(Memory):
             procedures.estimates.expect_duration(self, steps.expected(self, **wanted))
         except ProcedureFailed as error:  # there is no way, as without an actuator
             self.progress = before
-            raise Refused(str(error)) from error
+            raise Refused(str(error), code=ErrorCode.UNSUPPORTED) from error
         self._running = Run(command, steps.begin(self, **wanted), self.ticks)
         return self._running
 

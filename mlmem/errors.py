@@ -6,11 +6,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .rejections import Rejected
 from .schema import find_problems
 
 
-class SettingsError(ValueError):
-    """Settings out of range or inconsistent: the message names setting, value and bound."""
+class SettingsError(Rejected, ValueError):
+    """Settings out of range or inconsistent."""
 
 
 @dataclass(frozen=True)
@@ -19,10 +20,10 @@ class Checked:
 
     def __post_init__(self) -> None:
         if found := find_problems(self):
-            raise SettingsError('; '.join(found))
+            raise SettingsError.of_problems(found)
 
 
-class Refused(Exception):
+class Refused(Rejected):
     """A command that is not accepted; the element is unchanged."""
 
 

@@ -26,6 +26,7 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from . import atomic_files
+from .rejections import ErrorCode, Rejected
 from .schema import Description, describe_expected, is_valid_value, make_printable, short_repr
 
 MAX_DEPTH = 50
@@ -43,7 +44,7 @@ ANY_VALUE = Description('')
 Some = TypeVar('Some')
 
 
-class DecodeError(ValueError):
+class DecodeError(Rejected, ValueError):
     """What was read is not what is declared; the message, of one line and at most
     `MAX_MESSAGE_CHARS` characters, says where, and what was expected. The errors of our kinds of
     files derive from it.
@@ -52,9 +53,10 @@ class DecodeError(ValueError):
         field: Key that is wrong, as `kick.speeds`, or that holds what is; empty if it is all.
     """
 
-    def __init__(self, message: str, field: str = '') -> None:
-        super().__init__(make_printable(message, MAX_MESSAGE_CHARS))
-        self.field = field
+    def __init__(
+        self, message: str, field: str = '', code: ErrorCode = ErrorCode.OTHER, **more: Any
+    ) -> None:
+        super().__init__(make_printable(message, MAX_MESSAGE_CHARS), code, field, **more)
 
 
 # --- texts ------------------------------------------------------------------------------------
@@ -69,7 +71,7 @@ def read_file(path: Path | str, most: int = atomic_files.MAX_FILE_BYTES) -> str:
     try:
         return atomic_files.read_text(Path(path), most)
     except (OSError, ValueError) as error:
-        raise DecodeError(atomic_files.describe_error(error)) from error
+        raise DecodeError(atomic_files.describe_error(error), code=ErrorCode.UNREADABLE) from error
 
 
 def require_regular(path: Path) -> None:
@@ -81,9 +83,9 @@ def require_regular(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
-        raise DecodeError(atomic_files.describe_error(error)) from error
+        raise DecodeError(atomic_files.describe_error(error), code=ErrorCode.UNREADABLE) from error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        raise DecodeError('it is not a regular file')
+        raise DecodeError('it is not a regular file', code=ErrorCode.UNREADABLE)
 
 
 def parse_json(text: str | bytes) -> Any:
@@ -91,9 +93,13 @@ def parse_json(text: str | bytes) -> Any:
     try:
         return json.loads(text, parse_constant=_refuse_constant)
     except RecursionError:
-        raise DecodeError('it must be JSON; it is nested too deeply') from None
+        raise _malformed('JSON', 'it is nested too deeply') from None
     except ValueError as error:
-        raise DecodeError(f'it must be JSON; {make_printable(str(error), 100)}') from error
+        raise _malformed('JSON', make_printable(str(error), 100)) from error
+
+
+def _malformed(language: str, why: str) -> DecodeError:
+    return DecodeError(f'it must be {language}; {why}', code=ErrorCode.MALFORMED)
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -122,10 +128,10 @@ def parse_yaml(text: str, *, texts: bool = False) -> Any:
             elif isinstance(event, yaml.AliasEvent):  # 1 for a scalar's; not of what holds it
                 nodes += sizes.get(event.anchor, 1)
                 if event.anchor in (anchor for anchor, _ in inside):
-                    raise DecodeError('it must be YAML; it holds itself')
+                    raise _malformed('YAML', 'it holds itself')
             if len(inside) > MAX_DEPTH or nodes > MAX_YAML_VALUES:
                 what = 'nested too deeply' if len(inside) > MAX_DEPTH else 'too large'
-                raise DecodeError(f'it must be YAML; it is {what}')
+                raise _malformed('YAML', f'it is {what}')
         single = loader(text)
         try:
             return single.get_single_data()
@@ -134,7 +140,7 @@ def parse_yaml(text: str, *, texts: bool = False) -> Any:
     except DecodeError:
         raise
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise DecodeError(f'it must be YAML; {_locate_yaml_error(error)}') from error
+        raise _malformed('YAML', _locate_yaml_error(error)) from error
 
 
 @functools.cache
@@ -230,7 +236,9 @@ def encode_array(values: Any) -> dict[str, Any]:
 
 
 def _raise_mismatch(name: str, what: str, data: Any) -> NoReturn:
-    raise DecodeError(f'{name or "it"} must be {what}; got {short_repr(data)}', name)
+    error = DecodeError.of_value(ErrorCode.OUT_OF_RANGE, name or 'it', data, what)
+    error.field = name
+    raise error
 
 
 def _join_path(name: str, key: object) -> str:
@@ -260,20 +268,28 @@ def _decode_object(kind: type, data: Any, name: str) -> Any:
         data = dict(zip(fields, data, strict=True))
     if not isinstance(data, Mapping):
         if not name:
-            raise DecodeError(f'it must be an object; got {_describe_kind(data)}')
+            raise DecodeError(
+                f'it must be an object; got {_describe_kind(data)}', code=ErrorCode.OUT_OF_RANGE
+            )
         _raise_mismatch(name, 'an object', data)
     if not name and data and fields and not any(key in fields for key in data):
-        raise DecodeError(f'it has none of the keys {", ".join(fields)}')
+        raise DecodeError(
+            f'it has none of the keys {", ".join(fields)}', code=ErrorCode.UNKNOWN_FIELD
+        )
     if unknown := [key for key in data if key not in fields]:
         there = f' in {name}' if name else ''
         known = ', '.join(fields)
         raise DecodeError(
             f'there is no {short_repr(unknown[0], 40)}{there}; there are {known}',
             _join_path(name, unknown[0]),
+            code=ErrorCode.UNKNOWN_FIELD,
         )
     if missing := [key for key, (*_, needed) in fields.items() if needed and key not in data]:
         text = fields[missing[0]][1].text if len(missing) == 1 else ''
-        raise DecodeError(f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}', name)
+        raise DecodeError(
+            f'{name or "it"} lacks {", ".join(missing)}{text and f": {text}"}', name,
+            code=ErrorCode.MISSING_FIELD,
+        )  # fmt: skip
     try:
         return kind(**{
             key: decode_value(hint, data[key], _join_path(name, key), given)
@@ -282,9 +298,15 @@ def _decode_object(kind: type, data: Any, name: str) -> Any:
         })  # fmt: skip
     except DecodeError:
         raise
-    except ValueError as error:  # its message begins with the name of a field
-        field = _join_path(name, str(error).partition(' ')[0])
-        raise DecodeError(f'{name}: {error}' if name else str(error), field) from error
+    except ValueError as error:
+        wrong, code = (
+            str(error).partition(' ')[0],
+            ErrorCode.OTHER,
+        )  # as the errors of physics begin
+        if isinstance(error, Rejected):
+            wrong, code = error.field or wrong, error.code
+        message = f'{name}: {error}' if name else str(error)
+        raise DecodeError(message, _join_path(name, wrong), code=code) from error
 
 
 def _describe_kind(data: Any) -> str:

@@ -13,7 +13,7 @@ import reprlib
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 
 @dataclass(frozen=True)
@@ -70,13 +70,32 @@ def find_descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Desc
             yield field, field.metadata['description']
 
 
-def find_problems(instance: Any, **most: float) -> list[str]:
+class Problem(NamedTuple):
+    """A value that is not what it must be.
+
+    Attributes:
+        field: Its name.
+        expected: What it must be, in words.
+    """
+
+    field: str
+    value: object
+    expected: str
+
+    def __str__(self) -> str:
+        return f'{self.field} must be {self.expected}; got {short_repr(self.value)}'
+
+
+def problems(instance: Any, **most: float) -> list[str]:
+    """Return the sentences of `find_problems`."""
+    return list(map(str, find_problems(instance, **most)))
+
+
+def find_problems(instance: Any, **most: float) -> list[Problem]:
     """Return what is wrong with the described fields of a dataclass instance.
 
-    `most` are largest legal values that only the caller knows, by field.
-
-    Every message reads "X must be ...; got ...". The annotation gives the type: `int` accepts
-    whole numbers only, `float` accepts both, and neither accepts a bool.
+    `most` are largest legal values that only the caller knows, by field. The annotation gives the
+    type: `int` accepts whole numbers only, `float` accepts both, and neither accepts a bool.
     """
     found = []
     for field, description in find_descriptions(instance):
@@ -85,8 +104,7 @@ def find_problems(instance: Any, **most: float) -> list[str]:
             description = dataclasses.replace(description, high=most[field.name])
         kind = field.type if isinstance(field.type, str) else field.type.__name__
         if not is_valid_value(value, kind, description):
-            what = describe_expected(kind, description)
-            found.append(f'{field.name} must be {what}; got {short_repr(value)}')
+            found.append(Problem(field.name, value, describe_expected(kind, description)))
     return found
 
 

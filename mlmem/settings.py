@@ -16,7 +16,8 @@ from typing import Any
 
 from .errors import Checked, SettingsError
 from .move_settings import ClearingPulseSettings, EraseSettings, KickSettings, WriteSettings
-from .schema import describe_field, make_field_factory, short_repr
+from .rejections import ErrorCode
+from .schema import describe_field, make_field_factory
 
 _time = make_field_factory('time', 0.0, 1e6)
 _rate = make_field_factory('1/time', 0.0, 1.0)
@@ -255,26 +256,26 @@ class Settings:
         for name, group in self.groups().items():
             for peak in filter(group.__dict__.__contains__, peaks):
                 if abs(value := getattr(group, peak)) > limit:
-                    raise SettingsError(
-                        f'{name}.{peak} must be within actuator.max_strain = {limit:g}; '
-                        f'got {value:g}'
-                    )
+                    raise SettingsError.of_value(
+                        ErrorCode.CONFLICT, f'{name}.{peak}', value,
+                        f'within actuator.max_strain = {limit:g}',
+                    )  # fmt: skip
         if self.write.method == 'strain' and not self.actuator.present:
-            raise SettingsError(
-                'write.method must be kick or auto for an element without an actuator '
-                "(actuator.present); got 'strain'"
-            )
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'write.method', self.write.method,
+                'kick or auto for an element without an actuator (actuator.present)',
+            )  # fmt: skip
         if self.amplifies_pulses:
             for name, probe in (('probe', self.probe), ('probe_right', self.probe_right)):
                 try:
                     self.read.amplify_probe(probe)
                 except SettingsError as error:
-                    raise SettingsError(f'read.kicked_gain times {name}.{error}') from None
+                    raise SettingsError.within(f'read.kicked_gain times {name}', error) from None
         if self.element.bad_cells and self.register.spacing:
-            raise SettingsError(
-                'element.bad_cells must be empty for an element with many walls '
-                f'(register.spacing); got {short_repr(self.element.bad_cells)}'
-            )
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'element.bad_cells', self.element.bad_cells,
+                'empty for an element with many walls (register.spacing)',
+            )  # fmt: skip
 
     @property
     def amplifies_pulses(self) -> bool:

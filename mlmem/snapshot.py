@@ -31,6 +31,7 @@ from .physics.potential import Array
 from .readers.calibration import Calibration, calibration_key
 from .readers.decoding import primary_end
 from .readers.reading import UNDECODABLE, Reading, Unknown
+from .rejections import ErrorCode
 from .schema import describe_field, make_printable
 
 MAX_STATE_VALUE = 1e12
@@ -75,7 +76,10 @@ def take_snapshot(element: MemoryElement) -> dict[str, Any]:
         Refused: A procedure runs.
     """
     if element.procedure:
-        raise Refused(f'busy: {element.procedure} is running; only an idle device has a snapshot')
+        raise Refused(
+            f'busy: {element.procedure} is running; only an idle device has a snapshot',
+            code=ErrorCode.BUSY,
+        )
     reading = element.reading and dataclasses.asdict(element.reading)
     if reading:
         del reading['shapes']  # only calibrating asks for them
@@ -129,7 +133,7 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
         Refused: A procedure runs.
     """
     if element.procedure:
-        raise Refused(f'busy: {element.procedure} is running')
+        raise Refused(f'busy: {element.procedure} is running', code=ErrorCode.BUSY)
     try:
         saved = decode_value(Saved, snapshot)
         state = saved.state

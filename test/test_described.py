@@ -9,7 +9,7 @@ import math
 
 import pytest
 
-from mlmem.schema import describe_field, find_descriptions, find_problems
+from mlmem.schema import describe_field, find_descriptions, problems
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +43,7 @@ def test_a_field_without_default_is_required():
 
     with pytest.raises(TypeError, match='size'):
         Required()
-    assert find_problems(Required(2)) == []
+    assert problems(Required(2)) == []
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_a_field_without_default_is_required():
     ids=str,
 )
 def test_legal_values_are_accepted(values):
-    assert find_problems(Lamp(**values)) == []
+    assert problems(Lamp(**values)) == []
 
 
 @pytest.mark.parametrize(
@@ -93,16 +93,16 @@ def test_legal_values_are_accepted(values):
     ids=str,
 )
 def test_a_wrong_value_is_one_problem(values, problem):
-    assert find_problems(Lamp(**values)) == [problem]
+    assert problems(Lamp(**values)) == [problem]
 
 
 def test_an_integer_too_large_for_a_float_is_out_of_range():
-    (problem,) = find_problems(Lamp(cells=10**400))
+    (problem,) = problems(Lamp(cells=10**400))
     assert problem.startswith('cells must be a whole number from 1 to 8; got 1000')
 
 
 def test_every_problem_is_found_in_the_order_of_the_fields():
-    found = find_problems(Lamp(lit=None, cells=-1, volts=99.0))
+    found = problems(Lamp(lit=None, cells=-1, volts=99.0))
     assert [problem.split()[0] for problem in found] == ['cells', 'volts', 'lit']
 
 
@@ -112,8 +112,8 @@ def test_annotations_may_be_types_or_strings():
         'Plain',
         [('size', int, describe_field(1, 'size')), ('on', bool, describe_field(True, 'on'))],
     )
-    assert find_problems(plain()) == []
-    assert find_problems(plain(1.5, 1)) == [
+    assert problems(plain()) == []
+    assert problems(plain(1.5, 1)) == [
         'size must be a whole number; got 1.5',
         'on must be true or false; got 1',
     ]

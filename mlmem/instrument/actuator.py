@@ -24,8 +24,8 @@ from ..errors import Refused
 from ..physics.formulas import exponential
 from ..physics.potential import Array
 from ..procedure_table import JOINT_NAME
+from ..rejections import ErrorCode
 from ..rng import Stream, draw_event
-from ..schema import short_repr
 from ..settings import ActuatorSettings
 from .faults import Faults
 from .motion import Motion, Profile, Ramp, shape_ramp
@@ -74,10 +74,10 @@ class Actuator:
         """Raise `Refused` for a strain that is not finite or beyond the limit."""
         limit = self.settings.max_strain
         if not is_number(strain, limit):
-            raise Refused(
-                f'strain must be a finite number from {-limit:g} to {limit:g} '
-                f'(actuator.max_strain); got {short_repr(strain)}'
-            )
+            raise Refused.of_value(
+                ErrorCode.OUT_OF_RANGE, 'strain', strain,
+                f'a finite number from {-limit:g} to {limit:g} (actuator.max_strain)',
+            )  # fmt: skip
 
     def hold(self, strain: float) -> None:
         """Stand still at a strain."""
@@ -174,18 +174,20 @@ def plan_profile(
         Refused: The points are not a profile, or it exceeds a limit.
     """
     if command.joint != JOINT_NAME:
-        raise Refused(f'the joint must be {JOINT_NAME!r}; got {short_repr(command.joint)}')
+        raise Refused.of_value(ErrorCode.OUT_OF_RANGE, 'joint', command.joint, repr(JOINT_NAME))
     times, strains, rates = _check_points(command)
     if times[-1] > MAX_PROFILE_DURATION * time_unit:
-        raise Refused(
-            f'a trajectory must end within {MAX_PROFILE_DURATION * time_unit:g} s; got '
-            f'{times[-1]:g} s'
-        )
+        raise Refused.of_value(
+            ErrorCode.OUT_OF_RANGE, 'times', times[-1],
+            f'at most {MAX_PROFILE_DURATION * time_unit:g} s, where a trajectory ends',
+        )  # fmt: skip
     if times[0] > 0.0:
         times, strains = (0.0, *times), (strain, *strains)
         rates = (0.0, *rates) if rates else ()
     elif abs(strains[0] - strain) > ROUNDING_TOLERANCE * settings.max_strain:
-        raise Refused(f'a point at 0 s must be the present strain {strain:g}; got {strains[0]:g}')
+        raise Refused.of_value(
+            ErrorCode.CONFLICT, 'strains', strains[0], f'the present strain {strain:g} at 0 s'
+        )
     profile = Profile(
         tuple(time / time_unit for time in times),
         (strain, *strains[1:]),
@@ -208,8 +210,9 @@ def plan_profile(
             where = int(beyond[0])
             raise Refused(
                 f'the {name} must stay within {limit:g} (actuator.{setting}); it reaches '
-                f'{reached[where]:g} between {times[where]:g} s and {times[where + 1]:g} s'
-            )
+                f'{reached[where]:g} between {times[where]:g} s and {times[where + 1]:g} s',
+                code=ErrorCode.OUT_OF_RANGE, field=f'{name}s',
+            )  # fmt: skip
     return profile
 
 
@@ -217,20 +220,29 @@ def _check_points(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
     """Return the columns of the points: times, strains and rates."""
     times, strains, rates = columns = command.times, command.strains, command.rates
     if not 1 <= len(times) <= MAX_PROFILE_POINTS:
-        raise Refused(f'a trajectory must have 1 to {MAX_PROFILE_POINTS} points; got {len(times)}')
+        raise Refused.of_value(
+            ErrorCode.OUT_OF_RANGE, 'times', len(times), f'1 to {MAX_PROFILE_POINTS} points'
+        )
     if len(strains) != len(times):
-        raise Refused(f'every point must have one strain; got {len(strains)} for {len(times)}')
+        raise Refused.of_value(
+            ErrorCode.CONFLICT, 'strains', len(strains), f'{len(times)}, one for every point'
+        )
     if len(rates) not in (0, len(times)):
-        raise Refused(
-            f'either every point or none must have a rate; got {len(rates)} for {len(times)}'
+        raise Refused.of_value(
+            ErrorCode.CONFLICT,
+            'rates',
+            len(rates),
+            f'{len(times)}, one for every point, or none',
         )
     for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
         if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
-            raise Refused(f'{name} must be finite numbers; got {short_repr(bad[0])}')
+            raise Refused.of_value(ErrorCode.OUT_OF_RANGE, name, bad[0], 'finite numbers')
     if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
-        raise Refused('the times of the points must increase from 0 s')
+        raise Refused.of_value(ErrorCode.CONFLICT, 'times', times, 'rising from 0 s')
     if times[-1] == 0.0:
-        raise Refused('the last point must be later than 0 s')
+        raise Refused.of_value(
+            ErrorCode.OUT_OF_RANGE, 'times', times[-1], 'later than 0 s at the last point'
+        )
     return columns
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ..commands import is_number
 from ..errors import Refused
 from ..physics.potential import Array
-from ..schema import short_repr
+from ..rejections import ErrorCode
 from ..settings import DisturbanceSettings
 
 Shakes = Mapping[int, float]
@@ -62,10 +62,11 @@ class Base:
         if limit < self._settings.max_acceleration:
             whose = 'beyond it no cell of this design stays in place'
         if not is_number(acceleration, limit):
-            raise Refused(
-                f'acceleration must be a finite number from {-limit:g} to {limit:g} lattice '
-                f'constants per time unit squared ({whose}); got {short_repr(acceleration)}'
-            )
+            raise Refused.of_value(
+                ErrorCode.OUT_OF_RANGE, 'acceleration', acceleration,
+                f'a finite number from {-limit:g} to {limit:g} lattice constants per time unit '
+                f'squared ({whose})',
+            )  # fmt: skip
 
     @property
     def still(self) -> bool:

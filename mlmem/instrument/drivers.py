@@ -31,6 +31,7 @@ from ..physics import (
 from ..physics.energy import actuator_force
 from ..physics.equilibrium import make_blank
 from ..physics.potential import Array
+from ..rejections import ErrorCode
 from ..schema import make_printable, short_repr
 from ..settings import Settings, TimeSettings
 
@@ -135,10 +136,10 @@ def steps_per_tick(made: Design | Specimen, time: TimeSettings) -> int:
     dt = default_step(made, INTEGRATORS[time.integrator])
     steps, most = math.ceil(time.tick / dt), MAX_CELL_STEPS // max(made.design.N, 1000)
     if steps > most:
-        raise SettingsError(
-            f'time.tick must be at most {most * dt:.4g}, which is {most} steps of this design; '
-            f'got {time.tick:g}'
-        )
+        raise SettingsError.of_value(
+            ErrorCode.CONFLICT, 'time.tick', time.tick,
+            f'at most {most * dt:.4g}, which is {most} steps of this design',
+        )  # fmt: skip
     return steps
 
 
@@ -229,8 +230,8 @@ def open_driver(
     """
     if name == SIMULATION_NAME:
         if address:
-            raise SettingsError(
-                f'device.address must be empty for a simulated element; got {short_repr(address)}'
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'device.address', address, 'empty for a simulated element'
             )
         return Simulation.of(made or design, settings.time)
     if made is not None:

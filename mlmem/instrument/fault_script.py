@@ -124,7 +124,9 @@ class Failure:
         try:
             return dataclasses.replace(faults, **given | self._select_instance(meaning, faults))
         except SettingsError as error:
-            raise Refused(f'{self.unit} {self.failure}: {error}') from error
+            raise Refused(
+                f'{self.unit} {self.failure}: {error}', code=error.code, field=error.field
+            ) from error
 
     def _check_repair(self, faults: Faults) -> None:
         """Raise `Refused` if only a part of the unit is to be healed, or by a measure."""
@@ -186,7 +188,7 @@ def parse_script(text: str) -> tuple[Failure, ...]:
     try:
         return decode_script(parse_json(text))
     except DecodeError as error:
-        raise Refused(str(error)) from error
+        raise Refused(str(error), code=error.code, field=error.field) from error
 
 
 def decode_script(data: Any) -> tuple[Failure, ...]:

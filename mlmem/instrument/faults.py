@@ -20,6 +20,7 @@ from ..errors import Checked, SettingsError
 from ..physics import HeldCell, Scatter, Specimen, scattered
 from ..physics.formulas import exponential
 from ..physics.potential import Array
+from ..rejections import ErrorCode
 from ..rng import Stream, draw_event, draw_normal
 from ..schema import Description, describe_field, find_descriptions, make_field_factory
 from .end import End
@@ -154,12 +155,14 @@ def apply_faults(made: Specimen, faults: Faults) -> Specimen:
     """
     design = made.design
     if faults.weak_cell > design.N:
-        raise SettingsError(f'weak_cell must be from 0 to N = {design.N}; got {faults.weak_cell}')
-    if faults.stuck_cell == 1 or faults.stuck_cell >= design.N:
-        raise SettingsError(
-            f'stuck_cell must be 0 or from 2 to N - 1 = {design.N - 1}, because the transducers '
-            f'hold the ends; got {faults.stuck_cell}'
+        raise SettingsError.of_value(
+            ErrorCode.CONFLICT, 'weak_cell', faults.weak_cell, f'from 0 to N = {design.N}'
         )
+    if faults.stuck_cell == 1 or faults.stuck_cell >= design.N:
+        raise SettingsError.of_value(
+            ErrorCode.CONFLICT, 'stuck_cell', faults.stuck_cell,
+            f'0 or from 2 to N - 1 = {design.N - 1}, because the transducers hold the ends',
+        )  # fmt: skip
     scatter = Scatter(faults.disorder_alpha, faults.disorder_k_r, faults.disorder_s)
     disorder = scattered(design, scatter, faults.seed)
     alpha = np.asarray(made.alpha_factor * disorder.alpha_factor)

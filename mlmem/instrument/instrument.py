@@ -20,6 +20,7 @@ from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 from ..readers.decoding import REST_TOLERANCE, find_phase
 from ..readers.echo import listening_time
+from ..rejections import ErrorCode
 from ..settings import ScaleSettings, Settings
 from .actuator import Actuator, Transmission, TransmissionState
 from .base import NO_SHAKES, Base, BaseState, Shakes
@@ -174,13 +175,16 @@ class Instrument:
                 element is real.
         """
         if not self.simulated and (wrong := faults.list_material_faults()):
-            raise Refused(f'faults: {", ".join(wrong)} apply only to a simulated element')
+            raise Refused(
+                f'faults: {", ".join(wrong)} apply only to a simulated element',
+                code=ErrorCode.UNSUPPORTED, field=f'faults.{next(iter(wrong))}',
+            )  # fmt: skip
         try:
             specimen = apply_faults(self.made, faults)
             if (chain := self.driver.chain) is not None:
                 chain.check(specimen)
         except (SettingsError, DesignError) as error:
-            raise Refused(f'faults: {error}') from error
+            raise Refused.within('faults', error) from error
         return specimen
 
     def set_faults(self, faults: Faults) -> None:
@@ -292,9 +296,10 @@ def _count_samples(tick: float, dt: float) -> int:
     """Return how many samples a tick has."""
     samples = max(1, round(tick / dt))
     if not math.isclose(samples * dt, tick, rel_tol=1e-9):
-        raise SettingsError(
-            f'time.tick must be a whole number of samples, which are {dt:.6g} apart; got {tick:g}'
-        )
+        raise SettingsError.of_value(
+            ErrorCode.CONFLICT, 'time.tick', tick,
+            f'a whole number of samples, which are {dt:.6g} apart',
+        )  # fmt: skip
     return samples
 
 

@@ -18,6 +18,7 @@ from .. import threads
 from ..commands import Disturb, Outcome
 from ..element import Run
 from ..errors import Refused
+from ..rejections import ErrorCode
 
 T = TypeVar('T')
 
@@ -180,7 +181,11 @@ class Mailbox:
     def step(self, steps: Steps) -> Request[int]:
         """Ask for ticks while time is paused."""
         with self.changed:
-            refusal = None if self.paused else Refused('step works only while paused; pause first')
+            refusal = (
+                None
+                if self.paused
+                else Refused('step works only while paused; pause first', code=ErrorCode.CONFLICT)
+            )
             return self._post_request(
                 self.steps, Request[int](steps), _refuse_if_full(self.steps) or refusal
             )
@@ -307,8 +312,6 @@ class Mailbox:
 
 
 def _refuse_if_full(queue: Sized) -> Refused | None:
-    return (
-        Refused(f'{MAX_PENDING_REQUESTS} requests are already waiting')
-        if len(queue) >= MAX_PENDING_REQUESTS
-        else None
-    )
+    if len(queue) < MAX_PENDING_REQUESTS:
+        return None
+    return Refused(f'{MAX_PENDING_REQUESTS} requests are already waiting', code=ErrorCode.BUSY)

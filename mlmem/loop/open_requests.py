@@ -17,6 +17,7 @@ from ..commands import Command
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import PROCEDURES, Abort
+from ..rejections import ErrorCode
 from .mailbox import Asked, Cancel
 from .timetable import LoopStatistics
 
@@ -131,7 +132,10 @@ class OpenRequests:
         if len(self.waiting) >= self._most:
             self.refuse_expired()
         if len(self.waiting) >= self._most > 0:
-            raise Refused(f'busy: {running} is running, and {self._most} requests wait')
+            raise Refused(
+                f'busy: {running} is running, and {self._most} requests wait',
+                code=ErrorCode.BUSY,
+            )
         return self._most > 0
 
     def _drop_request(self, request: Asked, why: str) -> None:

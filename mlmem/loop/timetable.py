@@ -27,6 +27,7 @@ from typing import Protocol
 from .. import threads
 from ..element import MemoryElement
 from ..errors import SettingsError
+from ..rejections import ErrorCode
 from .mailbox import Mailbox
 
 
@@ -136,10 +137,10 @@ def check_speed(speed: float) -> float:
     """
     if speed == 0.0 or MIN_SPEED <= speed <= MAX_SPEED:
         return speed
-    raise SettingsError(
-        f'time.speed must be 0 (as fast as possible) or from {MIN_SPEED:g} to {MAX_SPEED:g}; '
-        f'got {speed!r}'
-    )
+    raise SettingsError.of_value(
+        ErrorCode.OUT_OF_RANGE, 'time.speed', speed,
+        f'0 (as fast as possible) or from {MIN_SPEED:g} to {MAX_SPEED:g}',
+    )  # fmt: skip
 
 
 class Timetable:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..schema import describe_field, find_problems
+from ..schema import describe_field, problems
 from .jit import fma, register_formula
 from .values import Array, DesignError
 
@@ -76,7 +76,7 @@ class Curve:
     d: float = describe_field(1.0, 'factor of energy and force', low=1e-12, high=1e9)
 
     def __post_init__(self) -> None:
-        found = find_problems(self)
+        found = problems(self)
         if not found and self.high <= self.low:
             found.append(f'high must be above low = {self.low:g}; got {self.high:g}')
         if not MIN_FORCES <= len(self.force) <= MAX_FORCES:

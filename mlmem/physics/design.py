@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..schema import describe_field, find_problems, make_field_factory
+from ..schema import describe_field, make_field_factory, problems
 from .curve import Curve
 from .potential import Array, DesignError, Potential
 
@@ -80,7 +80,7 @@ class Design:
     def __post_init__(self) -> None:
         if self.phase is None:
             object.__setattr__(self, 'phase', self.usual_phase)
-        found = find_problems(self) or self._find_inconsistencies()
+        found = problems(self) or self._find_inconsistencies()
         if found:
             raise DesignError('; '.join(found))
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from mlmem import Faults, Refused
 from mlmem.loop.timetable import MAX_SPEED, check_speed
 from mlmem.procedure_table import PROCEDURES
-from mlmem.schema import find_descriptions, find_problems
+from mlmem.schema import find_descriptions, problems
 from mlmem_ros.contract.calls import NoAnswer, RequestError, RequestRefused
 from mlmem_ros.contract.commands import build_command
 from mlmem_ros.contract.services import REQUEST_ARGUMENTS
@@ -227,7 +227,7 @@ def _check_arguments(asked: Asked) -> dict[str, Any]:
         command = build_command(name, given)
     except Refused as refusal:
         raise ValueError(str(refusal)) from refusal
-    if wrong := find_problems(command):
+    if wrong := problems(command):
         raise ValueError('; '.join(wrong))
     return given
 

@@ -72,7 +72,7 @@ def test_imports_are_found():
     assert element >= {
         'memory.Memory',
         'factory',
-        'schema.short_repr',
+        'schema.find_problems',
         'physics.Design',
     }
     assert 'readers.bad_cells.forecast_bad_cells' in imported(ROOT / 'memory.py')  # a late one

@@ -18,7 +18,7 @@ PARAMETERS = """/**:
     [
         ('design.preset', 'case_3', r" design\.preset must be one of case_1, .*; got 'case_3'$"),
         ('target_level', 8, ' target_level must be from 0 to 7; got 8$'),
-        ('faults.weak_cell', 300, ' faults: weak_cell must be from 0 to N = 225; got 300$'),
+        ('faults.weak_cell', 300, ' faults.weak_cell must be from 0 to N = 225; got 300$'),
         ('design.J', 300, r' design\.\*: J must be at most N - tail - 1 = 224, .*; got 300$'),
     ],
     ids=str,

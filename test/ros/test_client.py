@@ -736,11 +736,11 @@ def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
 @pytest.mark.parametrize(
     ('times', 'strains', 'rates', 'message'),
     [
-        ([0.1, 0.2], [0.0], [], 'one strain; got 1 for 2'),
-        ([0.1, 0.2], [0.0, 0.0], [0.0], 'must have a rate; got 1 for 2'),
+        ([0.1, 0.2], [0.0], [], 'strains must be 2, one for every point'),
+        ([0.1, 0.2], [0.0, 0.0], [0.0], 'rates must be 2, one for every point, or none'),
         ([float('nan')], [0.0], [], 'times must be finite numbers; got nan'),
-        ([-1.0], [0.0], [], 'must increase from 0 s'),
-        ([], [], [], 'must have 1 to 10000 points; got 0'),
+        ([-1.0], [0.0], [], 'times must be rising from 0 s'),
+        ([], [], [], 'times must be 1 to 10000 points; got 0'),
         ([1.0], [0.5], [], r'the strain must stay within 0.15 \(actuator.max_strain\)'),
     ],
 )
