@@ -16,7 +16,7 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, This
 ARGUMENTS = {
     'elements': ('4', 'number of elements'),
     'node_namespace': ('/bank', 'namespace of the bank'),
-    'element': ('case_2', 'preset or parameter file of all elements'),
+    'element': ('case_2', 'shipped element or element file of all elements'),
     'record.path': ('', 'folder of the sessions; empty: none'),
     'state.path': ('', 'folder of the state files; empty: none'),
 }

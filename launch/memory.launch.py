@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Launch one memory element: ros2 launch mlmem_ros memory.launch.py element:=case_2.
 
-`element` is a preset or the path of a parameter file. Every parameter of the node is an argument
-(`--show-args` lists them); an empty one leaves the parameter as configured. With
+Every parameter of the node is an argument (`--show-args` lists them), `element` among them: a
+shipped element or the path of an element file. An empty one leaves the parameter as the file of
+`params_file:=` says, or with its default. With
 `node_managed:=true` the launch configures and activates the node, instead of the node itself. With
 `elements:=4` it starts a bank, as bank.launch.py does.
 
@@ -30,11 +31,9 @@ from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
 from lifecycle_msgs.msg import Transition
 
-from mlmem import PRESETS
-from mlmem.presets import DEFAULT_ELEMENT
+from mlmem.element_file import element_path
 from mlmem.schema import Description
 from mlmem_ros.host.settings import declare_parameters
-from mlmem_ros.parameter_file import build_node_parameters
 
 SIGTERM_TIMEOUT = 5.0
 """Seconds after SIGINT that launch gives a process which does not linger."""
@@ -47,9 +46,7 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                'element',
-                default_value=DEFAULT_ELEMENT,
-                description=f'path of a parameter file, or a preset: {", ".join(PRESETS)}',
+                'params_file', default_value='', description='ROS parameter file; empty: none'
             ),
             DeclareLaunchArgument(
                 'node_name', default_value='mlmem', description='name of the node'
@@ -101,11 +98,14 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         if (text := LaunchConfiguration(name).perform(context))
     }
     managed = TRUTH[LaunchConfiguration('node_managed').perform(context)]
-    config = build_node_parameters(LaunchConfiguration('element').perform(context))
+    if 'element' in given:
+        given['element'] = element_path(given['element'])
+    file = LaunchConfiguration('params_file').perform(context)
+    parameters = [*([file] if file else []), given]
     if number := LaunchConfiguration('elements').perform(context):
         if managed:
             raise ValueError('node_managed must be false with elements')
-        return [bank(number, config, given)]
+        return [bank(number, parameters)]
     if managed:
         given['autostart'] = False
     node = LifecycleNode(
@@ -114,7 +114,7 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         sigterm_timeout=f'{SIGTERM_TIMEOUT + given.get("linger", 0.0)}',
         name=LaunchConfiguration('node_name').perform(context),
         namespace=LaunchConfiguration('node_namespace').perform(context),
-        parameters=[config, given],
+        parameters=parameters,
         output='screen',
     )
     return life_cycle(node) if managed else [node]
@@ -135,8 +135,9 @@ def warn_of_strangers(context: LaunchContext) -> None:
             logger.warning(f'there is no argument {name}: it is ignored{hint}')
 
 
-def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> Node:
+def bank(number: str, parameters: list[Any]) -> Node:
     """Return the process of several elements."""
+    given = parameters[-1]
     folders = [
         word
         for option in ('record', 'state')
@@ -150,7 +151,7 @@ def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> No
         sigterm_timeout=f'{SIGTERM_TIMEOUT + given.get("linger", 0.0)}',
         namespace=LaunchConfiguration('node_namespace'),
         arguments=['--elements', number, *folders, *actions],
-        parameters=[config, given],
+        parameters=parameters,
         output='screen',
     )
 

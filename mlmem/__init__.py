@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         SetStrain,
     )
     from .element import MemoryElement, new_element
+    from .element_file import load_element
     from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
     from .factory import factory_calibration
     from .instrument.drivers import Driver
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
         StateError,
         scattered,
     )
-    from .presets import PRESETS, Preset, load_element, preset
+    from .presets import PRESETS, Preset, preset
     from .procedure_table import (
         BLANK,
         UNDECODABLE,
@@ -91,7 +92,8 @@ _MODULE_EXPORTS = {
         'CASE_I', 'CASE_II', 'Chain', 'Design', 'DesignError', 'Potential', 'Scatter', 'Specimen',
         'StateError', 'scattered',
     ),
-    'presets': ('PRESETS', 'Preset', 'load_element', 'preset'),
+    'element_file': ('load_element',),
+    'presets': ('PRESETS', 'Preset', 'preset'),
     'procedure_table': (
         'BLANK', 'UNDECODABLE', 'Abort', 'Calibrate', 'Erase', 'Locate', 'Read', 'Reset',
         'SelfTest', 'Survey', 'Write', 'describe_level',

@@ -4,13 +4,15 @@
 
 `format: 1`, the `design`, and those settings that differ from the defaults; keys are the names of
 the fields. What a fit finds of an individual element can follow. The shipped elements in `config/`
-are such files.
+are such files. With `based_on: case_2` a file starts from a shipped element and holds only the
+values that differ from it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,19 @@ FORMAT_VERSION = 1
 
 MAX_ALPHA_FACTOR = 100.0
 """Greatest factor between the amplification of a cell and the design's."""
+
+
+NAMES = (
+    'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
+    'kick_4',
+)  # fmt: skip
+"""`bits_n` and `kick_n` store n bits."""
+
+DEFAULT = 'case_2'
+"""The default element."""
+
+INSTALLED_FOLDER = Path(__file__).parent / 'elements'
+"""Where setup.py puts the files; a checkout has them in `config/` alone."""
 
 
 class ElementFileError(DecodeError):
@@ -125,6 +140,11 @@ class Element:
         if self.data:
             values |= {'chi2': self.chi2, 'data': self.data, 'untold': list(self.untold)}
         return values | ({'plan': self.plan.as_dict()} if self.plan else {})
+
+
+def as_designed(design: Design, settings: Settings) -> Element:
+    """Return an element that is exactly as designed."""
+    return Element(Specimen(design), np.zeros(design.N), settings=settings)
 
 
 def _collect_differences(group: Any, default: Any = None) -> dict[str, Any]:
@@ -226,14 +246,36 @@ class _File(Settings):
         return np.asarray(self.alpha / self.design.alpha)
 
 
+def _with_base(data: Any) -> Any:
+    """Return the values of a file over those of the shipped element on which it is based.
+
+    Raises:
+        DecodeError: There is no such shipped element.
+    """
+    if not isinstance(data, Mapping) or 'based_on' not in data:
+        return data
+    changed = dict(data)
+    if (name := changed.pop('based_on')) not in NAMES:
+        raise DecodeError(
+            f'based_on must be one of {", ".join(NAMES)}; got {short_repr(name)}', 'based_on'
+        )
+    values = load_element(name).as_dict()
+    for key, value in changed.items():
+        base = values.get(key)
+        if isinstance(base, Mapping) and isinstance(value, Mapping):
+            value = {**base, **value}
+        values[key] = value
+    return values
+
+
 def parse_element(data: Any, name: str = '') -> Element:
-    """Return the element that `as_dict` described.
+    """Return the element that `as_dict` described, or that a file based on a shipped one changes.
 
     Raises:
         ElementFileError: The data are not an element.
     """
     try:
-        given: _File = decode_value(_File, _add_defaults(data))
+        given: _File = decode_value(_File, _add_defaults(_with_base(data)))
         made = Specimen(
             given.design, given.alpha_factor, k_r_factor=given.k_r, mass=given.mass,
             offset=given.offset, stuck=given.stuck,
@@ -249,24 +291,49 @@ def parse_element(data: Any, name: str = '') -> Element:
     )  # fmt: skip
 
 
+def text_of(element: Element) -> str:
+    """Return an element as the text of a file, which `parse` reads back."""
+    import yaml  # type: ignore[import-untyped]
+
+    class Dumper(yaml.SafeDumper):  # type: ignore[misc]
+        """One key a line, and lists on theirs."""
+
+    for kind in (list, tuple):
+        Dumper.add_representer(
+            kind, lambda dumper, values: dumper.represent_sequence(
+                'tag:yaml.org,2002:seq', values, flow_style=True
+            )
+        )  # fmt: skip
+    text: str = yaml.dump(element.as_dict(), Dumper=Dumper, sort_keys=False, width=90)
+    return text
+
+
 def write_element_file(path: Path, element: Element) -> None:
     """Write an element to a file, whole or not at all.
 
     Raises:
         OSError: It cannot be written; a file that was there is as it was.
     """
-    import yaml  # type: ignore[import-untyped]
+    write_atomically(path, text_of(element))
 
-    class Dumper(yaml.SafeDumper):  # type: ignore[misc]
-        """One key a line, and lists on theirs."""
 
-    Dumper.add_representer(
-        list, lambda dumper, values: dumper.represent_sequence(
-            'tag:yaml.org,2002:seq', values, flow_style=True
-        )
-    )  # fmt: skip
-    values = element.as_dict()
-    write_atomically(path, yaml.dump(values, Dumper=Dumper, sort_keys=False, width=90))
+def parse(text: str, source: str, name: str = '') -> Element:
+    """Return the element in the text of a file.
+
+    Args:
+        text: YAML.
+        source: Where the text is from, for messages.
+        name: Name of the element.
+
+    Raises:
+        ElementFileError: The text is not an element; the message names the line.
+    """
+    try:
+        return parse_element(parse_yaml(text), name)
+    except DecodeError as error:
+        line = find_line(text, error.field) if error.field else 0
+        place = f'{source}, line {line}' if line else source
+        raise ElementFileError(f'{place}: {error}', error.field) from error
 
 
 def read_element_file(path: Path) -> Element:
@@ -275,14 +342,11 @@ def read_element_file(path: Path) -> Element:
     Raises:
         ElementFileError: It cannot be read, or is none; the message names the line.
     """
-    text = ''
     try:
         text = read_file(path)
-        return parse_element(parse_yaml(text), path.stem)
     except DecodeError as error:
-        line = find_line(text, error.field) if error.field else 0
-        place = f'{path}, line {line}' if line else str(path)
-        raise ElementFileError(f'{place}: {error}', error.field) from error
+        raise ElementFileError(f'{path}: {error}', error.field) from error
+    return parse(text, str(path), path.stem)
 
 
 def read_matching_element(path: Path, design: Design, settings: Settings | None = None) -> Element:
@@ -302,3 +366,39 @@ def read_matching_element(path: Path, design: Design, settings: Settings | None 
             f'{path}: its pulses were planned with other settings; `mlmem plan` finds new ones'
         )
     return element
+
+
+def load_element(source: str | Path) -> Element:
+    """Return a shipped element by its name, or the element in a file by its path.
+
+    Raises:
+        ElementFileError: There is no such file, or it is not that of an element.
+    """
+    if source in NAMES:
+        return _load_shipped(str(source))
+    path = Path(source).expanduser()
+    if not path.exists():
+        raise ElementFileError(
+            f'element must be one of {", ".join(NAMES)}, or the path of an element file; got '
+            f'{short_repr(str(source))}'
+        )
+    return read_element_file(path)
+
+
+def element_path(source: str) -> str:
+    """Return the name of a shipped element, or the absolute path of an element file, for a node
+    that may run in another folder.
+
+    Raises:
+        ElementFileError: As `load_element`.
+    """
+    load_element(source)
+    return source if source in NAMES else str(Path(source).expanduser().absolute())
+
+
+@cache
+def _load_shipped(name: str) -> Element:
+    folder = INSTALLED_FOLDER
+    if not folder.is_dir():
+        folder = Path(__file__).resolve().parent.parent / 'config'
+    return read_element_file(folder / f'{name}.yaml')

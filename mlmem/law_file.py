@@ -1,10 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The file of an on-site law: `law.yaml`, as `mlmem law` writes it and `design.law` names it.
+"""The file of an on-site law: `law.yaml`, as `mlmem law` writes it and `mlmem design` reads it.
 
 `{format: 1, unit: SI, law: {low: 0.0, high: 0.04, force: [...]}, force_std: [...]}`: a `Curve` in
-m and N, or with `unit: cells` in those of a design. A parameter holds the same as one line of
-text.
+m and N, or with `unit: cells` in those of a design.
 """
 
 from __future__ import annotations

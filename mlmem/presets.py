@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The shipped elements: the files of `config/`, by name. docs/presets.md says what they are for.
+"""The shipped elements as designs with settings, by name; docs/presets.md says what they are for.
 
 A file is loaded when its element is first needed.
 """
@@ -15,23 +15,9 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from . import element_file
-from .element_file import Element, ElementFileError
+from .element_file import NAMES, load_element
 from .physics import Design, DesignError
-from .schema import short_repr
 from .settings import Settings
-
-ELEMENT_NAMES = (
-    'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
-    'kick_4',
-)  # fmt: skip
-"""`bits_n` and `kick_n` store n bits."""
-
-DEFAULT_ELEMENT = 'case_2'
-"""The default element."""
-
-INSTALLED_FOLDER = Path(__file__).parent / 'elements'
-"""Where setup.py puts the files; a checkout has them in `config/` alone."""
 
 
 class Preset(NamedTuple):
@@ -51,30 +37,10 @@ class Preset(NamedTuple):
         return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
 
 
-def load_element(source: str | Path) -> Element:
-    """Return a shipped element by its name, or the element in a file by its path.
-
-    Raises:
-        ElementFileError: There is no such file, or it is not that of an element.
-    """
-    if source in ELEMENT_NAMES:
-        return _load_shipped(str(source))
-    path = Path(source)
-    if not path.exists():
-        raise ElementFileError(
-            f'element must be one of {", ".join(ELEMENT_NAMES)}, or the path of an element file; '
-            f'got '
-            f'{short_repr(str(source))}'
-        )
-    return element_file.read_element_file(path)
-
-
-@cache
-def _load_shipped(name: str) -> Element:
-    folder = INSTALLED_FOLDER
-    if not folder.is_dir():
-        folder = Path(__file__).resolve().parent.parent / 'config'
-    return element_file.read_element_file(folder / f'{name}.yaml')
+def load_preset(source: str | Path) -> Preset:
+    """Return design and settings of an element; arguments and errors as `load_element`."""
+    element = load_element(source)
+    return Preset(element.design, element.settings)
 
 
 def use_kicks(element: Preset) -> Preset:
@@ -87,24 +53,23 @@ class _Presets(Mapping[str, Preset]):
     """The shipped elements by name."""
 
     def __getitem__(self, name: str) -> Preset:
-        if name not in ELEMENT_NAMES:
+        if name not in NAMES:
             raise KeyError(name)
         return _load_preset(name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(ELEMENT_NAMES)
+        return iter(NAMES)
 
     def __len__(self) -> int:
-        return len(ELEMENT_NAMES)
+        return len(NAMES)
 
     def __contains__(self, name: object) -> bool:
-        return name in ELEMENT_NAMES  # without loading it
+        return name in NAMES  # without loading it
 
 
 @cache
 def _load_preset(name: str) -> Preset:
-    element = _load_shipped(name)
-    return Preset(element.design, element.settings)
+    return load_preset(name)
 
 
 PRESETS: Mapping[str, Preset] = _Presets()

@@ -3,12 +3,21 @@
 """Memory nodes for tests, and emulated rigs for these."""
 
 import contextlib
+import hashlib
 import subprocess
 import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
+import yaml
 
+from mlmem import Settings
+from mlmem.element_file import NAMES
+from mlmem.physics import CASE_II
+from mlmem.schema import find_descriptions
 from mlmem_ros import RequestRefused
+from mlmem_ros.host.settings import declare_parameters
 from mlmem_ros.ros import node_process
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.node_process import run_child_process
@@ -18,14 +27,51 @@ SOON = 30.0
 """Seconds to wait for what comes at once: a machine may be busy."""
 
 STREAMS = ('field', 'wall', 'joint_states', 'image', 'markers')
+FOLDER = TemporaryDirectory(prefix='mlmem-elements-')
+"""Where the element files of the tests are."""
+
+IN_ELEMENT_FILES = {
+    f'{group}.{field.name}'
+    for group, owner in {'design': CASE_II, **Settings().groups()}.items()
+    for field, _ in find_descriptions(owner)
+} - {name for name, *_ in declare_parameters()}
+"""Values that belong to an element."""
+
+
+def element_file(based_on, values, folder=FOLDER.name):
+    """Return the path of a new file in a folder with a shipped element, changed:
+    element_file('case_2', {'scale.time': 1e-5}).
+    """
+    groups = {'format': 1, 'based_on': based_on}
+    for name, value in values.items():
+        group, _, key = name.partition('.')
+        groups.setdefault(group, {})[key] = value
+    text = yaml.safe_dump(groups)
+    path = Path(folder, f'{based_on}_{hashlib.blake2b(text.encode()).hexdigest()[:8]}.yaml')
+    path.write_text(text, encoding='utf-8')
+    return str(path)
+
+
+def node_parameters(given):
+    """Return the parameters of a node, given those and values of its element such as `scale.time`;
+    the latter go into a file, based on the shipped element of `element`.
+    """
+    kept = dict(given)
+    own = {name: kept.pop(name) for name in given if name in IN_ELEMENT_FILES}
+    if own and (element := kept.get('element', 'case_2')) in NAMES:
+        kept['element'] = element_file(element, own, kept.get('files.root', FOLDER.name))
+    return kept
+
+
 QUICK = {
-    'design.preset': 'case_2', 'write.method': 'kick', 'design.check': 'skip',
+    'element': 'case_2', 'write.method': 'kick', 'design.check': 'skip',
     'scale.time': 1e-5, 'actions': False,
     **{f'publish.{stream}_every': 100 for stream in STREAMS},
 }  # fmt: skip
-"""What a node is given unless a test says otherwise: the preset of a robot written by kicks, ten
-times as fast, with a hundred messages a second of each stream,
-unchecked and without actions."""
+"""What `node_parameters` is given unless a test says otherwise: the element of a robot written by
+kicks, ten times as fast, with a hundred messages a second of each stream, unchecked and without
+actions.
+"""
 
 LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
 """A rig up to 5 ms away, which loses frames and has its own clock."""
@@ -59,11 +105,10 @@ def starting(driver='sim', shared=False):
     """Yield a function that starts a node, with its own rig if need be; all end with the block."""
     with contextlib.ExitStack() as nodes:
 
-        def start(parameters=None, **options):
-            given = {**QUICK, **(parameters or {})}
+        def start(changed=None, **options):
+            given = node_parameters({**QUICK, **(changed or {})})
             if driver == 'rig':
-                made = '--preset', given['design.preset'], '--scale-time', str(given['scale.time'])
-                address = nodes.enter_context(emulated_rig(*made, *LINE))
+                address = nodes.enter_context(emulated_rig('--element', given['element'], *LINE))
                 given |= {
                     'device.driver': 'rig',
                     'device.address': f'{address}?lead=0.2&patience=10',

@@ -12,7 +12,7 @@ from reference_pages.commands import commands_page
 from reference_pages.elements import checks_page, presets_page
 from reference_pages.files import files_page
 from reference_pages.interface import actions_page, diagnostics_page, services_page, topics_page
-from reference_pages.parameters import parameters_page
+from reference_pages.parameters import parameters_page, settings_page
 from reference_pages.problems import standard_problems_page
 from reference_pages.rig import rig_page
 
@@ -34,6 +34,7 @@ def pages() -> dict[str, str]:
         'actions.md': actions_page(),
         'diagnostics.md': diagnostics_page(),
         'parameters.md': parameters_page(),
+        'settings.md': settings_page(),
         'commands.md': commands_page(),
         'files.md': files_page(),
         'rig.md': rig_page(),

@@ -40,7 +40,7 @@ try:
 except ModuleNotFoundError as error:  # MuJoCo, or what draws
     sys.exit(describe_missing(error))
 
-MEMORY = {'design.preset': 'byte', 'publish.field_every': 0, 'publish.wall_every': 0}
+MEMORY = {'element': 'byte', 'publish.field_every': 0, 'publish.wall_every': 0}
 
 HIGHEST = 0.1
 """Height of the highest stones in m: it walks 0.13 m above the ground."""

@@ -28,7 +28,6 @@ from mlmem import (
     DelayTable,
     MemoryElement,
     Settings,
-    SettingsError,
     element_file,
     law_file,
     snapshot,
@@ -36,11 +35,10 @@ from mlmem import (
 from mlmem.element_file import Element, ElementFileError
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError
-from mlmem.physics import CASE_II, DesignError, Specimen, StateError
+from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem_lab.chains.tracked import load_coupling, load_film
 from mlmem_lab.fit import csv_shots
 from mlmem_lab.standard_problems.verdict import read_others
-from mlmem_ros import parameter_file
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.host import state_file
@@ -149,12 +147,6 @@ def answers(path):
 PART = next(SESSION.glob('*.mcap'))
 OF_STATE, OF_BAG = (StateError, DecodeError), (BagError,)
 KINDS = {
-    'parameters': Kind(
-        'mlmem_ros.parameter_file',
-        lambda path: parameter_file.load_preset(str(path)),
-        lambda path: path.write_text(PARAMETERS),
-        errors=(DecodeError, DesignError, SettingsError),
-    ),
     'element': Kind(
         'mlmem.element_file',
         element_file.read_element_file,

@@ -7,14 +7,13 @@ import pytest
 from small_register import first_levels
 
 from mlmem import Write, new_element
-from mlmem.element_file import Element
+from mlmem.element_file import Element, ElementFileError
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, Scatter, scattered
 from mlmem.presets import preset, use_kicks
 from mlmem_lab.plans import command, words
 from mlmem_lab.plans.command import matching_preset
 from mlmem_lab.plans.plan import plan_pulses
-from mlmem_ros.parameter_file import ParameterFileError
 
 
 def test_like_of_element_that_several_presets_fit_raises(monkeypatch):
@@ -24,7 +23,7 @@ def test_like_of_element_that_several_presets_fit_raises(monkeypatch):
     assert matching_preset(CASE_II) is preset('case_2')
     more = {**command.PRESETS, 'other': use_kicks(preset('case_2'))}
     monkeypatch.setattr(command, 'PRESETS', more)
-    with pytest.raises(ParameterFileError, match='case_2, other have the levels'):
+    with pytest.raises(ElementFileError, match='case_2, other have the levels'):
         matching_preset(CASE_II)
 
 

@@ -57,17 +57,16 @@ def build_device(
     Raises:
         One of `REFUSALS`: Nothing is open.
     """
-    twin = _load_element('twin', given.device.twin, given, disk)
+    twin = _twin(given, disk)
     if twin is not None:
         known = given.settings.add_stuck_cells(twin.specimen.stuck)
         given = replace(given, settings=twin.apply_planned_kicks(known))
     loudest = check_design(given.design, given.settings, given.check, log)
     with ExitStack() as undo:
-        specimen = _load_element('specimen', given.device.specimen, given, disk)
         try:
             driver = drivers.open_driver(
                 given.device.driver, given.device.address, given.design, given.settings,
-                specimen.timed_specimen if specimen else None,
+                given.specimen,
             )  # fmt: skip
         except (DriverError, SettingsError) as error:
             log.cause(error)
@@ -87,21 +86,23 @@ def build_device(
     return Built(element, store, watcher)
 
 
-def _load_element(name: str, path: str, given: Parameters, disk: Worker) -> Element | None:
-    """Return the element in the file of a parameter, or None without one."""
-    if not path:
+def _twin(given: Parameters, disk: Worker) -> Element | None:
+    """Return the element in the file of the twin, or None without one."""
+    if not given.twin:
         return None
     from mlmem.element_file import ElementFileError, read_matching_element  # most nodes have none
 
-    planned = given.settings if name == 'twin' and given.settings.register.spacing else None
+    planned = given.settings if given.settings.register.spacing else None
 
-    def read_element() -> Element:
+    def opened() -> Element:
         try:
-            return read_matching_element(given.files.confine_path(path), given.design, planned)
+            return read_matching_element(
+                given.files.confine_path(given.twin), given.design, planned
+            )
         except (ElementFileError, SettingsError) as error:
-            raise SettingsError(f'device.{name}: {error}') from error
+            raise SettingsError(f'twin: {error}') from error
 
-    return disk.done(f'reading {path}', read_element)
+    return disk.done(f'reading {given.twin}', opened)
 
 
 def _create_store(
@@ -184,7 +185,7 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Res
         try:
             element.adopt(twin.timed_specimen)
         except SettingsError as error:
-            raise SettingsError(f'device.twin: {error}') from error
+            raise SettingsError(f'twin: {error}') from error
     monitor: ResidualMonitor = find_tool('residual_monitor').load()(twin, element, log)
     return monitor
 
@@ -196,6 +197,6 @@ def _forecast_calibration(element: MemoryElement, twin: Element, log: ThrottledL
         healthy = replace(twin.timed_specimen, stuck=())  # with bad cells no delays are heard
         delays = compute_calibration(healthy, design, settings)
     except SettingsError as error:
-        log.warning(f'device.twin: {error}; delays are those of the design')
+        log.warning(f'twin: {error}; delays are those of the design')
         delays = factory_calibration(design, settings)
     return replace(delays, pulse_corrections=twin.plan)

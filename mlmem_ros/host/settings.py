@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every parameter of a node, with its default and meaning: settings of its own, in groups beside
-the device's, and which of all it lists. No ROS here: the pages are made of it, too.
+"""Every parameter of a node, with its default and meaning. What belongs to an element is in its
+file. No ROS here: the pages are made of it, too.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from mlmem import PRESETS, Faults, Preset, Settings, SettingsError, preset
+from mlmem import Faults, Settings, SettingsError
+from mlmem.element_file import DEFAULT, NAMES
 from mlmem.errors import Checked
 from mlmem.loop.timetable import MAX_SPEED, MIN_SPEED
-from mlmem.physics import Design
-from mlmem.presets import DEFAULT_ELEMENT
+from mlmem.physics import Design, Specimen
 from mlmem.procedure_table import UNSET_CONTENT
 from mlmem.schema import (
     Description,
@@ -82,20 +82,12 @@ IMAGE_COLUMNS = 400
 
 @dataclass(frozen=True)
 class DeviceSettings(Checked):
-    """Which element it is."""
+    """What drives the element, and where it is."""
 
     driver: str = describe_field(
         'sim', 'what drives the element: sim, rig, or package.module:Class of your own'
     )
     address: str = describe_field('', 'where the element is, as its driver understands it')
-    specimen: str = describe_field(
-        '', 'file of a fitted element, as mlmem fit writes it, to simulate; empty: as designed'
-    )
-    twin: str = describe_field(
-        '',
-        'file of the fitted element that this is: calibrate verifies its forecast, a register is '
-        'read by it; empty: none',
-    )
     retry: float = _seconds(
         0.0,
         'time between two attempts to reach an element that is off at the start, or lost; 0: none',
@@ -215,6 +207,9 @@ class Parameters:
     Attributes:
         check: What configure does with a design that fails its check.
         publish: How often streams are published.
+        specimen: The element that a simulation begins with; None: exactly as designed.
+        initial_content: Level or word with which a simulated element begins; -1: blank.
+        twin: File of the fitted element that this is; empty: none.
     """
 
     design: Design
@@ -227,6 +222,9 @@ class Parameters:
     files: FileSettings
     device: DeviceSettings = DeviceSettings()
     queue: QueueSettings = QueueSettings()
+    specimen: Specimen | None = None
+    initial_content: int = UNSET_CONTENT
+    twin: str = ''
 
 
 INTROSPECTION_PARAMETER = 'service_configure_introspection'
@@ -270,13 +268,49 @@ LIVE_PARAMETERS = {
 }
 """Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""
 
-DIGEST_PARAMETER = 'design.digest'
-"""What tells one element from another."""
+ELEMENT, TWIN, INITIAL_CONTENT = 'element', 'twin', 'initial_content'
+"""Parameters that say which element it is, and how a simulated one begins."""
 
-LAW_PARAMETER = 'design.law'
-"""What brings an on-site law other than the paper's: once set, the law itself, as text."""
+DESCRIPTION = 'element_description'
+"""The element as the text of its file, as `robot_description` is that of a robot."""
+
+METHOD, ATTEMPTS = 'write.method', 'write.attempts'
+"""How a level is written, and how often it is tried."""
+
+ACTUATOR, READ_END = 'actuator.present', 'read.end'
+"""Whether there is an actuator, and the end that a read probes."""
 
 NODE_PARAMETERS = {
+    ELEMENT: (DEFAULT, Description(
+        f'the element: {", ".join(NAMES)}, or the path of an element file, which is read when '
+        'this is set',
+    )),
+    TWIN: ('', Description(
+        'file of the fitted element that this is: calibrate verifies its forecast, a register is '
+        'read by it; empty: none',
+    )),
+    INITIAL_CONTENT: (UNSET_CONTENT, Description(
+        'level or word with which a simulated element begins, also after a reset; -1: blank',
+        low=UNSET_CONTENT, high=2**14 - 1,
+    )),
+    DESCRIPTION: ('', Description(
+        'the element as the text of an element file; it follows from `element`'
+    )),
+    METHOD: ('', Description(
+        'strain: by strain cycles; kick: by kicks, with strain only where no kick reaches; auto: '
+        'by whichever is fastest; empty: as the element file says',
+        choices=('', 'strain', 'kick', 'auto'),
+    )),
+    ATTEMPTS: (0, Description(
+        'most attempts of a write; 0: as the element file says', low=0, high=100
+    )),
+    ACTUATOR: (True, Description(
+        'false: the robot has no actuator, whatever the element file says'
+    )),
+    READ_END: ('', Description(
+        'end that a read probes from; empty: as the element file says',
+        choices=('', 'left', 'right', 'both'),
+    )),
     'autostart': (True, Description('configure and activate at start')),
     'actions': (True, Description(
         'serve actions, too: procedures, if mlmem_interfaces is built, and `~/simulate_steps`',
@@ -288,59 +322,53 @@ NODE_PARAMETERS = {
         'longest time to serve on after SIGINT, until every client has gone; SIGTERM ends it',
         unit='s', low=0.0, high=3600.0,
     )),
-    'design.preset': (DEFAULT_ELEMENT, Description(
-        'shipped element: the defaults of design, actuator, write, erase, probe, probe_right, '
-        'read and time', choices=tuple(PRESETS),
-    )),
-    'design.file': ('', Description(
-        'parameter file that brings the element instead of a preset; set at the start'
-    )),
-    LAW_PARAMETER: ('', Description(
-        'file of an on-site law, as mlmem law writes it, or its text; scale.length and '
-        'scale.stiffness turn it into cells, d is a factor on it, and a, b and c are left out; '
-        "empty: the paper's",
-    )),
-    DIGEST_PARAMETER: ('', Description(
-        'hash of the present design and settings: elements with one are the same'
-    )),
     'design.check': ('refuse', Description(
         'what configure does with a design that fails its check', choices=CHECK_MODES
     )),
 }  # fmt: skip
-"""Parameters that are not fields of settings, and may be set only while unconfigured."""
+"""Parameters that are not fields of settings; but for `write.method` they may be set only while
+unconfigured.
+"""
 
-PRESET_GROUPS = (
-    'design', 'actuator', 'write', 'erase', 'kick', 'clearing_pulse', 'transducer', 'probe',
-    'probe_right', 'read', 'register', 'time',
-)  # fmt: skip
-"""Groups that a preset sets; the others are the robot's."""
-
-
-def default_groups(chosen: Preset | None = None) -> dict[str, Any]:
-    """Return the defaults of each group of a preset (that of a new node), by prefix."""
-    chosen = chosen or preset(DEFAULT_ELEMENT)
-    return {
-        'device': DeviceSettings(),
-        'design': chosen.design,
-        **chosen.settings.groups(),
-        'publish': PublishSettings(),
-        'record': RecordSettings(),
-        'state': StateSettings(),
-        'files': FileSettings(),
-        'queue': QueueSettings(),
-        'faults': Faults(),
-    }
+GROUPS: dict[str, Any] = {
+    'device': DeviceSettings(),
+    'publish': PublishSettings(),
+    'record': RecordSettings(),
+    'state': StateSettings(),
+    'files': FileSettings(),
+    'queue': QueueSettings(),
+    'faults': Faults(),
+}
+"""Groups of the other parameters, by prefix."""
 
 
-def declare_parameters(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Description]]:
-    """Yield every parameter with its default in a preset (that of a new node)."""
-    own = {}
-    if chosen and chosen.design.law:
-        from mlmem.law_file import format_law  # most elements have the paper's
+def with_overrides(settings: Settings, given: Mapping[str, Any]) -> Settings:
+    """Return the settings of an element with those that parameters of the node override.
 
-        own[LAW_PARAMETER] = format_law(chosen.design.law)
+    Args:
+        settings: As the element file says.
+        given: Values of `METHOD`, `ATTEMPTS`, `ACTUATOR` and `READ_END`.
+
+    Raises:
+        SettingsError: They contradict each other.
+    """
+    write, actuator, read = settings.write, settings.actuator, settings.read
+    return replace(
+        settings,
+        write=replace(
+            write,
+            method=given[METHOD] or write.method,
+            attempts=given[ATTEMPTS] or write.attempts,
+        ),
+        actuator=replace(actuator, present=actuator.present and given[ACTUATOR]),
+        read=replace(read, end=given[READ_END] or read.end),
+    )
+
+
+def declare_parameters() -> Iterator[tuple[str, Any, Description]]:
+    """Yield every parameter with its default."""
     for name, (default, description) in {**LIVE_PARAMETERS, **NODE_PARAMETERS}.items():
-        yield name, own.get(name, default), description
-    for prefix, defaults in default_groups(chosen).items():
+        yield name, default, description
+    for prefix, defaults in GROUPS.items():
         for field, description in find_descriptions(defaults):
             yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

@@ -5,7 +5,7 @@
 ::
 
     def test_the_gait_is_remembered():
-        with memory_node({'scale.time': 1e-5}) as node, frozen_clock(node) as clock:
+        with memory_node({'time.speed': 10.0}) as node, frozen_clock(node) as clock:
             assert clock.finish(node.memory.write(5)).level == 5
 """
 

@@ -8,6 +8,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
+from mlmem import element_file
+
+from ..host.settings import DESCRIPTION
 from .running import NODE_START_TIMEOUT_S as NODE_START
 from .running import RunningNode
 
@@ -46,8 +49,8 @@ class FrozenClock:
 
         self._node = node
         memory = node.memory
-        scale = memory.parameters('time.tick', 'scale.time', timeout=NODE_START).wait()
-        self._tick = scale['time.tick'] * scale['scale.time']
+        text = memory.parameters(DESCRIPTION, timeout=NODE_START).wait()[DESCRIPTION]
+        self._tick = element_file.parse(text, DESCRIPTION).settings.tick_seconds
         memory.pause().wait()
         self._kind = Clock
         self._publisher = memory.node.create_publisher(Clock, '/clock', 10)

@@ -256,7 +256,7 @@ def memory_node(
 
     ::
 
-        with memory_node({'scale.time': 1e-5}) as node:
+        with memory_node({'time.speed': 10.0}) as node:
             assert node.memory.write(5).wait().level == 5
 
     It joins the ROS graph like any node, in the environment's ROS_DOMAIN_ID: set one that no robot

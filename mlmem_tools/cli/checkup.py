@@ -227,7 +227,7 @@ def check_node(name: str, wait: float) -> Diagnosis:
     try:
         with standalone(name) as client:
             client.ready(wait).wait()
-            values = client.parameters('design.preset', 'design.N', 'use_sim_time').wait()
+            values = client.parameters('element', 'use_sim_time').wait()
             clocks = client.node.count_publishers('/clock')
     except RequestError:
         return Diagnosis(what, WARN, f'does not answer within {wait:g} s', NODE_ADVICE)
@@ -236,7 +236,7 @@ def check_node(name: str, wait: float) -> Diagnosis:
     if values['use_sim_time'] and not clocks:
         seen = 'answers, but waits for a /clock that nobody publishes'
         return Diagnosis(what, WARN, seen, CLOCK_ADVICE)
-    seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
+    seen = f'answers: element {values["element"]}'
     return Diagnosis(what, PASS, seen)
 
 

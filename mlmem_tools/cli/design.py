@@ -3,14 +3,14 @@
 """`mlmem design`: find a design for a number of levels, judge one, prove one.
 
 `mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
-and closed forms; with `--output FILE.yaml` it writes them as a node's parameter file, with
+and closed forms; with `--output FILE.yaml` it writes them as an element file, with
 `--prove` it simulates them. No ROS is needed.
 
 `--law LAW.yaml` asks for cells with a law of their own, as `mlmem law` writes it: whether
 they can be a memory with such springs and masses, with which gradient, and, without `--levels`, of
 how many levels (2, 4, 8 ... 256). If not, it says why.
 
-`check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
+`check` takes an element file or the name of a preset, judges every quantity that the memory
 depends on, and says what goes wrong if one fails; then how much it holds by one wall, and by many
 that kicks put in place. `prove` simulates such designs: every level is
 written and read back, lower ones are written, and every level is erased; results are kept, so the
@@ -63,7 +63,7 @@ PROOF_OPTIONS = (
 
 @declare_command(
     'judge a design',
-    declare_option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
+    declare_option('source', metavar='FILE|PRESET', help='element file, or a preset'),
     ELEMENT_OPTION,
     JSON_OPTION,
     declare_option(
@@ -73,7 +73,7 @@ PROOF_OPTIONS = (
 )
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
-    from mlmem_ros.parameter_file import load_preset
+    from mlmem.presets import load_preset
 
     from .. import checks
     from ..checks.capacity import list_capacities
@@ -94,9 +94,7 @@ def check(arguments: argparse.Namespace) -> int:
 
 @declare_command(
     'simulate designs',
-    declare_option(
-        'sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'
-    ),
+    declare_option('sources', metavar='FILE|PRESET', nargs='+', help='element files, or presets'),
     declare_option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
     declare_option('--output', type=Path, metavar='FILE', help='result file to write'),
     ELEMENT_OPTION,
@@ -126,7 +124,7 @@ DESIGN_TASKS = {'check': check, 'prove': prove}
     declare_option('--length', type=float, metavar='M', help='its lattice constant'),
     declare_option('--spring', type=float, metavar='N/M', help='its springs between cells'),
     declare_option('--mass', type=float, metavar='KG', help='its masses'),
-    declare_option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
+    declare_option('--output', type=Path, metavar='FILE.yaml', help='element file to write'),
     declare_option('--prove', action='store_true', help='simulate the found design'),
     *PROOF_OPTIONS,
     JSON_OPTION,

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 FOREIGN_BAG_PRESET = 'case_2'
-"""Preset of the element for a bag that names none."""
+"""Element for a bag that names none."""
 
 MAX_LISTED = 20
 """Most levels or procedures listed."""
@@ -42,7 +42,8 @@ MAX_LISTED = 20
     ),
     declare_option('--node', default='', help='which node of the bag, if there are several'),
     declare_option(
-        '--preset',
+        '--element',
+        metavar='NAME|FILE',
         help=f'element for a bag written by another recorder; {FOREIGN_BAG_PRESET} unless given',
     ),
     declare_option(
@@ -55,6 +56,7 @@ MAX_LISTED = 20
 )
 def replay(arguments: argparse.Namespace) -> int:
     """Replay; return the exit status."""
+    from mlmem.parsing import DecodeError
     from mlmem.physics import DesignError
     from mlmem_ros.bag.errors import BagError
 
@@ -62,24 +64,25 @@ def replay(arguments: argparse.Namespace) -> int:
         return _replay_bag(arguments)
     except BagError as error:
         return print_bag_failure('replay', error, arguments.json)
-    except DesignError as error:
+    except (DecodeError, DesignError) as error:
         return print_failure('replay', error, 2)
 
 
 def _replay_bag(arguments: argparse.Namespace) -> int:
-    from mlmem import new_element, preset
+    from mlmem import new_element
+    from mlmem.presets import load_preset
     from mlmem_ros.bag.errors import BagError
     from mlmem_ros.session.data import load_session
     from mlmem_ros.session.replay import replay_commands, run_replay
 
     session = load_session(arguments.bag, arguments.node, motion=False)
-    if arguments.preset and session.header is not None:
-        raise BagError('--preset is for bags written by another recorder; this one has its own')
+    if arguments.element and session.header is not None:
+        raise BagError('--element is for bags written by another recorder; this one has its own')
     with _create_progress() as progress:
         if session.header is not None:
             report = run_replay(session, progress)
         else:
-            element = new_element(preset(arguments.preset or FOREIGN_BAG_PRESET))
+            element = new_element(load_preset(arguments.element or FOREIGN_BAG_PRESET))
             report = replay_commands(element, session, progress)
     note_outcome()
     if arguments.json:

@@ -47,12 +47,9 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
 
 @declare_command(
     'run an emulated rig, for a node to drive over TCP',
-    declare_option('--preset', default='case_2', help='shipped element'),
+    declare_option('--element', default='case_2', metavar='NAME|FILE', help='element of the rig'),
     declare_option('--host', default='127.0.0.1', help='address to listen on'),
     declare_option('--port', type=int, default=0, help='port to listen on; 0: any free one'),
-    declare_option(
-        '--scale-time', type=float, metavar='S', help="s per time unit, by default the preset's"
-    ),
     _declare_number('--latency', 'delay of every frame', 'S'),
     _declare_number('--jitter', 'additional random delay', 'S'),
     _declare_number('--loss', 'probability that a frame is lost', 'P'),
@@ -77,7 +74,7 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
     declare_option(
         '--integrator',
         choices=('noh_bathe', 'pefrl', RK4_INTEGRATOR),
-        help="of the element, by default the preset's",
+        help='of the element, by default its own',
     ),
     _declare_number('--step', 'step of rk4 in time units, at most', default=0.0625),
     _declare_number('--friction', 'dry friction of a cell in k_r cells; with rk4'),
@@ -91,13 +88,13 @@ def _declare_deviation(name: str, of: str, unit: str = 'relative') -> Option:
 )
 def rig(arguments: argparse.Namespace) -> int:
     """Serve until interrupted; return the exit status."""
-    from mlmem import preset
     from mlmem.physics import DesignError, StateError
+    from mlmem.presets import load_preset
 
     from ..rig.emulated import Line, Server
 
     try:
-        emulated, truth = _build_rig(preset(arguments.preset), arguments)
+        emulated, truth = _build_rig(load_preset(arguments.element), arguments)
         line = Line(
             arguments.latency, arguments.jitter, arguments.loss, arguments.restart, arguments.seed
         )
@@ -124,8 +121,6 @@ def _build_rig(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, 
     from ..rig.emulated import EmulatedRig, Sensors
 
     settings, own = chosen.settings, given.integrator == RK4_INTEGRATOR
-    if given.scale_time is not None:
-        settings = replace(settings, scale=replace(settings.scale, time=given.scale_time))
     if given.integrator and not own:
         settings = replace(settings, time=replace(settings.time, integrator=given.integrator))
     if not own and given.friction:
@@ -177,6 +172,6 @@ def _collect_truth(made: Specimen, rig: EmulatedRig, given: argparse.Namespace) 
         'friction': given.friction,
         'relative_damping': given.relative_damping,
         'integrator': given.integrator,
-        'preset': given.preset,
+        'element': given.element,
         'seed': given.seed,
     }

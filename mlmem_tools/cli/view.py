@@ -4,9 +4,9 @@
 
 Serves a page on this machine until Ctrl-C and prints its address. It shows the running element, or
 the given session; two sessions stand side by side, with their differences. With --start it starts
-an element of its own: the default one, a preset, or that of a parameter file; if that ends, the
-command fails. With --host other machines can open the page by the printed address, which holds a
-token.
+an element of its own: the default one, another shipped one, or that of an element file. If that
+ends, the command fails. With --host other machines can open the page by the printed address, which
+holds a token.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ PICTURE_INTERVAL_TICKS = 15
         '--start',
         nargs='?',
         const='',
-        metavar='PRESET|FILE',
-        help='also start a memory node of that name, of the default preset unless one is given',
+        metavar='ELEMENT|FILE',
+        help='also start a memory node of that name, with the default element unless one is given',
     ),
     declare_option(
         '--host', default='127.0.0.1', help='address to listen on; other machines need the token'
@@ -55,8 +55,8 @@ def view(arguments: argparse.Namespace) -> int:
     start = arguments.start is not None
     if len(arguments.session) > 2 or (arguments.session and start):
         return print_failure('view', 'give one or two sessions, or --start without any', 2)
+    from mlmem.parsing import DecodeError
     from mlmem_ros.bag.errors import BagError
-    from mlmem_ros.parameter_file import ParameterFileError
 
     try:
         ended = asyncio.run(_serve_page(arguments))
@@ -64,7 +64,7 @@ def view(arguments: argparse.Namespace) -> int:
         return print_failure(
             'view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1
         )
-    except ParameterFileError as error:
+    except DecodeError as error:
         return print_failure('view', error, 2)
     except BagError as error:
         return print_failure('view', error, 1)
@@ -73,8 +73,8 @@ def view(arguments: argparse.Namespace) -> int:
 
 async def _serve_page(arguments: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C, or the end of the node that we started; return its status."""
+    from mlmem.element_file import element_path
     from mlmem_ros.contract import topics
-    from mlmem_ros.parameter_file import build_node_parameters
     from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
 
     from ..view.server import LOOPBACK_HOSTS, Guard, Server, run_server
@@ -105,10 +105,9 @@ async def _serve_page(arguments: argparse.Namespace) -> int:
             given: dict[str, Any] = {
                 topic.interval: PICTURE_INTERVAL_TICKS for topic in topics.PERIODIC_TOPICS
             }
-            chosen = build_node_parameters(arguments.start) if arguments.start else {}
-            file = chosen if isinstance(chosen, str) else None
-            given |= {} if isinstance(chosen, str) else chosen
-            started = run_node_process(build_node_arguments(arguments.node, given, file))
+            if arguments.start:
+                given['element'] = element_path(arguments.start)
+            started = run_node_process(build_node_arguments(arguments.node, given))
             node = loop.create_task(wait_for_node(stack.enter_context(started)))
         live = None if arguments.session else _open_live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)

@@ -12,51 +12,22 @@ from typing import Any
 
 import numpy as np
 
-from mlmem import Faults
-from mlmem.law_file import parse_curve
-from mlmem.parsing import decode_value
+from mlmem import Faults, Settings
 from mlmem.physics import Design
-from mlmem.physics.curve import Curve
 from mlmem.physics.waves import pass_band
 from mlmem.procedure_table import PROCEDURES
 from mlmem.readers.words import Code
 from mlmem.schema import find_descriptions
 from mlmem.settings import ActuatorSettings, ScaleSettings
+from mlmem_ros.host.settings import DESCRIPTION
 
 MAX_PICTURE_CELLS = 512
 """Most cells in a picture; of a longer chain every second, third ... one is shown."""
 
 FAULT_PARAMETERS = tuple(f'faults.{each.name}' for each in fields(Faults))
 
-PROBE_SETTINGS = 'omega_c', 'v_th', 'gain_decay'
-"""Settings of a probe that a page shows."""
-
-PAGE_PARAMETERS = (
-    *(f'design.{each.name}' for each, _ in find_descriptions(Design)),
-    'design.law',
-    *FAULT_PARAMETERS,
-    'actuator.max_strain',
-    'actuator.max_rate',
-    'actuator.hand_rate',
-    *(f'{end}.{name}' for end in ('probe', 'probe_right') for name in PROBE_SETTINGS),
-    'register.spacing',
-    'register.omega_c',
-    'element.bad_cells',
-    'scale.time',
-    'scale.length',
-    'scale.stiffness',
-    'time.speed',
-)
+PAGE_PARAMETERS = (DESCRIPTION, *FAULT_PARAMETERS, 'time.speed')
 """Parameters of a node that a page needs."""
-
-
-def group_parameters(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return parameters by group and name."""
-    groups: dict[str, dict[str, Any]] = {}
-    for name, value in parameters.items():
-        group, _, key = name.partition('.')
-        groups.setdefault(group, {})[key] = value
-    return groups
 
 
 def describe_faults(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -97,29 +68,33 @@ class About:
         return self.design.N * self.scale.length
 
     @classmethod
-    def of(cls, groups: Mapping[str, Mapping[str, Any]], node: str) -> About:
-        """Make one from parameters.
+    def of(
+        cls,
+        design: Design,
+        settings: Settings,
+        node: str,
+        parameters: Mapping[str, Any] | None = None,
+    ) -> About:
+        """Make one from an element.
 
         Args:
-            groups: Values by group and name: design, actuator, probe, probe_right, register,
-                element and scale; from a running node also faults and time.
+            design: The element as designed.
+            settings: Settings of its instrument.
             node: Full name of the node.
-
-        Raises:
-            DesignError: They do not describe an element.
-            LawFileError, DecodeError: Nor does its law.
+            parameters: Those of a running node: its faults and speed.
         """
-        actuator, scale = ActuatorSettings(**groups['actuator']), ScaleSettings(**groups['scale'])
-        given = dict(groups['design'])
-        given['law'] = _decode_law(given.get('law'), scale)
-        design = Design(**given)
-        register = groups['register']
-        spacing = register['spacing']
+        present = parameters or {}
+        faults = {
+            each.removeprefix('faults.'): present[each]
+            for each in FAULT_PARAMETERS
+            if each in present
+        }
+        spacing = settings.register.spacing
         code = Code(design.levels, spacing) if spacing else None
-        by_delays = not (spacing or groups['element']['bad_cells'])
+        by_delays = not (spacing or settings.element.bad_cells)
         words = code.words if code else design.levels
         stride = math.ceil(design.N / MAX_PICTURE_CELLS)
-        probes = {'left': groups['probe'], 'right': groups['probe_right']}
+        probes = {'left': settings.probe, 'right': settings.probe_right}
         json = {
             'node': node,
             'cells': design.N,
@@ -137,19 +112,19 @@ class About:
             'phases': [design.D_s1, design.D_s2],
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),
             'substrate': design.substrate,
-            'max_strain': actuator.max_strain,
+            'max_strain': settings.actuator.max_strain,
             'probes': {
                 end: {
-                    'threshold': probe['v_th'] if by_delays else None,
-                    'gain': probe['gain_decay'],
+                    'threshold': probe.v_th if by_delays else None,
+                    'gain': probe.gain_decay,
                 }
                 for end, probe in probes.items()
             },
             'bands': {'active': pass_band(design.k_s2), 'inactive': pass_band(design.k_s1)},
-            'carriers': {end: probe['omega_c'] for end, probe in probes.items()}
+            'carriers': {end: probe.omega_c for end, probe in probes.items()}
             if by_delays
-            else {'pulse': register['omega_c']},
-            'faults': describe_faults(groups.get('faults', {})),
+            else {'pulse': settings.register.omega_c},
+            'faults': describe_faults(faults),
             'procedures': {
                 name: {
                     'takes': row.required_arguments,
@@ -158,14 +133,6 @@ class About:
                 }
                 for name, row in PROCEDURES.items()
             },
-            'speed': groups.get('time', {}).get('speed', 1.0),
+            'speed': present.get('time.speed', 1.0),
         }
-        return cls(design, actuator, scale, stride, json)
-
-
-def _decode_law(given: Any, scale: ScaleSettings) -> Curve | None:
-    """Return the on-site law of a node's parameter, a text, or of a session's header."""
-    if isinstance(given, str):
-        return parse_curve(given, scale.length, scale.stiffness) if given else None
-    law: Curve | None = decode_value(Curve | None, given)
-    return law
+        return cls(design, settings.actuator, settings.scale, stride, json)

@@ -14,13 +14,15 @@ from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from mlmem import element_file
 from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import load_action_types
+from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE
 from mlmem_tools.view.monitor import Status, parse_components, subscribe_topic
 
-from .about import PAGE_PARAMETERS, About, group_parameters
+from .about import PAGE_PARAMETERS, About
 from .frames import Pictures, pack_frame, thin_echo
 from .requests import Activity, Requests
 
@@ -246,7 +248,8 @@ class Live:
         await asyncio.sleep(0.05)  # they change by the dozen
         try:
             parameters = await self._client.parameters(*PAGE_PARAMETERS, timeout=3.0)
-            about = About.of(group_parameters(parameters), self._client.name)
+            element = element_file.parse(parameters[DESCRIPTION], DESCRIPTION)
+            about = About.of(element.design, element.settings, self._client.name, parameters)
         except (RequestError, ValueError) as error:
             self._link(str(error))
             self._present = False

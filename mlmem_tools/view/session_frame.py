@@ -103,7 +103,7 @@ def load_frame(path: str | Path) -> SessionFrame:
     reader = BagReader(path)
     node, header = _read_first_header(reader)
     groups = {'design': header.design.as_dict(), **header.settings.as_dict()}
-    about, known = About.of(groups, node), header.calibration
+    about, known = About.of(header.design, header.settings, node), header.calibration
     collector = _Collector(about)
     collector.take(reader)
     head = {

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from mlmem import Abort, SetStrain, Write, new_element, preset
-from mlmem_ros.parameter_file import load_preset
+from mlmem.presets import load_preset
 
 from .rig import run, succeed
 

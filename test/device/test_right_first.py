@@ -21,7 +21,7 @@ from mlmem import (
 )
 from mlmem.instrument.end import End
 from mlmem.parsing import decode_value
-from mlmem_ros.parameter_file import load_preset
+from mlmem.presets import load_preset
 
 from .rig import run
 

@@ -23,7 +23,6 @@ from mlmem_ros.host import Overdue, State, state_file
 from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
-    DeviceSettings,
     PublishSettings,
     RecordSettings,
     StateSettings,
@@ -406,11 +405,10 @@ def no_file(kind, path):
 
 
 @pytest.mark.parametrize('kind', ['pipe', 'device', 'huge', 'NUL', 'folder'])
-@pytest.mark.parametrize('parameter', ['specimen', 'twin', 'state', 'calibration'])
+@pytest.mark.parametrize('parameter', ['twin', 'state', 'calibration'])
 def test_what_is_no_file_is_refused_at_once(serve, tmp_path, parameter, kind):
-    if parameter in ('specimen', 'twin'):
-        given = DeviceSettings(**{parameter: no_file(kind, tmp_path / 'element.yaml')})
-        service = serve(device=given)
+    if parameter == 'twin':
+        service = serve(twin=no_file(kind, tmp_path / 'element.yaml'))
     else:
         suffix = '.calibration.json' if parameter == 'calibration' else '.json'
         path = no_file(kind, tmp_path / f'element{suffix}').replace(suffix, '.json')

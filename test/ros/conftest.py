@@ -9,7 +9,7 @@ import sys
 import threading
 
 import pytest
-from nodes import SOON
+from nodes import SOON, node_parameters
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -38,7 +38,7 @@ def context():
 
 @pytest.fixture
 def declared(context):
-    """Declare the parameters of a node given some: declared({'design.preset': 'bits_1'})."""
+    """Declare the parameters of a node given some: declared({'element': 'bits_1'})."""
     from types import SimpleNamespace
 
     from rclpy.parameter import Parameter
@@ -50,7 +50,8 @@ def declared(context):
     nodes = []
 
     def declare(given=(), namespace=''):
-        overrides = [Parameter(name, value=value) for name, value in dict(given).items()]
+        own = node_parameters(dict(given))
+        overrides = [Parameter(name, value=value) for name, value in own.items()]
         node = CheckedParameters(
             'memory', namespace=namespace, context=context, parameter_overrides=overrides
         )
@@ -72,7 +73,7 @@ def refused(capfd):
     from mlmem_ros.ros.node_process import build_node_arguments
 
     def refused(parameters=None, *, name='mlmem', file=None, options=(), warned=False):
-        given, stop = build_node_arguments(name, parameters, file), []
+        given, stop = build_node_arguments(name, node_parameters(parameters or {}), file), []
         capfd.readouterr()
         ends = threading.Timer(SOON, stop.append, [signal.SIGTERM])  # if it starts after all
         ends.start()

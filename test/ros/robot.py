@@ -35,6 +35,8 @@ from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, I
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from mlmem import element_file
+
 QUEUE = 10
 """Messages of a topic that wait to be taken, at most."""
 
@@ -208,7 +210,7 @@ class Robot:
     @cached_property
     def length(self):
         """Displacement of the end in metres at a strain of 1."""
-        return CELL * self.get('design.N')
+        return CELL * element_file.parse(self.get('element_description'), 'it').design.N
 
     def follow(self, *points, joint='substrate'):
         """Publish a trajectory of points (milliseconds, strain) or (milliseconds, strain, 1/s).

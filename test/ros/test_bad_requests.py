@@ -115,7 +115,7 @@ def test_a_bad_trajectory_is_refused_in_one_line(memory, written, points, joint,
         ('target_level', 'five', [f"'{INTEGER}'", f"'{Parameter.Type.STRING}'"]),  # rclpy's words
         ('target_level', 2.0, [f"'{INTEGER}'", f"'{Parameter.Type.DOUBLE}'"]),
         ('target_level', True, [f"'{INTEGER}'", f"'{Parameter.Type.BOOL}'"]),
-        ('design.N', 100, ['design.N']),  # fixed while the element exists
+        ('element', 'bits_1', ['element']),  # fixed while the element exists
         ('no.such_parameter', 1, ['undeclared']),
     ],
     ids=str,

@@ -8,23 +8,22 @@ import pytest
 
 PARAMETERS = """/**:
   ros__parameters:
-    {group}:
-      {name}: {value}
+    {name}: {value}
 """
 
 
 @pytest.mark.parametrize(
     ('parameter', 'value', 'reason'),
     [
-        ('design.preset', 'case_3', r" design\.preset must be one of case_1, .*; got 'case_3'$"),
+        ('element', 'case_3', "element must be one of case_1, .*; got 'case_3'$"),
         ('target_level', 8, ' target_level must be from 0 to 7; got 8$'),
         ('faults.weak_cell', 300, ' faults.weak_cell must be from 0 to N = 225; got 300$'),
-        ('design.J', 300, r' design\.\*: J must be at most N - tail - 1 = 224, .*; got 300$'),
+        ('design.J', 300, r'element: .*, line 3: design\.J must be at most N - tail - 1'),
     ],
     ids=str,
 )
 def test_a_bad_parameter(refused, parameter, value, reason):
-    assert re.search(f'cannot start: parameters?{reason}', refused({parameter: value}))
+    assert re.search(f'cannot start: {reason}', refused({parameter: value}))
 
 
 DOUBLE = 'a double (a number with a decimal point)'
@@ -33,16 +32,15 @@ DOUBLE = 'a double (a number with a decimal point)'
 @pytest.mark.parametrize(
     ('name', 'value', 'reason'),
     [
-        ('write.tension', 'strong', f"must be {DOUBLE}; got 'strong'"),
-        ('write.tension', 1, f'must be {DOUBLE}; got 1'),
+        ('linger', 'strong', f"must be {DOUBLE}; got 'strong'"),
+        ('linger', 1, f'must be {DOUBLE}; got 1'),
         ('write.attempts', 2.5, 'must be an integer; got 2.5'),
     ],
     ids=str,
 )
 def test_a_parameter_file_with_a_wrong_type(refused, tmp_path, name, value, reason):
-    group, _, name_in_group = name.partition('.')
     file = tmp_path / 'wrong.yaml'
-    file.write_text(PARAMETERS.format(group=group, name=name_in_group, value=value))
+    file.write_text(PARAMETERS.format(name=name, value=value))
     assert refused(file=file).endswith(f'cannot start: parameter {name} {reason}')
 
 

@@ -8,7 +8,7 @@ import itertools
 
 import pytest
 import rclpy
-from nodes import QUICK
+from nodes import QUICK, node_parameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 from robot import Robot
@@ -38,7 +38,11 @@ GIVEN = QUICK | {'write.attempts': 1}
 def bank():
     """What bank.launch.py starts, of small elements."""
     arguments, elements = parse_bank_arguments(
-        ['memory_bank', f'--elements={ELEMENTS}', *build_node_arguments('mlmem', GIVEN)]
+        [
+            'memory_bank',
+            f'--elements={ELEMENTS}',
+            *build_node_arguments('mlmem', node_parameters(GIVEN)),
+        ]
     )
     with (
         NodeHere('/bank/element_0/mlmem', arguments, elements),
@@ -227,7 +231,7 @@ def test_bank_without_a_check_element_is_rejected(bank, count, base, expected):
 def test_bank_of_bytes_holds_their_whole_range():
     arguments, elements = parse_bank_arguments(
         ['memory_bank', '--elements=3',
-         *build_node_arguments('/bytes/mlmem', {**QUICK, 'design.preset': 'byte'})]
+         *build_node_arguments('/bytes/mlmem', node_parameters({**QUICK, 'element': 'byte'}))]
     )  # fmt: skip
     with (
         NodeHere('/bytes/element_0/mlmem', arguments, elements),

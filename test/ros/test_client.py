@@ -169,10 +169,10 @@ def test_calibrate_restores_the_content(client):
 
 
 def test_parameters(client):
-    values = client.parameters('design.N', 'scale.time').wait()
-    assert values == {'design.N': 225, 'scale.time': 1e-5}
+    values = client.parameters('write.method', 'read.end').wait()
+    assert values == {'write.method': 'kick', 'read.end': ''}
     with pytest.raises(RequestRefused, match=r'design\.nothing'):
-        client.parameters('design.N', 'design.nothing').wait()
+        client.parameters('element', 'design.nothing').wait()
 
 
 def test_an_integer_is_converted_for_a_parameter_of_type_double(client):
@@ -259,7 +259,7 @@ def test_all_threads_of_an_executor_wait(node, context):
     def wait(place):
         timers[place].cancel()  # or a third callback would wait at the barrier, in vain
         both.wait(SOON)  # until no thread is left that could spin the node
-        told.append(client.parameters('design.N', timeout=SOON).wait())
+        told.append(client.parameters('write.method', timeout=SOON).wait())
         if both.wait(SOON) == 0:
             over.set_result(None)
 
@@ -270,7 +270,7 @@ def test_all_threads_of_an_executor_wait(node, context):
     executor.add_node(node)
     executor.spin_until_future_complete(over, SOON)
     executor.shutdown(SOON)
-    assert told == 2 * [{'design.N': 225}]
+    assert told == 2 * [{'write.method': 'kick'}]
 
 
 def test_waiting_spins_a_node_whose_executor_does_not_spin(node, context):
@@ -379,7 +379,7 @@ def test_asyncio_awaits_without_anybody_spinning_the_node(node):
         return content.level, size
 
     async def size_of(client):
-        return (await client.parameters('design.N')).values()
+        return (await client.parameters('element')).values()
 
     async def beat():
         while True:
@@ -439,7 +439,7 @@ def test_cancelled_tasks_leave_nothing_behind(node, client):
         asyncio.get_running_loop().set_exception_handler(lambda _, said: complaints.append(said))
         replies, tasks = [], []
         for n in range(40):
-            replies.append(memory.parameters('design.N'))
+            replies.append(memory.parameters('element'))
             tasks.append(asyncio.ensure_future(awaited(replies[-1])))
             await asyncio.sleep(n * 1e-4)  # an answer takes a millisecond or two
             tasks[-1].cancel()
@@ -719,7 +719,7 @@ def test_the_end_to_probe_is_given_for_one_read(client):
     assert client.read().wait().end == 'left'
     with pytest.raises(RequestRefused, match="end must be one of left, right, both; got 'top'"):
         client.read(end='top').wait()
-    assert client.parameters('read.end').wait() == {'read.end': 'left'}
+    assert client.parameters('read.end').wait() == {'read.end': ''}
 
 
 # Strain by hand, and sessions

@@ -10,7 +10,7 @@ import time
 
 import pytest
 import rclpy
-from nodes import QUICK, program
+from nodes import QUICK, node_parameters, program
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.task import Future
 
@@ -51,7 +51,7 @@ def spun(executor, work):
 )
 def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path):
     state, executor = tmp_path / 'element.json', kind(context=context)
-    given = {**QUICK, 'state.path': str(state)}
+    given = node_parameters({**QUICK, 'state.path': str(state)})
     executor.add_node(robot)
     client = MemoryClient(robot, '/arm/mlmem')
     with MemoryNode(parameters=given, namespace='arm', context=context) as memory:
@@ -80,7 +80,7 @@ async def remember():
     assert (await client.write(3)).level == 3
     assert (await client.read()).level == 3
 
-QUICK = {QUICK}
+QUICK = {node_parameters(QUICK)}
 rclpy.init()
 robot, executor = rclpy.create_node('robot'), SingleThreadedExecutor()
 executor.add_node(robot)
@@ -107,7 +107,7 @@ def test_messages_that_stay_within_the_process_arrive():
 
 
 def test_a_device_that_fails_before_there_is_an_executor_is_looked_after(context):
-    with MemoryNode(parameters=QUICK, context=context) as memory:
+    with MemoryNode(parameters=node_parameters(QUICK), context=context) as memory:
         memory.host.open_loop().call(lambda: setattr(memory.host.element, 'advance', None))
         deadline = time.monotonic() + SOON
         while memory.host.failure is None:
@@ -123,8 +123,8 @@ def test_a_device_that_fails_before_there_is_an_executor_is_looked_after(context
 
 def test_one_that_cannot_start_leaves_nothing_behind(context, robot):
     with (
-        pytest.raises(SettingsError, match=r'parameters design'),
-        MemoryNode(parameters={'design.N': 4}, context=context),
+        pytest.raises(SettingsError, match=r'element must be one of'),
+        MemoryNode(parameters={'element': 'case_9'}, context=context),
     ):
         pass
     assert robot.get_node_names() == ['robot']
@@ -135,7 +135,7 @@ def test_one_that_cannot_start_leaves_nothing_behind(context, robot):
 @pytest.mark.skipif(sys.gettrace() is not None, reason='coverage keeps a tracer of every thread')
 def test_a_life_leaves_nothing_behind(context, tmp_path):
     """What stays of a life in memory would add up over months of them."""
-    parameters = {**QUICK, 'state.path': str(tmp_path / 'e.json')}
+    parameters = node_parameters({**QUICK, 'state.path': str(tmp_path / 'e.json')})
     with MemoryNode(parameters=parameters, context=context) as memory:
 
         def lives(number):

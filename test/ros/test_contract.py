@@ -32,7 +32,7 @@ def driver(request):
 @pytest.fixture(scope='module')
 def given():
     """That of a robot, but ten times as fast."""
-    return {'design.preset': 'case_2', 'actions': True}
+    return {'element': 'case_2', 'actions': True}
 
 
 @pytest.fixture

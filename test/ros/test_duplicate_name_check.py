@@ -6,7 +6,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from nodes import QUICK
+from nodes import QUICK, node_parameters
 from robot import Robot
 
 from mlmem_ros.ros.node import starting
@@ -36,10 +36,11 @@ def test_a_second_node_of_the_same_name_is_logged_once_and_no_other_name():
 
 
 def test_command_line_with_two_nodes_of_one_name_warns(capsys):
-    with memory_node(QUICK, name='twin'):
+    with memory_node(node_parameters(QUICK), name='twin'):
         assert main(['read', '--node', 'twin']) == 0
         assert capsys.readouterr().err.count('nodes of this name') == 0
-        with memory_node(QUICK, name='twin') as second, Robot(second.element) as robot:
+        given = node_parameters(QUICK)
+        with memory_node(given, name='twin') as second, Robot(second.element) as robot:
             robot.wait(lambda: robot.node.count_publishers('/twin/alive') == 2, 'both')
             # A command that is answered before it has discovered the other node cannot warn.
             for _ in range(10):

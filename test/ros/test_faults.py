@@ -19,7 +19,7 @@ from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.cli.main import main
 
-DESIGN = preset(QUICK['design.preset']).design
+DESIGN = preset(QUICK['element']).design
 PAGE = Path(__file__).parents[2] / 'docs' / 'faults.md'
 
 UNIT = 0.01 / 1e-5**2
@@ -204,7 +204,7 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
         '- {unit: sensor, failure: delayed, instance: 1, severity: 60}\n'
         '- {tick: 1000, unit: sensor, failure: ok}\n'
     )
-    recorded = {'design.preset': 'bits_1', 'record.path': str(bag)}
+    recorded = {'element': 'bits_1', 'record.path': str(bag)}
     node = start(recorded, name='failing')
     with Robot(node.element) as robot, standalone(node.element) as memory:
         memory.ready(60.0).wait()

@@ -15,13 +15,17 @@ from pathlib import Path
 
 import pytest
 from closed_bag import check_closed
+from nodes import element_file
 from robot import Robot
 
-from mlmem import PRESETS, preset
+from mlmem import PRESETS, load_element
+from mlmem.element_file import write_element_file
 from mlmem_ros.host.settings import declare_parameters
-from mlmem_ros.parameter_file import format_preset
 
 CHECKOUT = Path(__file__).parents[2]
+
+ELEMENT = element_file('case_2', {'scale.time': 1e-5})
+"""The default element, ten times as fast."""
 
 
 def environment():
@@ -89,7 +93,7 @@ def running(folder, *command, whole_group):
 @pytest.fixture(scope='module')
 def node(ros2, tmp_path_factory):
     """A node by `ros2 run`, and a robot that has found it."""
-    command = ('run', 'mlmem_ros', 'memory_node', '--ros-args', '-p', 'scale.time:=1e-5')
+    command = ('run', 'mlmem_ros', 'memory_node', '--ros-args', '-p', f'element:={ELEMENT}')
     folder = tmp_path_factory.mktemp('run')
     with running(folder, *command, whole_group=True), Robot() as robot:
         robot.next('wall')
@@ -100,8 +104,8 @@ def node(ros2, tmp_path_factory):
 
 def test_param(ros2, node):
     names = ros2('param', 'list', node).split()
-    assert {'target_level', 'design.preset', 'scale.time', 'write.attempts'} <= set(names)
-    assert ros2('param', 'get', node, 'design.preset').strip() == 'String value is: case_2'
+    assert {'target_level', 'element', 'write.attempts'} <= set(names)
+    assert ros2('param', 'get', node, 'element').strip() == f'String value is: {ELEMENT}'
     assert 'successful' in ros2('param', 'set', node, 'target_level', '3')
     assert ros2('param', 'get', node, 'target_level').strip() == 'Integer value is: 3'
     refused = ros2('param', 'set', node, 'target_level', '8')  # its exit status is 0 all the same
@@ -140,7 +144,7 @@ def test_launch_arguments(ros2, tmp_path):
         Robot('/arm/left') as robot,
     ):
         robot.next('wall')
-        assert robot.get('design.preset') == 'case_1'
+        assert robot.get('element') == 'case_1'
         assert robot.get('record.path') == str(bag)
     assert 'process has finished cleanly' in output.read_text()
     assert {topic for topic, _, _ in check_closed(bag)} >= {'/arm/left/wall', '/arm/left/field'}
@@ -179,11 +183,11 @@ def test_launch_includes_share_no_argument(ros2, tmp_path):
     """Neither with each other nor with a parent that has arguments of usual names."""
     file = tmp_path / 'parent.launch.py'
     file.write_text(PARENT)
-    names = ('design.preset', 'write.attempts', 'linger', 'record.path', 'autostart')
+    names = ('element', 'write.attempts', 'linger', 'record.path', 'autostart')
     expected = {
         '/first': ('bits_1', 7, 0.1, '', True),
-        '/mlmem': ('case_2', 3, 0.0, '', True),
-        '/arm/left/mlmem': ('bits_1', 3, 0.0, '', True),
+        '/mlmem': ('case_2', 0, 0.0, '', True),
+        '/arm/left/mlmem': ('bits_1', 0, 0.0, '', True),
     }
     found = {}
     with running(tmp_path, 'launch', str(file), whole_group=False) as output:
@@ -198,14 +202,14 @@ def test_launch_includes_share_no_argument(ros2, tmp_path):
 
 def test_launch_refuses_a_configuration_that_is_neither_preset_nor_file(ros2):
     done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', 'element:=case_3')
-    words = f'element must be the path of a parameter file, or one of {", ".join(PRESETS)}'
+    words = f'element must be one of {", ".join(PRESETS)}, or the path of an element file'
     assert words in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize('launch', ['memory', 'bank'])
 def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
     file = tmp_path / 'mine.yaml'
-    file.write_text(format_preset(*preset('bits_1')))
+    write_element_file(file, load_element('bits_1'))
     name = {'memory': '/mine', 'bank': '/bank/element_0/mlmem'}[launch]
     argument = {'memory': 'node_name:=mine', 'bank': 'elements:=1'}[launch]
     arguments = (f'element:={file}', 'write.attempts:=7', argument)
@@ -213,22 +217,19 @@ def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
     with running(tmp_path, *command, whole_group=False), Robot(name) as robot:
         robot.next('wall')
         present = robot.parameters()
-    assert (present['design.preset'], present['read.end']) == ('bits_1', 'right')
+    assert present['element'] == str(file)
     assert present['write.attempts'] == 7
 
 
-def test_launch_takes_a_preset_as_a_parameter(ros2, tmp_path):
-    command = (
-        'launch',
-        'mlmem_ros',
-        'memory.launch.py',
-        'node_name:=four',
-        'design.preset:=bits_4',
-    )
+def test_launch_takes_a_parameter_file(ros2, tmp_path):
+    file = tmp_path / 'params.yaml'
+    file.write_text('/**: {ros__parameters: {element: bits_4, write: {attempts: 9}}}')
+    arguments = ('node_name:=four', f'params_file:={file}', 'read.end:=both')
+    command = ('launch', 'mlmem_ros', 'memory.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot('/four') as robot:
         robot.next('wall')
-        assert robot.get('design.N') == 207
-        assert robot.get('read.end') == 'right'
+        names = ('element', 'write.attempts', 'read.end')
+        assert tuple(map(robot.get, names)) == ('bits_4', 9, 'both')
 
 
 def test_launch_takes_every_parameter_as_an_argument(ros2):
@@ -240,17 +241,17 @@ def test_launch_takes_every_parameter_as_an_argument(ros2):
 
 def test_launch_gives_parameters_their_types(ros2, tmp_path):
     given = {
-        'write.attempts': 5, 'write.hold': 700.0, 'record.views': True, 'publish.frame_id': 'leg',
-        'scale.time': 1e-5, 'design.substrate': 'rigid', 'files.root': str(tmp_path),
+        'write.attempts': 5, 'record.views': True, 'publish.frame_id': 'leg',
+        'linger': 0.5, 'read.end': 'right', 'device.retry': 7.0,
+        'files.root': str(tmp_path),
     }  # fmt: skip
-    texts = {**given, 'write.hold': 700, 'record.views': 'true'}
+    texts = {**given, 'record.views': 'true', 'device.retry': 7}
     arguments = [f'{name}:={text}' for name, text in texts.items()]
     command = ('launch', 'mlmem_ros', 'memory.launch.py', 'node_name:=typed', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot('/typed') as robot:
         robot.next('wall')
         present = robot.parameters()
         assert {name: present[name] for name in given} == given
-        assert robot.get('write.tension') == 0.048  # from the preset
 
 
 @pytest.mark.slow
@@ -258,7 +259,7 @@ def test_launch_gives_parameters_their_types(ros2, tmp_path):
     ('argument', 'words'),
     [
         ('write.attempts:=many', "write.attempts must be a whole number; got 'many'"),
-        ('write.hold:=long', "write.hold must be a number; got 'long'"),
+        ('linger:=long', "linger must be a number; got 'long'"),
         ('record.views:=perhaps', "Valid options are: ['', 'true', 'false']"),
     ],
 )
@@ -286,7 +287,7 @@ def test_launch_warns_of_an_argument_that_does_not_exist(ros2, tmp_path):
 
 
 def test_launch_manages_the_life_cycle(ros2, tmp_path):
-    arguments = ('node_managed:=true', 'node_name:=managed', 'scale.time:=1e-5')
+    arguments = ('node_managed:=true', 'node_name:=managed', f'element:={ELEMENT}')
     command = ('launch', 'mlmem_ros', 'memory.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot('/managed') as robot:
         robot.next('wall')  # which it publishes when it is active
@@ -297,13 +298,13 @@ def test_launch_manages_the_life_cycle(ros2, tmp_path):
 def test_launch_bank(ros2, tmp_path):
     """Two elements, each with its own name and files."""
     folders = (f'record.path:={tmp_path / "bags"}', f'state.path:={tmp_path / "states"}')
-    arguments = ('elements:=2', 'scale.time:=1e-5', *folders)
+    arguments = ('elements:=2', f'element:={ELEMENT}', *folders)
     command = ('launch', 'mlmem_ros', 'bank.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False) as output:
         for place in range(2):
             with Robot(f'/bank/element_{place}/mlmem', 'bank_robot') as robot:
                 robot.next('wall')
-                assert robot.get('scale.time') == 1e-5
+                assert robot.get('element') == ELEMENT
     assert output.read_text().count('process has finished cleanly') == 1
     for place in range(2):
         assert (tmp_path / 'states' / f'element_{place}.json').is_file()
@@ -335,7 +336,7 @@ def test_launch_in_a_larger_stack(ros2, tmp_path, whole_group):
     """The example: a behaviour that starts once the memory is active, below one namespace."""
     if run('ros2', 'pkg', 'prefix', 'gait_store').returncode != 0:
         pytest.skip('examples/gait_store is not built: colcon build --base-paths it')
-    command = ('launch', 'gait_store', 'robot.launch.py', 'robot:=/walker', 'scale.time:=1e-5')
+    command = ('launch', 'gait_store', 'robot.launch.py', 'robot:=/walker', f'element:={ELEMENT}')
     with (
         running(tmp_path, *command, whole_group=whole_group) as output,
         Robot('/walker/mlmem') as robot,

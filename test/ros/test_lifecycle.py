@@ -10,7 +10,7 @@ from concurrent.futures import TimeoutError as FuturesTimeout
 import pytest
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from nodes import QUICK, SOON
+from nodes import QUICK, SOON, element_file
 from robot import Robot
 from rosgraph_msgs.msg import Clock
 
@@ -76,25 +76,23 @@ def test_a_managed_node_is_taken_through_its_states(start):
 
 
 def test_a_design_is_changed_only_while_unconfigured(start):
-    node = start(BY_HAND | {'design.preset': 'bits_4', 'write.method': 'strain'})
+    start(BY_HAND | {'element': 'bits_4', 'write.method': 'strain'})
     with Robot() as robot:
         assert change(robot, Transition.TRANSITION_CONFIGURE)
-        refused = robot.try_set('design.N', 99)
+        before = robot.get('element')
+        refused = robot.try_set('element', 'bits_2')
         assert not refused.successful
         assert 'unconfigured' in refused.reason
-        assert robot.get('design.N') == 207
+        assert robot.get('element') == before
         assert change(robot, Transition.TRANSITION_CLEANUP)
-        robot.set(design__N=99)
+        robot.set(element='bits_2')
         assert change(robot, Transition.TRANSITION_CONFIGURE)
         (levels,) = robot.describe(['target_level'])['target_level'].integer_range
-        assert levels.to_value == 3  # defects at 9, 18, 27 and 36: four levels
+        assert levels.to_value == 3
         assert change(robot, Transition.TRANSITION_CLEANUP)
-        robot.set(design__N=60)  # shorter than a level and the tail
-        assert not change(robot, Transition.TRANSITION_CONFIGURE)
-        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
-        assert 'J must be at most N - tail - 1 = 5' in node.output
-        robot.set(design__preset='case_2')  # sets all the others, too
-        assert robot.get('design.N') == 225
+        short = element_file('bits_2', {'design.N': 60})  # shorter than a level and the tail
+        assert 'J must be at most N - tail - 1 = 5' in robot.try_set('element', short).reason
+        robot.set(element='case_2')
         assert change(robot, Transition.TRANSITION_CONFIGURE)
 
 
@@ -212,9 +210,9 @@ def test_sim_time_paces_pauses_and_jumps(start):
 
 def test_a_design_that_fails_its_check_is_refused_or_named(start):
     """The gradient is weak: the lattice may stop the wall, but a calibration works."""
-    node = start(BY_HAND | {'design.preset': 'case_2', 'design.check': 'refuse'})
+    node = start(BY_HAND | {'element': 'case_2', 'design.check': 'refuse'})
     with Robot() as robot:
-        robot.set(design__gamma=-6e-5)
+        robot.set(element=element_file('case_2', {'design.gamma': -6e-5}))
         assert not change(robot, Transition.TRANSITION_CONFIGURE)
         assert 'cannot configure: the design fails its check (peierls_nabarro' in node.output
         assert not robot.try_set('design.check', 'perhaps').successful

@@ -3,6 +3,7 @@
 """Several elements in one process have separate names, files and failures."""
 
 import pytest
+from nodes import element_file
 
 from mlmem import SettingsError
 from mlmem_ros import MemoryClient, RequestRefused, standalone
@@ -21,12 +22,13 @@ def bank(tmp_path, capfd):
     states, file = tmp_path / 'states', tmp_path / 'bank.yaml'
     states.mkdir()
     (states / 'element_1.json').write_text('what a disk had left of it')
-    file.write_text("""
+    element = element_file('case_2', {'scale.time': 1e-5})
+    file.write_text(f"""
 /**:
   ros__parameters:
-    {write.method: kick, design.check: skip, scale.time: 1.0e-5, write.attempts: 5}
+    {{element: {element}, write.method: kick, design.check: skip, write.attempts: 5}}
 /robot/bank/element_2/mlmem:
-  ros__parameters: {write.attempts: 7}
+  ros__parameters: {{write.attempts: 7}}
 """)
     arguments, elements = parse_bank_arguments(
         [
@@ -79,10 +81,10 @@ def test_a_bank_fails_to_start_if_no_element_can():
         [
             'memory_bank',
             '--elements=2',
-            *build_node_arguments('mlmem', {'design.preset': 'none'}),
+            *build_node_arguments('mlmem', {'element': 'none'}),
         ]
     )
-    with pytest.raises(SettingsError, match='preset must be one of'):
+    with pytest.raises(SettingsError, match='element must be one of'):
         NodeHere('/bank/element_0/mlmem', arguments, elements)
 
 

@@ -1,12 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's parameters: a preset is the whole element, others override it."""
+"""A node's parameters: `element` names the element, few others override a value of it."""
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import pytest
 import rclpy
-import yaml
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
@@ -14,9 +13,8 @@ from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.parameter import Parameter
 from robot import Robot
 
-from mlmem import PRESETS, SettingsError, preset
+from mlmem import PRESETS, Settings, SettingsError, element_file, preset
 from mlmem_ros.host.settings import declare_parameters
-from mlmem_ros.parameter_file import format_preset
 
 
 @pytest.fixture(scope='module')
@@ -34,47 +32,63 @@ def set_all(node, values):
     )
 
 
-@pytest.mark.parametrize('name', PRESETS)
-def test_a_preset_given_at_the_start_is_the_whole_element(declared, name):
-    _, given = declared({'design.preset': name})
-    assert (given.values().design, given.values().settings) == preset(name)
-
-
-def test_a_parameter_given_beside_a_preset_overrides_it(declared):
-    _, given = declared({'design.preset': 'bits_4', 'design.N': 216, 'write.hold': 60.0})
+@pytest.fixture
+def file(tmp_path):
+    """A file of an element of 16 levels with one setting of its own."""
     design, settings = preset('bits_4')
-    assert asdict(given.values().design) == {**asdict(design), 'N': 216}
-    expected = settings.as_dict()
-    expected['write']['hold'] = 60.0
-    assert given.values().settings.as_dict() == expected
+    changed = replace(settings, write=replace(settings.write, hold=60.0))
+    path = tmp_path / 'element.yaml'
+    element_file.write_element_file(path, element_file.as_designed(design, changed))
+    return path
 
 
-def test_a_double_may_come_as_the_text_that_ros2_param_load_makes_of_it(declared):
+@pytest.mark.parametrize('name', PRESETS)
+def test_shipped_name_at_the_start_is_the_whole_element(declared, name):
+    _, given = declared({'element': name})
+    assert (given.values().design, given.values().settings) == preset(name)
+    assert given.values().specimen is None
+
+
+def test_element_file_is_the_whole_element(declared, file):
+    node, given = declared({'element': str(file)})
+    assert given.values().design == preset('bits_4').design
+    assert given.values().settings.write.hold == 60.0
+    described = element_file.parse(node.get_parameter('element_description').value, 'it')
+    assert described.settings == given.values().settings
+
+
+def test_element_that_is_set_keeps_parameters_of_the_robot(declared):
+    node, given = declared({'publish.frame_id': 'leg', 'write.attempts': 7})
+    for name in PRESETS:
+        design, settings = preset(name)
+        assert set_all(node, {'element': name}).successful
+        assert given.values().design == design
+        expected = replace(settings, write=replace(settings.write, attempts=7))
+        assert given.values().settings == expected
+        assert given.values().publish.frame_id == 'leg'
+
+
+def test_overrides_of_an_element_file_default_to_it(declared):
+    node, given = declared({'element': 'kick_4'})
+    settings = preset('kick_4').settings
+    changed = {'write.attempts': 9, 'write.method': 'auto', 'read.end': 'both'}
+    assert set_all(node, changed).successful
+    write = replace(settings.write, attempts=9, method='auto')
+    read = replace(settings.read, end='both')
+    assert given.values().settings == replace(settings, write=write, read=read)
+    defaults = {'write.attempts': 0, 'write.method': '', 'read.end': ''}
+    assert set_all(node, defaults).successful
+    assert given.values().settings == settings
+
+
+def test_double_as_text_of_ros2_param_load_is_accepted(declared):
     """`ros2 param dump` writes 5.0e-05, and `load` reads that as the text 5e-05."""
     node, given = declared()
-    assert set_all(node, {'actuator.max_rate': '5e-05'}).successful
-    assert given.values().settings.actuator.max_rate == 5e-5
-    for wrong in ('fast', 'nan', '1e300'):
-        assert not set_all(node, {'actuator.max_rate': wrong}).successful
-    assert given.values().settings.actuator.max_rate == 5e-5
-
-
-def test_setting_a_preset_changes_all_its_settings(declared):
-    """Also those that the preset before has changed."""
-    node, given = declared()
-    for name in PRESETS:
-        assert set_all(node, {'design.preset': name}).successful
-        assert (given.values().design, given.values().settings) == preset(name), name
-
-
-def test_setting_a_preset_keeps_the_settings_of_the_robot(declared):
-    node, given = declared({'scale.time': 1e-5, 'publish.frame_id': 'leg', 'design.N': 250})
-    assert set_all(node, {'write.hold': 60.0}).successful
-    assert set_all(node, {'design.preset': 'bits_4'}).successful
-    assert given.values().design == preset('bits_4').design
-    assert given.values().settings.write == preset('bits_4').settings.write
-    assert given.values().settings.scale.time == 1e-5
-    assert given.values().publish.frame_id == 'leg'
+    assert set_all(node, {'faults.sensor_noise': '5e-05'}).successful
+    assert given.values().faults.sensor_noise == 5e-5
+    for wrong in ('fast', 'nan', '-1e300'):
+        assert not set_all(node, {'faults.sensor_noise': wrong}).successful
+    assert given.values().faults.sensor_noise == 5e-5
 
 
 @pytest.mark.parametrize(
@@ -85,33 +99,23 @@ def test_elements_in_namespaces_have_separate_frames(declared, namespace, frame)
     assert given.values().publish.frame_id == frame
 
 
-@pytest.mark.parametrize('order', [1, -1])
-def test_a_parameter_set_with_a_preset_overrides_it_in_any_order(declared, order):
-    node, given = declared()
-    both = [('design.preset', 'bits_4'), ('design.N', 216), ('write.hold', 60.0)]
-    assert set_all(node, dict(both[::order])).successful
-    assert given.values().design.N == 216
-    assert given.values().settings.write.hold == 60.0
-    assert given.values().settings.erase == preset('bits_4').settings.erase
-
-
-@pytest.mark.parametrize('name', ['bits_7', '', 4, [1.5]])
-def test_an_unknown_preset_changes_nothing(declared, name):
-    node, given = declared({'design.preset': 'bits_2'})
-    assert not set_all(node, {'design.preset': name, 'write.hold': 60.0}).successful
+@pytest.mark.parametrize('name', ['bits_7', '', 4, [1.5], '/nowhere/element.yaml', '/'])
+def test_element_that_there_is_not_changes_nothing(declared, name):
+    node, given = declared({'element': 'bits_2'})
+    assert not set_all(node, {'element': name, 'write.attempts': 7}).successful
     assert (given.values().design, given.values().settings) == preset('bits_2')
 
 
-def test_a_preset_is_set_only_while_unconfigured(declared):
+def test_element_is_set_only_while_unconfigured(declared):
     node, given = declared()
     given.lock(8)
-    refused = set_all(node, {'design.preset': 'bits_4'})
-    assert 'design.preset may be set only while the node is unconfigured' in refused.reason
+    refused = set_all(node, {'element': 'bits_4'})
+    assert 'element may be set only while the node is unconfigured' in refused.reason
     assert (given.values().design, given.values().settings) == preset('case_2')
 
 
 def test_a_node_with_sixteen_levels(start):
-    start({'design.preset': 'bits_4'})
+    start({'element': 'bits_4'})
     with Robot() as robot:
         (levels,) = robot.describe(['target_level'])['target_level'].integer_range
         assert levels.to_value == 15
@@ -148,7 +152,7 @@ def test_an_unknown_parameter_is_named(declared):
         set_all(node, {'time.sped': 2.0})
 
 
-@pytest.mark.parametrize('name', ['time.integrator', 'read.end'])
+@pytest.mark.parametrize('name', ['write.method', 'read.end'])
 def test_a_word_that_is_not_a_choice_is_refused(declared, name):
     node, _ = declared()
     refused = set_all(node, {name: 'euler'})
@@ -161,22 +165,12 @@ def test_a_node_declares_every_parameter_with_its_range(start):
     start({'autostart': False})
     with Robot() as robot:
         names = set(robot.parameters())
-        (legal,) = robot.describe(['write.hold'])['write.hold'].floating_point_range
+        (legal,) = robot.describe(['linger'])['linger'].floating_point_range
     assert {name for name, *_ in declare_parameters()} <= names
-    assert (legal.from_value, legal.to_value) == (0.0, 1e6)
+    assert (legal.from_value, legal.to_value) == (0.0, 3600.0)
 
 
-# --- a file that brings the element -----------------------------------------------------------
-
-
-@pytest.fixture
-def element(tmp_path):
-    """A file of an element of 16 levels with one setting of its own."""
-    design, settings = preset('bits_4')
-    changed = replace(settings, write=replace(settings.write, hold=60.0))
-    file = tmp_path / 'element.yaml'
-    file.write_text(format_preset(design, changed), encoding='utf-8')
-    return file
+# --- what `ros2 param dump` saves -----------------------------------------------------------
 
 
 def dump(node):
@@ -188,70 +182,42 @@ def dump(node):
     return {name: node.get_parameter(name).value for name in sorted(names)}
 
 
-def test_a_file_brings_the_element_and_a_dump_names_it(declared, element):
-    node, given = declared({'design.file': str(element)})
-    assert given.values().settings.write.hold == 60.0
+def test_dump_starts_the_same_node(declared, file):
+    node, given = declared({'element': str(file)})
     saved = dump(node)
-    assert (saved['design.file'], saved['design.preset']) == (str(element), 'bits_4')
     again, same = declared(saved)
-    assert (same.values().design, same.values().settings) == (
-        given.values().design,
-        given.values().settings,
-    )
-    assert dump(again)['design.digest'] == saved['design.digest'] != ''
+    assert same.values() == given.values()
+    assert dump(again) == saved
 
 
-def test_dump_of_a_default_node_starts_a_node_as_file(declared, tmp_path):
-    """As a parameter file of its own, and as the file of its element."""
-    node, given = declared()
-    saved = dump(node)
-    file = tmp_path / 'dump.yaml'
-    file.write_text(yaml.safe_dump({'/memory': {'ros__parameters': saved}}), encoding='utf-8')
-    for start in (saved, {'design.file': str(file)}):
-        _, again = declared(start)
-        assert again.values() == given.values()
-
-
-def test_a_digest_tells_elements_apart(declared):
-    node, _ = declared()
-    digests = {dump(node)['design.digest']}
-    for changed in ({'write.hold': 60.0}, {'design.N': 250}, {'design.preset': 'bits_1'}):
-        assert set_all(node, changed).successful
-        digests.add(dump(node)['design.digest'])
-    assert len(digests) == 4
-    assert 'is computed' in set_all(node, {'design.digest': 'x'}).reason
-    assert set_all(node, dump(node)).successful  # as `ros2 param load` does
-
-
-def test_a_dump_of_a_file_that_has_changed_is_warned_of(declared, element, capfd):
-    declared({'design.file': str(element), 'design.digest': 'of another'})
-    assert 'have the digest ' in capfd.readouterr().err
-
-
-def test_a_preset_that_is_set_takes_the_place_of_a_file(declared, element):
-    node, given = declared({'design.file': str(element)})
-    assert set_all(node, {'design.preset': 'bits_1'}).successful
-    assert (given.values().design, given.values().settings) == preset('bits_1')
-    assert node.get_parameter('design.file').value == ''
-    refused = set_all(node, {'design.file': str(element)})
-    assert 'design.file may be set only at the start' in refused.reason
-
-
-def test_a_dump_of_a_file_is_loaded_one_by_one_or_at_once(declared, element):
-    """`ros2 param load` sets one by one, the preset after the file."""
-    node, given = declared({'design.file': str(element)})
+def test_dump_is_loaded_one_by_one_or_at_once(declared, file):
+    node, given = declared({'element': str(file)})
     saved = dump(node)
     for name, value in saved.items():
         assert set_all(node, {name: value}).successful
     assert set_all(node, saved).successful
     assert given.values().settings.write.hold == 60.0
-    assert set_all(node, {'design.file': ''}).successful
-    assert (given.values().design, given.values().settings) == preset('bits_4')
+
+
+def test_description_follows_from_the_element_alone(declared):
+    node, _ = declared()
+    found = {dump(node)['element_description']}
+    for name in ('bits_1', 'byte'):
+        assert set_all(node, {'element': name}).successful
+        found.add(dump(node)['element_description'])
+    assert len(found) == 3
+    refused = set_all(node, {'element_description': 'x'})
+    assert refused.reason == 'element_description follows from element; set that one'
+
+
+def test_dump_of_a_file_that_has_changed_is_warned_of(declared, file, capfd):
+    declared({'element': str(file), 'element_description': 'of another'})
+    assert 'the element is not the one whose parameters were saved' in capfd.readouterr().err
 
 
 def test_a_dump_of_a_register_is_loaded_with_its_word(declared):
     """At the start, one by one and at once."""
-    node, _ = declared({'design.preset': 'byte', 'target_word': 0xA8})
+    node, _ = declared({'element': 'byte', 'target_word': 0xA8})
     saved = dump(node)
     assert (saved['target_level'], saved['target_word']) == (-1, 0xA8)
     again, _ = declared(saved)
@@ -267,26 +233,31 @@ def test_a_dump_of_a_register_is_loaded_with_its_word(declared):
     [('byte', 'target_level', 'target_word'), ('case_2', 'target_word', 'target_level')],
 )
 def test_target_of_the_other_kind_is_refused_by_name(declared, name, unfit, fit):
-    node, _ = declared({'design.preset': name, fit: 5})
+    node, _ = declared({'element': name, fit: 5})
     assert f'{unfit} must be -1 (not set)' in set_all(node, {unfit: 5}).reason
     assert (node.get_parameter(unfit).value, node.get_parameter(fit).value) == (-1, 5)
     with pytest.raises(SettingsError, match=f'^{unfit} must be -1'):
-        declared({'design.preset': name, unfit: 0})
+        declared({'element': name, unfit: 0})
 
 
-def test_preset_of_the_other_kind_unsets_the_target(declared):
+def test_element_of_the_other_kind_unsets_the_target(declared):
     node, given = declared({'target_level': 5})
-    assert set_all(node, {'design.preset': 'byte'}).successful
+    assert set_all(node, {'element': 'byte'}).successful
     given.lock(256)
     assert node.get_parameter('target_level').value == -1
 
 
-def test_a_file_that_brings_no_element_is_refused(declared, element, tmp_path):
-    for file, why in ((tmp_path / 'none.yaml', 'No such file'), (tmp_path, 'Is a directory')):
-        with pytest.raises(SettingsError, match=rf'parameter design\.file: .*{why}'):
-            declared({'design.file': str(file)})
-    with pytest.raises(SettingsError, match=r'must be that of design\.file, bits_4'):
-        declared({'design.file': str(element), 'design.preset': 'bits_1'})
+def test_file_that_is_no_element_is_refused(declared, tmp_path):
+    for path, why in ((tmp_path / 'none.yaml', 'must be one of'), (tmp_path, 'Is a directory')):
+        with pytest.raises(SettingsError, match=rf'^element.*{why}'):
+            declared({'element': str(path)})
+
+
+def test_error_in_an_element_file_names_the_line(declared, tmp_path):
+    path = tmp_path / 'element.yaml'
+    path.write_text('format: 1\nbased_on: case_2\nwrite:\n  hold: -1.0\n', encoding='utf-8')
+    with pytest.raises(SettingsError, match=r'element\.yaml, line 4: write\.hold must be'):
+        declared({'element': str(path)})
 
 
 # --- design.check ----------------------------------------------------------------------------
@@ -323,7 +294,12 @@ def test_every_parameter_has_a_unique_name_and_a_description():
     found = list(declare_parameters())
     names = [name for name, _, _ in found]
     assert len(set(names)) == len(names)
-    assert {'target_level', 'design.preset', 'probe_right.v_th', 'faults.seed'} <= set(names)
+    assert {'target_level', 'element', 'faults.seed'} <= set(names)
+    groups = tuple(f'{group}.' for group in Settings().groups())
+    of_an_element = {name for name in names if name.startswith(groups)}
+    assert of_an_element == {
+        'write.method', 'write.attempts', 'actuator.present', 'read.end', 'time.speed',
+    }  # fmt: skip
     assert all(description.text for _, _, description in found)
 
 
@@ -338,7 +314,7 @@ def test_every_default_is_legal():
 
 
 def test_actuator_absent_with_method_strain_is_rejected(declared):
-    node, given = declared({'design.preset': 'case_2'})
+    node, given = declared({'element': 'case_2'})
     assert set_all(node, {'actuator.present': False}).successful
     with pytest.raises(SettingsError, match=r'write\.method must be kick or auto'):
         given.values()  # as configure does

@@ -136,7 +136,7 @@ def test_abort_strain_faults_and_queries_pass(memory, client, others):
     refused(memory, client.follow([1.0], [0.0]), 'busy: write is running')
     client.set_parameters({'faults.seed': 3}).wait()
     client.set_parameters({'faults.seed': 0}).wait()
-    assert client.parameters('design.N').wait() == {'design.N': 225}
+    assert client.parameters('write.method').wait() == {'write.method': 'kick'}
     aborting = client.abort()
     memory.memory.pause(False).wait()
     assert aborting.wait().attempts == 1

@@ -38,7 +38,7 @@ def test_transitions_changed_parameters_and_refusals_are_in_the_log(start):
     node = start(name='told')
     with Robot('/told', 'told_robot') as robot:
         robot.set(time__speed=2.0, faults__seed=3)
-        assert not robot.try_set('design.N', 100).successful
+        assert not robot.try_set('element', 'bits_1').successful
         assert not robot.answer(robot.ask('write', level=9)).success
         assert not robot.answer(robot.ask('write')).success
         assert not robot.trigger('step').success
@@ -53,7 +53,7 @@ def test_transitions_changed_parameters_and_refusals_are_in_the_log(start):
         ('[INFO]', 'active: time runs'),
         ('[INFO]', 'set time.speed = 2.0'),
         ('[INFO]', 'set faults.seed = 3'),
-        ('[WARN]', 'a parameter refused: design.N may be set only while the node is unconfigured'),
+        ('[WARN]', 'a parameter refused: element may be set only while the node is unconfigured'),
         ('[WARN]', 'write refused: level must be a whole number from 0 to 7; got 9'),
         (
             '[WARN]',

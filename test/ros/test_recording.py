@@ -114,7 +114,7 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
 def test_a_session_holds_the_shots_of_a_survey_and_replays_them(start, tmp_path):
     """They are what `mlmem fit` takes."""
     bag = tmp_path / 'session'
-    node = start({'design.preset': 'bits_1', 'record.path': str(bag)})
+    node = start({'element': 'bits_1', 'record.path': str(bag)})
     with Robot(node.element) as robot:
         shots = robot.trigger('survey')['shots']
     node.terminate()

@@ -31,7 +31,7 @@ from mlmem_ros.session.replay import run_replay
 from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
 
 UNKNOWN = -2
-DESIGN, SETTINGS = preset(QUICK['design.preset'])
+DESIGN, SETTINGS = preset(QUICK['element'])
 FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time']))
 
 

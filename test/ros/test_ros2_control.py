@@ -92,7 +92,7 @@ def given():
 @pytest.fixture
 def description(memory):
     """The robot description of the module's element."""
-    return urdf(element=memory.element, cells=preset(QUICK['design.preset']).design.N)
+    return urdf(element=memory.element, cells=preset(QUICK['element']).design.N)
 
 
 class Hardware:

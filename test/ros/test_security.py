@@ -146,7 +146,7 @@ def test_the_policy_allows_what_the_client_does(robot):
             client.abort,
             lambda: client.pause(False),
             client.step,
-            lambda: client.parameters('design.N'),
+            lambda: client.parameters('element'),
             lambda: client.set_parameters({'time.speed': 1.0}),
             lambda: client.follow([1.0], [0.0]),
             lambda: client.record(False),

@@ -16,7 +16,7 @@ import rclpy
 from closed_bag import check_closed
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from nodes import QUICK, program
+from nodes import QUICK, node_parameters, program
 from robot import Robot
 
 from mlmem_ros.ros.node import run
@@ -166,7 +166,9 @@ def test_a_request_during_the_start_is_answered():
                 sent.extend(map(robot.send, requests))
                 time.sleep(1.0)  # until they have arrived
 
-        nodes, executor = start_nodes(build_node_arguments('/mlmem', slow), context, Slow)
+        nodes, executor = start_nodes(
+            build_node_arguments('/mlmem', node_parameters(slow)), context, Slow
+        )
         spin_nodes(executor, [signal.SIGTERM])
         assert end_nodes(nodes, executor) == 0
         for answer in sent[:2]:

@@ -63,7 +63,7 @@ def test_a_part_of_the_package_is_none(monkeypatch):
 
 @pytest.fixture(scope='module')
 def given():
-    return {'design.preset': 'bits_1', 'actions': True, **STREAMED}
+    return {'element': 'bits_1', 'actions': True, **STREAMED}
 
 
 @pytest.fixture

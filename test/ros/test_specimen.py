@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from nodes import QUICK
 from robot import Robot, values
 
 from mlmem import element_file, preset
@@ -25,14 +26,20 @@ PLAN = PulseCorrections(
 def file(tmp_path_factory):
     """An element with what `mlmem plan` finds; the shipped pulse does not reach level 1."""
     made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
-    element = element_file.Element(made, np.zeros(CHOSEN.design.N))
+    element = element_file.Element(
+        made, np.zeros(CHOSEN.design.N), settings=quick(CHOSEN.settings)
+    )
     path = tmp_path_factory.mktemp('elements') / 'element.yaml'
     element_file.write_element_file(path, replace(element, plan=PLAN))
     return path
 
 
+def quick(settings):
+    return replace(settings, scale=replace(settings.scale, time=QUICK['scale.time']))
+
+
 def node_of(file, **others):
-    given = {'design.preset': 'bits_1', 'write.method': 'strain', 'device.specimen': str(file)}
+    given = {'element': str(file), 'write.method': 'strain'}
     return given | {'design.check': 'skip'} | others
 
 
@@ -42,7 +49,7 @@ def test_calibrate_of_a_twin_uses_its_planned_pulses(start, file, tmp_path):
     copy.write_text(file.read_text())
     calibrated = {}
     for twin in ('', str(copy)):
-        others = {'device.twin': twin, 'record.path': str(bag / twin[-4:].strip('.') / 'bag')}
+        others = {'twin': twin, 'record.path': str(bag / twin[-4:].strip('.') / 'bag')}
         node = start(node_of(copy, **others))
         with Robot() as robot:
             calibrated[bool(twin)] = robot.trigger('calibrate').success
@@ -57,7 +64,7 @@ def test_calibrate_of_a_twin_uses_its_planned_pulses(start, file, tmp_path):
 
 
 def test_a_twin_tells_which_cell_has_become_weaker(start, file):
-    start(node_of(file, **{'device.twin': str(file)}))
+    start(node_of(file, **{'twin': str(file)}))
     with Robot() as robot:
         assert robot.write(1).success
 
@@ -95,16 +102,16 @@ def byte(tmp_path_factory):
     )
     made = scattered(BYTE, Scatter(alpha=0.01), 3)
     path = tmp_path_factory.mktemp('elements') / 'byte.yaml'
-    element_file.write_element_file(path, element_file.Element(made, np.zeros(BYTE.N), plan=plan))
+    element = element_file.Element(made, np.zeros(BYTE.N), plan=plan, settings=quick(BYTE_SET))
+    element_file.write_element_file(path, element)
     return path
 
 
 def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, byte, tmp_path):
     bag = tmp_path / 'bag'
     others = {
-        'design.preset': 'byte',
         'write.method': 'kick',
-        'device.twin': str(byte),
+        'twin': str(byte),
         'record.path': str(bag),
     }
     node = start(node_of(byte, **others))
@@ -123,18 +130,17 @@ def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, b
 
 
 def test_a_register_kicks_with_no_plan_for_other_settings(refused, byte):
-    given = {'design.preset': 'byte', 'write.method': 'kick', 'device.twin': str(byte)}
-    given['kick.late'] = 0.5
-    assert 'its pulses were planned with other settings' in refused(node_of(byte, **given))
+    given = {'element': 'byte', 'kick.late': 0.5, 'design.check': 'skip', 'twin': str(byte)}
+    assert 'its pulses were planned with other settings' in refused(given)
 
 
 def test_a_twin_that_holds_not_every_word_is_refused(refused, tmp_path):
     file = tmp_path / 'element.yaml'
     made = scattered(BYTE, Scatter(alpha=0.1), 3)
     element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
-    given = {'design.preset': 'byte', 'design.check': 'skip', 'device.twin': str(file)}
+    given = {'element': 'byte', 'design.check': 'skip', 'twin': str(file)}
     told = refused(given)
-    assert 'device.twin: 01011001 cannot be held: walls at the levels' in told
+    assert 'twin: 01011001 cannot be held: walls at the levels' in told
 
 
 def of_the_twin(array):
@@ -151,10 +157,8 @@ def compared(array):
 @pytest.mark.parametrize(
     ('given', 'reason'),
     [
-        ({'device.specimen': '/nowhere.yaml'}, 'device.specimen: /nowhere.yaml: '),
-        ({'device.twin': '/nowhere.yaml'}, 'device.twin: /nowhere.yaml: '),
-        ({'design.preset': 'bits_2'}, 'must have the N, J, J_s and tail of the design'),
-        ({'device.driver': 'rig'}, 'device.specimen needs device.driver sim; got rig'),
+        ({'element': '/nowhere.yaml'}, 'element must be one of case_1, '),
+        ({'twin': '/nowhere.yaml'}, 'twin: /nowhere.yaml: '),
         ({'files.root': '/usr'}, 'must lie below files.root'),
     ],
 )
@@ -162,14 +166,19 @@ def test_a_file_that_does_not_fit_is_refused(refused, file, given, reason):
     assert reason in refused(node_of(file, **given))
 
 
+def test_a_twin_of_another_design_is_refused(refused, file):
+    line = refused({'element': 'bits_2', 'twin': str(file)})
+    assert 'must have the N, J, J_s and tail of the design' in line
+
+
 def test_a_stuck_cell_in_the_file_is_told_with_what_it_leaves(start, tmp_path):
     """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
-    design = preset('bits_2').design
+    design, settings = preset('bits_2')
     file = tmp_path / 'element.yaml'
     made = Specimen(design, stuck=(31,))
-    element_file.write_element_file(file, element_file.Element(made, np.zeros(design.N)))
-    given = {'device.twin': str(file), 'device.specimen': str(file)}
-    start({'design.preset': 'bits_2', **given})
+    element = element_file.Element(made, np.zeros(design.N), settings=quick(settings))
+    element_file.write_element_file(file, element)
+    start({'element': str(file), 'twin': str(file)})
     with Robot() as robot:
         assert robot.write(1).success
         refused = robot.write(3)

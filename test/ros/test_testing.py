@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from nodes import QUICK
+from nodes import QUICK, node_parameters
 from robot import Robot
 from sensor_msgs.msg import JointState
 
@@ -19,21 +19,21 @@ from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 from mlmem_ros.testing.running import is_domain_used
 
 DATA = Path(__file__).parents[1] / 'data'
-TICK = preset(QUICK['design.preset']).settings.time.tick * QUICK['scale.time']
+TICK = preset(QUICK['element']).settings.time.tick * QUICK['scale.time']
 """Seconds."""
 
 
 @pytest.mark.parametrize('apart', [False, True])
 def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
     file = tmp_path / 'given.yaml'
-    file.write_text('/**:\n  ros__parameters:\n    write: {hold: 250.0}\n')
+    file.write_text('/**:\n  ros__parameters:\n    write: {attempts: 5}\n')
     options = {'name': 'lent', 'namespace': '/arm', 'file': file, 'apart': apart}
-    with memory_node(QUICK, **options) as node:
+    with memory_node(node_parameters(QUICK), **options) as node:
         assert (node.element, node.memory.name) == ('/arm/lent', '/arm/lent')
-        names = ('write.hold', 'scale.time')
+        names = ('write.attempts', 'write.method')
         assert node.memory.parameters(*names, timeout=60.0).wait() == {  # it starts
-            'write.hold': 250.0,
-            'scale.time': 1e-5,
+            'write.attempts': 5,
+            'write.method': 'kick',
         }
         with frozen_clock(node) as clock:
             before = node.memory.pause().wait().tick
@@ -52,7 +52,7 @@ def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
 
 @pytest.fixture(scope='module')
 def node():
-    with memory_node(QUICK, name='lasting') as node:
+    with memory_node(node_parameters(QUICK), name='lasting') as node:
         yield node
 
 

@@ -17,7 +17,7 @@ from mlmem_tools.view import session_frame
 from mlmem_tools.view.requests import Activity, Requests
 
 WORD, OTHER = 0b100101, 0b1000
-GIVEN = QUICK | {'design.preset': 'byte'}
+GIVEN = QUICK | {'element': 'byte'}
 
 
 @pytest.fixture(scope='module')

@@ -58,7 +58,7 @@ def test_commands_of_another_recorder_are_applied_at_their_stamps(tmp_path):
 def test_a_preset_replays_what_its_own_settings_wrote(tmp_path, capsys):
     """Two levels, read from the right: Case II's settings cannot calibrate them."""
     bag = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE[:1])
-    main(['replay', str(bag), '--preset', 'bits_1'])
+    main(['replay', str(bag), '--element', 'bits_1'])
     told = capsys.readouterr().out
     assert 'here write 1' in told
     assert 'refused' not in told

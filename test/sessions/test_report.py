@@ -81,9 +81,9 @@ def test_it_says_what_was_compared(capsys, monkeypatch):
 
 
 def test_a_session_is_replayed_on_its_own_element_alone(capsys):
-    status, told = replayed(capsys, SESSION, '--preset', 'case_2')
+    status, told = replayed(capsys, SESSION, '--element', 'case_2')
     assert status == 2
-    assert '--preset is for bags written by another recorder; this one has its own' in told
+    assert '--element is for bags written by another recorder; this one has its own' in told
 
 
 def test_the_report_as_json(capsys):

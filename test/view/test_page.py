@@ -299,7 +299,7 @@ def test_the_page_survives_the_restart_of_its_node_as_a_byte(page, node, start_s
     node.terminate()
     page.until("!document.getElementById('notice').hidden", 'a word that it is gone')
     assert 'No memory node' in page.text('#notice')
-    byte = start_shared(GIVEN | {'design.preset': 'byte'})
+    byte = start_shared(GIVEN | {'element': 'byte'})
     page.until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
     page.until('mlmem.shown().about.words === 256', 'its cells')
     assert page.text('#facts').startswith('8 levels, 256 words, 225 cells')

@@ -5,7 +5,6 @@
 import asyncio
 import json
 from array import array
-from dataclasses import asdict
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,7 +16,7 @@ from mlmem_ros.contract import topics
 from mlmem_tools.view.about import About
 from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, Pictures
 
-ABOUT = About.of({'design': asdict(CASE_II), **Settings().as_dict()}, '/mlmem')
+ABOUT = About.of(CASE_II, Settings(), '/mlmem')
 STRAINED = SimpleNamespace(name=['substrate'], position=[0.02 * ABOUT.length])
 ACTIVE = SimpleNamespace(data=array('f', [CASE_II.D_s2] * CASE_II.N))
 

@@ -88,7 +88,8 @@ def served(arguments, meanwhile):
 def test_the_page_ends_with_the_node_that_it_started(tmp_path, capsys):
     """Without a word it would wait for a node that cannot start."""
     file = tmp_path / 'element.yaml'
-    file.write_text('/**: {ros__parameters: {design: {N: 20}}}', encoding='utf-8')
+    text = 'format: 1\nbased_on: case_2\nprobe: {omega_c: 2.4}'  # which fails the design check
+    file.write_text(text, encoding='utf-8')
     command = ['--start', str(file), '--node', '/own/none']
     assert served(command, lambda over: over.wait(60.0)) == 1
     told = capsys.readouterr().err.splitlines()
@@ -97,12 +98,11 @@ def test_the_page_ends_with_the_node_that_it_started(tmp_path, capsys):
 
 @pytest.mark.parametrize('kind', sampled(['preset', 'file'], lambda kind: kind == 'preset'))
 def test_the_page_starts_an_element_on_request(kind, tmp_path, capsys):
-    """Of a preset or a parameter file: either is of two levels. See also the node above."""
+    """Of a shipped name or an element file: either is of two levels. See also the node above."""
     chosen = 'bits_1'
     if kind == 'file':
         chosen = str(tmp_path / 'element.yaml')
-        given = {'/**': {'ros__parameters': {'design.preset': 'bits_1'}}}
-        Path(chosen).write_text(json.dumps(given), encoding='utf-8')
+        Path(chosen).write_text('format: 1\nbased_on: bits_1\n', encoding='utf-8')
     found = []
 
     def ask(_):
@@ -110,7 +110,7 @@ def test_the_page_starts_an_element_on_request(kind, tmp_path, capsys):
         assert fetched(address)['live']
         with standalone('/own/one') as memory:
             memory.ready(90.0).wait()  # a busy machine starts its process late
-            found.append(memory.parameters('design.preset', timeout=30.0).wait())
+            found.append(memory.parameters('element', timeout=30.0).wait())
 
     assert served(['--start', chosen, '--node', '/own/one'], ask) == 0
-    assert found == [{'design.preset': 'bits_1'}]
+    assert found == [{'element': chosen}]

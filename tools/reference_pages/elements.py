@@ -41,7 +41,7 @@ def presets_page() -> str:
     head = ['preset', 'ramp', 'hold', 'ease', 'to', 'release', 'settle', 'peak strains']
     return (
         '# Presets\n\n'
-        'Times are [parameters](parameters.md) of a [preset](../presets.md).\n\n'
+        'Times are [settings](settings.md) of a [preset](../presets.md).\n\n'
         f'{table(["preset", "levels", "N", "J", "1/eta"], sizes)}\n\n'
         '## Steps up\n\n'
         'Times are in time units, 0.1 ms at the default scale; *to* is the share of the peak that '

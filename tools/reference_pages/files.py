@@ -88,9 +88,8 @@ def files_page() -> str:
         'Pulse corrections:',
         _keys(keys.PULSE_CORRECTIONS, calibrated['pulse_corrections']),
         '## Element',
-        f'{_about(element_file)} {_about(element_file, 1)} The settings are the groups of '
-        '[parameters](parameters.md) from `actuator` to `scale`; lists of numbers are YAML lists. '
-        '`device.specimen` and `device.twin` name such files.',
+        f'{_about(element_file)} {_about(element_file, 1)} The groups of settings are on '
+        '[their own page](settings.md). The parameters `element` and `twin` name such files.',
         _keys(keys.ELEMENT, known.as_dict()),
         '## Design checks',
         f'`{design_check.CACHE_FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
@@ -98,9 +97,9 @@ def files_page() -> str:
         f'and settings, a '
         'list of findings (name, verdict, text, values) that are no pass, and of read disturb.',
         '## Parameter files',
-        'YAML as for any ROS node: `/**`, `ros__parameters`, and below it the '
-        '[parameters](parameters.md) that differ from the preset in `design.preset`. A launch '
-        'file takes one as `element:=FILE`; `mlmem design --output FILE` writes one.',
+        'YAML as for any ROS node: `/**`, `ros__parameters`, and below it '
+        '[parameters](parameters.md) that are no defaults. `memory.launch.py` takes one as '
+        '`params_file:=FILE`.',
     ]
     return '\n\n'.join(parts) + '\n'
 

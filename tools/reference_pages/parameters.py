@@ -1,54 +1,67 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the node."""
+"""Parameters of the node, and settings of an element."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from typing import Any
 
+from mlmem import Settings
 from mlmem.instrument.fault_script import FAULT_MEANINGS, Meaning
-from mlmem.schema import Description
-from mlmem_ros.host.settings import (
-    LIVE_PARAMETERS,
-    NODE_PARAMETERS,
-    PRESET_GROUPS,
-    declare_parameters,
-)
+from mlmem.physics import CASE_II
+from mlmem.schema import Description, find_descriptions
+from mlmem_ros.host.settings import declare_parameters
 
 from .table import table
 
+HEAD = ['parameter', 'default', 'unit', 'range', 'meaning']
+
 
 def parameters_page() -> str:
-    """Return every parameter: those of a robot, and those that a preset brings."""
-    own: dict[str, list[list[str]]] = {}
-    others: dict[str, list[list[str]]] = {}
+    """Return every parameter of the node."""
+    groups: dict[str, list[list[str]]] = {}
     for name, default, description in declare_parameters():
         legal = '-1 to p - 1' if name == 'target_level' else _range(description)
         row = [f'`{name}`', _default(default), description.unit, legal, description.text]
-        group = name.partition('.')[0] if '.' in name else ''
-        brought = group in PRESET_GROUPS and name not in (*LIVE_PARAMETERS, *NODE_PARAMETERS)
-        (others if brought else own).setdefault(group, []).append(row)
-    head = ['parameter', 'default', 'unit', 'range', 'meaning']
-
-    def tables(groups: Mapping[str, list[list[str]]]) -> str:
-        return '\n'.join(
-            f'### {f"`{group}.*`" if group else "The node"}\n\n{table(head, rows)}\n'
-            for group, rows in groups.items()
-        )
-
+        groups.setdefault(name.rpartition('.')[0], []).append(row)
+    tables = '\n'.join(
+        f'## {f"`{group}.*`" if group else "The node"}\n\n{table(HEAD, rows)}\n'
+        for group, rows in groups.items()
+    )
     return (
         '# Parameters\n\n'
-        'Defaults are those of the preset `case_2`. `target_level`, `target_word`, `time.speed`, '
+        'These are the parameters of the node. What belongs to an element is in its file: see '
+        '[Settings of an element](settings.md).\n\n'
+        '`target_level`, `target_word`, `time.speed`, '
         '`write.method`, `service_configure_introspection`, `faults.*` and `record.*`, except '
-        '`record.hash_every`, may be set at any time, all others only while unconfigured. '
-        'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
-        '`scale.length` metres each.\n\n'
-        f'## Of the robot\n\n{tables(own)}\n'
-        '## Brought by a preset or a file\n\n'
-        'A preset or a `design.file` sets all of these; a '
-        '[parameter file](files.md#parameter-files) or `-p NAME:=VALUE` overrides them.\n\n'
-        f'{tables(others)}\n'
+        '`record.hash_every`, may be set at any time, all others only while unconfigured.\n\n'
+        f'{tables}\n'
         f'## Failures by name\n\n{_failures()}\n'
     )
+
+
+def settings_page() -> str:
+    """Return every value of an element file that is not one of the individual element."""
+    groups = {'design': CASE_II, **Settings().groups()}
+    tables = '\n'.join(
+        f'## `{group}`\n\n{table(["key", *HEAD[1:]], list(_rows(owner)))}\n'
+        for group, owner in groups.items()
+    )
+    return (
+        '# Settings of an element\n\n'
+        'These are the keys of an [element file](files.md#element), by group. A file may start '
+        'from a shipped element and hold only the values that differ:\n\n'
+        '```yaml\nformat: 1\nbased_on: case_2\nscale: {time: 2.0e-4}\n```\n\n'
+        'Defaults of the design are those of `case_2`. A list of numbers is a YAML list. '
+        'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
+        '`scale.length` metres each.\n\n'
+        f'{tables}'
+    )
+
+
+def _rows(owner: Any) -> Iterator[list[str]]:
+    for field, description in find_descriptions(owner):
+        default = _default(getattr(owner, field.name))
+        yield [f'`{field.name}`', default, description.unit, _range(description), description.text]
 
 
 def _failures() -> str:

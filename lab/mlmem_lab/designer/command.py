@@ -11,11 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mlmem.element_file import as_designed, text_of
 from mlmem.instrument.end import End
 from mlmem.law_file import read_law_file as load_law
 from mlmem.physics import CASE_II
+from mlmem.presets import load_preset
 from mlmem.settings import ScaleSettings
-from mlmem_ros.parameter_file import format_preset, load_preset
 from mlmem_tools.checks.capacity import list_capacities
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import compute_cycle_time
@@ -73,7 +74,7 @@ def _run_find(arguments: argparse.Namespace) -> int:
     else:
         found, how = _design_with_law(arguments, console)
     levels = found.design.levels
-    text = f'# {levels} levels, by `{how}`.\n' + format_preset(found.design, found.settings)
+    text = f'# {levels} levels, by `{how}`.\n' + text_of(as_designed(found.design, found.settings))
     if arguments.json and not arguments.prove:
         print_json(
             {

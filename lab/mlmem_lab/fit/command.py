@@ -10,18 +10,19 @@ pulses. Nothing is written if the model does not describe the element.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mlmem import Shot
+from mlmem import Preset, Shot
 from mlmem.element_file import Element, write_element_file
 from mlmem.parsing import DecodeError
-from mlmem.physics import INTEGRATORS, Design, DesignError, Integrator
+from mlmem.physics import INTEGRATORS, DesignError, Integrator
 from mlmem.physics.potential import Array
+from mlmem.presets import load_preset
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.parameter_file import load_preset as design_of
 from mlmem_ros.session.data import load_session
 from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, print_failure, print_json
@@ -50,7 +51,7 @@ from .misfit import Prior
 def fit(arguments: argparse.Namespace) -> int:
     """Fit; return 0, 1 if the data cannot be fitted, 2 if they cannot be read."""
     try:
-        design, shots, integrator = _read_inputs(arguments)
+        (design, settings), shots, integrator = _read_inputs(arguments)
     except (BagError, DecodeError, DesignError, Misfitting) as error:
         return print_failure('fit', error, 2)
     console = create_console(aside=True)
@@ -60,7 +61,7 @@ def fit(arguments: argparse.Namespace) -> int:
                 design, shots, prior=Prior(scatter=arguments.scatter), integrator=integrator,
                 report=report,
             )  # fmt: skip
-        element = build_element(found)
+        element = dataclasses.replace(build_element(found), settings=settings)
         if arguments.output:
             write_element_file(Path(arguments.output), element)
     except (Misfitting, OSError) as error:
@@ -91,9 +92,9 @@ def _parse_pair(ends: Array) -> tuple[float, float]:
     return float(ends[0]), float(ends[1])
 
 
-def _read_inputs(arguments: argparse.Namespace) -> tuple[Design, list[Shot], Integrator | None]:
-    """Return design, shots, and the integrator of a simulated element."""
-    design = design_of(arguments.design).design if arguments.design else None
+def _read_inputs(arguments: argparse.Namespace) -> tuple[Preset, list[Shot], Integrator | None]:
+    """Return design and settings, shots, and the integrator of a simulated element."""
+    known = load_preset(arguments.design) if arguments.design else None
     shots: list[Shot] = []
     integrators: set[Integrator | None] = set()
     for source in arguments.source:
@@ -105,15 +106,15 @@ def _read_inputs(arguments: argparse.Namespace) -> tuple[Design, list[Shot], Int
         if not session.shots:
             raise Misfitting(f'{source} holds no shots: run `mlmem survey` while it is recorded')
         header = session.require_header()
-        design = design or header.design
-        if header.design != design:
+        known = known or Preset(header.design, header.settings)
+        if header.design != known.design:
             raise Misfitting(f'{source} is of another design')
         shots += session.shots
         simulated = 'state' in header.initial
         integrators.add(INTEGRATORS[header.settings.time.integrator] if simulated else None)
-    if design is None:
+    if known is None:
         raise Misfitting('CSV files do not tell the design: give --design')
-    return design, shots, integrators.pop() if len(integrators) == 1 else None
+    return known, shots, integrators.pop() if len(integrators) == 1 else None
 
 
 def _as_dict(found: Fit) -> dict[str, Any]:

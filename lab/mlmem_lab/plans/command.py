@@ -18,14 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from mlmem import PRESETS, Preset
-from mlmem.element_file import read_element_file, write_element_file
+from mlmem.element_file import ElementFileError, read_element_file, write_element_file
 from mlmem.move_settings import select_peak
 from mlmem.moves.corrections import apply_correction, is_kicked
 from mlmem.moves.kick import kick_speed
 from mlmem.parsing import DecodeError
 from mlmem.physics import Design, DesignError
-from mlmem_ros.parameter_file import ParameterFileError
-from mlmem_ros.parameter_file import load_preset as preset_of
+from mlmem.presets import load_preset
 from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, print_failure, print_json
 
@@ -50,7 +49,7 @@ def plan(arguments: argparse.Namespace) -> int:
     try:
         element = read_element_file(Path(arguments.element))
         design = element.specimen.design
-        preset = preset_of(arguments.design) if arguments.design else matching_preset(design)
+        preset = load_preset(arguments.design) if arguments.design else matching_preset(design)
         with Bar(create_console(aside=True)) as report:
             found = planned(element.timed_specimen, preset, report)
         element = dataclasses.replace(element, plan=found.corrections)
@@ -83,18 +82,18 @@ def matching_preset(design: Design) -> Preset:
     """Return the preset whose levels a design has.
 
     Raises:
-        ParameterFileError: There is none, or several: pulses of one do not serve another.
+        ElementFileError: There is none, or several: pulses of one do not serve another.
     """
     one_wall = {name: one for name, one in PRESETS.items() if not one.settings.register.spacing}
     fit = {name: one for name, one in one_wall.items() if one.design.cells == design.cells}
     exact = {name: one for name, one in fit.items() if one.design == design}
     fit = exact or fit
     if not fit:
-        raise ParameterFileError('no preset has the levels of this element: give --design')
+        raise ElementFileError('no preset has the levels of this element: give --design')
     first, *others = fit.values()
     if any(other.settings != first.settings for other in others):
         names = ', '.join(fit)
-        raise ParameterFileError(f'{names} have the levels of this element: give one as --design')
+        raise ElementFileError(f'{names} have the levels of this element: give one as --design')
     return first
 
 

@@ -14,7 +14,6 @@ import gzip
 import json
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -86,8 +85,7 @@ def describe_preset(name: str) -> dict[str, Any]:
     shipped = preset(name)
     design, settings = shipped
     element = new_element(shipped)
-    groups = {'design': asdict(design), **settings.as_dict()}
-    about = About.of(groups, name).json | {'faults': {}}
+    about = About.of(design, settings, name).json | {'faults': {}}
     about['procedures'] = {key: {'changes': True} for key in ('write', 'erase')}
     many = settings.register.spacing > 0
     found: dict[str, Any] = {

@@ -25,8 +25,7 @@ from rich.table import Table
 from mlmem.element_file import Element
 from mlmem.moves.kick import Kick, KickOut
 from mlmem.physics import INTEGRATORS
-from mlmem.presets import PRESETS
-from mlmem_ros.parameter_file import load_preset
+from mlmem.presets import PRESETS, load_preset
 from mlmem_tools.cli.command import (
     ELEMENT_OPTION,
     JSON_OPTION,
@@ -56,8 +55,7 @@ WRITE_METHODS = ('strain', 'kick', 'auto')
 
 @declare_command(
     'measure how far every move may be off',
-    declare_option('presets', nargs='*', metavar='FILE|PRESET',
-        help='ROS parameter files, or presets; '
+    declare_option('presets', nargs='*', metavar='FILE|PRESET', help='element files, or presets; '
            f'none: {", ".join(STRAINED_PRESETS)}'),
     declare_option('--method', choices=WRITE_METHODS, default='auto',
         help='moves by strain, kicks, '

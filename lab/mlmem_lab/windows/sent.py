@@ -18,9 +18,9 @@ from mlmem.element_file import Element
 from mlmem.moves.kick import Kick, KickOut, kick_into, kick_out_of
 from mlmem.moves.planner import find_moves
 from mlmem.physics import Specimen
+from mlmem.presets import load_preset
 from mlmem.readers.reading import BLANK
 from mlmem.settings import RegisterSettings
-from mlmem_ros.parameter_file import load_preset
 from mlmem_tools.cli.output import create_table
 
 from .flight import (
@@ -66,7 +66,7 @@ class Sent:
 
 
 def list_kicks(source: str) -> list[Kick | KickOut]:
-    """Return all kicks of a preset or a parameter file, whether or not writes use them."""
+    """Return all kicks of a preset or an element file, whether or not writes use them."""
     design, settings = load_preset(source)
     kick, levels = settings.kick, range(design.levels)
     found: list[Kick | KickOut] = [
@@ -85,7 +85,7 @@ def measure_window(
     """Return the window of a kick.
 
     Args:
-        source: The preset or parameter file.
+        source: The preset or element file.
         integrator: In place of its own.
         element: An element of it with its plan; None for one exactly as designed.
     """

@@ -29,9 +29,9 @@ from mlmem.moves.strain_cycle import StepUp, half_period, step_cycle
 from mlmem.physics import Chain, StateError, find_level, substep_times
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
+from mlmem.presets import load_preset
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.settings import ActuatorSettings, Settings
-from mlmem_ros.parameter_file import load_preset
 
 from ..studies.bench import arrival_tolerance
 
@@ -121,7 +121,7 @@ class Window:
 
 
 def list_moves(name: str) -> list[Move]:
-    """Return the steps up of a preset or parameter file, from every level."""
+    """Return the steps up of a preset or element file, from every level."""
     design, settings = load_preset(name)
     levels = range(design.levels)
     return [m for n in levels for m in find_moves(design, settings, n) if m.name == StepUp.name]
@@ -147,7 +147,7 @@ def measure_window(
     """Return the window of a step up of a preset.
 
     Args:
-        name: The preset or parameter file.
+        name: The preset or element file.
         integrator: In place of its own.
         radii: To try, rising.
         element: An element of the preset with its pulses; None for one exactly as designed.

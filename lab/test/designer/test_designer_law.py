@@ -11,9 +11,9 @@ import pytest
 from mlmem import law_file
 from mlmem.physics import CASE_II
 from mlmem.physics.curve import Curve
+from mlmem.presets import load_preset
 from mlmem_lab.designer import DesignNotFound, proposal, propose_design
 from mlmem_lab.designer.proposal import GRADIENT_PER_CELL, balance_gradient
-from mlmem_ros.parameter_file import load_preset
 from mlmem_tools.checks import Report
 from mlmem_tools.cli.main import main
 from mlmem_tools.law.curves import average_runs, load_run

@@ -11,7 +11,6 @@ import pytest
 from mlmem import element_file, preset
 from mlmem_lab.fit import command, csv_shots
 from mlmem_lab.fit.fitted import with_term
-from mlmem_ros import parameter_file
 from mlmem_tools.cli.main import main
 
 from .truth import SMALL
@@ -25,8 +24,8 @@ def bench(tmp_path_factory, fitted):
     """A folder with a design and some shots of a hidden element, which is returned too."""
     folder, (element, shots, _) = tmp_path_factory.mktemp('bench'), fitted
     design = folder / 'design.yaml'
-    design.write_text(
-        parameter_file.format_preset(SMALL, preset('bits_1').settings), encoding='utf-8'
+    element_file.write_element_file(
+        design, element_file.as_designed(SMALL, preset('bits_1').settings)
     )
     for number, shot in enumerate(shots[FEW]):
         csv_shots.save_shot(folder / f'{number}.csv', shot)

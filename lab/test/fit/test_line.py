@@ -29,7 +29,7 @@ def served():
     parser = argparse.ArgumentParser()
     for add in rig.options:
         add(parser)
-    words = '--preset', 'bits_1', '--scatter', '0.01', '--seed', str(SEED), '--at-once'
+    words = '--element', 'bits_1', '--scatter', '0.01', '--seed', str(SEED), '--at-once'
     return _build_rig(CHOSEN, parser.parse_args(words))
 
 

@@ -7,7 +7,7 @@ from bare_writes import writes
 
 from mlmem import Settings
 from mlmem.instrument.motion import Cycle
-from mlmem_ros.parameter_file import load_preset
+from mlmem.presets import load_preset
 from mlmem_tools.checks.bare import scale_peaks
 from mlmem_tools.checks.concern import Subject
 from mlmem_tools.checks.schedule import compute_cycle_time

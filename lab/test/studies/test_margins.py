@@ -16,6 +16,7 @@ import pytest
 
 from mlmem import Outcome, Settings, SettingsError
 from mlmem.physics import CASE_II
+from mlmem.presets import load_preset
 from mlmem.settings import TimeSettings
 from mlmem_lab.studies import style
 from mlmem_lab.studies.bench import Bench
@@ -37,7 +38,6 @@ from mlmem_lab.studies.trace import (
     least_margins,
     write_upward,
 )
-from mlmem_ros.parameter_file import load_preset
 from mlmem_tools.cli.main import main
 
 SETTINGS = Settings(time=TimeSettings(tick=50.0))

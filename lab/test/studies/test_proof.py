@@ -10,8 +10,9 @@ from sampled import sampled
 from small_register import first_levels
 
 from mlmem import Settings, preset
+from mlmem.element_file import parse
+from mlmem.presets import load_preset
 from mlmem_lab.studies.proof import Proof, Tally
-from mlmem_ros.parameter_file import load_preset, parse_preset
 from mlmem_tools.checks import Verdict, check
 from mlmem_tools.checks.bare import scale_peaks
 from mlmem_tools.cli.main import main
@@ -149,7 +150,7 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
 
 def test_without_a_file_the_parameters_are_all_that_is_printed(capsys):
     assert main(['design', '--levels', '2']) == 0
-    assert parse_preset(capsys.readouterr().out).design == preset('bits_1').design
+    assert parse(capsys.readouterr().out, 'output').design == preset('bits_1').design
 
 
 def test_what_is_wrong_is_said(capsys):

@@ -9,8 +9,8 @@ import pytest
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
+from mlmem.presets import load_preset
 from mlmem_lab.shaken import STANDARD_GRAVITY, Counts, Shaking, count
-from mlmem_ros.parameter_file import load_preset
 
 TICK = 2e-3
 

@@ -15,6 +15,7 @@ from small_register import first_levels
 from mlmem import UNDECODABLE, Settings, preset
 from mlmem.move_settings import KickSettings
 from mlmem.physics import CASE_II, Design, Scatter, scattered
+from mlmem.presets import load_preset
 from mlmem_lab.studies import campaign
 from mlmem_lab.studies.style import style_context
 from mlmem_lab.studies.tolerance import element
@@ -30,7 +31,6 @@ from mlmem_lab.studies.tolerance.estimate import (
 )
 from mlmem_lab.studies.tolerance.particle import SIMULATION_PROBABILITY, StepForecast, draw_weights
 from mlmem_lab.studies.tolerance.study import Tolerance
-from mlmem_ros.parameter_file import load_preset
 from mlmem_tools.cli.main import main
 
 SHORT = dataclasses.replace(CASE_II, N=75)

@@ -226,7 +226,7 @@ class MemoryClient:
         return self._send_request('record', Recorded, timeout, what, on=bool(on), path=path)
 
     def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
-        """Ask for parameters of the node, such as `design.N`, by name as in the answer; refused if
+        """Ask for parameters of the node, such as `element`, by name as in the answer; refused if
         the node lacks one of them.
         """
 

@@ -13,29 +13,33 @@ from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_system_default
 from rclpy.service_introspection import ServiceIntrospectionState
 
-from mlmem import PRESETS, Preset, Refused, SettingsError, preset
+from mlmem import Refused, SettingsError, load_element
+from mlmem.element_file import NAMES, Element, ElementFileError, text_of
 from mlmem.instrument import drivers
 from mlmem.loop.timetable import check_speed
-from mlmem.parsing import DecodeError
-from mlmem.physics import DesignError
-from mlmem.physics.curve import Curve
 from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.readers.words import count_words
 from mlmem.schema import find_descriptions, short_repr
 from mlmem.settings import Settings
 
 from ...contract.services import NODE_SERVICES
 from ...host import Host
 from ...host.settings import (
-    DIGEST_PARAMETER,
+    ACTUATOR,
+    ATTEMPTS,
+    DESCRIPTION,
+    ELEMENT,
+    GROUPS,
+    INITIAL_CONTENT,
     INTROSPECTION_PARAMETER,
     INTROSPECTION_STATES,
-    LAW_PARAMETER,
     LIVE_PARAMETERS,
-    NODE_PARAMETERS,
-    PRESET_GROUPS,
+    METHOD,
+    READ_END,
+    TWIN,
     Parameters,
     declare_parameters,
-    default_groups,
+    with_overrides,
 )
 from .declared_parameters import CheckedParameters, DeclaredParameters, build_descriptor
 
@@ -44,9 +48,6 @@ FAULTS_PREFIX = 'faults.'
 
 LIVE_GROUPS = ('record', 'faults')
 """Groups that may be set at any time: one applies to the next session, one to the device."""
-
-METHOD_PARAMETER = 'write.method'
-"""How a level is written: may be set at any time, too."""
 
 QOS_OVERRIDES_PREFIX = 'qos_overrides.'
 """Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
@@ -57,14 +58,11 @@ HASH_INTERVAL_PARAMETER = 'record.hash_every'
 LEVEL, WORD = 'target_level', 'target_word'
 """What `~/write` writes to an element with one wall, and to a register."""
 
-SPACING_PARAMETER = 'register.spacing'
-"""Of an element with one wall it is 0."""
+OVERRIDES = (METHOD, ATTEMPTS, ACTUATOR, READ_END)
+"""Parameters that override a value of the element file."""
 
-PRESET, FILE = 'design.preset', 'design.file'
-"""What brings an element."""
-
-PATH_PARAMETERS = ('record.path', 'state.path', 'device.specimen', 'device.twin')
-"""Parameters that name files of the node."""
+PATH_PARAMETERS = ('record.path', 'state.path', TWIN)
+"""Parameters that name files of the node; `element` may name one."""
 
 
 class ParameterSet:
@@ -86,34 +84,23 @@ class ParameterSet:
         self._known = known = DeclaredParameters(node)
         self._asked = set[str]()  # by name, in the request under way
         self.locked = False
-        first = self._load_first_preset()
-        self._defaults = default_groups(first)
         own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
         known.declare_all(
             (name, own.get(name, default), description)
-            for name, default, description in declare_parameters(first)
+            for name, default, description in declare_parameters()
         )
-        known.computed[DIGEST_PARAMETER] = self.digest
+        self._element = self._checked = self._load(known.value(ELEMENT))
+        known.computed[DESCRIPTION] = self.description
         started = known.value('device.driver')  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION_NAME, *drivers.SHIPPED_DRIVERS, started))
         known.choices['device.driver'] = tuple(allowed)
         if known.value('files.root'):  # nor use other places
             known.choices['device.address'] = ('', known.value('device.address'))
-        if (law := self._read_law_text(given := known.value(LAW_PARAMETER))) != given:
-            node.set_parameters([Parameter(LAW_PARAMETER, value=law)])
         check_speed(known.value('time.speed'))
-        present = self.values()
-        words = present.design.levels
-        if present.settings.register.spacing:
-            from mlmem.readers.words import count_words  # few elements hold many walls
-
-            words = count_words(present.design, present.settings)
-        self._limit_content(words)
-        self._compare_digest()
+        self._limit_content(count_words(self._element.design, self.values().settings))
+        self._compare_description()
         node.known = known
-        node.add_pre_set_parameters_callback(
-            self._expand_preset
-        )  # with two, rclpy would use both answers
+        node.add_pre_set_parameters_callback(self._completed)
         node.add_on_set_parameters_callback(self._check_changes)
         node.add_post_set_parameters_callback(self._apply_changes)
 
@@ -121,51 +108,64 @@ class ParameterSet:
         """Return the present values.
 
         Raises:
-            SettingsError: They do not make a memory, or contradict each other.
+            SettingsError: They contradict each other.
         """
-        given = {prefix: self._read_group(prefix) for prefix in self._defaults}
-        own = ('device', 'design', 'publish', 'record', 'state', 'files', 'queue', 'faults')
-        parts = {name: given.pop(name) for name in own}
-        check = self._node.get_parameter('design.check').value
-        return Parameters(check=check, settings=Settings(**given), **parts)
+        element = self._element
+        ideal = element.specimen.is_ideal and element.time_unit == 1.0
+        return Parameters(
+            design=element.design,
+            check=self._known.value('design.check'),
+            settings=self._overridden(element),
+            specimen=None if ideal else element.timed_specimen,
+            initial_content=self._known.value(INITIAL_CONTENT),
+            twin=self._known.value(TWIN),
+            **{prefix: self._read_group(prefix) for prefix in GROUPS},
+        )
 
-    def digest(self) -> str:
-        """Return the hash of design and settings; empty if they contradict each other."""
+    def description(self) -> str:
+        """Return the element as the text of an element file."""
+        return text_of(self._element)
+
+    def _overridden(self, element: Element, **changed: Any) -> Settings:
+        """Return the settings of an element, with the parameters of the node that override some.
+
+        Raises:
+            SettingsError: They contradict each other.
+        """
+        given = {name: self._known.value(name) for name in OVERRIDES} | changed
         try:
-            values = self.values()
-        except (DesignError, SettingsError):
-            return ''
-        return Preset(values.design, values.settings).digest
+            return with_overrides(element.settings, given)
+        except SettingsError as error:
+            named = ', '.join(f'{name} = {value}' for name, value in given.items() if value != '')
+            raise SettingsError(f'parameters {named}: {error}') from error
+
+    def _load(self, source: str) -> Element:
+        """Return a shipped element, or that in a file.
+
+        Raises:
+            SettingsError: There is none.
+        """
+        try:
+            return load_element(
+                source if source in NAMES else self._read_group('files').confine_path(source)
+            )
+        except (ElementFileError, SettingsError) as error:
+            text = str(error)
+            named = text if text.startswith(f'{ELEMENT} ') else f'{ELEMENT}: {text}'
+            raise SettingsError(named) from error
 
     def lock(self, words: int) -> None:
         """Allow only live parameters from now on, and contents below `words`."""
         self._limit_content(words)
         self.locked = True
 
-    def _load_first_preset(self) -> Preset:
-        """Return the element that a node starts with, from a file or a preset."""
-        first, described = NODE_PARAMETERS[PRESET]
-        if not (file := self._known.declare(FILE, *NODE_PARAMETERS[FILE])):
-            return preset(self._known.declare(PRESET, first, described))
-        from ... import parameter_file  # most nodes have none
-
-        try:
-            basis, chosen = parameter_file.read_preset_name(file), parameter_file.load_preset(file)
-        except parameter_file.ParameterFileError as error:
-            raise SettingsError(f'parameter {FILE}: {error}') from error
-        if (given := self._known.declare(PRESET, basis, described)) != basis:
-            raise SettingsError(
-                f'parameter {PRESET} must be that of {FILE}, {basis}, or not be given; got {given}'
-            )
-        return chosen
-
-    def _compare_digest(self) -> None:
-        """Warn if a file that names a digest, as a dump does, is no longer of this element."""
-        given = self._known.given.get(DIGEST_PARAMETER)
-        if given is not None and given.value not in ('', present := self.digest()):
+    def _compare_description(self) -> None:
+        """Warn if the element is not the one whose parameters were saved, as by a dump."""
+        given = self._known.given.get(DESCRIPTION)
+        if given is not None and given.value not in ('', self.description()):
             self._node.get_logger().warning(
-                f'the element is not the one whose parameters were saved: its design and settings '
-                f'have the digest {present}, not {short_repr(given.value)}'
+                f'the element is not the one whose parameters were saved: {DESCRIPTION} follows '
+                f'from {ELEMENT}'
             )
 
     def _read_group(self, prefix: str, **changed: Any) -> Any:
@@ -174,53 +174,15 @@ class ParameterSet:
         Raises:
             SettingsError: Ranges alone do not make it valid.
         """
-        defaults = self._defaults[prefix]
+        defaults = GROUPS[prefix]
         values = {
             field.name: self._known.value(f'{prefix}.{field.name}')
             for field, _ in find_descriptions(defaults)
         }
-        if prefix == 'design':
-            values['law'] = self._read_law()
         try:
-            group = type(defaults)(**values | changed)
-            if prefix == 'design':
-                group.require_memory()
-            return group
-        except (DesignError, SettingsError) as error:
+            return type(defaults)(**values | changed)
+        except SettingsError as error:
             raise SettingsError(f'parameters {prefix}.*: {error}') from error
-
-    def _read_law(self) -> Curve | None:
-        """Return the on-site law in cells; None for the paper's.
-
-        Raises:
-            SettingsError: Not one in the present units.
-        """
-        if not (text := self._known.value(LAW_PARAMETER)):
-            return None
-        from mlmem.law_file import parse_curve  # most elements have the paper's
-
-        try:
-            return parse_curve(text, *map(self._known.value, ('scale.length', 'scale.stiffness')))
-        except DecodeError as error:
-            raise SettingsError(f'{LAW_PARAMETER}: {error}') from error
-
-    def _read_law_text(self, source: str) -> str:
-        """Return the text of a law, given it or the path of its file; nothing for nothing.
-
-        Raises:
-            SettingsError: There is no such file, or it holds none.
-        """
-        if not source:
-            return source
-        from mlmem.law_file import is_law_text, parse_curve, read_law_text
-
-        try:
-            if not is_law_text(source):
-                return read_law_text(self._read_group('files').confine_path(source))
-            parse_curve(source)
-        except (DecodeError, SettingsError) as error:
-            raise SettingsError(f'{LAW_PARAMETER}: {error}') from error
-        return source
 
     def _limit_content(self, words: int) -> None:
         """Give the target that fits the element its range.
@@ -228,10 +190,9 @@ class ParameterSet:
         Raises:
             SettingsError: A target is out of range, or belongs to the other kind of element.
         """
-        spacing = self._known.value(SPACING_PARAMETER)
         for name in (LEVEL, WORD):
             default, description = LIVE_PARAMETERS[name]
-            if is_fitting_target(name, spacing):
+            if is_fitting_target(name, self._element):
                 description = dataclasses.replace(description, high=max(0, words - 1))
                 present = self._known.value(name)
                 if not UNSET_CONTENT <= present < max(1, words):
@@ -239,47 +200,25 @@ class ParameterSet:
                         f'parameter {name} must be from 0 to {words - 1}; got {present}'
                     )
             else:
-                _check_target(name, self._known.value(name), spacing)
+                _check_target(name, self._known.value(name), self._element)
             described = build_descriptor(description, default)
             described.type = ParameterType.PARAMETER_INTEGER
             self._node.set_descriptor(name, described)
 
-    def _expand_preset(self, changed: list[Parameter]) -> list[Parameter]:
-        """Return the parameters to set, including all those of a preset among them.
-
-        Explicit values override the preset's; all are accepted together, or none. A file goes on
-        to bring the element until it is left for nothing or for another preset than its own.
+    def _completed(self, changed: list[Parameter]) -> list[Parameter]:
+        """Return the parameters to set: doubles as doubles, and the target that does not fit a new
+        element as not set.
         """
-        changed = [self._read_law_file(self._convert_double(parameter)) for parameter in changed]
+        changed = [self._convert_double(parameter) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
-        self._asked = set(given)
-        file = self._known.value(FILE)
-        leaving = bool(file) and given.get(FILE) == ''
-        name = given.get(PRESET, self._known.value(PRESET) if leaving else None)
-        same = name == self._known.value(PRESET) and not leaving  # as a dump that is loaded says
-        if name not in tuple(PRESETS) or same:
+        if not isinstance(given.get(ELEMENT), str):  # rclpy refuses another type
             return changed
-        others = {*given, *NODE_PARAMETERS, *LIVE_PARAMETERS}
-        spacing = given.get(SPACING_PARAMETER, preset(name).settings.register.spacing)
-        unfit = LEVEL if is_fitting_target(WORD, spacing) else WORD
-        return [
-            *changed,
-            Parameter(FILE, value=''),
-            *([] if LAW_PARAMETER in given else [Parameter(LAW_PARAMETER, value='')]),
-            *([] if unfit in given else [Parameter(unfit, value=UNSET_CONTENT)]),
-            *(
-                Parameter(key, value=value)
-                for key, value, _ in declare_parameters(preset(name))
-                if key.split('.')[0] in PRESET_GROUPS and key not in others
-            ),
-        ]
-
-    def _read_law_file(self, parameter: Parameter) -> Parameter:
-        """Return a law whose file is named as its text, which goes where the file does not."""
-        if parameter.name == LAW_PARAMETER and isinstance(parameter.value, str):
-            with suppress(SettingsError):  # `_check_changes` tells it
-                return Parameter(LAW_PARAMETER, value=self._read_law_text(parameter.value))
-        return parameter
+        try:
+            element = self._load(given[ELEMENT])
+        except SettingsError:  # `_check_changes` reports it
+            return changed
+        unfit = LEVEL if is_fitting_target(WORD, element) else WORD
+        return changed if unfit in given else [*changed, Parameter(unfit, value=UNSET_CONTENT)]
 
     def _convert_double(self, parameter: Parameter) -> Parameter:
         """Return a parameter converted to a double if a double is declared, and one is meant.
@@ -301,15 +240,14 @@ class ParameterSet:
             for parameter in changed:
                 self._check_change(parameter.name, parameter.value)
             given = {parameter.name: parameter.value for parameter in changed}
-            spacing = given.get(SPACING_PARAMETER, self._known.value(SPACING_PARAMETER))
+            self._checked = self._load(given[ELEMENT]) if ELEMENT in given else self._element
             for name in given.keys() & {LEVEL, WORD}:
-                _check_target(name, given[name], spacing)
+                _check_target(name, given[name], self._checked)
             faults = {p.name.removeprefix(FAULTS_PREFIX): p.value for p in changed if _is_fault(p)}
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._read_group('faults', **faults))
-            if METHOD_PARAMETER in given and self.locked:
-                write = self._read_group('write', method=given[METHOD_PARAMETER])
-                dataclasses.replace(self.values().settings, write=write)
+            if METHOD in given and self.locked:
+                self._overridden(self._checked, **{METHOD: given[METHOD]})
         except (Refused, SettingsError) as error:
             self._host.log.refused('a parameter', error)
             return SetParametersResult(successful=False, reason=str(error))
@@ -323,7 +261,7 @@ class ParameterSet:
         """
         if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
             raise SettingsError(f'there is no parameter {short_repr(name)}')
-        live = name in (*LIVE_PARAMETERS, METHOD_PARAMETER) or name.split('.')[0] in LIVE_GROUPS
+        live = name in (*LIVE_PARAMETERS, METHOD) or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
             if self._host.loop is not None and value != self._node.get_parameter(name).value:
                 raise SettingsError(f'{name} may be set only while the node is not active')
@@ -333,18 +271,12 @@ class ParameterSet:
             and value != self._known.value(name)
         ):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
-        if (
-            name in ('files.root', FILE)
-            and value != self._known.value(name)
-            and (name, value) != (FILE, '')
-        ):
+        if name == 'files.root' and value != self._known.value(name):
             raise SettingsError(f'{name} may be set only at the start of the node')
         if name == 'time.speed':
             check_speed(value)
-        if name == DIGEST_PARAMETER and value != (digest := self.digest()):
-            raise SettingsError(f'{name} is computed: {digest}; got {short_repr(value)}')
-        if name == LAW_PARAMETER:
-            self._read_law_text(value)
+        if name == DESCRIPTION and value != self.description():
+            raise SettingsError(f'{name} follows from {ELEMENT}; set that one')
         if name in PATH_PARAMETERS and value:
             try:
                 self._read_group('files').confine_path(value)
@@ -365,13 +297,14 @@ class ParameterSet:
         with self._host.log.guard_errors('parameters'):
             given = ', '.join(f'{each.name} = {short_repr(each.value)}' for each in changed)
             self._host.log.info(f'set {given}', 'parameters')
+            self._element = self._checked
             if any(map(_is_fault, changed)):
                 self._host.set_faults(self._read_group('faults'))
             for parameter in changed:
                 if parameter.name == 'time.speed':
                     self._host.set_speed(parameter.value)
-                elif parameter.name == METHOD_PARAMETER:
-                    self._host.set_method(parameter.value)
+                elif parameter.name == METHOD:
+                    self._host.set_method(self.values().settings.write.method)
                 elif parameter.name == INTROSPECTION_PARAMETER:
                     self.configure_introspection()
 
@@ -391,15 +324,16 @@ class ParameterSet:
                 )
 
 
-def is_fitting_target(name: str, spacing: int) -> bool:
-    """Return whether `LEVEL` or `WORD` belongs to an element with a `SPACING_PARAMETER`."""
-    return (name == WORD) == (spacing > 0)
+def is_fitting_target(name: str, element: Element) -> bool:
+    """Return whether `LEVEL` or `WORD` belongs to an element."""
+    return (name == WORD) == (element.settings.register.spacing > 0)
 
 
-def _check_target(name: str, value: int, spacing: int) -> None:
+def _check_target(name: str, value: int, element: Element) -> None:
     """Raise `SettingsError` if a target is set that belongs to the other kind of element."""
-    if value != UNSET_CONTENT and not is_fitting_target(name, spacing):
-        kind, other = ('a register', WORD) if spacing else ('an element with one wall', LEVEL)
+    if value != UNSET_CONTENT and not is_fitting_target(name, element):
+        one_wall = name == WORD
+        kind, other = ('an element with one wall', LEVEL) if one_wall else ('a register', WORD)
         raise SettingsError(
             f'{name} must be {UNSET_CONTENT} (not set) for {kind}, which takes {other}; got '
             f'{value}'

@@ -52,7 +52,7 @@ MARGIN_OPTIONS = (
     declare_option('--size', type=int, default=64, help='points along either axis'),
     declare_option(
         '--design', default='case_2', metavar='FILE|PRESET',
-        help='ROS parameter file or preset: the design, and the operating point',
+        help='element file or preset: the design, and the operating point',
     ),
     ELEMENT_OPTION,
     declare_option(
@@ -75,7 +75,7 @@ MARGIN_OPTIONS = (
 )
 def margins(arguments: argparse.Namespace) -> int:
     """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
-    from mlmem_ros.parameter_file import load_preset
+    from mlmem.presets import load_preset
 
     from ..campaign import CampaignError
     from . import Shmoo, make_axis, prepare_settings

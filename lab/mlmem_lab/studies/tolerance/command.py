@@ -37,7 +37,7 @@ AMOUNT_COUNT = 10
 
 TOLERANCE_OPTIONS = (
     declare_option(
-        '--design', default='case_2', metavar='FILE|PRESET', help='ROS parameter file or preset'
+        '--design', default='case_2', metavar='FILE|PRESET', help='element file or preset'
     ),
     declare_option(
         '--kinds',
@@ -88,7 +88,7 @@ TOLERANCE_OPTIONS = (
 )
 def tolerance(arguments: argparse.Namespace) -> int:
     """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
-    from mlmem_ros.parameter_file import load_preset
+    from mlmem.presets import load_preset
 
     from ..campaign import CampaignError
     from .element import ALL_KINDS
@@ -97,15 +97,10 @@ def tolerance(arguments: argparse.Namespace) -> int:
     console = create_console(aside=arguments.json)
     try:
         study = Tolerance(
-            *load_preset(arguments.design),
-            tuple(arguments.kinds) or ALL_KINDS,
-            tuple(arguments.tried),
-            arguments.amounts,
-            arguments.most,
-            arguments.screen,
-            arguments.levels,
-            arguments.seed,
-        )
+            *load_preset(arguments.design), tuple(arguments.kinds) or ALL_KINDS,
+            tuple(arguments.tried), arguments.amounts, arguments.most, arguments.screen,
+            arguments.levels, arguments.seed,
+        )  # fmt: skip
         if arguments.point is not None:
             return _run_point(console, study, arguments.point, arguments.json)
         rows = campaigns.evaluate_missing(
