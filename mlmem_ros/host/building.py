@@ -28,7 +28,10 @@ from mlmem import (
 from mlmem.factory import compute_calibration
 from mlmem.instrument import drivers
 from mlmem.loop.mailbox import Asked
-from mlmem.physics import Design
+from mlmem.physics import Design, StateError
+from mlmem.procedure_table import UNSET_CONTENT
+from mlmem.readers.register import pin_walls
+from mlmem.readers.words import count_words, make_code
 
 from ..packages import find_tool
 from .design_check import check_design
@@ -80,10 +83,36 @@ def build_device(
         if twin is not None:
             watcher = attach_twin(element, twin, log)
         _check_faults(element, given.faults)
+        if given.initial_content != UNSET_CONTENT:
+            place_content(element, given.initial_content)
         if not blank:
             store.restore(element)
         undo.pop_all()
     return Built(element, store, watcher)
+
+
+def place_content(element: MemoryElement, content: int) -> None:
+    """Put the walls of a level or word into a new simulated element, at rest.
+
+    No reading is made: the content is not known until a read.
+
+    Raises:
+        SettingsError: The element is real, has no such content, or its walls do not rest there.
+    """
+    if not element.simulated:
+        raise SettingsError(
+            f'initial_content must be {UNSET_CONTENT} for a real element; got {content}'
+        )
+    words = count_words(element.design, element.settings)
+    if content >= words:
+        raise SettingsError(f'initial_content must be from 0 to {words - 1}; got {content}')
+    code = make_code(element.design, element.settings)
+    try:
+        configuration = pin_walls(element.made, code.walls(content) if code else (content,))
+    except StateError as error:
+        raise SettingsError(f'initial_content {content}: {error}') from error
+    element.chain.place(configuration)
+    element.transducer.assume_equilibrium()
 
 
 def _twin(given: Parameters, disk: Worker) -> Element | None:

@@ -290,7 +290,8 @@ NODE_PARAMETERS = {
         'read by it; empty: none',
     )),
     INITIAL_CONTENT: (UNSET_CONTENT, Description(
-        'level or word with which a simulated element begins, also after a reset; -1: blank',
+        'level or word with which a simulated element begins, at the start and after '
+        'ResetSimulation; -1: blank',
         low=UNSET_CONTENT, high=2**14 - 1,
     )),
     DESCRIPTION: ('', Description(

@@ -465,3 +465,16 @@ def test_a_recording_that_failed_makes_room_and_is_not_forgotten(serve, tmp_path
     well.close()
     sessions.stop(host.loop).result(20.0)
     assert not sessions.close(None)
+
+
+def test_initial_content_of_a_simulated_element_is_read(serve):
+    service = serve(initial_content=5)
+    service.activate()
+    assert service.host.element.reading is None
+    assert service.host.submit(Read()).answer.result(60.0).reading.level == 5
+
+
+def test_initial_content_out_of_range_is_refused(serve):
+    service = serve(initial_content=8)
+    with pytest.raises(SettingsError, match='initial_content must be from 0 to 7; got 8'):
+        service.host.configure(service.given)

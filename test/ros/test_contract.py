@@ -93,7 +93,7 @@ def test_every_parameter_describes_itself(robot):
     """Names are in groups, each has a description, and each number says its range."""
     names = [name for name in robot.parameters() if '.' in name]
     groups = {name.split('.')[0] for name in names}
-    assert groups >= {'design', 'actuator', 'write', 'time', 'record', 'publish', 'scale'}
+    assert groups >= {'design', 'actuator', 'write', 'time', 'record', 'publish'}
     described = robot.describe(['target_level', *names])
     assert len(described) == len(names) + 1
     assert not [name for name, one in described.items() if not one.description]

@@ -25,7 +25,7 @@ from mlmem_ros.ros.node.run import ENDED, NOT_SAVED
 NUMBERS = (0.0, -0.0, 1e-9, 0.01, -0.03, 0.08, 1.0, -1e9, 1e308, 5e-324, math.nan, math.inf)
 PATHS = ('', '{folder}/session', '/', '.', '~nosuchuser/x', 'x' * 300, '{folder}/no/such/way')
 REQUESTS = ('write', 'read', 'erase', 'abort', 'follow')
-KEPT = {'linger', 'files.root', 'autostart', 'view', 'use_sim_time', 'state.path', 'scale.time'}
+KEPT = {'linger', 'files.root', 'autostart', 'view', 'use_sim_time', 'state.path', 'element'}
 """Parameters that the storm leaves alone: the first would keep the node from ending while the
 storm is there, the last slow it down a thousandfold."""
 
