@@ -97,9 +97,9 @@ def full_disk(*_):
 @pytest.mark.parametrize(
     ('name', 'replaced', 'seen', 'advice'),
     [
-        ('cache_folder', lambda _: None, 'Permission denied', 'NUMBA_CACHE_DIR'),
+        ('find_cache_folder', lambda _: None, 'Permission denied', 'NUMBA_CACHE_DIR'),
         ('check_cache_space', full_disk, 'No space left on device', 'NUMBA_CACHE_DIR'),
-        ('torn_caches', lambda: ['solve.nbi'], 'torn: solve.nbi', 'mlmem doctor --warm'),
+        ('list_torn_caches', lambda: ['solve.nbi'], 'torn: solve.nbi', 'mlmem doctor --warm'),
     ],
 )
 def test_compile_cache_that_cannot_be_used_is_a_warning(name, replaced, seen, advice, monkeypatch):
