@@ -20,6 +20,7 @@ from .instrument.drivers import Driver
 from .instrument.end import End, Shot
 from .instrument.instrument import Instrument
 from .physics import Design, Specimen
+from .procedure_table import describe_word
 from .readers.calibration import Calibration
 from .readers.decoding import decode_echoes, make_undecodable, primary_end
 from .readers.echo import Echo
@@ -168,7 +169,7 @@ class Memory(Instrument):
     def describe_content(self, content: int) -> str:
         """Return a content in words: a word of a register, or a level."""
         known = self.register is not None and content != UNDECODABLE
-        return f'word {content}' if known else describe_level(content)
+        return describe_word(content) if known else describe_level(content)
 
     @property
     def waveforms(self) -> Forecasts | None:

@@ -40,6 +40,11 @@ def describe_level(level: int) -> str:
     return 'blank' if level == BLANK else 'undecodable'
 
 
+def describe_word(word: int) -> str:
+    """Return a word of a register as text, in decimal and in hexadecimal."""
+    return f'word {word} ({word:#x})'
+
+
 @dataclass(frozen=True)
 class Write:
     """Write a level, or a word of a register, and verify it."""

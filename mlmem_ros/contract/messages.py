@@ -16,6 +16,7 @@ from std_msgs.msg import (
     Float32MultiArray,
     Float64MultiArray,
     Int16,
+    Int64,
     MultiArrayDimension,
     MultiArrayLayout,
 )
@@ -31,6 +32,11 @@ from . import values
 def build_level(reading: Reading | None) -> Int16:
     """Return the content; see `values.encode_level`."""
     return Int16(data=values.encode_level(reading))
+
+
+def word(reading: Reading | None) -> Int64:
+    """Return the content of a register; see `values.encode_level`."""
+    return Int64(data=values.encode_level(reading))
 
 
 def build_content(element: MemoryElement, name: str) -> DiagnosticStatus:

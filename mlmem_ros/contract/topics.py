@@ -111,15 +111,21 @@ LEVEL_TOPIC = Topic(
     'level',
     'std_msgs/msg/Int16',
     LATCHED_QOS,
-    'the content as last decoded, published when a procedure ends; -1: blank; -2: undecodable or '
-    'unknown, published at once when something may have moved the wall',
+    'the level of one wall as last decoded, published when a procedure ends; -1: blank; -2: '
+    'undecodable or unknown, published at once when something may have moved the wall',
+)
+WORD = Topic(
+    'word',
+    'std_msgs/msg/Int64',
+    LATCHED_QOS,
+    'of a register, in place of `~/level`: the word as last decoded; -1 and -2 as there',
 )
 CONTENT_TOPIC = Topic(
     'content',
     'diagnostic_msgs/msg/DiagnosticStatus',
     LATCHED_QOS,
-    'what `~/level` says, in words: a level or word, or why it is not known and since which '
-    'tick; keys: level, word (of a register), reason, since',
+    'what `~/level` or `~/word` says, as text: a level or word, or why it is not known and since '
+    'which tick; keys: level, word (of a register), reason, since',
 )
 OUTCOME_TOPIC = Topic(
     'outcome',
@@ -175,6 +181,7 @@ PERIODIC_TOPICS = (FIELD_TOPIC, WALL_TOPIC, JOINT_STATES_TOPIC)
 
 STREAM_TOPICS = (
     LEVEL_TOPIC,
+    WORD,
     CONTENT_TOPIC,
     OUTCOME_TOPIC,
     ECHO_TOPIC,
@@ -204,6 +211,13 @@ VIEW_TOPICS = (IMAGE_TOPIC, MARKERS_TOPIC)
 
 SIMULATION_TOPICS = (FIELD_TOPIC, WALL_TOPIC, *VIEW_TOPICS)
 """Unknown for a real element, and then not published."""
+
+
+def published_topics(register: bool, simulated: bool) -> tuple[Topic, ...]:
+    """Return the streams and views of an element: of a register, or else of one wall."""
+    absent = {LEVEL_TOPIC if register else WORD, *(() if simulated else SIMULATION_TOPICS)}
+    return tuple(topic for topic in STREAM_TOPICS + VIEW_TOPICS if topic not in absent)
+
 
 DIAGNOSTICS_TOPIC = Topic(
     '/diagnostics',

@@ -30,8 +30,14 @@ def collect_published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
         return {topics.ECHO_TOPIC: event.echo, topics.RANGE_TOPIC: event.reading}
     if isinstance(event, Shot):
         return {topics.WAVEFORM_TOPIC: event}
-    content = {topics.LEVEL_TOPIC: element.reading, topics.CONTENT_TOPIC: element}
+    content = published_content(element)
     return {topics.OUTCOME_TOPIC: event, **content} if isinstance(event, Outcome) else content
+
+
+def published_content(element: MemoryElement) -> dict[Topic, Any]:
+    """Return what says the content, by topic: the level of one wall or the word of a register."""
+    number = topics.LEVEL_TOPIC if element.register is None else topics.WORD
+    return {number: element.reading, topics.CONTENT_TOPIC: element}
 
 
 def encode_level(reading: Reading | None) -> int:

@@ -218,6 +218,7 @@ class _Collector:
                     (topics.ECHO_TOPIC, self._take_echo),
                     (topics.WAVEFORM_TOPIC, self._take_waveform),
                     (topics.LEVEL_TOPIC, self._take_level),
+                    (topics.WORD, self._take_level),
                     (topics.CONTENT_TOPIC, self._take_content),
                     (topics.OUTCOME_TOPIC, self._take_outcome),
                     *(

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mlmem.procedure_table import PROCEDURES, Procedure, describe_level
+from mlmem.procedure_table import PROCEDURES, Procedure, describe_level, describe_word
 
 from .command import (
     JSON_OPTION,
@@ -88,7 +88,7 @@ def _as_dict(answer: Answer) -> dict[str, Any]:
 
 
 def _format_decoded(answer: Decoded) -> str:
-    text = describe_level(answer.level) if answer.word is None else f'word {answer.word}'
+    text = describe_level(answer.level) if answer.word is None else describe_word(answer.word)
     if answer.code:
         text += f' (code {answer.code})'
     if answer.delay is not None:

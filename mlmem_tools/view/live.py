@@ -153,6 +153,7 @@ class Live:
     def _subscribe_topics(self) -> None:
         for topic, take in (
             (topics.LEVEL_TOPIC, self._on_level),
+            (topics.WORD, self._on_level),
             (topics.CONTENT_TOPIC, self._on_content),
             (topics.OUTCOME_TOPIC, self._on_outcome),
             (topics.ECHO_TOPIC, self._on_echo),

@@ -26,7 +26,7 @@ from mlmem import (
     SetStrain,
     Write,
 )
-from mlmem.procedure_table import describe_level
+from mlmem.procedure_table import describe_level, describe_word
 from mlmem.schema import short_repr
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
@@ -152,6 +152,7 @@ class _Collector:
             topics.JOINT_STATES_TOPIC.name: self._take_joints,
             topics.WALL_TOPIC.name: self._take_wall,
             topics.LEVEL_TOPIC.name: self._take_level,
+            topics.WORD.name: self._take_level,
             topics.CONTENT_TOPIC.name: self._take_content,
             topics.ECHO_TOPIC.name: self._take_echo,
             topics.OUTCOME_TOPIC.name: self._take_outcome,
@@ -282,6 +283,8 @@ def _format_event(event: dict[str, Any]) -> str:
 
 def _shorten_event(event: dict[str, Any]) -> dict[str, Any]:
     values, text = event.get('values', {}), event['text']
-    if 'level' in values:
+    if 'word' in values:
+        text = f'{text}, {describe_word(int(values["word"]))}'
+    elif 'level' in values:
         text = f'{text}, {describe_level(calls.parse_level(values))}'
     return {'t': event['t'], 'kind': event['kind'], 'text': text}

@@ -31,7 +31,7 @@ from rclpy.qos import (
     qos_profile_sensor_data,
 )
 from sensor_msgs.msg import Imu, JointState, Range
-from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, UInt8
+from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, Int64, UInt8
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -58,6 +58,7 @@ IN = {
     'write_level': UInt8,
     'disturbance': Imu,
 }
+REGISTER_OUT = {'word': (Int64, LATCHED)}
 OUT = {
     'level': (Int16, LATCHED),
     'content': (DiagnosticStatus, LATCHED),
@@ -164,7 +165,7 @@ class Robot:
         It holds everything that has arrived. The node publishes what happened before it answers,
         so nothing older arrives after an answer.
         """
-        kind, qos = OUT[topic]
+        kind, qos = (OUT | REGISTER_OUT)[topic]
         messages = self._received[topic]
         if topic not in self._subscriptions:
             self._subscriptions[topic] = self.node.create_subscription(

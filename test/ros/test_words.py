@@ -85,14 +85,15 @@ def test_topics_speak_of_a_word(node):
     with Robot(node.element) as robot:
         node.memory.write(OTHER).wait()
         status = robot.latest('content', lambda status: values(status).get('word') == str(OTHER))
-        assert status.message == f'word {OTHER}'
+        assert status.message == f'word {OTHER} ({OTHER:#x})'
         robot.latest('outcome', lambda status: values(status).get('word') == str(OTHER))
-        robot.latest('level', lambda message: message.data == OTHER)
+        robot.latest('word', lambda message: message.data == OTHER)
+        assert robot.node.count_publishers(f'{node.element}/level') == 0
 
 
 def test_commands_take_hexadecimal_and_print_the_word(node, capsys):
     assert main(['write', f'{WORD:#x}', '--node', node.element]) == 0
-    assert capsys.readouterr().out.startswith(f'word {WORD} (code {WORD:08b}), ')
+    assert capsys.readouterr().out.startswith(f'word {WORD} ({WORD:#x}) (code {WORD:08b}), ')
     assert main(['read', '--json', '--node', node.element]) == 0
     assert json.loads(capsys.readouterr().out)['word'] == WORD
 

@@ -192,9 +192,11 @@ def build_session_plan(node: Node, given: Parameters, path: str = '') -> Session
     theirs.
     """
     settings = replace(given.record, path=path) if path else given.record
-    published = topics.STREAM_TOPICS + (topics.VIEW_TOPICS if settings.views else ())
-    if given.device.driver != drivers.SIMULATION_NAME:
-        published = tuple(topic for topic in published if topic not in topics.SIMULATION_TOPICS)
+    published = topics.published_topics(
+        bool(given.settings.register.spacing), given.device.driver == drivers.SIMULATION_NAME
+    )
+    if not settings.views:
+        published = tuple(topic for topic in published if topic not in topics.VIEW_TOPICS)
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,

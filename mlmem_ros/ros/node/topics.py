@@ -22,7 +22,7 @@ from mlmem import Event, MemoryElement, threads
 from ...contract import messages, topics
 from ...contract.commands import TOPIC_PARSERS, NoCommand
 from ...contract.topics import Topic
-from ...contract.values import collect_published
+from ...contract.values import collect_published, published_content
 from ...host import Host
 from ...host.settings import PublishSettings
 from ..middleware import build_override_options, build_qos_profile
@@ -147,8 +147,7 @@ class Publishers:
                 callback_group=group,
                 qos_overriding_options=build_override_options(),
             )
-            for topic in topics.STREAM_TOPICS + topics.VIEW_TOPICS
-            if element.simulated or topic not in topics.SIMULATION_TOPICS
+            for topic in topics.published_topics(element.register is not None, element.simulated)
         }
         self._contour = Contour(element, settings) if element.simulated else None
         self._messages = self._build_event_messages(node.get_fully_qualified_name())
@@ -157,8 +156,8 @@ class Publishers:
         self._last_look = Taken()
         # of a fresh simulated one there is nothing to say, a real one's is not known yet
         if element.reading or element.unknown or not element.simulated:
-            self._publish_event(topics.LEVEL_TOPIC, element.reading)
-            self._publish_event(topics.CONTENT_TOPIC, element)
+            for topic, content in published_content(element).items():
+                self._publish_event(topic, content)
 
     def _list_periodic_streams(self) -> list[tuple[Topic, int, Callable[[], Any]]]:
         """Return what is published periodically: the topic, the ticks between two, the message."""
@@ -190,6 +189,7 @@ class Publishers:
             topics.WAVEFORM_TOPIC: messages.build_waveform,
             topics.OUTCOME_TOPIC: lambda outcome: messages.build_outcome(outcome, name),
             topics.LEVEL_TOPIC: messages.build_level,
+            topics.WORD: messages.word,
             topics.CONTENT_TOPIC: lambda element: messages.build_content(element, name),
         }
 
