@@ -121,3 +121,12 @@ def test_page_writes_a_word(memory):
     assert requests.send({'do': 'write', 'level': OTHER}).wait().word == OTHER
     with pytest.raises(ValueError, match='level must be a whole number'):
         requests.send({'do': 'write', 'level': '0x7'})
+
+
+def test_session_page_writes_a_word_as_word():
+    event = {'t': 0.0, 'kind': 'outcome', 'text': 'write succeeded'}
+    event['values'] = {'level': str(OTHER), 'word': str(OTHER)}
+    assert (
+        session_frame._shorten_event(event)['text']
+        == f'write succeeded, word {OTHER} ({OTHER:#x})'
+    )
