@@ -66,7 +66,7 @@ def test_route_of_register_adds_walls_or_clears_first():
 MADE_UP = """
 from dataclasses import dataclass
 
-from mlmem.physics.equilibrium import resting_wall
+from mlmem.physics.equilibrium import find_pinned_wall
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Lift:
 
     def drive(self, element, how):
         element.begin_cycle('lifted')
-        element.chain.place(resting_wall(element.chain.specimen, self.target))
+        element.chain.place(find_pinned_wall(element.chain.specimen, self.target))
         element.transducer.assume_rest()
         yield 2
 

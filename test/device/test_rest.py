@@ -31,13 +31,13 @@ from . import rig
 
 def count(element):
     """Return a list that grows by the ticks of every call of the material's loop."""
-    steps, arguments = [], element.chain._arguments
+    steps, arguments = [], element.chain._build_arguments
 
     def asked(inputs, ends, every=0):
         steps.append(ends.shape[1] / element.steps_per_tick)
         return arguments(inputs, ends, every)
 
-    element.chain._arguments = asked
+    element.chain._build_arguments = asked
     return steps
 
 

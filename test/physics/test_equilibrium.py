@@ -8,7 +8,7 @@ equilibrium            must agree with
 relax                  scipy.optimize (trust-exact with the exact Hessian), from the
                        same guess; forces of the paper below rounding
 relax, under strain    where a damped chain comes to rest
-resting_wall(level)    one anti-kink at the defect of every level; a chain put there stays
+find_pinned_wall(level)    one anti-kink at the defect of every level; a chain put there stays
 =====================  =============================================================
 """
 
