@@ -181,10 +181,12 @@ def _add_defaults(data: Any) -> Any:
     if not isinstance(data, Mapping):
         return data
     found = dict(data)
-    for name, group in Settings().groups().items():
+    groups: dict[str, Any] = {'design': Design, **Settings().groups()}
+    for name, group in groups.items():
         if not isinstance(given := data.get(name), Mapping):
             continue
-        found[name] = values = {**asdict(group), **given}
+        defaults = {} if name == 'design' else asdict(group)
+        found[name] = values = {**defaults, **given}
         for each, row in find_descriptions(group):
             if not row.words or each.name not in given:
                 continue

@@ -339,8 +339,17 @@ class Chain:
             V_N, base, site, motion.shape[1], motion, look, *self._range, slow, self.V_N
         )
         chains = self._metamaterial, self._substrate
-        losses = None, self._compute_drag(V_N)  # no friction
+        losses = self._friction(), self._compute_drag(V_N)
         return ends.shape[1], *chains, self._cells, forcing, self._constants, ends, *losses
+
+    def _friction(self) -> tuple[float, float] | None:
+        """Return the dry friction, and the velocity below which it is viscous, or None.
+
+        A step takes at most half of the velocity away, so that friction never drives a cell.
+        """
+        force = self.design.friction
+        mass = float(self.specimen.masses.min())
+        return (force, 2.0 * force * self.dt / mass) if force else None
 
     def _compute_drag(self, V_N: Array) -> Array | None:
         """Return eta times the velocity of the substrate's end, if damping acts on v - V."""

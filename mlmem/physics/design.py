@@ -21,6 +21,8 @@ from .potential import Array, DesignError, Potential
 MIN_RIGIDITY_RATIO = 10.0
 """Least ratio of substrate stiffness to the metamaterial's that we accept as >>."""
 
+OPTIONAL = ('profile', 'rise', 'friction', 'law')
+"""Fields that a design's values name only where they are not the defaults."""
 
 _cells = make_field_factory('cells', 2, 100_000)
 _stiffness = make_field_factory('k_r', 1e-9, 1e9)
@@ -75,6 +77,23 @@ class Design:
     substrate: str = describe_field(
         'rigid', 'substrate model: Eq. (1a) alone, or with Eq. (1b)', choices=('rigid', 'elastic')
     )
+    profile: str = describe_field(
+        '',
+        "factors on the potential of a defect's cells, an odd number centred on its site, in "
+        'place of 1 + beta; empty: one cell',
+        words='factors from 0.01 to 100',
+        word=lambda text: 0.01 <= float(text) <= 100.0,
+    )
+    rise: float = describe_field(
+        0.0,
+        'share by which the potential rises behind the last level, from half a level behind its '
+        'defect on',
+        low=0.0,
+        high=10.0,
+    )
+    friction: float = describe_field(
+        0.0, 'dry friction of every cell', unit='k_r cells', low=0.0, high=0.1
+    )
     law: Curve | None = None
 
     def __post_init__(self) -> None:
@@ -112,7 +131,16 @@ class Design:
 
     def _find_inconsistencies(self) -> list[str]:
         found = []
-        if self.beta <= -1.0:
+        factors = len(self.defect_factors)
+        if self.profile and self.beta:
+            found.append(
+                f'beta must be 0 with a profile, which stands in its place; got {self.beta:g}'
+            )
+        elif factors % 2 == 0 or factors > self.J:
+            found.append(
+                f'profile must have an odd number of factors, at most J = {self.J}; got {factors}'
+            )
+        elif self.beta <= -1.0:
             found.append(f'beta must be greater than -1; got {self.beta:g}')
         elif self.alpha.min() <= 0.0:
             worst = int(self.alpha.argmin()) + 1
@@ -137,10 +165,11 @@ class Design:
         return found
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain values; the paper's law is not named."""
+        """Return it as plain values, without those of `OPTIONAL` that are defaults."""
         values = asdict(self)
-        if self.law is None:
-            del values['law']
+        for name in OPTIONAL:
+            if values[name] == getattr(type(self), name):
+                del values[name]
         return values
 
     # --- the potential -------------------------------------------------------------------
@@ -202,10 +231,26 @@ class Design:
         return _freeze_array(np.arange(1, self.N + 1, dtype=np.float64))
 
     @cached_property
+    def defect_factors(self) -> tuple[float, ...]:
+        """Factors on the potential of the cells of a defect, its site in the middle."""
+        return tuple(map(float, self.profile.split())) or (1.0 + self.beta,)
+
+    @cached_property
     def alpha(self) -> Array:
         """Amplification of the on-site potential, shape (N,)."""
         defect = (self.sites % self.J == 0) & (self.sites <= self.N - self.tail)
-        return _freeze_array((1.0 + self.gamma * self.sites) * (1.0 + self.beta * defect))
+        anomaly = 1.0 + self.beta * defect
+        if self.profile:
+            half = len(self.defect_factors) // 2
+            for center in np.flatnonzero(defect):
+                for cell, factor in enumerate(self.defect_factors, int(center) - half):
+                    if 0 <= cell < self.N:
+                        anomaly[cell] = factor
+        if self.rise:
+            anomaly[self.sites > self.defect_site(self.levels - 1) + self.J / 2.0] *= (
+                1.0 + self.rise
+            )
+        return _freeze_array((1.0 + self.gamma * self.sites) * anomaly)
 
     @cached_property
     def s(self) -> Array:

@@ -83,9 +83,12 @@ def cut_excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
     except DesignError as error:  # with a gradient so steep that alpha is many times 1
         raise StateError(f'the cells about {low:g} are not a valid element: {error}') from error
     cells = slice(before, last)
+    alpha_factor = np.asarray(made.alpha_factor)[cells]
+    if design.rise:  # the part has another last level
+        alpha_factor = made.alpha[cells] / (part.alpha * scale)
     own = Specimen(
         part,
-        np.asarray(made.alpha_factor)[cells],
+        alpha_factor,
         made.k_r[before : last - 1],
         np.asarray(made.s_factor)[before : last - 1],
         made.masses[cells],

@@ -46,6 +46,8 @@ def value(random, field, description):
         return ' '.join(f'{number(random, 1e-4, 10.0):g}' for _ in range(random.randint(0, 9)))
     if field.name == 'bad_cells':
         return ''  # a register has none
+    if field.name == 'profile':
+        return random.choice(('', '0.5', '0.5 0.2 0.5'))
     whole = field.type in ('int', int)
     return number(random, description.low, description.high, whole=whole)
 
