@@ -41,9 +41,9 @@ MAX_ALPHA_FACTOR = 100.0
 
 NAMES = (
     'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
-    'kick_4',
+    'kick_4', 'robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction',
 )  # fmt: skip
-"""`bits_n` and `kick_n` store n bits."""
+"""Shipped elements; `bits_n`, `kick_n` and `robust_n` store n bits."""
 
 DEFAULT = 'case_2'
 """The default element."""

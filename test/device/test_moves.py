@@ -84,7 +84,7 @@ class Lift:
     def drive(self, element, how):
         element.begin_cycle('lifted')
         element.chain.place(find_pinned_wall(element.chain.specimen, self.target))
-        element.transducer.assume_rest()
+        element.transducer.assume_equilibrium()
         yield 2
 
 

@@ -84,11 +84,12 @@ def test_the_step_is_stable_as_far_as_a_cell_may_get(method):
 
 def test_the_steps_of_the_shipped_presets():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
-    for design in [known.design for known in PRESETS.values()]:
-        assert [default_step(Specimen(design), each) for each in INTEGRATORS.values()] == [
-            0.25,
-            0.5,
-        ]
+    for name, known in PRESETS.items():
+        steps = [default_step(Specimen(known.design), each) for each in INTEGRATORS.values()]
+        if name == 'robust_2_friction':  # its potential is twice as stiff as Case II's
+            assert steps == pytest.approx([0.2405, 0.481], rel=1e-3)
+        else:
+            assert steps == [0.25, 0.5]
     elastic = dataclasses.replace(CASE_II, substrate='elastic')
     ticks = [
         np.ceil(20.0 / default_step(Specimen(elastic), each)) for each in INTEGRATORS.values()
