@@ -34,7 +34,13 @@ if TYPE_CHECKING:
 
 @lru_cache(maxsize=64)  # shared by equal instruments
 def factory_calibration(design: Design, settings: Settings) -> Calibration:
-    """Return the echo delays of an ideal element; raises as `compute_calibration`."""
+    """Return the echo delays of an ideal element; raises as `compute_calibration`. For one that is
+    read by waveform, the travel times; raises as `estimate_travel_times`.
+    """
+    if settings.read.method == 'waveform':
+        from .readers.one_wall import estimate_travel_times  # most are read by delays
+
+        return estimate_travel_times(design, settings)
     return compute_calibration(Specimen(design), design, settings)
 
 

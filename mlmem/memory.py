@@ -30,6 +30,7 @@ from .settings import Settings
 
 if TYPE_CHECKING:
     from .readers.bad_cells import BadCells
+    from .readers.one_wall import WallForecasts
     from .readers.register import Forecasts, Register
 
 _count = partial(describe_field, low=0, high=2**62)
@@ -110,6 +111,7 @@ class Memory(Instrument):
     Attributes:
         forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
         register: What it answers in every word, if it holds many walls; None for one wall.
+        wall_forecasts: What it answers at every level, if `read.method` is waveform; or None.
         twin: The element by which that is forecast; None: the ideal one.
         bad_cells: What it answers at every level with known bad cells; None without any.
         reading: The last reading; None while the content is unknown.
@@ -147,14 +149,24 @@ class Memory(Instrument):
             from .readers.bad_cells import forecast_bad_cells  # nor do many have known bad cells
 
             self.bad_cells = forecast_bad_cells(design, settings)
+        self.wall_forecasts: WallForecasts | None = None
+        if settings.read.method == 'waveform':
+            from .readers.one_wall import forecast_ideal_levels  # most are read by delays
+
+            self.wall_forecasts = forecast_ideal_levels(design, settings)
         self.statistics = MemoryStatistics.of(self.words)
         self._events: list[Event] = []
 
     def adopt(self, twin: Specimen) -> None:
-        """Forecast what a register answers by its twin; raises as `register.forecast_words`."""
-        from .readers.register import forecast_words  # most have none
+        """Forecast waveforms by a twin; raises as `forecast_levels` and `forecast_words`."""
+        from .readers.one_wall import forecast_levels  # most are read by delays
+        from .readers.register import forecast_words
 
-        self.register, self.twin = forecast_words(twin, self.settings), twin
+        if self.settings.read.method == 'waveform':
+            self.wall_forecasts = forecast_levels(twin, self.settings)
+        else:
+            self.register = forecast_words(twin, self.settings)
+        self.twin = twin
 
     @property
     def words(self) -> int:
@@ -174,7 +186,7 @@ class Memory(Instrument):
     @property
     def waveforms(self) -> Forecasts | None:
         """The forecasts with which waveforms are compared; None if it is read by delays."""
-        return self.bad_cells if self.register is None else self.register
+        return self.register or self.bad_cells or self.wall_forecasts
 
     @property
     def levels(self) -> Sequence[int]:

@@ -87,6 +87,12 @@ class ReadSettings(Checked):
         'end that a read probes from, or both',
         choices=('left', 'right', 'both'),
     )
+    method: str = describe_field(
+        'delay',
+        'how one wall is read: by the delay of its echo, or by the waveform of the pulse of '
+        '`register`, compared with the forecast of every level',
+        choices=('delay', 'waveform'),
+    )
     quiet: float = describe_field(
         0.33,
         'waves still under way up to which an element is quiet, as a fraction of the threshold',
@@ -134,6 +140,13 @@ class RegisterSettings(Checked):
     listen: float = _time(900.0, 'time for which both ends are recorded after it', high=1e5)
     min_margin: float = _margin(
         0.5, 'least margin: 1 for the forecast of a word, 0 half-way to that of another'
+    )
+    max_residual: float = describe_field(
+        0.5,
+        'largest residual of the nearest forecast of one wall, relative to what a blank element '
+        'answers',
+        low=0.01,
+        high=2.0,
     )
 
     @property
@@ -275,6 +288,13 @@ class Settings:
             raise SettingsError.of_value(
                 ErrorCode.CONFLICT, 'element.bad_cells', self.element.bad_cells,
                 'empty for an element with many walls (register.spacing)',
+            )  # fmt: skip
+
+        if self.read.method == 'waveform' and (self.register.spacing or self.element.bad_cells):
+            raise SettingsError.of_value(
+                ErrorCode.CONFLICT, 'read.method', self.read.method,
+                'delay for an element with many walls (register.spacing) or known bad cells '
+                '(element.bad_cells), whose waveforms are compared anyway',
             )  # fmt: skip
 
     @property

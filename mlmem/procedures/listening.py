@@ -328,7 +328,7 @@ have 5e-5 of their amplitude then."""
 
 
 def read_waveforms(element: Memory) -> Procedure[Reading]:
-    """Fire the pulse of a read at the left end, and decode; raises as `record_waveforms`.
+    """Fire the pulse of a read and decode what the ends do; raises as `record_waveforms`.
 
     What a stuck cell hides from it, a pulse of the right end must confirm.
     """
@@ -338,8 +338,9 @@ def read_waveforms(element: Memory) -> Procedure[Reading]:
     detector = EchoDetector(settings.probe, element.driver.dt)
     beyond = element.bad_cells.beyond if element.bad_cells is not None else None
     try:
-        shot, noise = yield from record_waveforms(element, forecasts)
-        detector.feed(shot.samples[End.LEFT.row] - shot.rest[End.LEFT.row])
+        shot, noise = yield from record_waveforms(element, forecasts, forecasts.end)
+        row = forecasts.end.row
+        detector.feed(shot.samples[row] - shot.rest[row])
         phases = element.phase(End.LEFT), element.phase(End.RIGHT)
         reading = forecasts.decode(shot, noise, phases, settings.min_margin)
         if beyond is not None and reading.level != UNDECODABLE:
@@ -347,7 +348,7 @@ def read_waveforms(element: Memory) -> Procedure[Reading]:
             reading = beyond.confirm_reading(reading, shot, noise, settings.min_margin)
     except Astray as error:
         return element.store_unreadable(str(error))
-    return element.store_word(reading, detector.echo(End.LEFT))
+    return element.store_word(reading, detector.echo(forecasts.end))
 
 
 def record_waveforms(

@@ -146,7 +146,10 @@ class Forecasts:
         contents: What the element may hold, one a row of `parts`.
         parts: In the band, shape (contents, 4 lines); see `Listener`.
         listener: Makes parts.
+        end: The end that fires the pulse.
     """
+
+    end = End.LEFT
 
     def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
         self.contents, self.parts, self.listener = contents, parts, listener
@@ -175,6 +178,11 @@ class Forecasts:
                 ways = np.where(near == itself, pulse, ways)
                 found[same[these]] = ways.min(axis=1, initial=pulse)
         return found
+
+    @property
+    def pulse(self) -> float:
+        """The size of what the blank element answers, in the unit of `parts`."""
+        return float(np.linalg.norm(self.parts[0]))
 
     @property
     def least(self) -> float:

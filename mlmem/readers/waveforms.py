@@ -45,10 +45,14 @@ class Listener:
 
     Attributes:
         ticks: Ticks for which both ends are recorded.
+        compared_ends: How many ends are compared, the driven one first.
+        max_residual: Largest residual of one wall's forecast, relative to the blank element's.
     """
 
-    def __init__(self, settings: Settings) -> None:
-        """Prepare for the pulse of the settings."""
+    def __init__(self, settings: Settings, compared_ends: int = 2) -> None:
+        """Prepare for the pulse of the settings, compared at so many ends."""
+        self.compared_ends = compared_ends
+        self.max_residual = settings.register.max_residual
         self._probe = settings.register.probe
         time = pulse_duration(self._probe) + settings.register.listen
         self._tick = settings.time.tick
@@ -73,7 +77,10 @@ class Listener:
         return basis
 
     def project_band(self, motion: Array, dt: float) -> Array:
-        """Return the part of both ends' motion, shape (2, n), in the band: (4 m,)."""
+        """Return the part of both ends' motion, shape (2, n), in the band: (4 m,), or (2 m,) if
+        one end is compared.
+        """
+        motion = motion[: self.compared_ends]
         return (motion @ self.build_band_basis(motion.shape[1], dt)).ravel()
 
     def noise(self, before: Array, dt: float) -> float:
@@ -125,6 +132,7 @@ class Ends:
         self._ended = np.block([[of_real.real, of_real.imag], [of_imag.real, of_imag.imag]])
         t = dt * np.arange(1.0, n + 1.0)
         wave = 2.0 / period * np.exp(1j * np.outer(omega, t))
+        self._compared_ends = listener.compared_ends
         self._heard = np.concatenate((wave.real, -wave.imag)) @ listener.build_band_basis(n, dt)
 
     def force(self, ratio: Complex) -> Complex:
@@ -145,7 +153,8 @@ class Ends:
         force = self.force(p / q)
         ends = np.stack((force * q / p, force / p), axis=1).reshape(2 * len(lower), -1)
         heard = np.concatenate((ends.real, ends.imag), axis=1) @ self._heard
-        return np.asarray(heard.reshape(len(lower), -1))
+        by_end = heard.reshape(len(lower), 2, -1)[:, : self._compared_ends]
+        return np.asarray(by_end.reshape(len(lower), -1))
 
     def heard(self, made: Specimen, walls_at: Sequence[Array], end: End = End.LEFT) -> Array:
         """Return the parts, shape (number of these, 4 lines), of an element that rests in some

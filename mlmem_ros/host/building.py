@@ -206,15 +206,16 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Res
     """Let a twin forecast the answers of its element; return what compares these.
 
     Raises:
-        SettingsError: The twin does not hold every word of a register.
+        SettingsError: The twin does not hold every word of a register, or every level of a wall
+            that is read by waveform.
     """
-    if element.register is None:
-        element.forecast = _forecast_calibration(element, twin, log)
-    else:
+    if element.register or element.wall_forecasts:
         try:
             element.adopt(twin.timed_specimen)
         except SettingsError as error:
             raise SettingsError(f'twin: {error}') from error
+    else:
+        element.forecast = _forecast_calibration(element, twin, log)
     monitor: ResidualMonitor = find_tool('residual_monitor').load()(twin, element, log)
     return monitor
 

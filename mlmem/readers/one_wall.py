@@ -1,0 +1,141 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reading one wall by waveform: the blank element and every level, each as forecast from the
+design or from a fitted twin.
+
+An element with strong defects returns echoes of the defects as loud as that of the wall, so no
+single delay tells the level. The whole waveform does. `read.end` selects which end is driven:
+`left` or `right` drives that end and compares its record alone; `both` drives the left end and
+compares the records of both.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+from ..errors import SettingsError
+from ..instrument.end import End, Shot
+from ..physics import Design, Specimen, StateError
+from ..physics.potential import Array
+from ..physics.waves import group_velocity, pass_band
+from ..rejections import ErrorCode
+from ..settings import Settings
+from .calibration import Calibration, DelayTable
+from .reading import BLANK, UNDECODABLE, Reading
+from .register import Content, Forecasts, explain_unreadable, pin_walls
+from .waveforms import Ends, Listener
+
+
+class WallForecasts(Forecasts):
+    """What the ends do after a pulse, for the blank element and for every level of one wall.
+
+    Pairs of walls are forecast too, so that two walls are never read as a blank element.
+    """
+
+    def __init__(
+        self, contents: Sequence[Content], parts: Array, listener: Listener, end: End
+    ) -> None:
+        super().__init__(contents, parts, listener)
+        self.end = end
+
+    def decode(
+        self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
+    ) -> Reading:
+        """Return the content whose forecast is nearest to what the ends did.
+
+        Scattered cells leave a residual in every direction, most of it in none that leads to
+        another content. So only the way towards each other content counts: the margin is 1 at the
+        forecast and 0 half-way to another, and must be at least `least`. The residual must not
+        exceed `register.max_residual` of the blank element's answer.
+        """
+        nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
+        if reason := explain_unreadable(shot, noise > self.quiet, phases):
+            return replace(nothing, reason=reason)
+        motion = shot.samples - shot.rest[:, None]
+        part = self.listener.project_band(
+            motion[::-1] if self.end is End.RIGHT else motion, shot.dt
+        )
+        found = self.match(part, phases[End.LEFT.row] or 0)
+        content, share = found.content, found.left / self.pulse
+        if content.number == UNDECODABLE:
+            return replace(nothing, walls=len(content.walls), reason='there are two walls')
+        if share > self.listener.max_residual:
+            return replace(
+                nothing,
+                reason=f'the nearest forecast, of {content.number}, leaves {share:.3g} of the '
+                f'pulse; the limit is {self.listener.max_residual:g} (register.max_residual)',
+            )
+        margin = round(1.0 - 2.0 * found.along, 6)
+        if margin < least:
+            return replace(
+                nothing, reason=f'the record lies between two contents (margin {margin:.2f})'
+            )
+        return replace(
+            nothing, level=content.number, code=content.code, level_margin=margin,
+            threshold_margin=round(self.listener.max_residual / max(share, 1e-3), 6),
+            walls=len(content.walls),
+        )  # fmt: skip
+
+
+def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
+    """Return the forecasts of an element, blank and with its wall at every level.
+
+    Raises:
+        SettingsError: The wall does not rest at a level.
+    """
+    design = made.design
+    contents, states = [Content(BLANK, (), '')], [pin_walls(made, ())]
+    for level in range(design.levels):
+        try:
+            states.append(pin_walls(made, (level,)))
+        except StateError as error:
+            raise SettingsError(f'level {level} cannot be held: {error}') from error
+        contents.append(Content(level, (level,), design.code(level)))
+    for pair in itertools.combinations(range(design.levels), 2):
+        with contextlib.suppress(StateError):  # walls so near each other annihilate
+            states.append(pin_walls(made, pair))
+            contents.append(Content(UNDECODABLE, pair, ''))
+    end = End.RIGHT if settings.read.end == 'right' else End.LEFT
+    listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
+    parts = Ends(made, settings, listener).heard(made, states, end)
+    return WallForecasts(contents, parts, listener, end)
+
+
+@lru_cache(maxsize=8)
+def forecast_ideal_levels(design: Design, settings: Settings) -> WallForecasts:
+    """Return the forecasts of an ideal element; raises as `forecast_levels`."""
+    return forecast_levels(Specimen(design), settings)
+
+
+def estimate_travel_times(design: Design, settings: Settings) -> Calibration:
+    """Return the time of the pulse to the wall of every level and back, at either end.
+
+    It comes from the lower of the group velocities in the phases that pass the carrier. It says
+    how long waves are inside; no level is decoded by it.
+
+    Raises:
+        SettingsError: The carrier is outside the pass band of the inactive phase.
+    """
+    carrier = settings.register.omega_c
+    low, high = pass_band(design.k_s1)
+    if not low < carrier < high:
+        raise SettingsError.of_value(
+            ErrorCode.CONFLICT, 'register.omega_c', carrier,
+            f'inside the pass band of the inactive phase, {low:.4g} to {high:.4g}',
+        )  # fmt: skip
+    velocity = float(group_velocity(carrier, design.k_s1))
+    low, high = pass_band(design.k_s2)
+    if low < carrier < high:
+        velocity = min(velocity, float(group_velocity(carrier, design.k_s2)))
+    sites = [design.defect_site(level) for level in range(design.levels)]
+    return Calibration(
+        DelayTable(tuple(2.0 * site / velocity for site in sites)),
+        DelayTable(
+            tuple(2.0 * (design.N - site) / velocity for site in sites), 2.0 * design.N / velocity
+        ),
+    )
