@@ -10,6 +10,7 @@ values that differ from it.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields, replace
 from functools import cache
@@ -41,7 +42,7 @@ MAX_ALPHA_FACTOR = 100.0
 
 NAMES = (
     'case_1', 'case_2', 'byte', 'bits_1', 'bits_2', 'bits_4', 'register_4', 'register_5', 'kick_2',
-    'kick_4', 'robust_2', 'robust_3', 'robust_2_friction', 'robust_3_friction',
+    'kick_4', 'robust_2', 'robust_3',
 )  # fmt: skip
 """Shipped elements; `bits_n`, `kick_n` and `robust_n` store n bits."""
 
@@ -379,7 +380,7 @@ def load_element(source: str | Path) -> Element:
     if source in NAMES:
         return _load_shipped(str(source))
     path = Path(source).expanduser()
-    if not path.exists():
+    if not os.path.exists(path):  # false for a name that is too long, too
         raise ElementFileError(
             f'element must be one of {", ".join(NAMES)}, or the path of an element file; got '
             f'{short_repr(str(source))}'

@@ -77,7 +77,7 @@ def test_page_with_another_number_is_named_and_corrected(tmp_path, folder, monke
 def checkout(tmp_path, monkeypatch):
     """A checkout with one module, one picture and no pages."""
     for module in (results, numbers):
-        monkeypatch.setattr(module, 'ROOT', tmp_path)
+        monkeypatch.setattr(module, 'CHECKOUT_ROOT', tmp_path)
         monkeypatch.setattr(module, 'FOLDER', tmp_path / 'lab' / 'results')
     monkeypatch.setattr(numbers, 'list_pages', list)
     picture = tmp_path / 'docs' / 'figures' / 'wall.png'

@@ -118,7 +118,7 @@ def test_the_command_measures_prints_and_keeps_what_the_file_has(tmp_path, capsy
 @pytest.mark.parametrize(
     ('wrong', 'said'),
     [
-        ({'presets': ['bits_7']}, "'bits_7': No such file .* one of case_1, "),
+        ({'presets': ['bits_7']}, "element must be one of case_1, .*; got 'bits_7'"),
         ({'method': 'kick', 'output': Path('x')}, '--output is for moves .* that strain'),
         ({'workers': 0}, '--workers must be at least 1'),
         ({'points': -1}, '--points and --seed must be at least 0'),
@@ -143,15 +143,15 @@ def test_the_file_is_of_the_shipped_settings_and_has_no_narrow_step(name):
 
 
 def test_kicks_have_rows_of_their_own(tmp_path, capsys, monkeypatch):
-    """A parameter file, whose last kick is a fifth too slow: it fails as shipped. Those that
+    """An element file, whose last kick is a fifth too slow: it fails as shipped. Those that
     erase are tried that are off by up to a twentieth.
     """
     monkeypatch.setattr(sent, 'erase_margins', partial(erase_margins, farthest=0.05))
-    speeds = '0.0031 0.0103 0.0222 0.0294'
+    speeds = '0.0031, 0.0103, 0.0222, 0.0294'
     file = tmp_path / 'slow.yaml'
     file.write_text(
-        'mlmem:\n  ros__parameters:\n    design.preset: kick_2\n'
-        f'    kick.speeds: "{speeds}"\n    kick.rooms: "0.5 0.05 0.3 0.2"\n'
+        'format: 1\nbased_on: kick_2\nkick:\n'
+        f'  speeds: [{speeds}]\n  rooms: [0.5, 0.05, 0.3, 0.2]\n'
     )
     assert windows.run(asked(str(file), radii=(), json=True)) == 1
     told = json.loads(capsys.readouterr().out)[str(file)]

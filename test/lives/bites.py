@@ -125,7 +125,7 @@ def strain_is_left_on_at_the_end(_):
 # --- the recording -----------------------------------------------------------------------
 
 
-@_bite((sessions.Sessions, '_start'))
+@_bite((sessions.Sessions, '_start_session'))
 def two_recordings_at_once(start):
     def unguarded(self, *given):
         self.current = None

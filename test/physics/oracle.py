@@ -22,9 +22,19 @@ def psi_prime(p, D):
 
 def alpha(p):
     """Return alpha_j, site by site from its definition."""
+    factor = dict.fromkeys(range(p.J, p.N - p.tail + 1, p.J), 1 + p.beta)
+    if p.profile:
+        shape = [float(word) for word in p.profile.split()]
+        half = len(shape) // 2
+        factor = {
+            defect + i - half: each
+            for defect in range(p.J, p.N - p.tail + 1, p.J)
+            for i, each in enumerate(shape)
+        }
+    last = p.levels * p.J
     return np.array(
         [
-            (1 + p.gamma * j) * (1 + (p.beta if j in range(p.J, p.N - p.tail + 1, p.J) else 0))
+            (1 + p.gamma * j) * factor.get(j, 1) * (1 + (p.rise if j > last + p.J / 2 else 0))
             for j in range(1, p.N + 1)
         ]
     )

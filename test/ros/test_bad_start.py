@@ -16,8 +16,12 @@ PARAMETERS = """/**:
     ('parameter', 'value', 'reason'),
     [
         ('element', 'case_3', "element must be one of case_1, .*; got 'case_3'$"),
-        ('target_level', 8, ' target_level must be from 0 to 7; got 8$'),
-        ('faults.weak_cell', 300, ' faults.weak_cell must be from 0 to N = 225; got 300$'),
+        ('target_level', 8, 'parameter target_level must be from 0 to 7; got 8$'),
+        (
+            'faults.weak_cell',
+            300,
+            'parameters faults.weak_cell must be from 0 to N = 225; got 300$',
+        ),
         ('design.J', 300, r'element: .*, line 3: design\.J must be at most N - tail - 1'),
     ],
     ids=str,

@@ -13,13 +13,13 @@ ROOT = Path(__file__).parents[2]
 
 NODE = """
 import json, sys
-from mlmem_ros.ros.main import ros_arguments
-from mlmem_ros.ros.node.run import begin, end
-nodes, executor = begin(ros_arguments(['memory_node', *sys.argv[1:]]))
+from mlmem_ros.ros.main import parse_node_arguments
+from mlmem_ros.ros.node.run import end_nodes, start_nodes
+nodes, executor = start_nodes(parse_node_arguments(['memory_node', *sys.argv[1:]]))
 assert nodes[0].host.loop is not None
 ours = [name for name in sys.modules if name.partition('.')[0] in ('mlmem_ros', 'mlmem_tools')]
 print(json.dumps({name: sys.modules[name].__file__ for name in ours}))
-end(nodes, executor)
+end_nodes(nodes, executor)
 """
 """A node until it is active."""
 

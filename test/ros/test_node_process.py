@@ -18,8 +18,8 @@ SERVES = 'http.server', ['0', '--bind', '127.0.0.1']
 
 PARENT = """
 import sys, threading, time
-from mlmem_ros.ros.node_process import child
-with child(*eval(sys.argv[1]), stderr=2) as process:
+from mlmem_ros.ros.node_process import run_child_process
+with run_child_process(*eval(sys.argv[1]), stderr=2) as process:
     print(process.pid, flush=True)
     time.sleep(60)
 """
@@ -47,9 +47,9 @@ def test_a_process_outlives_the_thread_that_asked_for_it(real_processes):
 def test_a_process_ends_with_its_killed_parent():
     pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
     parent = program('-c', PARENT, repr(SERVES), **pipes)
-    parent.stdout.readline()  # the child runs
+    parent.stdout.readline()  # the run_child_process runs
     parent.kill()
-    parent.communicate(timeout=10.0)  # the child has closed its end, too
+    parent.communicate(timeout=10.0)  # the run_child_process has closed its end, too
 
 
 @pytest.mark.parametrize(

@@ -24,8 +24,8 @@ RULES = {
 }
 """The qualifiers of an SROS2 policy, version 0.2.0."""
 
-ON_DEMAND = {'/clock'}
-"""Subscribed with `use_sim_time` alone."""
+ON_DEMAND = {'/clock', '/mlmem/word'}
+"""Of `use_sim_time` and of registers alone."""
 
 SETTLED = 1.0
 """Seconds without news after which everything is discovered."""
@@ -34,7 +34,14 @@ ACTIONS_BUILT, SIMULATOR_BUILT = bool(load_action_types()), simulator.load_types
 SERVICES = {'send_goal', 'cancel_goal', 'get_result'}
 TOPICS = {'feedback', 'status'}
 
-LISTENING = {'/mlmem/alive', '/mlmem/content', '/mlmem/level', '/mlmem/outcome', '/diagnostics'}
+LISTENING = {
+    '/mlmem/alive',
+    '/mlmem/content',
+    '/mlmem/level',
+    '/mlmem/outcome',
+    '/mlmem/word',
+    '/diagnostics',
+}
 """Topics that a client may subscribe to; `MemoryClient` does to the first."""
 
 

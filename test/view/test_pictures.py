@@ -39,7 +39,7 @@ def taken(**messages):
 
 
 def test_configuration_and_strain():
-    (head, column), (history, columns) = taken(FIELD=ACTIVE, JOINT_STATES=STRAINED)
+    (head, column), (history, columns) = taken(FIELD_TOPIC=ACTIVE, JOINT_STATES_TOPIC=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
     assert (column == ACTIVE_PHASE_COUNT).all()
     assert history['t'] == history['strain'][0] == [head['t']]
@@ -47,7 +47,7 @@ def test_configuration_and_strain():
 
 
 def test_a_real_element_shows_its_strain_alone():
-    (head, column), (history, columns) = taken(JOINT_STATES=STRAINED)
+    (head, column), (history, columns) = taken(JOINT_STATES_TOPIC=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
     assert history['strain'] == [[head['t']], [head['strain']]]
     assert history['t'] == []

@@ -30,8 +30,7 @@ from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 
 from ..studies.campaign.terminal import Bar
 from . import csv_shots
-from .fit import Misfitting
-from .fit import fit_element as fitted
+from .fit import Misfitting, fit_element
 from .fitted import ADDED_TERMS, TERM_DESCRIPTIONS, Fit, has_term
 from .misfit import Prior
 
@@ -57,7 +56,7 @@ def fit(arguments: argparse.Namespace) -> int:
     console = create_console(aside=True)
     try:
         with Bar(console) as report:
-            found = fitted(
+            found = fit_element(
                 design, shots, prior=Prior(scatter=arguments.scatter), integrator=integrator,
                 report=report,
             )  # fmt: skip

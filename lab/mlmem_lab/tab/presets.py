@@ -203,7 +203,7 @@ def _record_events(element: MemoryElement) -> list[Event]:
     watch_method(element.actuator, 'ramp_to', strain_event)
     for name in ('move', 'kick'):
         watch_method(element.transducer, name, drive_event)
-    for name in ('fire', 'shoot'):
+    for name in ('fire', 'record_pulse'):
         watch_method(element.transducer, name, lambda: {'probe': True})
     return events
 

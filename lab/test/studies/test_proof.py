@@ -159,4 +159,4 @@ def test_what_is_wrong_is_said(capsys):
     assert main(['design', '--levels', '1000']) == 2
     assert 'levels must be a whole number from 2 to 256; got 1000' in capsys.readouterr().err
     assert main(['design', 'prove', 'nothing.yaml']) == 2
-    assert 'give a parameter file, or one of' in capsys.readouterr().err
+    assert 'element must be one of case_1' in capsys.readouterr().err
