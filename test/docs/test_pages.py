@@ -11,6 +11,7 @@ from page import Page, commands, matches
 ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / 'README.md',
+    ROOT / 'docs' / 'build_one.md',
     ROOT / 'docs' / 'testing.md',
     *sorted((ROOT / 'docs' / 'tutorials').glob('*.md')),
 ]
