@@ -78,7 +78,7 @@ def checkout(tmp_path, monkeypatch):
     """A checkout with one module, one picture and no pages."""
     for module in (results, numbers):
         monkeypatch.setattr(module, 'CHECKOUT_ROOT', tmp_path)
-        monkeypatch.setattr(module, 'FOLDER', tmp_path / 'lab' / 'results')
+        monkeypatch.setattr(module, 'RESULT_FOLDER', tmp_path / 'lab' / 'results')
     monkeypatch.setattr(numbers, 'list_pages', list)
     picture = tmp_path / 'docs' / 'figures' / 'wall.png'
     for folder in (picture.parent, results.RESULT_FOLDER, tmp_path / 'device'):
