@@ -1,0 +1,86 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Count random writes of the robust elements, made of parts that scatter.
+
+On-site stiffnesses, springs and masses scatter at once, each normally, on elements that were not
+used to choose a speed or a limit. Each element has random levels written by its own file's
+settings, without any calibration. A write is wrong if it is acknowledged while the wall rests
+farther than 1.5 cells from its level, or a quarter of J if that is less.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+
+from mlmem import MemoryElement, Write, load_element
+from mlmem.instrument.drivers import Simulation
+from mlmem.physics import Specimen, find_walls
+
+from .results import run
+
+SEED = 700
+SCATTERS = (0.0, 0.01, 0.02, 0.03, 0.05)
+ELEMENT_NAMES = ('robust_2', 'robust_3')
+ELEMENTS_PER_SCATTER = 40
+WRITES_PER_ELEMENT = 16
+
+
+def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
+    """Return an element of scattered parts, with the settings of its file."""
+    shipped, random = load_element(name), np.random.default_rng(seed)
+    design, settings = shipped.design, shipped.settings
+    made = Specimen(
+        design,
+        alpha_factor=1.0 + scatter * random.standard_normal(design.N),
+        k_r_factor=1.0 + scatter * random.standard_normal(design.N - 1),
+        mass=1.0 + scatter * random.standard_normal(design.N),
+    )
+    return MemoryElement(design, settings, driver=Simulation.of(made, settings.time))
+
+
+def count_writes(name: str) -> dict[str, Any]:
+    """Return the counts of an element by scatter."""
+    return {f'{scatter:g}': _count_scatter(name, scatter) for scatter in SCATTERS}
+
+
+def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
+    right = wrong = failed = 0
+    durations, attempts = list[float](), list[int]()
+    for seed in range(SEED, SEED + ELEMENTS_PER_SCATTER):
+        element = scatter_parts(name, scatter, seed)
+        design, random = element.design, np.random.default_rng(10_000 + seed)
+        for level in map(int, random.integers(design.levels, size=WRITES_PER_ELEMENT)):
+            outcome = element.perform(Write(level))
+            if not outcome.success:
+                failed += 1
+                continue
+            walls = find_walls(design, element.chain.configuration)
+            limit = min(1.5, design.J / 4.0)
+            arrived = (
+                len(walls) == 1 and abs(walls[0].position - design.defect_site(level)) <= limit
+            )
+            right, wrong = right + arrived, wrong + (not arrived)
+            ticks = outcome.end_tick - outcome.start_tick
+            durations.append(ticks * element.settings.time.tick)
+            attempts.append(outcome.attempts)
+    return {
+        'writes': right + wrong + failed,
+        'right': right,
+        'wrong': wrong,
+        'failed': failed,
+        'median duration': float(np.median(durations)),
+        'p99 duration': float(np.percentile(durations, 99.0)),
+        'mean attempts': round(float(np.mean(attempts)), 3),
+    }
+
+
+if __name__ == '__main__':
+    sys.exit(
+        run(
+            'robust_writes', __doc__, count_writes, SEED,
+            entries=ELEMENT_NAMES, modules=['config/robust_2.yaml', 'config/robust_3.yaml'],
+        )
+    )  # fmt: skip
