@@ -50,6 +50,13 @@ STRAIN_MODULES = (launch, steps)
 SINGLE_WALL_MODULES = (launch,)
 """Those that judge how one wall is launched by strain."""
 
+DELAY_MODULES = (echoes,)
+"""Those that judge the delays by which one wall is read."""
+
+GENTLE_DEFECT_FINDINGS = ('gradient', 'wall_width', 'pin_depth')
+"""Rules for a wall that a gradient drives over shallow defects, as in the paper. Elements read by
+waveform have deep, near defects and strong damping; counted writes judge them."""
+
 
 def check(
     design: Design, settings: Settings | None = None, element: Element | None = None
@@ -70,7 +77,9 @@ def check(
         for concern in CHECK_MODULES
         if settings.actuator.present or concern not in STRAIN_MODULES
         if not settings.register.spacing or concern not in SINGLE_WALL_MODULES
+        if settings.read.method == 'delay' or concern not in DELAY_MODULES
         for finding in concern.check(subject)
+        if settings.read.method == 'delay' or finding.name not in GENTLE_DEFECT_FINDINGS
     ]
     if settings.element.bad_cells:
         found.append(words.judge_bad_cells(design, settings))

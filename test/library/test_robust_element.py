@@ -8,6 +8,7 @@ import pytest
 from mlmem import Erase, MemoryElement, Read, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Specimen, find_walls
+from mlmem_tools.checks import Verdict, check
 
 SCATTER = 0.03  # of stiffnesses, springs and masses, all at once
 
@@ -50,3 +51,11 @@ def test_robust_element_of_scattered_parts_acknowledges_no_wrong_level(name, see
             assert wall.position == pytest.approx(design.defect_site(level), abs=limit)
             written += 1
     assert written >= 6
+
+
+@pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
+def test_robust_element_is_not_refused_by_the_design_check(name):
+    """A node refuses an element whose check fails."""
+    shipped = load_element(name)
+    report = check(shipped.design, shipped.settings)
+    assert [each.name for each in report.findings if each.verdict is Verdict.FAIL] == []
