@@ -17,7 +17,7 @@ import numpy as np
 
 from mlmem import MemoryElement, Write, load_element
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Specimen, find_walls
+from mlmem.physics import Scatter, find_walls, scattered
 
 from .results import run
 
@@ -30,15 +30,10 @@ WRITES_PER_ELEMENT = 16
 
 def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
     """Return an element of scattered parts, with the settings of its file."""
-    shipped, random = load_element(name), np.random.default_rng(seed)
-    design, settings = shipped.design, shipped.settings
-    made = Specimen(
-        design,
-        alpha_factor=1.0 + scatter * random.standard_normal(design.N),
-        k_r_factor=1.0 + scatter * random.standard_normal(design.N - 1),
-        mass=1.0 + scatter * random.standard_normal(design.N),
-    )
-    return MemoryElement(design, settings, driver=Simulation.of(made, settings.time))
+    shipped = load_element(name)
+    made = scattered(shipped.design, Scatter(alpha=scatter, k_r=scatter, mass=scatter), seed)
+    driver = Simulation.of(made, shipped.settings.time)
+    return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 
 def count_writes(name: str) -> dict[str, Any]:

@@ -210,7 +210,7 @@ class Instrument:
         self.last_moved = -UNLIMITED_SAMPLES
 
     def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
-        """Let ticks pass, with accelerations as for `Base.advance`; while it is `faultless`, in
+        """Let ticks pass, with accelerations as for `Base.advance`; while it `is_faultless`, in
         one call of the driver.
 
         The results have the same bits as tick by tick.

@@ -145,7 +145,7 @@ class Design:
         elif self.alpha.min() <= 0.0:
             worst = int(self.alpha.argmin()) + 1
             found.append(
-                'alpha = (1 + gamma j)(1 + beta [J divides j]) must stay positive; got '
+                'alpha (the amplification of the potential) must stay positive; got '
                 f'{self.alpha.min():.4g} at j = {worst}: choose gamma above -1/N = '
                 f'{-1 / self.N:.4g}'
             )

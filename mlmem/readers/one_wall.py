@@ -86,9 +86,16 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
     """Return the forecasts of an element, blank and with its wall at every level.
 
     Raises:
-        SettingsError: The wall does not rest at a level.
+        SettingsError: The wall does not rest at a level, or the design has friction, which the
+            forecasts do not have.
     """
     design = made.design
+    if design.friction:
+        raise SettingsError.of_value(
+            ErrorCode.CONFLICT, 'read.method', settings.read.method,
+            f'delay for a design with friction ({design.friction:g}): waveforms are forecast '
+            'without it',
+        )  # fmt: skip
     contents, states = [Content(BLANK, (), '')], [pin_walls(made, ())]
     for level in range(design.levels):
         try:

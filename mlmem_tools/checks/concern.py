@@ -206,7 +206,7 @@ class Subject:
     def forward(self, *, kink: bool) -> dict[int, float]:
         """Return the strains that move a wall or a kink on, by the sampled level that it leaves.
 
-        They are NaN as from `freeing`.
+        They are NaN as from `freeing_strain`.
         """
         design = self.design
         signs = {

@@ -109,7 +109,11 @@ def _demonstrate_without_ros(arguments: argparse.Namespace) -> int:
     element = MemoryElement(load_element('case_2'))
     rows: list[Written] = []
     written = _write_and_read_directly(element)
-    show_progress(console, map(rows.append, written), 0, len(DEMO_LEVELS), 'levels')
+    try:
+        show_progress(console, map(rows.append, written), 0, len(DEMO_LEVELS), 'levels')
+    except RuntimeError as error:
+        console.print(f'the demonstration failed: {error}', style='red')
+        return 1
     _print_table(console, rows, 'written without ROS 2 and read back by echo')
     if arguments.json:
         print_json({'levels': rows})

@@ -178,7 +178,7 @@ class Forward:
     def linearise_exchange(
         self, shots: Sequence[Shot], duration: float
     ) -> tuple[Array, tangent.Single]:
-        """Return `exchanged`, and its derivatives: waves of small pulses add up.
+        """Return what `predict_exchange` does, and its derivatives: waves of small pulses add up.
 
         Raises:
             StateError, DesignError: As in `predict`.

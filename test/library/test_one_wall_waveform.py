@@ -9,7 +9,7 @@ from mlmem import Erase, MemoryElement, Read, Write
 from mlmem.errors import SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.move_settings import KickSettings, WriteSettings
-from mlmem.physics import Design, Specimen, find_walls
+from mlmem.physics import Design, Scatter, Specimen, find_walls, scattered
 from mlmem.readers.register import pin_walls
 from mlmem.settings import (
     ActuatorSettings,
@@ -44,13 +44,7 @@ def make_element(settings, seed=None):
     """Return an element whose stiffnesses, springs and masses scatter by 3 % if seeded."""
     if seed is None:
         return MemoryElement(DESIGN, settings)
-    random = np.random.default_rng(seed)
-    made = Specimen(
-        DESIGN,
-        alpha_factor=1.0 + 0.03 * random.standard_normal(DESIGN.N),
-        k_r_factor=1.0 + 0.03 * random.standard_normal(DESIGN.N - 1),
-        mass=1.0 + 0.03 * random.standard_normal(DESIGN.N),
-    )
+    made = scattered(DESIGN, Scatter(alpha=0.03, k_r=0.03, mass=0.03), seed)
     return MemoryElement(DESIGN, settings, driver=Simulation.of(made, settings.time))
 
 

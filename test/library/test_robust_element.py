@@ -2,29 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robust elements as devices: written by kicks, read by the waveform of one pulse."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from mlmem import Erase, MemoryElement, Read, Write, load_element
+from mlmem.errors import SettingsError
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Specimen, find_walls
+from mlmem.physics import Scatter, find_walls, scattered
 from mlmem_tools.checks import Verdict, check
 
-SCATTER = 0.03  # of stiffnesses, springs and masses, all at once
+SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
 
 
 def make_scattered(name, seed):
     """Return an element whose parts scatter, with the settings of its file alone."""
-    shipped, random = load_element(name), np.random.default_rng(seed)
-    design = shipped.design
-    made = Specimen(
-        design,
-        alpha_factor=1.0 + SCATTER * random.standard_normal(design.N),
-        k_r_factor=1.0 + SCATTER * random.standard_normal(design.N - 1),
-        mass=1.0 + SCATTER * random.standard_normal(design.N),
-    )
-    settings = shipped.settings
-    return MemoryElement(design, settings, driver=Simulation.of(made, settings.time))
+    shipped = load_element(name)
+    driver = Simulation.of(scattered(shipped.design, SCATTER, seed), shipped.settings.time)
+    return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 
 @pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
@@ -59,3 +55,23 @@ def test_robust_element_is_not_refused_by_the_design_check(name):
     shipped = load_element(name)
     report = check(shipped.design, shipped.settings)
     assert [each.name for each in report.findings if each.verdict is Verdict.FAIL] == []
+
+
+def test_robust_element_read_by_its_twin_has_greater_margins():
+    """The forecasts are then of this element and not of the ideal one."""
+    margins = {}
+    for reader in ('ideal', 'twin'):
+        element = make_scattered('robust_3', 3)
+        if reader == 'twin':
+            element.adopt(element.chain.specimen)
+        margins[reader] = [element.perform(Write(n)).reading.level_margin for n in (1, 4, 6)]
+    assert all(np.greater(margins['twin'], margins['ideal']))
+
+
+def test_waveform_read_of_element_with_friction_is_rejected():
+    """Its forecasts are of waves that friction does not weaken."""
+    shipped = load_element('robust_3')
+    rubbing = dataclasses.replace(shipped.design, friction=1e-3)
+    with pytest.raises(SettingsError) as caught:
+        MemoryElement(rubbing, shipped.settings)
+    assert caught.value.field == 'read.method'

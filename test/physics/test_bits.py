@@ -23,8 +23,8 @@ BITS = {
     ('noh_bathe', 'curve'): '6236c95da682e3d8',
     ('pefrl', 'curve'): 'deaa4f26a4050350',
 }
-"""A change here changes the bits of every session: it needs a new `ARITHMETIC` and new golden
-sessions."""
+"""A change here changes the bits of every session: it needs a new `ARITHMETIC_VERSION` and new
+golden sessions."""
 
 PROCESSORS = {'x86-64': '', 'haswell': 'fma', 'skylake-avx512': 'avx512f'}
 """Processors to compile for, and the feature that the host needs to run the code."""

@@ -168,6 +168,8 @@ def test_the_next_pair_of_ground_states_begins_where_this_one_ends():
         ({'J_s': 0}, r'J_s must be a whole number from 2 to 100000; got 0'),
         ({'j_0': math.nan}, r'j_0 must be a finite number .*; got nan'),
         ({'gamma': math.inf}, r'gamma must be a finite number from -1 to 1; got inf'),
+        ({'profile': '0.5 0.2', 'beta': 0.0}, r'profile must have an odd number .*; got 2'),
+        ({'profile': '0.5 0.2 0.5'}, r'beta must be 0 with a profile, .*; got -0\.05'),
         ({'gamma': -1 / 225}, r'alpha .* must stay positive; got .* at j = 225: .* -0\.00444'),
         ({'beta': -1.0}, r'beta must be greater than -1; got -1'),
         ({'beta': 11.0}, r'beta must be a finite number from -1 to 10; got 11'),

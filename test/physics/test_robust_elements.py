@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robust elements are written and erased by kicks although all their cells scatter."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import mlmem
 from mlmem.instrument.end import Kick
 from mlmem.physics import (
+    CASE_II,
     INTEGRATORS,
     Chain,
     HeldCell,
@@ -47,3 +49,24 @@ def test_scattered_element_writes_and_erases_every_level(name, seed):
         assert wall.position == pytest.approx(design.defect_site(level), abs=arrived)
         kick(chain, design.D_s1, shape.erase_speed, shape)
         assert not find_walls(design, chain.configuration)
+
+
+def test_friction_takes_the_same_amplitude_from_every_swing():
+    """All cells swing alike about s1: each half period takes 2 F / k, exactly for a linear
+    force.
+    """
+    friction, amplitude = 2e-5, 1e-2
+    design = dataclasses.replace(CASE_II, N=30, gamma=0.0, beta=0.0, eta=0.0, friction=friction)
+    half_period = math.pi / math.sqrt(design.k_s1)
+    run = mlmem.simulate(
+        design,
+        initial=np.full(design.N, design.D_s1 + amplitude),
+        duration=4.0 * half_period,
+        save_every=half_period / 100.0,
+        progress=False,
+    )
+    swings = run.configuration[::100, 15] - design.D_s1
+    loss = 2.0 * friction / design.k_s1
+    expected = [(-1) ** n * (amplitude - n * loss) for n in range(5)]
+    # 5 %: the force is linear up to 2 % at this amplitude, and friction viscous near rest.
+    assert np.abs(swings - expected).max() < 0.05 * 4.0 * loss

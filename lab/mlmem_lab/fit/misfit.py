@@ -379,8 +379,8 @@ class Misfit:
         self, x: Array, window: float, blur: float = 0.0, slopes: Slopes | None = None,
         near: Normal | None = None,
     ) -> Normal:  # fmt: skip
-        """Return the normal equations of all shots; see `normals`. `near` are those of a place
-        near x with the same derivatives: H is taken from there.
+        """Return the normal equations of all shots; see `iterate_normals`. `near` are those of a
+        place near x with the same derivatives: H is taken from there.
         """
         if near is not None and slopes is not None:
             return self._shift_normals(x, window, blur, slopes, near)
