@@ -24,7 +24,6 @@ from .presets import Preset
 from .procedure_table import PROCEDURES, Abort, Procedures
 from .procedures import Procedure, Result
 from .readers.calibration import Calibration
-from .readers.reading import UNDECODABLE
 from .rejections import ErrorCode
 from .schema import find_descriptions, find_problems
 from .settings import Settings
@@ -72,8 +71,10 @@ class MemoryElement(Memory):
         if driver is None and isinstance(element, Element):
             driver = Simulation.of(element.timed_specimen, settings.time)
         super().__init__(design, settings, calibration, driver)
-        if self.bad_cells is not None:
-            self.bad_cells = factory.rehearse_levels(design, settings)
+        if settings.element.bad_cells:
+            from .readers.waveform_reader import WaveformReader  # few elements have any
+
+            self.reader = WaveformReader(factory.rehearse_levels(design, settings))
         self._running: Run | None = None
 
     script: Sequence[tuple[int, Faults]] = ()
@@ -236,7 +237,8 @@ class MemoryElement(Memory):
 
     def _check_arguments(self, command: Command) -> dict[str, Any]:
         """Return the arguments of a procedure."""
-        if wrong := find_problems(command, level=self.words - 1):
+        most = self.reader.content_count - 1
+        if wrong := find_problems(command, level=most, content=most):
             if self.settings.register.spacing:
                 wrong = [
                     one._replace(field='word') if one.field == 'level' else one for one in wrong
@@ -245,11 +247,10 @@ class MemoryElement(Memory):
         wanted = {
             field.name: getattr(command, field.name) for field, _ in find_descriptions(command)
         }
-        lost = self.bad_cells.lost if self.bad_cells is not None else {}
-        if why := lost.get(wanted.get('level', UNDECODABLE)):
-            raise Refused(
-                f'level {wanted["level"]} {why}', code=ErrorCode.UNSUPPORTED, field='level'
-            )
+        for field in {'level', 'content'} & wanted.keys():
+            if why := self.reader.lost.get(wanted[field]):
+                text = f'level {wanted[field]} {why}'
+                raise Refused(text, code=ErrorCode.UNSUPPORTED, field=field)
         return wanted
 
     def _check_amplitudes(self) -> None:

@@ -20,11 +20,11 @@ from .physics import Design, Specimen, StateError
 from .physics.equilibrium import find_pinned_wall, make_blank
 from .physics.potential import Array
 from .procedures.driving import erase
-from .procedures.listening import probe_ends
 from .procedures.writing import write
 from .readers.calibration import Calibration, DelayTable
 from .readers.decoding import primary_end
 from .readers.echo import Echo
+from .readers.listening import probe_ends
 from .readers.reading import BLANK
 from .settings import ElementSettings, Settings
 
@@ -114,6 +114,7 @@ def rehearse_levels(design: Design, settings: Settings) -> BadCells:
     """
     from .readers.bad_cells import add_bad_cells, forecast_bad_cells  # few elements have bad cells
     from .readers.register import pin_walls
+    from .readers.waveform_reader import WaveformReader
 
     found, weak = forecast_bad_cells(design, settings), settings.element.weak_factors
     if not weak:
@@ -122,7 +123,7 @@ def rehearse_levels(design: Design, settings: Settings) -> BadCells:
     made, once = add_bad_cells(design, settings), replace(settings.write, attempts=1)
     body = Simulation.of(made, settings.time)
     twin = Memory(design, plain, factory_calibration(design, plain), body)
-    twin.settings, twin.bad_cells = replace(settings, write=once), found
+    twin.settings, twin.reader = replace(settings, write=once), WaveformReader(found)
     lost: dict[int, str] = {}
     for level in found.usable:
         site = min(weak, key=lambda site: abs(site - design.defect_site(level)))

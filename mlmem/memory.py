@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 from .commands import EchoReceived, Event, Outcome
 from .instrument.drivers import Driver
@@ -24,14 +23,10 @@ from .procedure_table import describe_word
 from .readers.calibration import Calibration
 from .readers.decoding import decode_echoes, make_undecodable, primary_end
 from .readers.echo import Echo
-from .readers.reading import UNDECODABLE, Reading, Unknown, describe_level
+from .readers.reader import choose_reader
+from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown, describe_level
 from .schema import describe_field
 from .settings import Settings
-
-if TYPE_CHECKING:
-    from .readers.bad_cells import BadCells
-    from .readers.one_wall import WallForecasts
-    from .readers.register import Forecasts, Register
 
 _count = partial(describe_field, low=0, high=2**62)
 
@@ -110,10 +105,8 @@ class Memory(Instrument):
 
     Attributes:
         forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
-        register: What it answers in every word, if it holds many walls; None for one wall.
-        wall_forecasts: What it answers at every level, if `read.method` is waveform; or None.
-        twin: The element by which that is forecast; None: the ideal one.
-        bad_cells: What it answers at every level with known bad cells; None without any.
+        reader: How the content is read; chosen from the settings.
+        twin: The element by which the reader forecasts; None: the ideal one.
         reading: The last reading; None while the content is unknown.
         unknown: Why and since when it is, if it was known before.
         loudest: The loudest pulse that moves nothing, in cells, by end, where that is known.
@@ -138,60 +131,25 @@ class Memory(Instrument):
         self.reading: Reading | None = None
         self.unknown: Unknown | None = None
         self.loudest: Mapping[End, float] = {}
-        self.register: Register | None = None
+        self.reader = choose_reader(design, settings)
         self.twin: Specimen | None = None
-        self.bad_cells: BadCells | None = None
-        if settings.register.spacing:
-            from .readers.register import forecast_ideal_words  # few elements hold many walls
-
-            self.register = forecast_ideal_words(design, settings)
-        if settings.element.bad_cells:
-            from .readers.bad_cells import forecast_bad_cells  # nor do many have known bad cells
-
-            self.bad_cells = forecast_bad_cells(design, settings)
-        self.wall_forecasts: WallForecasts | None = None
-        if settings.read.method == 'waveform':
-            from .readers.one_wall import forecast_ideal_levels  # most are read by delays
-
-            self.wall_forecasts = forecast_ideal_levels(design, settings)
-        self.statistics = MemoryStatistics.of(self.words)
+        self.statistics = MemoryStatistics.of(self.reader.content_count)
         self._events: list[Event] = []
 
     def adopt(self, twin: Specimen) -> None:
-        """Forecast waveforms by a twin; raises as `forecast_levels` and `forecast_words`."""
-        from .readers.one_wall import forecast_levels  # most are read by delays
-        from .readers.register import forecast_words
-
-        if self.settings.read.method == 'waveform':
-            self.wall_forecasts = forecast_levels(twin, self.settings)
-        else:
-            self.register = forecast_words(twin, self.settings)
+        """Let the reader forecast by a twin; raises as `Reader.adopt`."""
+        self.reader = self.reader.adopt(twin, self.settings)
         self.twin = twin
-
-    @property
-    def words(self) -> int:
-        """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
-        return self.design.levels if self.register is None else self.register.code.words
 
     def find_word(self, reading: Reading) -> int | None:
         """Return the word in a reading; None if it holds one wall, or the word is not known."""
-        known = self.register is not None and reading.level != UNDECODABLE
+        known = self.reader.holds_words and reading.level != UNDECODABLE
         return reading.level if known else None
 
     def describe_content(self, content: int) -> str:
         """Return a content in words: a word of a register, or a level."""
-        known = self.register is not None and content != UNDECODABLE
+        known = self.reader.holds_words and content != UNDECODABLE
         return describe_word(content) if known else describe_level(content)
-
-    @property
-    def waveforms(self) -> Forecasts | None:
-        """The forecasts with which waveforms are compared; None if it is read by delays."""
-        return self.register or self.bad_cells or self.wall_forecasts
-
-    @property
-    def levels(self) -> Sequence[int]:
-        """Levels of one wall that can be used, from the left."""
-        return range(self.design.levels) if self.bad_cells is None else self.bad_cells.usable
 
     def _prove_reading(self, reading: Reading) -> Reading:
         """Return a reading, undecodable if the wall may have moved since the pulse."""
@@ -206,11 +164,30 @@ class Memory(Instrument):
         if self.reading is not None:
             self.reading, self.unknown = None, Unknown(reason, self.ticks + after)
 
-    def replace_element(self) -> None:
-        """Put a fresh blank element in the place of a simulated one; see
-        `Instrument.replace_element`.
+    def place_content(self, content: int) -> None:
+        """Put the walls of a level or word into a simulated element, at rest, or none if blank.
+
+        No reading is made.
+
+        Raises:
+            StateError: The walls do not rest there.
+        """
+        from .readers.register import pin_walls  # most elements begin as they are
+
+        walls = () if content == BLANK else self.reader.list_walls(content)
+        self.chain.place(pin_walls(self.made, walls))
+        self.transducer.assume_equilibrium()
+
+    def replace_element(self, content: int = BLANK) -> None:
+        """Put a fresh element in the place of a simulated one, blank or with a content at rest;
+        see `Instrument.replace_element`.
+
+        Raises:
+            StateError: The walls of the content do not rest there.
         """
         super().replace_element()
+        if content != BLANK:
+            self.place_content(content)
         self.statistics.resets += 1
         self.forget('replaced')
 
@@ -249,7 +226,7 @@ class Memory(Instrument):
         self._events.append(EchoReceived(echo, self.reading))
         return self.reading
 
-    def hear(self, echoes: Mapping[End, Echo], end: str = '') -> Reading:
+    def store_echoes(self, echoes: Mapping[End, Echo], end: str = '') -> Reading:
         """Decode the echoes at the ends, store the reading and report it.
 
         Args:

@@ -87,7 +87,11 @@ class Locate:
 
 @dataclass(frozen=True)
 class Reset:
-    """Replace a simulated element by a fresh blank one."""
+    """Replace a simulated element by a fresh one."""
+
+    content: int = describe_field(
+        BLANK, 'level or word that the new element holds; -1: blank', low=BLANK, high=2**53 - 1
+    )
 
 
 @dataclass(frozen=True)
@@ -152,7 +156,7 @@ PROCEDURES = {
     'read': Procedure(
         Read,
         'fire a probe pulse at either end and decode the echoes',
-        'listening.read',
+        'reading.read',
         'looking',
         changes=False,
     ),
@@ -180,9 +184,10 @@ PROCEDURES = {
     ),
     'reset': Procedure(
         Reset,
-        'replace a simulated element by a fresh blank one: for cells driven out of their phases',
+        'replace a simulated element by a fresh one, blank or with a content at rest: for cells '
+        'driven out of their phases, and to begin a run from a known content',
         'maintenance.reset',
-        'reading',
+        'resetting',
         action=False,
     ),
     'survey': Procedure(

@@ -298,6 +298,15 @@ class Settings:
             )  # fmt: skip
 
     @property
+    def compares_waveforms(self) -> bool:
+        """Whether a read compares waveforms with forecasts, rather than delays."""
+        return (
+            self.read.method == 'waveform'
+            or self.register.spacing > 0
+            or bool(self.element.bad_cells)
+        )
+
+    @property
     def amplifies_pulses(self) -> bool:
         """Whether pulses are `read.kicked_gain` times as strong: where kicks move one wall."""
         return self.write.method != 'strain' and not self.register.spacing

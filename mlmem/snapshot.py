@@ -161,7 +161,7 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
         ends = motion.strains if isinstance(motion, Profile) else (motion.start, motion.target)
         for given in (*ends, strain):
             element.actuator.check(given)
-        reading, levels = saved.reading, element.words
+        reading, levels = saved.reading, element.reader.content_count
         if reading and not UNDECODABLE <= reading.level < levels:
             raise ValueError(f'level must be from {UNDECODABLE} to {levels - 1}')
         if saved.last_moved > saved.ticks:

@@ -21,6 +21,7 @@ from unittest import mock
 import numpy as np
 
 from mlmem import MemoryElement, Read, Write, new_element, preset
+from mlmem.readers.register import forecast_ideal_words
 
 from .paper.meter import fit_meter
 from .results import run
@@ -44,11 +45,11 @@ def measure_costs(name: str) -> dict[str, float]:
     random = np.random.Generator(np.random.PCG64(RANDOM_SEED))
     element = new_element(preset(name))
     meter = fit_meter(element)
-    count, bits, before = WRITE_COUNT, math.log2(element.words), 0
+    count, bits, before = WRITE_COUNT, math.log2(element.reader.content_count), 0
     element.perform(Write(before))
     ticks, failed, heat = element.ticks, 0, float(meter.books()[2])
     for _ in range(count):
-        while (word := draw_word(random, element.words)) == before:
+        while (word := draw_word(random, element.reader.content_count)) == before:
             pass
         failed += not element.perform(Write(word)).success
         before = word
@@ -76,17 +77,16 @@ def _measure_reads(element: MemoryElement, content: int) -> dict[str, float]:
         'reads failed': failed + sum(not read.success for read in reads),
         'ticks of a read': reads[0].ticks, 'of another': reads[1].ticks,
     }  # fmt: skip
-    if (reader := element.register) is not None:
-        found['listening'] = reader.listener.ticks
+    if element.reader.holds_words:
+        found['listening'] = element.reader.read_duration(element) / element.tick
         found['seconds of decoding'] = min(_measure_decoding(element) for _ in range(DECODED))
     return found
 
 
 def _measure_decoding(element: MemoryElement) -> float:
     """Return the seconds of the processor that decoding takes in a read."""
-    reader, taken = element.register, list[float]()
-    assert reader is not None
-    decode = reader.decode
+    forecasts, taken = forecast_ideal_words(element.design, element.settings), list[float]()
+    decode = forecasts.decode
 
     def time_decoding(*heard: Any) -> Any:
         begin = time.thread_time()
@@ -94,7 +94,7 @@ def _measure_decoding(element: MemoryElement) -> float:
         taken.append(time.thread_time() - begin)
         return found
 
-    with mock.patch.object(reader, 'decode', time_decoding):
+    with mock.patch.object(forecasts, 'decode', time_decoding):
         element.perform(Read())
     return taken[-1]
 

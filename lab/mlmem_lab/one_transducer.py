@@ -24,8 +24,8 @@ from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.physics.potential import Array
 from mlmem.physics.stepping import HeldCell
 from mlmem.presets import use_kicks
-from mlmem.procedures.listening import probe_ends
 from mlmem.readers.decoding import decode_echoes
+from mlmem.readers.listening import probe_ends
 from mlmem.readers.reading import UNDECODABLE
 
 from .results import run as run_study

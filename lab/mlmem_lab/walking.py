@@ -84,7 +84,7 @@ def count_walk(name: str, pace: float, gait: int, roughness: float) -> dict[str,
 
     found: Counter[str] = Counter()
     for _ in range(READS):  # of another content each, written while the robot stands
-        level = int(random.integers(element.words))
+        level = int(random.integers(element.reader.content_count))
         element.apply(Disturb(0.0))
         element.perform(Write(level))
         apply_shaking()
@@ -94,7 +94,7 @@ def count_walk(name: str, pace: float, gait: int, roughness: float) -> dict[str,
         found['lost'] += there != level
         found['read' if said == there else 'refused' if said is None else 'read wrong'] += 1
     for _ in range(WRITES):
-        level = int(random.integers(element.words))
+        level = int(random.integers(element.reader.content_count))
         apply_shaking()
         outcome = element.perform(Write(level), apply_shaking)
         right = true_level(element) == level

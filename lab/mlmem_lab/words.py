@@ -26,6 +26,7 @@ from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
+from mlmem.readers.words import make_code
 
 from .reads.count import READS_PER_MOVE, build_device, true_level
 from .results import run
@@ -134,7 +135,7 @@ def count_reads(
         among: Words to choose from; empty for all.
     """
     found = Counter[str]()
-    code = element.register.code if element.register else None
+    code = make_code(element.design, element.settings)
     assert code is not None
     while found.total() < count:
         word = among[int(random.integers(len(among)))] if among else draw_word(random, code.words)
@@ -176,7 +177,7 @@ def count_reads_between(element: MemoryElement, random: Rng, count: int) -> dict
     ended how; none, if a hundred times as many places pin no wall.
     """
     found = Counter[str]()
-    design, code = element.design, element.register.code if element.register else None
+    design, code = element.design, make_code(element.design, element.settings)
     assert code is not None
     for _ in range(100 * count):
         if found.total() == count:
@@ -207,7 +208,7 @@ def count_writes(elements: Iterable[MemoryElement], random: Rng, each: int) -> d
     found, ticks = Counter[str](), []
     for element in elements:
         for _ in range(each):
-            word = draw_word(random, element.words)
+            word = draw_word(random, element.reader.content_count)
             outcome = element.perform(Write(word))
             ticks.append(outcome.end_tick - outcome.start_tick)
             true = true_level(element) == word

@@ -42,7 +42,7 @@ def test_a_register_is_kicked_as_planned_for_its_cells(monkeypatch):
     for kicks in (settings, known.apply_planned_kicks(settings)):
         device = new_element(design, kicks, driver=Simulation.of(specimen, settings.time))
         device.adopt(specimen)
-        outcomes = [device.perform(Write(word)) for word in range(device.words)]
+        outcomes = [device.perform(Write(word)) for word in range(device.reader.content_count)]
         written[kicks] = [outcome.success for outcome in outcomes].count(True)
     assert written[settings] <= 4
     assert written[known.apply_planned_kicks(settings)] == 8

@@ -10,7 +10,7 @@ leads away from the target.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -29,7 +29,6 @@ class Drive:
     """How a write drives its moves.
 
     Attributes:
-        look: Probes the element; a move that listens on its way uses it.
         corrections: Of the pulses, by the level to which a move takes the wall.
         strain_factor: Factor on the peak strains of steps up, within the actuator's limit.
         speed_factor: Factor on the speed of a kick, within the transducer's limit.
@@ -37,7 +36,6 @@ class Drive:
         attempt: Number of the attempt, from 1.
     """
 
-    look: Callable[[Memory], Procedure[Reading]]
     corrections: Sequence[PulseCorrection]
     strain_factor: float = 1.0
     speed_factor: float = 1.0

@@ -127,7 +127,7 @@ class KinkDrive:
                     kink = meeting = 0
             late = kink - meeting
             if late >= 0 and late % max(1, late // MIN_CYCLES_PER_LOOK) == 0:
-                reading = yield from how.look(element)
+                reading = yield from element.reader.read(element)
                 if reading.level == BLANK:
                     return reading
             element.begin_cycle()

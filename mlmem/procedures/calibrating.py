@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import singledispatch
 
 from ..errors import ProcedureFailed, SettingsError
 from ..instrument.blocks import Procedure
@@ -15,10 +16,13 @@ from ..moves.corrections import PulseCorrection, is_kicked, make_corrections
 from ..moves.strain_cycle import return_to_zero
 from ..readers.calibration import Calibration, DelayTable
 from ..readers.decoding import measure_agreement, primary_end
+from ..readers.delay_reader import DelayReader
+from ..readers.listening import wait_until_pinned
+from ..readers.reader import Reader
 from ..readers.reading import BLANK, UNDECODABLE, Reading, describe_level
 from .blocks import Result
 from .driving import erase, go_to_level
-from .listening import take_reading, take_settled_reading, wait_until_pinned
+from .reading import take_settled_reading
 from .writing import restore_content, write
 
 NO_MARGIN = -math.inf
@@ -37,23 +41,43 @@ MARGIN_TOLERANCE = 0.1
 
 
 def calibrate(element: Memory) -> Procedure[Result]:
-    """Measure the delay of every level from both ends, and restore the content in any case.
+    """Calibrate the reader of an element, and restore the content in any case.
+
+    Raises:
+        ProcedureFailed: As `calibrate_reader`, or the content could not be restored.
+    """
+    yield from return_to_zero(element)
+    content = yield from take_settled_reading(element)
+    return (yield from calibrate_reader(element.reader, element, content))
+
+
+@singledispatch
+def calibrate_reader(reader: Reader, element: Memory, content: Reading) -> Procedure[Result]:
+    """Write one wall to every level that can be used: each must be read as forecast.
+
+    Raises:
+        ProcedureFailed: A level was not reached, or the content could not be restored.
+    """
+    for each in reader.single_walls.values():
+        yield from write(element, each)
+    return (yield from restore_content(element, content))
+
+
+@calibrate_reader.register
+def calibrate_delays(reader: DelayReader, element: Memory, content: Reading) -> Procedure[Result]:
+    """Measure the delay of every level from both ends, and restore the content.
 
     The wall is taken up from level to level with the pulses of the settings, times the corrections
     of the calibration. Every new delay must be nearest to that of the same level in the present
     calibration, because a failed step would shift all levels of the table by one. The speed of a
     kick that misses its level is found by bisection, within `write.kick_tries`. A twin's forecast
-    takes the place of the present calibration, if there is one. Of an element with many walls, or
-    known bad cells, no delay is measured: a wall at every level must be detected as forecast.
+    takes the place of the present calibration, if there is one.
 
     Raises:
         ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels (the
             old calibration is kept), or the content could not be restored.
     """
-    yield from return_to_zero(element)
-    if element.waveforms is not None:
-        return (yield from _verify_levels(element))
-    content, known = (yield from take_settled_reading(element)), element.calibration
+    known = element.calibration
     try:
         element.calibration = yield from _measure_delays(element)
     except ProcedureFailed as failure:
@@ -66,14 +90,6 @@ def calibrate(element: Memory) -> Procedure[Result]:
     restored = yield from restore_content(element, content)
     measured = element.calibration
     return replace(restored, delays={end: measured.table(end).delays for end in measured.ends})
-
-
-def _verify_levels(element: Memory) -> Procedure[Result]:
-    """Write one wall to every level that can be used: what is heard is as forecast."""
-    content = yield from take_settled_reading(element)
-    for word in element.register.code.each if element.register else element.levels:
-        yield from write(element, word)
-    return (yield from restore_content(element, content))
 
 
 def _measure_delays(element: Memory) -> Procedure[Calibration]:
@@ -136,7 +152,7 @@ def _reach_level(element: Memory, level: int) -> Procedure[Reading]:
         yield from go_to_level(element, BLANK, below)
         yield from wait_until_pinned(element)
     yield from go_to_level(element, below, level, plainly=True)
-    reading = yield from take_reading(element)
+    reading = yield from element.reader.read(element)
     margin, reason = _level_margin(element, level, reading)
     least = element.settings.write.min_margin
     if margin < least:
@@ -162,7 +178,7 @@ def _bisect_kick(element: Memory, level: int) -> Procedure[Reading | None]:
             place = BLANK
         yield from go_to_level(element, place, level)
         yield from wait_until_pinned(element)
-        reading = yield from take_reading(element)
+        reading = yield from element.reader.read(element)
         margin, reason = _level_margin(element, level, reading)
         if search.has_arrived(margin):
             return reading

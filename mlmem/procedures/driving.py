@@ -15,9 +15,9 @@ from ..moves.corrections import PulseCorrection
 from ..moves.move import Drive, Move, blank_content
 from ..moves.planner import disable_kicks, erasing_moves, find_route
 from ..moves.strain_cycle import return_to_zero
+from ..readers.listening import try_wait_for_decay
 from ..readers.reading import UNDECODABLE, Reading
 from .blocks import Result
-from .listening import take_reading, try_wait_for_decay
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
@@ -36,7 +36,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
             element.progress.tried('erase', attempt)
             if attempt > 1 or not (yield from _seems_blank(element)):
                 yield from move.drive(element, _drive(element, attempt))
-            reading = yield from take_reading(element)
+            reading = yield from element.reader.read(element)
             if reading.level == blank_content(settings):
                 return Result(reading, attempt)
     seen = reading and (reading.reason or element.describe_content(reading.level))
@@ -49,9 +49,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
 
 def _drive(element: Memory, attempt: int = 1) -> Drive:
     """Return how to drive a move that erases."""
-    return Drive(
-        take_reading, element.calibration.corrections_by_level(element.settings), attempt=attempt
-    )
+    return Drive(element.calibration.corrections_by_level(element.settings), attempt=attempt)
 
 
 def _seems_blank(element: Memory) -> Procedure[bool]:
@@ -97,7 +95,7 @@ def go_to_level(
     if present == UNDECODABLE and not settings.register.spacing:
         yield from erase(element, plainly=plainly)
         present = blank_content(settings)
-    how = Drive(take_reading, corrections, force, nudge)
+    how = Drive(corrections, force, nudge)
     moves: list[Move] = find_route(design, settings, present, level)
     for move in moves:
         yield from move.drive(element, replace(how, is_last=move is moves[-1]))

@@ -12,9 +12,8 @@ from itertools import pairwise
 from ..memory import Memory
 from ..moves.move import blank_content
 from ..moves.planner import find_route
-from ..readers.echo import ECHO_TAIL_TIME
+from ..readers.listening import expected_wait
 from ..readers.reading import BLANK, UNDECODABLE
-from .listening import expected_wait
 
 RECORD_TIME = 900.0
 """Time for which both ends are recorded after a pulse."""
@@ -34,11 +33,7 @@ def expect_duration(element: Memory, duration: float) -> None:
 
 def reading(element: Memory) -> float:
     """Return how long a read of an element at rest takes."""
-    if element.waveforms is not None:
-        pulses = 2 if element.bad_cells is not None and element.bad_cells.beyond else 1
-        return pulses * element.waveforms.listener.ticks * element.tick
-    longest = max(element.calibration.longest(end) for end in element.calibration.ends)
-    return element.settings.read.rest + longest + ECHO_TAIL_TIME
+    return element.reader.read_duration(element)
 
 
 def driving_time(element: Memory, present: int, target: int) -> float:
@@ -66,7 +61,7 @@ def everything(element: Memory) -> float:
 
     That is to erase, write and read every level, and restore the content.
     """
-    levels = (BLANK, *element.levels)
+    levels = (BLANK, *element.reader.single_walls.values())
     top = levels[-1]
     steps = sum(driving_time(element, *pair) for pair in pairwise(levels))
     content = max(BLANK, find_content(element))
@@ -81,7 +76,8 @@ def everything(element: Memory) -> float:
 
 def surveying(element: Memory) -> float:
     """Return the time of a survey."""
-    content, top = max(BLANK, find_content(element)), max(element.levels, default=BLANK)
+    content = max(BLANK, find_content(element))
+    top = max(element.reader.single_walls.values(), default=BLANK)
     each = RECORD_TIME + (QUIET_DAMPING_TIMES / element.design.eta if element.design.eta else 0.0)
     way = driving_time(element, content, BLANK) + driving_time(element, BLANK, top)
     return way + writing_time(element, top, content) + SURVEY_SHOTS * each
@@ -105,6 +101,11 @@ def writing_now(element: Memory, level: int) -> float:
 def looking(element: Memory, end: str) -> float:
     """Return the time of a read, and before it of the wait for what is still on its way."""
     return expected_wait(element) + reading(element)
+
+
+def resetting(element: Memory, content: int) -> float:
+    """Return the time of a reset, which reads the new element."""
+    return reading(element)
 
 
 def erasing(element: Memory) -> float:

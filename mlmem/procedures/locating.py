@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import singledispatch
 
 import numpy as np
 
@@ -17,11 +18,12 @@ from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from ..readers.calibration import DelayTable
 from ..readers.decoding import MAX_THRESHOLD_FACTOR, WALL_GONE_REASON
+from ..readers.delay_reader import DelayReader
 from ..readers.echo import Echo
+from ..readers.listening import probe_ends, record_waveforms, wait_for_decay
+from ..readers.reader import Reader
 from ..readers.reading import BLANK, UNDECODABLE, Reading
-from ..readers.words import Code
 from .blocks import Result
-from .listening import probe_ends, read_waveforms, record_waveforms, wait_for_decay
 
 WELL_ERROR_CELLS = 0.25
 """Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels
@@ -35,7 +37,41 @@ AGREEMENT_DEVIATIONS = 3.0
 
 
 def locate(element: Memory) -> Procedure[Result]:
-    """Listen at every end, and turn delays into cells between the levels of the calibration.
+    """Find the walls of an element, as its reader can; see `locate_walls` and `locate_by_delays`.
+
+    Raises:
+        ProcedureFailed: The walls cannot be located.
+    """
+    return (yield from locate_walls(element.reader, element))
+
+
+@singledispatch
+def locate_walls(reader: Reader, element: Memory) -> Procedure[Result]:
+    """Read the content, and answer where its walls are: at levels, or nowhere.
+
+    Found are `walls`; of one wall its `position` and `position_std` in cells from the left; and of
+    a register the `cells` and `kinds` of all, from the left.
+
+    Raises:
+        ProcedureFailed: The content cannot be decoded.
+    """
+    reading = yield from reader.read(element)
+    if reading.level == UNDECODABLE:
+        raise ProcedureFailed(reading.reason)
+    sites = [element.design.defect_site(level) for level in reader.list_walls(reading.level)]
+    found: dict[str, float | str] = {'walls': len(sites)}
+    if reader.holds_words:
+        kinds = ('wall', 'kink') * len(sites)
+        found['cells'] = ' '.join(map(str, sites))
+        found['kinds'] = ' '.join(reversed(kinds[: len(sites)]))  # they alternate from the right
+    elif sites:
+        found |= {'position': float(sites[0]), 'position_std': WELL_ERROR_CELLS}
+    return Result(reading, found=found)
+
+
+@locate_walls.register
+def locate_by_delays(reader: DelayReader, element: Memory) -> Procedure[Result]:
+    """Probe from every end, and turn delays into cells between the levels of the calibration.
 
     Found are `walls`, 0 or 1, and of a wall `position` and `position_std` in cells from the left.
     Both ends must hear the wall at the same place. Where only one end tells the place, a read must
@@ -43,22 +79,15 @@ def locate(element: Memory) -> Procedure[Result]:
     of a `stuck_cell` instead, as `element.bad_cells` takes it. A read that follows knows no more
     than before.
 
-    With known bad cells, the wall is found at the levels that can be used only. With many walls,
-    found are `walls`, and the `cells` and `kinds` of all, from the left.
-
     Raises:
         ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, the
             ends hear different places, there are two walls or more, or an end rests in neither
             phase.
     """
-    if element.register is not None:
-        return (yield from _locate_walls(element, element.register.code))
-    if element.waveforms is not None:
-        return (yield from _locate_level(element))
     yield from wait_for_decay(element)
     phases = {end: element.phase(end) for end in End}
     echoes = yield from probe_ends(element, _find_detecting_ends(element, phases))
-    reading = element.hear(echoes)
+    reading = element.store_echoes(echoes)
     if any(echo.shaken for echo in echoes.values()):
         raise ProcedureFailed('the base shakes: hold it still to locate a wall')
     for end, echo in echoes.items():
@@ -100,31 +129,6 @@ def _find_stuck_cell(element: Memory, echo: Echo) -> Procedure[int]:
     shot, noise = yield from record_waveforms(element, forecasts)
     least = element.settings.register.min_margin
     return max(0, forecasts.decode(shot, noise, (0, 0), least).level)
-
-
-def _locate_level(element: Memory) -> Procedure[Result]:
-    """Return where the wall is in an element with known bad cells: at a level, or nowhere."""
-    reading = yield from read_waveforms(element)
-    if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason)
-    if reading.level == BLANK:
-        return Result(reading, found={'walls': 0})
-    position = float(element.design.defect_site(reading.level))
-    return Result(
-        reading, found={'walls': 1, 'position': position, 'position_std': WELL_ERROR_CELLS}
-    )
-
-
-def _locate_walls(element: Memory, code: Code) -> Procedure[Result]:
-    """Return kind and cell of every wall, from the left, in an element with many."""
-    reading = yield from read_waveforms(element)
-    if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason)
-    levels = code.walls(reading.level)
-    cells = ' '.join(str(element.design.defect_site(level)) for level in levels)
-    kinds = ' '.join(('wall', 'kink')[(len(levels) - 1 - k) % 2] for k in range(len(levels)))
-    found: dict[str, float | str] = {'walls': len(levels), 'cells': cells, 'kinds': kinds}
-    return Result(reading, found=found)
 
 
 def _find_detecting_ends(element: Memory, phases: dict[End, int | None]) -> tuple[End, ...]:

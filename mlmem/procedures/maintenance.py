@@ -19,12 +19,14 @@ from ..moves.corrections import is_kicked
 from ..moves.kick import erase_speed
 from ..moves.move import blank_content
 from ..moves.strain_cycle import return_to_zero
+from ..physics import StateError
 from ..readers.decoding import MAX_THRESHOLD_FACTOR
 from ..readers.echo import detection_threshold
-from ..readers.reading import UNDECODABLE, Reading
+from ..readers.listening import noise_floor, wait_for_decay
+from ..readers.reading import BLANK, UNDECODABLE, Reading
 from .blocks import Result
 from .driving import erase
-from .listening import noise_floor, take_reading, take_settled_reading, wait_for_decay
+from .reading import take_settled_reading
 from .writing import restore_content, write
 
 TEST_STRAIN = 0.01
@@ -64,10 +66,8 @@ def self_test(element: Memory) -> Procedure[Result]:
         able = checks[-1].passed or _is_strainless(element)
     if able:
         checks.append((yield from _run_test('erase', _test_erase(element))))
-        register = element.register
-        words = register.code.each if register else element.levels
-        for level, word in zip(element.levels, words, strict=True):
-            checks.append((yield from _run_test(f'level {level}', _test_level(element, word))))
+        for level, number in element.reader.single_walls.items():
+            checks.append((yield from _run_test(f'level {level}', _test_level(element, number))))
         checks.append((yield from _run_test('restore', _test_restore(element, content))))
     return Result(element.reading, checks=tuple(checks))
 
@@ -146,7 +146,7 @@ def _measure_strain(element: Memory) -> Procedure[float]:
 
 def _test_level(element: Memory, level: int) -> Procedure[Tested]:
     written = yield from write(element, level)
-    reading = yield from take_reading(element)
+    reading = yield from element.reader.read(element)
     delays = {'left_delay': reading.left_delay, 'right_delay': reading.right_delay}
     values = {
         'attempts': float(written.attempts),
@@ -167,21 +167,31 @@ def _test_restore(element: Memory, content: Reading) -> Procedure[Tested]:
     return True, element.describe_content(content.level), {}
 
 
-def reset(element: Memory) -> Procedure[Result]:
-    """Replace a simulated element by a fresh one, blank and unstrained, and listen to it.
+def reset(element: Memory, content: int = BLANK) -> Procedure[Result]:
+    """Replace a simulated element by a fresh one, unstrained and at rest, and read it.
 
     Cells driven out of their two phases stay in another ground state, from which neither an erase
     nor a write brings them back. Calibration, faults and history stay.
 
+    Args:
+        element: The element to replace.
+        content: Level or word that the new element holds; `BLANK` for none.
+
     Raises:
-        ProcedureFailed: The element is real, or the new one does not sound blank, for instance
-            because of a fault.
+        ProcedureFailed: The element is real, the walls of the content do not rest there, or the
+            new element is not read as that content, for instance because of a fault.
     """
     if not element.simulated:
         raise ProcedureFailed('a real element has to be replaced by hand; its history is kept')
-    element.replace_element()
-    reading = yield from take_reading(element)
-    if reading.level != blank_content(element.settings):
+    try:
+        element.replace_element(content)
+    except StateError as error:
+        raise ProcedureFailed(f'{element.describe_content(content)}: {error}') from error
+    reading = yield from element.reader.read(element)
+    expected = blank_content(element.settings) if content == BLANK else content
+    if reading.level != expected:
         why = reading.reason or element.describe_content(reading.level)
-        raise ProcedureFailed(f'the new element does not sound blank: {why}')
+        raise ProcedureFailed(
+            f'the new element is not read as {element.describe_content(expected)}: {why}'
+        )
     return Result(reading)

@@ -20,12 +20,13 @@ from ..moves.corrections import PulseCorrection
 from ..moves.strain_cycle import return_to_zero
 from ..physics import Design
 from ..physics.waves import pass_band
+from ..readers.listening import wait_for_decay
 from ..readers.reading import BLANK
 from ..settings import ProbeSettings
 from .blocks import Result
 from .driving import erase, go_to_level
 from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
-from .listening import take_settled_reading, wait_for_decay
+from .reading import take_settled_reading
 from .writing import restore_content
 
 PULSE_AMPLITUDE_CELLS = 0.01
@@ -97,7 +98,7 @@ def survey(element: Memory) -> Procedure[Result]:
     design = element.design
     if design.eta == 0.0:
         raise ProcedureFailed('a survey needs damping: without, the element never comes to rest')
-    if element.bad_cells is not None:
+    if element.settings.element.bad_cells:
         raise ProcedureFailed('a survey needs the whole element: element.bad_cells must be empty')
     yield from return_to_zero(element)
     content = yield from take_settled_reading(element)

@@ -12,7 +12,7 @@ from ..readers.reading import UNDECODABLE, Reading
 from . import estimates
 from .blocks import Result
 from .driving import erase, go_to_level
-from .listening import take_reading, take_settled_reading
+from .reading import take_settled_reading
 
 KICK_CORRECTION = 1.06
 """Factor on the speed of a kick after one that fell short: about a quarter of the way to the next
@@ -57,11 +57,9 @@ def write(element: Memory, level: int) -> Procedure[Result]:
                     raise
                 strained = False  # from here on by kicks
                 yield from return_to_zero(element)
-            reading = yield from take_reading(element)
-            if _needs_second_read(
-                element, reading
-            ):  # a wall that has just arrived, and its echoes with it
-                reading = yield from take_reading(element)
+            reading = yield from element.reader.read(element)
+            if element.reader.needs_second_read(reading):  # the wall has only just arrived
+                reading = yield from element.reader.read(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
         present, said = reading.level, element.describe_content(reading.level)
@@ -88,14 +86,6 @@ def restore_content(element: Memory, content: Reading) -> Procedure[Result]:
     if content.level >= 0:
         return (yield from write(element, content.level))
     return (yield from erase(element))
-
-
-def _needs_second_read(element: Memory, reading: Reading) -> bool:
-    """Whether another look may tell more: both ends hear an echo, but not of the same wall; or
-    waveforms tell no content, while waves of the last move are dying away.
-    """
-    delays = reading.left_delay, reading.right_delay
-    return reading.level == UNDECODABLE and (element.waveforms is not None or None not in delays)
 
 
 def _peak_factor(element: Memory, attempt: int) -> float:

@@ -3,7 +3,7 @@
 """Bad cells that are known: what the element answers with them, and which levels are left.
 
 A stuck cell lets no wall pass, and no pulse: of the two ends one hears the wall, and no delay of
-that end alone proves a level. So an element with known bad cells is read as a register is: by one
+that end alone proves a level. So an element with known bad cells is read as registers are: by one
 pulse inside both pass bands, whose waveform at both ends is compared with the forecast for every
 level. The pulse passes the wall and comes back from the cell, too, which confirms both. Behind a
 stuck cell a pulse of the right end must hear no wall.
@@ -14,7 +14,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -46,9 +46,9 @@ MAX_CELLS = 1000
 INDISTINCT_REASON = 'cannot be told: it sounds like another level'
 
 
-class Beyond(Forecasts):
-    """What both ends do after a pulse of the right one, which no wall behind the last stuck cell
-    returns, or two.
+class HiddenPart(Forecasts):
+    """What both ends do after a pulse of the right end: no wall is behind the last stuck cell, or
+    two are.
 
     Attributes:
         cell: The last stuck cell.
@@ -79,7 +79,7 @@ class BadCells(Forecasts):
 
     Attributes:
         lost: Why a level cannot be used, by level.
-        beyond: What a pulse of the right end hears, if a stuck cell hides that part; or None.
+        hidden_part: Forecasts of the part that a stuck cell hides from the left end, or None.
     """
 
     def __init__(
@@ -88,10 +88,10 @@ class BadCells(Forecasts):
         parts: Array,
         listener: Listener,
         lost: dict[int, str],
-        beyond: Beyond | None = None,
+        hidden_part: HiddenPart | None = None,
     ) -> None:
         super().__init__(contents, parts, listener)
-        self.beyond = beyond
+        self.hidden_part = hidden_part
         from_blank = np.linalg.norm(parts - parts[0], axis=1)
         from_blank[0] = from_blank[1:].min(initial=np.inf)
         pulse = float(np.linalg.norm(parts[0]))  # of the blank element: mostly the pulse itself
@@ -104,19 +104,21 @@ class BadCells(Forecasts):
             if near < MIN_FORECAST_DISTANCE * pulse
         }
         alike.pop(UNDECODABLE, None)
-        self.lost = dict(sorted({**alike, **lost}.items()))
+        self.lost: Mapping[int, str] = dict(sorted({**alike, **lost}.items()))
         for row, each in enumerate(contents):
             if each.number in self.lost:  # what sounds like it is refused anyway
                 self.nearest[row] = MAX_FORECAST_DISTANCE * pulse
         levels = {each.number for each in contents if len(each.walls) == 1}
         self.usable = tuple(sorted(levels - set(self.lost)))
         if BLANK in self.lost or not self.usable:
-            raise SettingsError(f'the element is lost with its bad cells: {self}')
+            raise SettingsError(
+                f'the element is lost with its bad cells: {self.describe_limits()}'
+            )
 
     def exclude_levels(self, lost: dict[int, str]) -> BadCells:
         """Return the forecasts with more levels that cannot be used, and why."""
         lost = {**self.lost, **lost}
-        return BadCells(self.contents, self.parts, self.listener, lost, self.beyond)
+        return BadCells(self.contents, self.parts, self.listener, lost, self.hidden_part)
 
     @property
     def least(self) -> float:
@@ -136,8 +138,8 @@ class BadCells(Forecasts):
             return replace(reading, level=UNDECODABLE, code='', level_margin=0.0, reason=reason)
         return reading
 
-    def __str__(self) -> str:
-        """Which levels cannot be used, and why."""
+    def describe_limits(self) -> str:
+        """Return which levels cannot be used, and why."""
         return '; '.join(self._describe_lost()) or 'every level can be used'
 
     def _describe_lost(self) -> Iterator[str]:
@@ -211,7 +213,7 @@ def forecast_bad_cells(design: Design, settings: Settings) -> BadCells:
 
 def _forecast_hidden_part(
     made: Specimen, settings: Settings, ends: Ends, listener: Listener
-) -> Beyond | None:
+) -> HiddenPart | None:
     """Return the forecasts for the part that stuck cells hide from the left end, if there is one:
     without walls, and with two near each other.
     """
@@ -225,7 +227,7 @@ def _forecast_hidden_part(
             with contextlib.suppress(StateError):
                 at.append(pin_walls(made, (low, low + apart)))
                 contents.append(Content(UNDECODABLE, (low, low + apart), ''))
-    return Beyond(contents, ends.heard(made, at, End.RIGHT), listener, cell)
+    return HiddenPart(contents, ends.heard(made, at, End.RIGHT), listener, cell)
 
 
 def forecast_stuck_cells(design: Design, settings: Settings, sites: Iterable[int]) -> Forecasts:

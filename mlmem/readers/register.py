@@ -12,10 +12,11 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,9 @@ from ..settings import Settings
 from .reading import UNDECODABLE, Reading
 from .waveforms import Ends, Listener
 from .words import Code, make_code
+
+if TYPE_CHECKING:
+    from .bad_cells import HiddenPart
 
 WALL_REACH_CELLS = 30.0
 """Distance in cells beyond which a wall changes nothing: it ends as exp(-0.5 distance)."""
@@ -147,14 +151,40 @@ class Forecasts:
         parts: In the band, shape (contents, 4 lines); see `Listener`.
         listener: Makes parts.
         end: The end that fires the pulse.
+        holds_words: Whether contents are words of a register, rather than levels of one wall.
+        lost: Why a content cannot be used, by its number.
+        hidden_part: The forecasts of the part that a stuck cell hides from the pulse, or None.
     """
 
     end = End.LEFT
+    holds_words = False
+    lost: Mapping[int, str] = MappingProxyType({})
+    hidden_part: HiddenPart | None = None
 
     def __init__(self, contents: Sequence[Content], parts: Array, listener: Listener) -> None:
         self.contents, self.parts, self.listener = contents, parts, listener
         self._square = np.square(parts).sum(axis=1)
         self.odd = np.array([len(each.walls) % 2 for each in contents])
+
+    @cached_property
+    def content_count(self) -> int:
+        """How many contents there are, as numbers from 0, those that are lost included."""
+        return 1 + max((*self.lost, *(each.number for each in self.contents)))
+
+    def find_content(self, number: int) -> Content:
+        """Return the content of a number.
+
+        Raises:
+            KeyError: None has this number.
+        """
+        found = next((each for each in self.contents if each.number == number), None)
+        if found is None:
+            raise KeyError(f'no content has the number {number}')
+        return found
+
+    def describe_limits(self) -> str:
+        """Return which contents cannot be used, and why; empty if all can."""
+        return ''
 
     @cached_property
     def nearest(self) -> Array:
@@ -266,6 +296,8 @@ class Register(Forecasts):
     Attributes:
         code: The words.
     """
+
+    holds_words = True
 
     def __init__(self, code: Code, parts: Array, listener: Listener) -> None:
         words = range(code.words)

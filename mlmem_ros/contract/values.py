@@ -36,7 +36,7 @@ def collect_published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
 
 def published_content(element: MemoryElement) -> dict[Topic, Any]:
     """Return what says the content, by topic: the level of one wall or the word of a register."""
-    number = topics.LEVEL_TOPIC if element.register is None else topics.WORD
+    number = topics.LEVEL_TOPIC if not element.reader.holds_words else topics.WORD
     return {number: element.reading, topics.CONTENT_TOPIC: element}
 
 

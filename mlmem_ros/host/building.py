@@ -30,8 +30,6 @@ from mlmem.instrument import drivers
 from mlmem.loop.mailbox import Asked
 from mlmem.physics import Design, StateError
 from mlmem.procedure_table import UNSET_CONTENT
-from mlmem.readers.register import pin_walls
-from mlmem.readers.words import count_words, make_code
 
 from ..packages import find_tool
 from .design_check import check_design
@@ -84,17 +82,17 @@ def build_device(
             watcher = attach_twin(element, twin, log)
         _check_faults(element, given.faults)
         if given.initial_content != UNSET_CONTENT:
-            place_content(element, given.initial_content)
+            place_initial_content(element, given.initial_content)
         if not blank:
             store.restore(element)
         undo.pop_all()
     return Built(element, store, watcher)
 
 
-def place_content(element: MemoryElement, content: int) -> None:
+def place_initial_content(element: MemoryElement, content: int) -> None:
     """Put the walls of a level or word into a new simulated element, at rest.
 
-    No reading is made: the content is not known until a read.
+    The content is not known until a read.
 
     Raises:
         SettingsError: The element is real, has no such content, or its walls do not rest there.
@@ -103,16 +101,12 @@ def place_content(element: MemoryElement, content: int) -> None:
         raise SettingsError(
             f'initial_content must be {UNSET_CONTENT} for a real element; got {content}'
         )
-    words = count_words(element.design, element.settings)
-    if content >= words:
-        raise SettingsError(f'initial_content must be from 0 to {words - 1}; got {content}')
-    code = make_code(element.design, element.settings)
+    if content >= (count := element.reader.content_count):
+        raise SettingsError(f'initial_content must be from 0 to {count - 1}; got {content}')
     try:
-        configuration = pin_walls(element.made, code.walls(content) if code else (content,))
+        element.place_content(content)
     except StateError as error:
         raise SettingsError(f'initial_content {content}: {error}') from error
-    element.chain.place(configuration)
-    element.transducer.assume_equilibrium()
 
 
 def _twin(given: Parameters, disk: Worker) -> Element | None:
@@ -209,7 +203,7 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Res
         SettingsError: The twin does not hold every word of a register, or every level of a wall
             that is read by waveform.
     """
-    if element.register or element.wall_forecasts:
+    if element.settings.compares_waveforms:
         try:
             element.adopt(twin.timed_specimen)
         except SettingsError as error:

@@ -286,7 +286,7 @@ NODE_PARAMETERS = {
         'this is set',
     )),
     TWIN: ('', Description(
-        'file of the fitted element that this is: calibrate verifies its forecast, a register is '
+        'file of the fitted element that this is: calibrate verifies its forecast, registers are '
         'read by it; empty: none',
     )),
     INITIAL_CONTENT: (UNSET_CONTENT, Description(

@@ -34,7 +34,7 @@ class Watcher:
         self.compared = self.skipped = 0
         self.last: Comparison | None = None
         self._element, self._design = element, element.design
-        watched = element.register is None and element.design.N <= MAX_WATCHED_CELLS
+        watched = not element.reader.holds_words and element.design.N <= MAX_WATCHED_CELLS
         self._residuals = Residuals(twin, integrator) if watched else None
         self._log = log
         self._worker = Worker('mlmem-twin', log)

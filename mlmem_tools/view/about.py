@@ -91,7 +91,7 @@ class About:
         }
         spacing = settings.register.spacing
         code = Code(design.levels, spacing) if spacing else None
-        by_delays = not (spacing or settings.element.bad_cells)
+        by_delays = not settings.compares_waveforms
         words = code.words if code else design.levels
         stride = math.ceil(design.N / MAX_PICTURE_CELLS)
         probes = {'left': settings.probe, 'right': settings.probe_right}

@@ -75,7 +75,7 @@ def written(element, level):
 def test_a_stuck_cell_beside_level_3_leaves_the_levels_before_it(method):
     """Up, down and blank, by strain and by kicks; without the forecast no read succeeds."""
     element = element_with('case_2', str(BESIDE), Faults(stuck_cell=BESIDE), method)
-    assert element.bad_cells.usable == (0, 1, 2)
+    assert element.reader.forecasts.usable == (0, 1, 2)
     for level in (2, 0, BLANK, 1):
         assert written(element, level) == (True, level, level)
     with pytest.raises(Refused, match='level 4 cannot be reached: cell 104 is stuck'):
@@ -88,7 +88,7 @@ def test_a_stuck_cell_beside_level_3_leaves_the_levels_before_it(method):
 def test_with_a_weak_cell_only_what_was_reached_in_a_simulation_is_used():
     """Cell 31 holds a wall better than the defects of bits_2 beside it, so none gets past it."""
     element = element_with('bits_2', '31:0.5', Faults(weak_cell=31, weak_factor=0.5))
-    assert element.bad_cells.usable == (0, 1)
+    assert element.reader.forecasts.usable == (0, 1)
     for level in (1, BLANK, 0):
         assert written(element, level) == (True, level, level)
     with pytest.raises(Refused, match=r'level 3 cannot be reached: cell 31 has 0\.5 of its'):
@@ -97,8 +97,8 @@ def test_with_a_weak_cell_only_what_was_reached_in_a_simulation_is_used():
 
 def test_a_weak_cell_behind_all_levels_costs_none():
     element = element_with('bits_2', '80:0.5', Faults(weak_cell=80, weak_factor=0.5))
-    assert element.bad_cells.usable == (0, 1, 2, 3)
-    assert str(element.bad_cells) == 'every level can be used'
+    assert element.reader.forecasts.usable == (0, 1, 2, 3)
+    assert element.reader.limits == 'every level can be used'
     place(element, 3)
     assert element.perform(Read()).reading.level == 3
 
@@ -153,15 +153,15 @@ def test_more_walls_are_not_taken_for_one_or_none(walls):
 def heard():
     """Return what is decoded in sound reads of all usable levels."""
     element, given = element_with('case_2', str(BESIDE), Faults(stuck_cell=BESIDE)), []
-    decode = element.bad_cells.decode
+    decode = element.reader.forecasts.decode
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            element.bad_cells, 'decode', lambda *each: given.append(each) or decode(*each)
+            element.reader.forecasts, 'decode', lambda *each: given.append(each) or decode(*each)
         )
-        for level in element.bad_cells.usable:
+        for level in element.reader.forecasts.usable:
             place(element, level)
             assert element.perform(Read()).reading.level == level
-    return element.bad_cells, given
+    return element.reader.forecasts, given
 
 
 @pytest.mark.parametrize('end', list(End), ids=str)
@@ -210,7 +210,7 @@ def test_procedures_go_through_the_levels_that_are_left():
     tested = element.perform(SelfTest())
     assert tested.success, tested.error
     assert [each.name for each in tested.checks if 'level' in each.name] == [
-        f'level {level}' for level in element.bad_cells.usable
+        f'level {level}' for level in element.reader.forecasts.usable
     ]
     calibrated = element.perform(Calibrate())
     assert (calibrated.success, calibrated.reading.level) == (True, 2)

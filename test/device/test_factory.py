@@ -14,7 +14,7 @@ from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.procedures import listening
+from mlmem.readers import listening
 from mlmem.settings import ProbeSettings, ReadSettings
 from mlmem_tools.checks.echoes import forecast_echo
 

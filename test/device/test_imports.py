@@ -75,4 +75,6 @@ def test_imports_are_found():
         'schema.find_problems',
         'physics.Design',
     }
-    assert 'readers.bad_cells.forecast_bad_cells' in imported(ROOT / 'memory.py')  # a late one
+    assert 'readers.bad_cells.forecast_bad_cells' in imported(
+        ROOT / 'readers' / 'waveform_reader.py'
+    )  # a late one

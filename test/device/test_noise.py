@@ -11,7 +11,7 @@ from sampled import sampled
 
 from mlmem import UNDECODABLE, EchoReceived, Faults, Read, SelfTest, SetFaults, Write
 from mlmem.instrument.end import End
-from mlmem.procedures import listening
+from mlmem.readers import listening
 from mlmem.readers.echo import EchoDetector, compute_weights, detection_threshold
 from mlmem.settings import ProbeSettings
 

@@ -66,7 +66,7 @@ def nibble():
 def place(element, word):
     """Put walls where those of a word rest; all else is at rest."""
     made = Specimen(element.design)
-    element.chain.place(pin_walls(made, element.register.code.walls(word)))
+    element.chain.place(pin_walls(made, element.reader.forecasts.code.walls(word)))
     element.transducer.assume_equilibrium()
 
 
@@ -138,7 +138,7 @@ def test_forecasts_are_what_the_kernel_does(words, amplitude, error):
 
 def test_no_two_words_are_nearer_than_found():
     """`nearest` finds them in single precision, half of the words at a time."""
-    found = new_element(BYTE).register
+    found = new_element(BYTE).reader.forecasts
     apart = cdist(found.parts, found.parts)
     odd = np.array([word.bit_count() % 2 for word in range(256)])
     apart[(odd[:, None] != odd) | np.eye(256, dtype=bool)] = np.inf
@@ -151,7 +151,7 @@ def test_no_two_words_are_nearer_than_found():
 def test_words_are_written_verified_and_read(kind, words):
     """One wall, as many as there may be, none, some; from each to the next, with no strain."""
     element, bits = new_element(kind), kind.design.levels
-    assert element.words == 2**bits
+    assert element.reader.content_count == 2**bits
     for word in words:
         written = element.perform(Write(word))
         assert written.success, written.error
@@ -239,7 +239,7 @@ def test_no_fault_has_a_word_read_as_another(kind, count, faults, share):
     """What disorder of a thousandth and a thousandth of the pulse in noise leave is read, too."""
     element, rng, right = new_element(kind), np.random.default_rng(5), 0
     for _ in range(count):
-        word, given = int(rng.integers(element.words)), faults(rng)
+        word, given = int(rng.integers(element.reader.content_count)), faults(rng)
         element.set_faults(Faults())
         place(element, word)
         element.set_faults(given)
@@ -254,9 +254,11 @@ def test_no_fault_has_a_word_read_as_another(kind, count, faults, share):
 def heard():
     """Return an element and what it decodes in sound reads of five random words."""
     byte, given = new_element(BYTE), []
-    decode = byte.register.decode
+    decode = byte.reader.forecasts.decode
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(byte.register, 'decode', lambda *each: given.append(each) or decode(*each))
+        patch.setattr(
+            byte.reader.forecasts, 'decode', lambda *each: given.append(each) or decode(*each)
+        )
         for word in np.random.default_rng(2).integers(256, size=5):
             place(byte, int(word))
             assert byte.perform(Read()).reading.level == word
@@ -271,7 +273,7 @@ def test_a_late_end_changes_no_word(heard, end, late):
     for shot, *rest in given:
         samples, n = shot.samples.copy(), round(late / shot.dt)
         samples[end.row] = np.concatenate((np.full(n, shot.rest[end.row]), samples[end.row, :-n]))
-        reading = byte.register.decode(replace(shot, samples=samples), *rest)
+        reading = byte.reader.forecasts.decode(replace(shot, samples=samples), *rest)
         assert reading.level == UNDECODABLE
 
 
@@ -322,7 +324,7 @@ def test_a_shaken_element_is_not_read(byte):
 
 def test_an_element_at_rest_is_heard_at_once(nibble):
     """After a pulse the ends must be quiet for a passage first, or no wave be left (250 ticks)."""
-    listening, waits = nibble.register.listener.ticks, []
+    listening, waits = nibble.reader.forecasts.listener.ticks, []
     for rest in (0, 0, 150, 250):
         for _ in range(rest):
             nibble.advance()

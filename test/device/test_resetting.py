@@ -5,7 +5,22 @@
 import numpy as np
 import pytest
 
-from mlmem import BLANK, Erase, Faults, Read, Reset, SetFaults, SetStrain, Write, snapshot
+import mlmem
+from mlmem import (
+    BLANK,
+    Erase,
+    Faults,
+    MemoryElement,
+    Read,
+    Refused,
+    Reset,
+    SetFaults,
+    SetStrain,
+    Write,
+    snapshot,
+)
+from mlmem.physics import find_walls
+from mlmem.rejections import ErrorCode
 
 from . import rig
 from .test_blindfold import blindfolded
@@ -49,7 +64,7 @@ def test_a_reset_fails_if_the_new_element_is_not_heard(lost):
     lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
     outcome = rig.run(lost, Reset())
     assert not outcome.success
-    assert outcome.error.startswith('the new element does not sound blank: ')
+    assert outcome.error.startswith('the new element is not read as blank: ')
 
 
 def test_a_reset_is_repeated_to_the_bit(lost):
@@ -58,6 +73,23 @@ def test_a_reset_is_repeated_to_the_bit(lost):
     for element in (lost, twin):
         rig.run(element, Reset())
     assert snapshot.hash_state(twin) == snapshot.hash_state(lost)
+
+
+@pytest.mark.parametrize(('name', 'content'), [('bits_2', 2), ('register_4', 9)])
+def test_reset_to_content_reads_it_at_once(name, content):
+    element = MemoryElement(mlmem.load_element(name))
+    outcome = element.perform(Reset(content))
+    assert outcome.success, outcome.error
+    assert outcome.reading.content == content
+    walls = element.reader.list_walls(content)
+    assert len(find_walls(element.design, element.chain.configuration)) == len(walls)
+
+
+def test_reset_to_content_out_of_range_is_refused_by_name():
+    element = MemoryElement(mlmem.load_element('bits_2'))
+    with pytest.raises(Refused) as refusal:
+        element.perform(Reset(4))
+    assert (refusal.value.code, refusal.value.field) == (ErrorCode.OUT_OF_RANGE, 'content')
 
 
 def test_a_real_element_is_replaced_by_hand():

@@ -13,8 +13,8 @@ from mlmem import Abort, Read, SetStrain, Settings, Write, snapshot
 from mlmem.instrument.end import End
 from mlmem.instrument.transducer import UNLIMITED_SAMPLES, Returns, Reverberation
 from mlmem.physics import CASE_II
-from mlmem.procedures.listening import has_decayed
 from mlmem.readers.echo import compute_weights, filter_carrier
+from mlmem.readers.listening import has_decayed
 
 from . import rig
 

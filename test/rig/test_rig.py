@@ -36,7 +36,7 @@ from mlmem.instrument.blocks import run
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
 from mlmem.presets import use_kicks
-from mlmem.procedures.listening import probe_ends
+from mlmem.readers.listening import probe_ends
 from mlmem.settings import ScaleSettings, TimeSettings
 from mlmem_ros.rig.driver import HEARTBEAT_PERIOD_S, Rig
 from mlmem_ros.rig.frames import Kind, encode_frame

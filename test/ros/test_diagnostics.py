@@ -112,9 +112,9 @@ def test_two_walls_at_rest_are_a_warning(element):
     health = diagnostics.report_material(element)
     assert health.level == WARN
     assert health.text.startswith('2 walls')
-    element.register = 'their levels'  # and are the content
+    element.reader.holds_words = True  # and are the content
     assert diagnostics.report_material(element).level == OK
-    element.register = None
+    element.reader.holds_words = False
     element.apply(SetStrain(0.02))
     element.advance()
     assert diagnostics.report_material(element).level == OK  # not while it is driven

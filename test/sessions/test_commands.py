@@ -32,7 +32,7 @@ from mlmem_ros.session.records import command_to_dict, parse_command
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),
     FollowTrajectory((0.1,), (0.1 + 0.2,), (-5e-324,), 'substrate'),
-    Write(7), Read(), Read('right'), Erase(), Calibrate(), SelfTest(), Locate(), Reset(),
+    Write(7), Read(), Read('right'), Erase(), Calibrate(), SelfTest(), Locate(), Reset(), Reset(2),
     Survey(),
     Abort(), Abort('the device is shut down'),
     SetMethod('kick'), Disturb(1.0 / 3.0), SetFaults(Faults()),

@@ -133,7 +133,7 @@ OWN = scattered(BYTE.design, Scatter(alpha=0.01), 1)
 
 def reads(element, word):
     """Return what is read of a word at rest in an element."""
-    element.chain.place(pin_walls(element.made, element.register.code.walls(word)))
+    element.chain.place(pin_walls(element.made, element.reader.forecasts.code.walls(word)))
     element.transducer.assume_equilibrium()
     return element.perform(Read()).reading.level
 
@@ -149,10 +149,10 @@ def test_a_register_whose_cells_scatter_is_read_by_its_twin():
 
 def test_a_twin_that_does_not_hold_every_word_changes_nothing():
     element = new_element(BYTE)
-    known = element.register
+    known = element.reader.forecasts
     with pytest.raises(SettingsError, match='cannot be held: walls at the levels'):
         element.adopt(Specimen(BYTE.design, stuck=(104,)))
-    assert (element.twin, element.register) == (None, known)
+    assert (element.twin, element.reader.forecasts) == (None, known)
 
 
 def header_of(element):

@@ -72,8 +72,7 @@ def use_element(name: str, told: str, faults: Faults, random: Rng) -> Counter[st
         found['lost'] += 1
         return found
     element = build_element(name, told, faults)
-    assert element.bad_cells is not None
-    usable = element.bad_cells.usable
+    usable = tuple(element.reader.single_walls)
     found['usable'] += len(usable)
     for level in (*usable, *random.permutation([*usable, BLANK]).tolist()):
         done = element.perform(Erase() if level == BLANK else Write(level))

@@ -23,7 +23,7 @@ from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import pin_walls
-from mlmem.readers.words import count_words
+from mlmem.readers.words import count_words, make_code
 from mlmem_lab.designer import propose_design
 from mlmem_lab.studies.tolerance.estimate import Rate
 
@@ -75,8 +75,8 @@ def build_faulty_device(name: str, level: int, site: int, kind: str) -> MemoryEl
     element = build_device(name)
     design, chain = element.design, element.chain
     blank = np.full(design.N, design.D_s1)
-    if element.register is not None:
-        chain.place(pin_walls(Specimen(design), element.register.code.walls(level)))
+    if element.reader.holds_words:
+        chain.place(pin_walls(Specimen(design), element.reader.list_walls(level)))
     else:
         chain.place(blank if level < 0 else find_pinned_wall(Specimen(design), level))
     what, _, factor = kind.partition(' ')
@@ -169,14 +169,15 @@ def true_level(element: MemoryElement, near: float = math.inf) -> int:
         near: Distance within which a wall is at a level, in cells: half of their distance at most.
     """
     design, near = element.design, min(near, 0.5 * element.design.J)
-    if element.register is None:
+    code = make_code(design, element.settings)
+    if code is None:
         return find_level(design, element.chain.configuration, near)
     found = [round(wall.position) for wall in find_walls(design, element.chain.configuration)]
     defects = {design.defect_site(level): level for level in range(design.levels)}
     at = [min(defects, key=lambda site: abs(site - wall)) for wall in found]
     if len(set(at)) < len(at) or any(abs(a - b) > near for a, b in zip(at, found, strict=True)):
         return UNDECODABLE
-    code, levels = element.register.code, sorted(defects[site] for site in at)
+    levels = sorted(defects[site] for site in at)
     return code.word(levels) if code.is_valid_word(levels) else UNDECODABLE
 
 
@@ -189,7 +190,10 @@ def count_rows(
     for row in range(count):
         before = dict(counts.found)
         _move_wall(
-            element, counts, MOVE_KINDS[row % len(MOVE_KINDS)], int(random.integers(element.words))
+            element,
+            counts,
+            MOVE_KINDS[row % len(MOVE_KINDS)],
+            int(random.integers(element.reader.content_count)),
         )
         for number in range(READS_PER_MOVE):
             _count_read(element, counts, READ_ENDS[int(random.integers(3))] if number else '')

@@ -20,6 +20,7 @@ from mlmem.parsing import decode_value
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import find_wall_levels
+from mlmem.readers.words import make_code
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Bench:
         settings = self.element.apply_planned_kicks(self.settings)
         driver = Simulation.of(self.made, settings.time)
         device = MemoryElement(self.design, settings, calibration, driver)
-        if device.register is not None:
+        if device.settings.register.spacing:
             device.adopt(self.made)
         return device
 
@@ -87,11 +88,8 @@ class Bench:
         walls the word.
         """
         made = self.made
-        if device.register is not None:
-            code, levels = (
-                device.register.code,
-                find_wall_levels(made.design, device.chain.configuration),
-            )
+        if (code := make_code(made.design, device.settings)) is not None:
+            levels = find_wall_levels(made.design, device.chain.configuration)
             allowed = levels is not None and code.is_valid_word(levels)
             return code.word(levels or ()) if allowed else UNDECODABLE
         return find_level(made.design, device.chain.configuration, arrival_tolerance(made))

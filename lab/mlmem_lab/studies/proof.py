@@ -130,9 +130,11 @@ def evaluate_run(common: Values, values: Values, seed: int) -> Row:
         done, passed = climb.reached, climb.passed
         error = '' if passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
     else:
-        made, register = bench.made, element.register
-        walls = register.code.walls(begin) if register else ()
-        element.chain.place(pin_walls(made, walls) if register else find_pinned_wall(made, begin))
+        made, reader = bench.made, element.reader
+        many = reader.holds_words
+        element.chain.place(
+            pin_walls(made, reader.list_walls(begin)) if many else find_pinned_wall(made, begin)
+        )
         element.transducer.assume_equilibrium()
         outcomes = [element.perform(command) for command in _run_commands(values['kind'], goal)]
         true = bench.level(element)

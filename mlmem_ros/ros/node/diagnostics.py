@@ -93,7 +93,7 @@ def report_material(element: MemoryElement) -> Health:
         'kinetic_energy': parts.kinetic,
         'stored_energy': parts.total - parts.kinetic,
     }
-    if element.is_released and found > 1 and element.register is None:
+    if element.is_released and found > 1 and not element.reader.holds_words:
         return Health(WARN, f'{found} walls: erase before writing', values)
     return Health(OK, 'stable', values)
 
@@ -134,8 +134,8 @@ def report_memory(element: MemoryElement) -> Health:
     Warn if it was undecodable, or if something may have moved the wall since.
     """
     reading, wear = element.reading, dict[str, Any](element.statistics.as_dict())
-    if element.bad_cells is not None:
-        wear['bad_cells'] = str(element.bad_cells)
+    if element.settings.element.bad_cells:
+        wear['bad_cells'] = element.reader.limits
     if reading is None:
         text, found = describe_content(element)
         return Health(

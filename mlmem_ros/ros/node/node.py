@@ -384,9 +384,11 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         building, self._building = self._building, None
         built = self._build_device(given, self._blank) if building is None else building.result()
         element = self.host.adopt(built, self._blank)
-        self._given.lock(element.words)
+        self._given.lock(element.reader.content_count)
         self._published = Publishers(self, element, given.publish, self.host)
-        words = f'{element.words} words, ' if given.settings.register.spacing else ''
+        words = (
+            f'{element.reader.content_count} words, ' if given.settings.register.spacing else ''
+        )
         self.get_logger().info(
             f'ready: {given.design.levels} levels, {words}{given.design.N} cells, '
             f'{given.design.substrate} substrate, '

@@ -147,7 +147,7 @@ class Publishers:
                 callback_group=group,
                 qos_overriding_options=build_override_options(),
             )
-            for topic in topics.published_topics(element.register is not None, element.simulated)
+            for topic in topics.published_topics(element.reader.holds_words, element.simulated)
         }
         self._contour = Contour(element, settings) if element.simulated else None
         self._messages = self._build_event_messages(node.get_fully_qualified_name())

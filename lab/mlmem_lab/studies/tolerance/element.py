@@ -39,7 +39,6 @@ from mlmem.physics import (
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
 from mlmem.physics.potential import Array
 from mlmem.procedures.driving import go_to_level
-from mlmem.procedures.listening import read_waveforms, take_reading
 from mlmem.readers.reading import Reading
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import count_words, make_code
@@ -230,9 +229,8 @@ class _Made:
 
     def _try_word(self, word: int, tried: str) -> int:
         """Write or read a word, and return what `try_element` says of it."""
-        element, register = self._element, self._element.register
-        assert register is not None
-        levels = register.code.walls(word)
+        element = self._element
+        levels = element.reader.list_walls(word)
         try:
             v = (
                 pin_walls(self._specimen, levels)
@@ -244,18 +242,18 @@ class _Made:
         element.chain.place(v)
         element.transducer.assume_equilibrium()
         if tried == READ_TRIAL:
-            return self._heard(read_waveforms(element))
+            return self._heard(element.reader.read(element))
         run(element, go_to_level(element, 0, word), self._shake)
         run(element, wait(element, SETTLE_DAMPING_TIMES / element.design.eta), self._shake)
         if tried == BLIND_TRIAL:
-            return self._heard(read_waveforms(element))
+            return self._heard(element.reader.read(element))
         found = sorted(
             wall.position for wall in find_walls(element.design, element.chain.configuration)
         )
         return count_astray(element.design, found, levels) or word
 
     def _decoded(self, end: str) -> int:
-        return self._heard(take_reading(self._element, end))
+        return self._heard(self._element.reader.read(self._element, end))
 
     def _heard(self, reading: Procedure[Reading]) -> int:
         try:

@@ -1,11 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading: wait until nothing is on its way, fire a pulse from either end, listen, decode.
+"""Listening: wait until no wave is on its way, fire a pulse, and record what the ends do.
 
-Both ends listen at the same time, for a wall must be heard from both (see
-`decoding.decode_echoes`). No pulse is fired while anything may still arrive that a detector would
-take for its echo. Many walls, or one beside a bad cell, are told by what both ends do after one
-pulse (`read_waveforms`).
+No pulse is fired while a wave may still arrive that a detector would take for an echo.
 """
 
 from __future__ import annotations
@@ -18,17 +15,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..commands import PHASE_LISTENING, PHASE_QUIETING
-from ..errors import Astray, ProcedureFailed
+from ..errors import ProcedureFailed
 from ..instrument.blocks import Procedure, catch_up, wait
 from ..instrument.end import End, Shot
 from ..instrument.instrument import Instrument
-from ..memory import Memory
-from ..readers.echo import ECHO_TAIL_TIME, Echo, EchoDetector, detection_threshold, pulse_duration
-from ..readers.reading import UNDECODABLE, Reading
-from .blocks import Result
+from .echo import ECHO_TAIL_TIME, Echo, detection_threshold, pulse_duration
 
 if TYPE_CHECKING:
-    from ..readers.register import Forecasts
+    from ..memory import Memory
+    from .register import Forecasts
 
 NOISE_SHARE = 2.0
 """Ratio of the bound on waves to sensor noise up to which it may be noise alone: the greatest mean
@@ -247,37 +242,12 @@ def _probe_ends_once(element: Instrument, wanted: tuple[End, ...]) -> Procedure[
     }
 
 
-def take_reading(element: Memory, end: str = '') -> Procedure[Reading]:
-    """Probe both ends and return the reading; while the base shakes, again until it is decoded.
-
-    The left end's carrier lies above the band of the inactive phase and so cannot leave the left
-    end of a blank element, and vice versa: then only the other end is probed.
-    """
-    if element.waveforms is not None:
-        reading = yield from read_waveforms(element)
-        if reading.level == UNDECODABLE and _swinging_time(element) > 0.0:
-            yield from wait_until_pinned(element)
-            reading = yield from read_waveforms(element)
-        return reading
-    for _ in range(element.settings.read.attempts):
-        yield from wait_for_decay(element)
-        try:
-            echoes = yield from probe_ends(element, element.detecting_ends)
-        except Astray as error:
-            return element.store_unreadable(str(error))
-        reading = element.hear(echoes, end)
-        shaken = any(echo.shaken for echo in echoes.values())
-        if not shaken or reading.level != UNDECODABLE or reading.walls is not None:
-            break
-    return reading
-
-
 def wait_until_pinned(element: Instrument) -> Procedure[None]:
     """Wait until the wall swings no more."""
-    yield from wait(element, _swinging_time(element))
+    yield from wait(element, swinging_time(element))
 
 
-def _swinging_time(element: Instrument) -> float:
+def swinging_time(element: Instrument) -> float:
     """Return how long a wall may still swing; 0 if nothing damps it.
 
     It swings below the pass band of either phase, so that no end sees it.
@@ -292,63 +262,9 @@ def _swinging_time(element: Instrument) -> float:
     )
 
 
-def take_settled_reading(element: Memory, end: str = '') -> Procedure[Reading]:
-    """Probe both ends and return the reading, of a wall that stands still if it must.
-
-    One that still swings after a strain or a kick is heard too loud, too early or too late: before
-    anything is said against the element, or done to it, it is heard once more when it has come to
-    rest.
-    """
-    reading = yield from take_reading(element, end)
-    answers = reading.left_delay is not None or reading.right_delay is not None
-    if answers and reading.level == UNDECODABLE and _swinging_time(element) > 0.0:
-        yield from wait_until_pinned(element)
-        reading = yield from take_reading(element, end)
-    return reading
-
-
-def read(element: Memory, end: str = '') -> Procedure[Result]:
-    """Probe both ends, decode the echoes (see `take_settled_reading`), and answer with the delay
-    at one of them.
-
-    The end is 'left', 'right' or 'both'; empty means the one in the settings.
-
-    Raises:
-        ProcedureFailed: The echoes cannot be decoded, or the element does not come to rest.
-    """
-    reading = yield from take_settled_reading(element, end)
-    if reading.level == UNDECODABLE:
-        raise ProcedureFailed(reading.reason)
-    return Result(reading)
-
-
 UNDISTURBED_DAMPING_TIMES = 20.0
 """Time since the last drive, strain or shock after which nothing runs or swings, times eta: waves
 have 5e-5 of their amplitude then."""
-
-
-def read_waveforms(element: Memory) -> Procedure[Reading]:
-    """Fire the pulse of a read and decode what the ends do; raises as `record_waveforms`.
-
-    What a stuck cell hides from it, a pulse of the right end must confirm.
-    """
-    forecasts = element.waveforms
-    assert forecasts is not None
-    settings = element.settings.register
-    detector = EchoDetector(settings.probe, element.driver.dt)
-    beyond = element.bad_cells.beyond if element.bad_cells is not None else None
-    try:
-        shot, noise = yield from record_waveforms(element, forecasts, forecasts.end)
-        row = forecasts.end.row
-        detector.feed(shot.samples[row] - shot.rest[row])
-        phases = element.phase(End.LEFT), element.phase(End.RIGHT)
-        reading = forecasts.decode(shot, noise, phases, settings.min_margin)
-        if beyond is not None and reading.level != UNDECODABLE:
-            shot, noise = yield from record_waveforms(element, beyond, End.RIGHT)
-            reading = beyond.confirm_reading(reading, shot, noise, settings.min_margin)
-    except Astray as error:
-        return element.store_unreadable(str(error))
-    return element.store_word(reading, detector.echo(forecasts.end))
 
 
 def record_waveforms(
