@@ -18,14 +18,15 @@ import numpy as np
 from mlmem import MemoryElement, Write, load_element
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, find_walls, scattered
+from mlmem.physics.wall import arrival_tolerance
 
 from .results import run
 
 SEED = 700
 SCATTERS = (0.0, 0.01, 0.02, 0.03, 0.05)
 ELEMENT_NAMES = ('robust_2', 'robust_3')
-ELEMENTS_PER_SCATTER = 40
-WRITES_PER_ELEMENT = 16
+ELEMENTS_PER_SCATTER = 160
+WRITES_PER_ELEMENT = 32
 
 
 def scatter_parts(name: str, scatter: float, seed: int) -> MemoryElement:
@@ -53,7 +54,7 @@ def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
                 failed += 1
                 continue
             walls = find_walls(design, element.chain.configuration)
-            limit = min(1.5, design.J / 4.0)
+            limit = arrival_tolerance(design)
             arrived = (
                 len(walls) == 1 and abs(walls[0].position - design.defect_site(level)) <= limit
             )

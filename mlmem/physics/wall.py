@@ -38,6 +38,13 @@ def find_walls(design: Design, configuration: Array) -> list[Wall]:
     ]
 
 
+def arrival_tolerance(design: Design) -> float:
+    """Return how near to its level a wall must rest to have arrived, in cells: 1.5, or a quarter
+    of the distance of two levels if that is less.
+    """
+    return min(1.5, design.J / 4.0)
+
+
 def find_level(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
     """Return the level whose defect holds the only wall; -1 if blank; -2 for anything else.
 

@@ -14,13 +14,16 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
+
+import numpy as np
 
 from ..errors import SettingsError
 from ..instrument.end import End, Shot
 from ..physics import Design, Specimen, StateError
+from ..physics.held_wall import hold_walls
 from ..physics.potential import Array
 from ..physics.waves import group_velocity, pass_band
 from ..rejections import ErrorCode
@@ -34,14 +37,20 @@ from .waveforms import Ends, Listener
 class WallForecasts(Forecasts):
     """What the ends do after a pulse, for the blank element and for every level of one wall.
 
-    Pairs of walls are forecast too, so that two walls are never read as a blank element.
+    Pairs of walls are forecast too, so that two walls are never read as a blank element. So are
+    walls behind the last level, which name no content: between two levels the margin tells.
     """
 
     def __init__(
-        self, contents: Sequence[Content], parts: Array, listener: Listener, end: End
+        self,
+        contents: Sequence[Content],
+        parts: Array,
+        tail_parts: Array,
+        listener: Listener,
+        end: End,
     ) -> None:
         super().__init__(contents, parts, listener)
-        self.end = end
+        self.tail_parts, self.end = tail_parts, end
 
     def decode(
         self, shot: Shot, noise: float, phases: Sequence[int | None], least: float
@@ -51,7 +60,8 @@ class WallForecasts(Forecasts):
         Scattered cells leave a residual in every direction, most of it in none that leads to
         another content. So only the way towards each other content counts: the margin is 1 at the
         forecast and 0 half-way to another, and must be at least `least`. The residual must not
-        exceed `register.max_residual` of the blank element's answer.
+        exceed `register.max_residual` of the blank element's answer. A wall behind the last level
+        is nearer to one of its own forecasts than to any content.
         """
         nothing = Reading(UNDECODABLE, '', self.end.value, None, 0.0, 0.0, math.inf)
         if reason := explain_unreadable(shot, noise > self.quiet, phases):
@@ -64,6 +74,12 @@ class WallForecasts(Forecasts):
         content, share = found.content, found.left / self.pulse
         if content.number == UNDECODABLE:
             return replace(nothing, walls=len(content.walls), reason='there are two walls')
+        behind = np.linalg.norm(self.tail_parts - part, axis=1).min(initial=np.inf)
+        if content.walls and behind < found.left:
+            return replace(
+                nothing, walls=1,
+                reason='the wall is behind the last level',
+            )  # fmt: skip
         if share > self.listener.max_residual:
             return replace(
                 nothing,
@@ -109,8 +125,21 @@ def forecast_levels(made: Specimen, settings: Settings) -> WallForecasts:
             contents.append(Content(UNDECODABLE, pair, ''))
     end = End.RIGHT if settings.read.end == 'right' else End.LEFT
     listener = Listener(settings, compared_ends=2 if settings.read.end == 'both' else 1)
-    parts = Ends(made, settings, listener).heard(made, states, end)
-    return WallForecasts(contents, parts, listener, end)
+    ends = Ends(made, settings, listener)
+    parts = ends.heard(made, states, end)
+    tail_parts = ends.heard(made, list(hold_tail_walls(made)), end)
+    return WallForecasts(contents, parts, tail_parts, listener, end)
+
+
+def hold_tail_walls(made: Specimen) -> Iterator[Array]:
+    """Yield displacements with the wall held at every cell behind the last level, from half the
+    distance of two levels on: scatter may pin it there.
+    """
+    design = made.design
+    first = design.defect_site(design.levels - 1) + 0.5 * design.J
+    for position in np.arange(math.ceil(first), design.N - 1.0):
+        with contextlib.suppress(StateError):  # too near the end
+            yield hold_walls(made, np.array([position]), np.zeros(design.N)).v[0]
 
 
 @lru_cache(maxsize=8)

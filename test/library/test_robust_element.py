@@ -7,19 +7,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem import Erase, MemoryElement, Read, Write, load_element
+from mlmem import UNDECODABLE, Erase, MemoryElement, Read, Write, load_element
 from mlmem.errors import SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, find_walls, scattered
+from mlmem.physics.wall import arrival_tolerance
 from mlmem_tools.checks import Verdict, check
 
 SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
 
 
-def make_scattered(name, seed):
+def make_scattered(name, seed, scatter=SCATTER):
     """Return an element whose parts scatter, with the settings of its file alone."""
     shipped = load_element(name)
-    driver = Simulation.of(scattered(shipped.design, SCATTER, seed), shipped.settings.time)
+    driver = Simulation.of(scattered(shipped.design, scatter, seed), shipped.settings.time)
     return MemoryElement(shipped.design, shipped.settings, driver=driver)
 
 
@@ -36,17 +37,28 @@ def test_robust_element_as_designed_writes_reads_and_erases_every_level(name):
 @pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
 @pytest.mark.parametrize('seed', range(4))
 def test_robust_element_of_scattered_parts_acknowledges_no_wrong_level(name, seed):
-    """The wall must rest within a quarter of a level, at most 1.5 cells, where it is reported."""
     element, random = make_scattered(name, seed), np.random.default_rng(1000 + seed)
     design, written = element.design, 0
     for level in map(int, random.integers(design.levels, size=8)):
         outcome = element.perform(Write(level))
         if outcome.success:
             (wall,) = find_walls(design, element.chain.configuration)
-            limit = min(1.5, design.J / 4.0)
+            limit = arrival_tolerance(design)
             assert wall.position == pytest.approx(design.defect_site(level), abs=limit)
             written += 1
     assert written >= 6
+
+
+@pytest.mark.parametrize('seed', [709, 730])
+def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
+    """Parts that scatter by 5 % pin the wall five cells behind the last level of these two."""
+    element = make_scattered('robust_2', seed, Scatter(alpha=0.05, k_r=0.05, mass=0.05))
+    design = element.design
+    outcome = element.perform(Write(design.levels - 1))
+    (wall,) = find_walls(design, element.chain.configuration)
+    assert wall.position > design.defect_site(design.levels - 1) + 0.5 * design.J
+    assert not outcome.success
+    assert element.perform(Read()).reading.content == UNDECODABLE
 
 
 @pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
