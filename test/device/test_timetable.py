@@ -30,26 +30,26 @@ def timetable(*, speed=1.0, batch=20, heard=True, stream_period=10, **element):
 
 
 @pytest.mark.parametrize(('speed', 'period'), [(1.0, PERIOD), (4.0, PERIOD / 4.0), (0.0, 0.0)])
-def test_the_period_is_that_of_the_scale_at_a_speed(speed, period):
+def test_period_is_that_of_scale_at_speed(speed, period):
     times, *_ = timetable(speed=speed)
     assert times.period == pytest.approx(period)
 
 
 @pytest.mark.parametrize(('ticks', 'deferred'), [(0, 19), (7, 12), (19, 0), (20, 19)])
-def test_the_tick_that_is_published_comes_alone_and_on_time(ticks, deferred):
+def test_tick_that_is_published_comes_alone_and_on_time(ticks, deferred):
     """40 ms are 20 ticks."""
     times, *_ = timetable(ticks=ticks)
     assert times.deferred(0.0, Mailbox(1.0)) == deferred
 
 
-def test_no_more_ticks_are_deferred_than_until_the_next_decision():
+def test_no_tick_is_deferred_beyond_next_decision():
     times, element, _ = timetable(idle_ticks=5)
     assert times.deferred(0.0, Mailbox(1.0)) == 5
     element.idle_ticks = 0
     assert times.deferred(0.0, Mailbox(1.0)) == 0
 
 
-def test_a_command_takes_effect_in_the_tick_into_which_it_falls():
+def test_command_takes_effect_in_tick_into_which_it_falls():
     times, *_ = timetable()
     box = Mailbox(1.0)
     box.submit(None)
@@ -57,7 +57,7 @@ def test_a_command_takes_effect_in_the_tick_into_which_it_falls():
     assert times.deferred(-PERIOD, box) == 0
 
 
-def test_unheard_ticks_of_a_rest_end_at_a_published_one_unless_nobody_watches():
+def test_run_without_listener_ends_at_published_tick():
     """40 ms are 20 ticks and 2 s are 1000, which end anywhere then."""
     times, *_ = timetable(heard=False, ticks=3)
     assert times.deferred(0.0, Mailbox(1.0)) == 17  # to 20
@@ -72,7 +72,7 @@ def test_unheard_ticks_of_a_rest_end_at_a_published_one_unless_nobody_watches():
     assert not times.can_sleep(20)
 
 
-def test_deferred_ticks_begin_so_early_that_the_next_is_on_time():
+def test_deferred_ticks_begin_early_enough_for_next():
     """They take 0.5 ms; as long as their duration is not known, they begin a period before. What
     ticks at rest take does not count.
     """
@@ -109,7 +109,7 @@ def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
     assert statistics.overruns == 21
 
 
-def test_without_a_pace_a_run_takes_no_longer_than_a_rest():
+def test_without_pace_run_takes_no_longer_than_rest():
     times, element, statistics = timetable(speed=0.0, stream_period=100)
     assert times.after(1.0, 7.0) == 7.0
     assert times.longest_run == 1  # nothing is known of its duration
@@ -122,36 +122,23 @@ def test_without_a_pace_a_run_takes_no_longer_than_a_rest():
     assert times.longest_run == 1000
 
 
-# --- running mean and deviation of the lateness of ticks -------------------------------------
-
-
-def test_the_first_ticks_have_equal_weights():
+def test_lateness_is_plain_mean_first_and_then_forgets():
     """Up to tick 500, the inverse of the later weight of the newest tick."""
     lateness = np.random.default_rng(1).exponential(1e-4, 400)
     statistics = LoopStatistics()
+    assert statistics.lateness_deviation == 0.0
     for value in lateness:
         statistics.count(value, 2.0 * value)
     assert statistics.ticks == 400
     assert statistics.lateness_mean == pytest.approx(lateness.mean())
     assert statistics.lateness_deviation == pytest.approx(lateness.std())
     assert statistics.busy == pytest.approx(2.0 * lateness.mean())
+    for _ in range(5000):
+        statistics.count(0.0, 0.0)
+    assert statistics.lateness_mean < 1e-4 * lateness.mean()  # exp(-10)
 
 
-def test_old_ticks_lose_their_weight():
-    statistics = LoopStatistics()
-    for value in [1.0] * 1000 + [0.0] * 5000:
-        statistics.count(value, value)
-    # 5000 ticks of weight 1 / 500: exp(-10) is left
-    assert statistics.lateness_mean < 1e-4
-    assert statistics.lateness_deviation < 1e-2
-    assert statistics.busy < 1e-4
-
-
-def test_a_loop_that_never_ran_has_no_lateness():
-    assert LoopStatistics().lateness_deviation == 0.0
-
-
-def test_a_clock_that_jumps_back_within_a_tick_counts_as_no_time():
+def test_clock_that_jumps_back_within_tick_counts_as_no_time():
     statistics = LoopStatistics()
     statistics.count(0.0, -4.5)
     assert statistics.busy == 0.0
