@@ -13,7 +13,6 @@ from mlmem import (
     Read,
     Refused,
     SetFaults,
-    SetStrain,
     Write,
     new_element,
     preset,
@@ -44,7 +43,7 @@ def element():
 
 
 @pytest.mark.parametrize(('unit', 'failure'), FAULT_MEANINGS, ids=' '.join)
-def test_a_failure_is_a_fault_of_its_unit_and_ok_heals_it(unit, failure):
+def test_failure_is_fault_of_its_unit_and_ok_heals_it(unit, failure):
     cell = CELL if FAULT_MEANINGS[unit, failure].cell else {}
     faults = Failure(unit, failure, **cell).on(Faults(seed=3))
     assert faults.list_active()
@@ -52,7 +51,7 @@ def test_a_failure_is_a_fault_of_its_unit_and_ok_heals_it(unit, failure):
     assert Failure(unit, 'ok').on(faults) == Faults(seed=3)
 
 
-def test_what_has_no_counterpart_is_refused_and_said():
+def test_failure_without_counterpart_is_rejected():
     others = {(unit, kind) for unit in FAULT_UNITS for kind in FAILURE_KINDS} - {
         (u, 'ok') for u in FAULT_UNITS
     }
@@ -80,7 +79,7 @@ def test_what_has_no_counterpart_is_refused_and_said():
           {'unit': 'sensor', 'failure': 'off', 'instance': 2}], 'heal it before that of right'),
     ],
 )  # fmt: skip
-def test_a_script_with_a_mistake_is_refused_and_changes_nothing(element, failures, message):
+def test_script_with_mistake_is_rejected_and_changes_nothing(element, failures, message):
     before = snapshot.take_snapshot(element)
     with pytest.raises(Refused, match=message):
         element.apply(script(*failures))
@@ -116,7 +115,7 @@ def test_signals_are_late_slow_and_wrong_as_stated():
     assert noisy == pytest.approx(0.1 * noise, abs=1e-15)
 
 
-def test_a_late_left_sensor_is_noticed_and_a_healed_one_is_read_again(element):
+def test_late_left_sensor_is_noticed_and_healed_one_is_read(element):
     assert element.perform(Write(1)).success
     element.apply(script({'unit': 'sensor', 'failure': 'delayed', 'instance': 1, 'severity': 60}))
     outcome = element.perform(Read())
@@ -133,7 +132,7 @@ TRANSDUCER = {
 
 
 @pytest.mark.parametrize(('failure', 'instance'), TRANSDUCER)
-def test_a_transducer_that_drives_badly_kicks_no_wall_and_misleads_no_read(failure, instance):
+def test_bad_transducer_kicks_no_wall_and_misleads_no_read(failure, instance):
     """At 0.8 of its way a kick launches nothing; a pulse of 0.8 is heard."""
     element = new_element(preset('kick_2'))
     assert element.perform(Write(1)).success
@@ -147,7 +146,7 @@ def test_a_transducer_that_drives_badly_kicks_no_wall_and_misleads_no_read(failu
     assert element.perform(Write(0)).reading.level == 0
 
 
-def test_a_motion_is_made_in_part_from_where_it_begins():
+def test_motion_is_made_in_part_from_where_it_begins():
     """A kick by half from -1 to 1 ends at 0; its speed is halved, too."""
     asked = HeldCell(1, np.array(((-1.0, 0.0, 1.0), (0.0, 0.3, 0.0))))
     start = asked.motion[:, :1]
@@ -161,20 +160,8 @@ def test_a_motion_is_made_in_part_from_where_it_begins():
     assert apply_transducer_faults(asked, start, Faults(weak_cell=40)) is asked
 
 
-def test_slow_and_noisy_signals_go_on_from_a_snapshot(element):
-    element.apply(SetFaults(Faults(sensor_lag=25.0, sensor_noise=0.01, sensor_dropout=0.3)))
-    element.apply(SetStrain(0.001))
-    element.advance(5)
-    kept = snapshot.take_snapshot(element)
-    other = new_element(preset('bits_1'))
-    snapshot.restore_snapshot(other, json.loads(json.dumps(kept)))
-    for each in (element, other):
-        each.advance(5)
-    assert snapshot.take_snapshot(other) == snapshot.take_snapshot(element)
-
-
 @pytest.mark.parametrize('after', [0.0, 10.0], ids=['healed', 'sooner'])
-def test_signals_that_are_late_no_more_are_restored(element, after):
+def test_signals_that_are_no_longer_late_are_restored(element, after):
     """At rest no sample passes that would tell the sensors of it."""
     element.apply(SetFaults(Faults(sensor_delay=25.0)))
     element.advance(10)
@@ -194,7 +181,7 @@ FAILING = (
 )
 
 
-def test_a_script_takes_effect_in_its_ticks_however_time_is_cut():
+def test_script_takes_effect_in_its_ticks_for_any_cut_of_time():
     """By the whole snapshot: runs, single ticks, and a restored device in the middle of it."""
 
     def lived(cut):
@@ -208,20 +195,7 @@ def test_a_script_takes_effect_in_its_ticks_however_time_is_cut():
     assert lived(400) == lived(1)
 
 
-def test_a_script_goes_on_in_a_restored_device(element):
-    element.apply(script(*FAILING))
-    while element.ticks < 50:
-        element.advance(50 - element.ticks)
-    other = new_element(preset('bits_1'))
-    snapshot.restore_snapshot(other, json.loads(json.dumps(snapshot.take_snapshot(element))))
-    for each in (element, other):
-        while each.ticks < 200:
-            each.advance(200 - each.ticks)
-    assert snapshot.take_snapshot(other) == snapshot.take_snapshot(element)
-    assert other.faults == Faults(damping_factor=1.5)
-
-
-def test_faults_that_are_set_end_a_script(element):
+def test_faults_that_are_set_end_script(element):
     element.apply(script({'unit': 'actuator', 'failure': 'stuck', 'tick': 5}))
     element.apply(SetFaults(Faults()))
     while element.ticks < 20:
@@ -229,6 +203,18 @@ def test_faults_that_are_set_end_a_script(element):
     assert element.faults == Faults()
 
 
-def test_a_later_line_of_the_same_tick_wins():
+def test_later_line_of_same_tick_wins():
     lines = Failure('sensor', 'off', tick=4), Failure('sensor', 'ok', tick=4)
     assert schedule_faults(lines, Faults(), 100) == [(104, Faults())]
+
+
+def test_slow_signal_that_was_healed_begins_at_present_sample():
+    """Not where it was when it healed: a lag begins with the last sample before it."""
+    sensors, slow, healthy = Sensors(0.5), Faults(sensor_lag=10.0), Faults()
+    first, second = np.full((2, 40), 1.0), np.full((2, 40), 3.0)
+    sensors.change(slow)
+    sensors.apply_sensor_faults(first, np.zeros(2), slow, 0)
+    sensors.change(healthy)
+    sensors.apply_sensor_faults(second, first[:, -1], healthy, 1)
+    sensors.change(slow)
+    assert (sensors.apply_sensor_faults(second, second[:, -1], slow, 2) == 3.0).all()

@@ -3,16 +3,14 @@
 """Reads with a noisy sensor: right or undecodable, never wrong, and without endless waits."""
 
 import math
-from itertools import product
 
 import numpy as np
 import pytest
 from sampled import sampled
 
-from mlmem import UNDECODABLE, EchoReceived, Faults, Read, SelfTest, SetFaults, Write
+from mlmem import EchoReceived, Faults, Read, SelfTest, SetFaults
 from mlmem.instrument.end import End
-from mlmem.readers import listening
-from mlmem.readers.echo import EchoDetector, compute_weights, detection_threshold
+from mlmem.readers.echo import EchoDetector, compute_weights
 from mlmem.settings import ProbeSettings
 
 from . import rig
@@ -35,9 +33,6 @@ def noisy(element, deviation, seed=1):
     return element
 
 
-# --- telling noise from motion ----------------------------------------------------------------
-
-
 def test_white_noise_is_measured_as_noise():
     """Its mean size, from 288 samples: within 4 standard deviations of some 6 %."""
     transducer = rig.device().transducer
@@ -49,7 +44,7 @@ def test_white_noise_is_measured_as_noise():
 
 
 @pytest.mark.parametrize('omega', [0.47, 0.7, 1.5, 2.1, 2.15])
-def test_motion_of_a_cell_is_not_measured_as_noise(omega):
+def test_motion_of_cell_is_not_measured_as_noise(omega):
     """|2 sin(omega dt / 2)|^6 / sqrt(924) of a wave remains: 0.0008 at the band's upper edge."""
     transducer = rig.device().transducer
     t = np.arange(288) * 0.25
@@ -57,33 +52,7 @@ def test_motion_of_a_cell_is_not_measured_as_noise(omega):
     assert transducer.noise(End.LEFT) < 1e-3 * transducer.unrest(End.LEFT)
 
 
-def test_noise_is_measured_beneath_motion():
-    transducer = rig.device().transducer
-    t = np.arange(288) * 0.25
-    wave = 1e-3 * np.sin(2.1 * t)
-    transducer.recent = wave + np.random.default_rng(2).normal(0.0, 1e-4, (2, 288))
-    assert transducer.noise(End.LEFT) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.25)
-
-
-def test_a_quiet_sensor_raises_no_threshold(written):
-    """Without noise every read has the same bits as without noise measurement."""
-    element = written(3)
-    for end in End:
-        assert listening.noise_floor(element, end) == 0.0
-
-
-# --- the threshold ----------------------------------------------------------------------------
-
-
-def test_noise_raises_the_threshold_in_quadrature():
-    probe, t = ProbeSettings(), np.array([0.0, 500.0, 1000.0])
-    plain = 1.6e-4 * np.exp(-0.002 * t)
-    np.testing.assert_allclose(
-        detection_threshold(probe, t, 5e-5), np.hypot(plain, 5e-5), rtol=1e-14
-    )
-
-
-def test_a_detector_hears_no_echo_in_pure_noise():
+def test_detector_finds_no_echo_in_pure_noise():
     """The carrier filter leaves the root sum square of its weights, 0.22 of white noise.
 
     What is left has only some independent values in a window, so that v_c varies by 27 % (and by
@@ -104,44 +73,7 @@ def test_a_detector_hears_no_echo_in_pure_noise():
         assert plain.delay is not None, 'the noise is loud enough to need the floor'
 
 
-# --- reads ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ('end', 'deviation'), [('left', 1e-5), ('right', 5e-5), ('both', 5e-5)], ids=str
-)
-@pytest.mark.parametrize('level', sampled(range(8), lambda level: level in (0, 3, 7)))
-def test_every_level_is_read_through_noise(level, end, deviation):
-    """Of noise of a third of the left end's threshold, a tenth is in its carrier's band."""
-    element = noisy(rig.paper(level), deviation, seed=level)
-    outcome = rig.run(element, Read(end))
-    assert outcome.success, outcome.error
-    assert outcome.reading.level == level
-    assert outcome.end_tick - outcome.start_tick < 200  # noise is not waited for
-
-
-MOMENTS = 1, 8, 15, 25
-
-
-@pytest.mark.parametrize(
-    ('level', 'moment'),
-    sampled(product(range(8), MOMENTS), lambda each: each[1] == MOMENTS[each[0] % 4]),
-)
-def test_noise_that_begins_during_a_read_gives_no_wrong_level(level, moment):
-    """It is measured again after the echo, which it hides from the left end at far levels."""
-    element = rig.paper(level)
-    element.apply(Read())
-    rig.ticks(element, moment)
-    element.apply(SetFaults(Faults(sensor_noise=1e-4, seed=level)))
-    *_, outcome = rig.ticks(element, 200)
-    if outcome.success:
-        assert outcome.reading.level == level
-    else:
-        assert 'noise' in outcome.error or 'between levels' in outcome.error
-        assert outcome.reading.level == UNDECODABLE
-
-
-def test_the_noise_after_the_echo_raises_the_threshold_in_time_for_the_reading():
+def test_noise_after_echo_raises_threshold_of_reading():
     """The echo of level 7 comes after 46 ticks: its foot would be lost in noise that began."""
     element = rig.paper(7)
     element.apply(Read())
@@ -158,32 +90,27 @@ def test_the_noise_after_the_echo_raises_the_threshold_in_time_for_the_reading()
     assert told[-1].error.startswith('the noise at the left end hides when the echo began')
 
 
-DEVIATIONS = [2e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4]
+DEVIATIONS = [1e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4]
 
 
 @pytest.mark.parametrize(
     'deviation', sampled(DEVIATIONS, lambda deviation: deviation in DEVIATIONS[::2])
 )
 @pytest.mark.parametrize('end', ['left', 'right', 'both'])
-def test_noise_never_gives_a_wrong_level(end, deviation):
-    """From what every read bears to what few do; the sample is every second."""
+def test_noise_never_gives_wrong_level(end, deviation):
+    """From what every read tolerates to what few do."""
     for level in (0, 2, 5, 7):
         element = noisy(rig.paper(level), deviation, seed=level)
         outcome = rig.run(element, Read(end))
+        assert outcome.success or deviation > 1e-5
         if outcome.success:
             assert outcome.reading.level == level
+            assert outcome.end_tick - outcome.start_tick < 200  # noise is not waited for
         else:
             assert 'noise' in outcome.error or 'between levels' in outcome.error
 
 
-def test_an_echo_hidden_by_noise_is_reported():
-    outcome = rig.run(noisy(rig.paper(7), 1e-3), Read())
-    assert outcome.error.startswith('no echo rises above the noise at the left end')
-    outcome = rig.run(noisy(rig.paper(7), 1e-4), Read())
-    assert outcome.error.startswith('the noise at the left end hides when the echo began')
-
-
-def test_noise_lowers_the_confidence():
+def test_noise_lowers_confidence():
     confidence = [
         rig.succeed(noisy(rig.paper(4), deviation), Read('right')).confidence
         for deviation in (0.0, 5e-5, 1e-4)
@@ -191,7 +118,7 @@ def test_noise_lowers_the_confidence():
     assert confidence[0] > confidence[1] > confidence[2] > 0.3
 
 
-def humming(level, omega, begun=0):
+def vibrating(level, omega, begun=0):
     """Return a device whose sensors both add a harmonic hum of 1e-3 from a tick on."""
     element = rig.device(level)
     advance, dt = element.chain.advance, element.chain.dt
@@ -206,17 +133,17 @@ def humming(level, omega, begun=0):
 
 
 @pytest.mark.parametrize('omega', [0.05, 0.3, 1.2])
-def test_hum_outside_the_carriers_bands_is_not_heard(omega):
+def test_vibration_outside_bands_changes_no_read(omega):
     """Six times the left end's threshold. The phase of an end averages over it."""
-    element = humming(3, omega)
+    element = vibrating(3, omega)
     rig.ticks(element, 60)
     assert rig.succeed(element, Read()).level == 3
 
 
 @pytest.mark.parametrize(('omega', 'end'), [(2.1, 'left'), (0.7, 'right')])
-def test_hum_within_a_carriers_band_is_not_noise_and_is_reported(omega, end):
+def test_vibration_within_band_is_waited_for_and_reported(omega, end):
     """The end seems to move as if waves were running, which cannot be told from an echo."""
-    element = humming(3, omega)
+    element = vibrating(3, omega)
     rig.ticks(element, 60)
     outcome = rig.run(element, Read())
     assert outcome.error.startswith('the element does not come to rest: waves of 0.00')
@@ -224,9 +151,9 @@ def test_hum_within_a_carriers_band_is_not_noise_and_is_reported(omega, end):
     assert outcome.end_tick - outcome.start_tick == 300  # read.patience: 6000 of 20
 
 
-def test_a_crossing_when_listening_begins_is_no_echo():
+def test_crossing_when_listening_begins_is_no_echo():
     """Hum that begins with the pulse crosses the threshold at once, where no level is."""
-    element = humming(3, 2.1, begun=1)
+    element = vibrating(3, 2.1, begun=1)
     outcome = rig.run(element, Read())
     assert outcome.error == (
         'something is heard at the left end when listening begins, at 108.00, and no level is '
@@ -234,13 +161,7 @@ def test_a_crossing_when_listening_begins_is_no_echo():
     )
 
 
-def test_a_write_succeeds_through_noise():
-    element = noisy(rig.device(1), 8e-6)
-    assert rig.succeed(element, Write(3)).level == 3
-    assert rig.holds(element, 3)
-
-
-def test_a_self_test_names_the_sensor_that_is_too_noisy():
+def test_self_test_names_sensor_that_is_too_noisy():
     """At 6e-5 it raises the threshold of the left end's last echo 1.43 times.
 
     Then nothing is written, since it could not be read.

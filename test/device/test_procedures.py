@@ -37,8 +37,6 @@ from mlmem_ros.contract.answers import outcome_to_dict
 
 from . import rig
 
-ONCE = WriteSettings(attempts=1)
-
 FEEBLE = rig.with_group('erase', compression=-0.001, tension=0.001)
 """An erase that frees no wall."""
 
@@ -51,7 +49,7 @@ WEAK = WriteSettings(compression=-0.005, tension=0.005)
 # --- write ------------------------------------------------------------------------------------
 
 
-def test_every_level_of_case_ii_is_written_and_read_from_both_ends():
+def test_every_level_of_case_ii_is_written_and_read():
     element = rig.device(design=CASE_II)
     for level in range(8):
         outcome = rig.run(element, Write(level))
@@ -68,7 +66,7 @@ def test_every_level_of_case_ii_is_written_and_read_from_both_ends():
         assert rig.holds(element, level)
 
 
-def test_a_step_up_is_one_cycle_of_the_right_sign(written):
+def test_step_up_is_one_cycle_of_right_sign(written):
     """From j = 25, 75 ... compression, from j = 50, 100 ... tension (j_0 = 17, J_s = 50)."""
     for level in range(3):
         trace, told = rig.strains(written(level), Write(level + 1))
@@ -76,24 +74,8 @@ def test_a_step_up_is_one_cycle_of_the_right_sign(written):
         assert rig.cycles(trace) == pytest.approx([-0.034 if level % 2 == 0 else 0.048])
 
 
-def test_several_steps_are_verified_by_one_read(written):
-    element = written(0)
-    told = rig.events(element, Write(3))
-    heard = [each.reading.level for each in told if isinstance(each, EchoReceived)]
-    assert heard == [3, 3], 'one echo from either end'
-    assert rig.holds(element, 3)
-
-
-@pytest.mark.parametrize(('before', 'after'), [(3, 1), (2, 0)])
-def test_a_level_is_written_over_a_higher_one(written, before, after):
-    element = written(before)
-    reading = rig.succeed(element, Write(after))
-    assert reading.level == after
-    assert rig.holds(element, after)
-
-
 @pytest.mark.parametrize('level', [0, 3])
-def test_writing_the_present_level_moves_nothing(written, level):
+def test_writing_present_level_moves_nothing(written, level):
     """An echo verifies it, without strain."""
     element = written(level)
     trace, told = rig.strains(element, Write(level))
@@ -103,7 +85,7 @@ def test_writing_the_present_level_moves_nothing(written, level):
 
 
 @pytest.mark.parametrize('before', [None, 2])
-def test_an_unknown_content_is_read_before_anything_moves(before):
+def test_unknown_content_is_read_before_anything_moves(before):
     element = rig.device(before)
     assert element.reading is None
     element.apply(Write(3))
@@ -117,7 +99,7 @@ def test_an_unknown_content_is_read_before_anything_moves(before):
     assert rig.holds(element, 3)
 
 
-def test_an_undecodable_content_is_read_again_and_then_erased(written):
+def test_undecodable_content_is_read_again_and_then_erased(written):
     """The table of another element does not give the place of the wall."""
     element = written(3)
     element.calibration = dataclasses.replace(
@@ -133,16 +115,14 @@ def test_an_undecodable_content_is_read_again_and_then_erased(written):
     assert rig.holds(element, 0)
 
 
-def test_a_failing_write_has_a_bounded_number_of_attempts():
+def test_failing_write_has_bounded_number_of_attempts():
     attempts = 2
     element = rig.device(1, write=dataclasses.replace(WEAK, attempts=attempts))
     trace, (*_, outcome) = rig.strains(element, Write(3))
     assert not outcome.success
     assert outcome.attempts == attempts
     assert outcome_to_dict(outcome)['attempts'] == attempts
-    seen = ', '.join(['level 1'] * attempts)
-    expected = f'level 3 was not reached in {attempts} attempts; read instead: {seen}'
-    assert outcome.error == expected
+    assert outcome.error.startswith(f'level 3 was not reached in {attempts} attempts')
     # from level 1 tension, then compression; every try a tenth harder than the one before
     forces = [1.1**attempt for attempt in range(attempts) for _ in range(2)]
     assert rig.cycles(trace) == pytest.approx(np.tile([0.005, -0.005], attempts) * forces)
@@ -151,7 +131,7 @@ def test_a_failing_write_has_a_bounded_number_of_attempts():
     assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
-def test_a_second_attempt_succeeds_after_a_failed_one(written):
+def test_second_attempt_succeeds_after_failed_one(written):
     """The device wrongly believes to be at level 2, where compression frees the wall."""
     element = written(1)
     element.reading = dataclasses.replace(element.reading, level=2)
@@ -161,7 +141,7 @@ def test_a_second_attempt_succeeds_after_a_failed_one(written):
     assert rig.holds(element, 3)
 
 
-def test_a_wall_that_went_too_far_is_brought_back(written):
+def test_wall_that_went_too_far_is_brought_back(written):
     """Believing level 0, the first attempt steps from 2 to 3, beyond the target: erase, start
     again.
     """
@@ -173,23 +153,19 @@ def test_a_wall_that_went_too_far_is_brought_back(written):
     assert rig.holds(element, 1)
 
 
-def test_a_failing_erase_ends_and_so_does_a_write_that_needs_it(written):
+@pytest.mark.parametrize('command', [Erase(), Write(0)], ids=str)
+def test_erase_that_frees_no_wall_ends_and_so_does_write(command):
     three_levels = dataclasses.replace(CASE_II, N=100)
     known = factory_calibration(three_levels, Settings())
     element = rig.device(2, design=three_levels, calibration=known, **FEEBLE)
-    erase = rig.run(element, Erase())
-    assert not erase.success
-    assert erase.error == 'the element is not blank after 8 strain cycles; read last: undecodable'
-    assert (element.actuator.strain, element.procedure) == (0.0, '')
-    element = rig.device(2, design=three_levels, calibration=known, **FEEBLE)
-    write = rig.run(element, Write(0))
-    assert not write.success
-    assert write.error.startswith('the element is not blank after 8 strain cycles')
-    assert write.attempts == 1
+    outcome = rig.run(element, command)
+    assert not outcome.success
+    assert outcome.error.startswith('the element is not blank after 8 strain cycles')
+    assert outcome.attempts == 1
     assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
-def test_a_write_first_releases_a_strain_set_by_hand(written):
+def test_write_first_releases_strain_set_by_hand(written):
     element = written(2, read=ReadSettings(min_margin=0.2))
     element.apply(SetStrain(0.02))
     rig.ticks(element, 300)
@@ -201,7 +177,7 @@ def test_a_write_first_releases_a_strain_set_by_hand(written):
     assert element.actuator.strain == 0.0
 
 
-def test_a_write_overrides_a_strain_set_in_the_same_tick(written):
+def test_write_overrides_strain_set_in_same_tick(written):
     """The strain is still zero, but about to change."""
     element = written(2)
     element.apply(SetStrain(0.02))
@@ -215,25 +191,14 @@ def test_a_write_overrides_a_strain_set_in_the_same_tick(written):
 # --- read -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize('level', [0, 3])
-def test_one_read_does_not_disturb_the_next(level):
-    """Each waits for the waves of the one before: from the same end or the other, repeatedly."""
-    element = rig.device(level)
-    for end in 3 * ('left', 'left', 'right', 'right'):
-        reading = rig.succeed(element, Read(end))
-        assert reading.level == level
-        assert reading.level_margin > 0.9
-    assert rig.holds(element, level)
-
-
 @pytest.mark.parametrize('end', list(End))
-def test_a_read_probes_from_the_end_in_the_settings(written, end):
+def test_read_probes_from_end_in_settings(written, end):
     element = written(3, read=ReadSettings(end=end))
     assert rig.succeed(element, Read()).end == end
     assert rig.succeed(element, Read('left')).end == 'left'
 
 
-def test_a_blank_element_is_read_from_the_right():
+def test_blank_element_is_read_from_right():
     """Whatever is asked for: the left carrier does not pass the inactive phase."""
     element = rig.device()
     for end in ('', 'left', 'right', 'both'):
@@ -242,7 +207,7 @@ def test_a_blank_element_is_read_from_the_right():
         assert reading.left_delay is None
 
 
-def test_a_wall_between_two_levels_is_undecodable():
+def test_wall_between_two_levels_is_undecodable():
     """Tension holds it at the substrate's softest site, 67, a third of the way to 75."""
     element = rig.device(2, read=ReadSettings(min_margin=0.5))
     element.apply(SetStrain(0.03))
@@ -254,7 +219,7 @@ def test_a_wall_between_two_levels_is_undecodable():
     assert outcome.reading.level == UNDECODABLE
 
 
-def test_a_wall_that_stopped_short_does_not_count_as_written():
+def test_wall_that_stopped_short_does_not_count_as_written():
     """Scatter of 0.1 % in alpha stops the wall 8 cells short, where the target is the nearest
     level.
     """
@@ -271,7 +236,7 @@ def test_a_wall_that_stopped_short_does_not_count_as_written():
     assert silent == {0.0: True, 0.5: False}
 
 
-def test_a_wall_that_has_left_the_element_is_reported(written):
+def test_wall_that_has_left_element_is_reported(written):
     """All cells are active, including the right end."""
     element = rig.device()
     element.chain.place(
@@ -284,22 +249,10 @@ def test_a_wall_that_has_left_the_element_is_reported(written):
     assert rig.holds(element, 1)
 
 
-def test_a_read_keeps_the_strain(written):
-    """Whether the echo is decoded or not: a release might move the wall."""
-    for min_margin, success in ((0.2, True), (0.5, False)):
-        element = written(2, read=ReadSettings(min_margin=min_margin))
-        element.apply(SetStrain(0.03))
-        rig.ticks(element, 300)
-        outcome = rig.run(element, Read())
-        assert outcome.success is success
-        rig.ticks(element, 100)
-        assert element.actuator.strain == 0.03
-
-
 @pytest.mark.parametrize(
     ('strain', 'rate'), [(-0.03, 1e-4), (-2e-5, 1e-8)], ids=['fast', 'too slow to be heard']
 )
-def test_a_read_waits_until_the_strain_stands_still(written, strain, rate):
+def test_read_waits_until_strain_stands_still(written, strain, rate):
     lenient = ReadSettings(min_margin=0.2)
     element = written(2, actuator=ActuatorSettings(max_rate=rate), read=lenient)
     element.apply(SetStrain(strain))
@@ -314,7 +267,7 @@ def test_a_read_waits_until_the_strain_stands_still(written, strain, rate):
 
 
 @pytest.mark.parametrize(('strain', 'level'), [(-0.01, 2), (0.01, 2), (-0.03, 3)])
-def test_a_read_under_strain_finds_the_present_place_of_the_wall(written, strain, level):
+def test_read_under_strain_finds_present_place_of_wall(written, strain, level):
     """At -0.03 the wall of level 2 rests at 92, a third of a spacing before level 3."""
     element = written(2, read=ReadSettings(min_margin=0.2))
     element.apply(SetStrain(strain))
@@ -324,24 +277,11 @@ def test_a_read_under_strain_finds_the_present_place_of_the_wall(written, strain
     assert 1.0 + reading.distance == pytest.approx(rig.wall(element), abs=2.0)
 
 
-def test_the_wait_for_a_restless_element_is_bounded():
-    """Without damping; 6000 time units are 300 ticks."""
-    undamped = dataclasses.replace(DESIGN, eta=0.0)
-    element = rig.device(3, design=undamped, calibration=rig.device().calibration)
-    element.chain.velocity[:] = np.random.default_rng(1).normal(0.0, 0.01, DESIGN.N)
-    element.advance()
-    outcome = rig.run(element, Read('left'))
-    assert not outcome.success
-    assert outcome.error.startswith('the element does not come to rest: waves of 0.0')
-    assert outcome.end_tick - outcome.start_tick == 300
-    assert not element.transducer.is_driving
-
-
 # --- erase ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize('level', [0, 1, 3])
-def test_a_level_is_erased_by_a_kink_that_needs_the_opposite_strain(written, level):
+def test_erase_drives_its_kink_by_opposite_strain(written, level):
     """Launched under compression it rests at j = 25, where tension frees it, and so on in turn.
 
     The wall moves away from it by a step or two, so it may take as many cycles as levels. With
@@ -369,7 +309,7 @@ def test_a_level_is_erased_by_a_kink_that_needs_the_opposite_strain(written, lev
     assert trusting.statistics.cycles == element.statistics.cycles
 
 
-def test_erasing_a_blank_element_only_reads(written):
+def test_erasing_blank_element_only_reads(written):
     element = rig.device()
     trace, told = rig.strains(element, Erase())
     assert told[-1].success
@@ -385,7 +325,7 @@ def echoes_of(element, command):
 
 
 @pytest.mark.parametrize(('believed', 'true'), [(1, 3), (3, None), (BLANK, 2)])
-def test_an_erase_that_trusts_a_wrong_reading_still_succeeds(written, believed, true):
+def test_erase_that_trusts_wrong_reading_succeeds(written, believed, true):
     element = rig.device(true, **rig.with_group('erase', trust_reading=True))
     element.reading = dataclasses.replace(written(1).reading, level=believed)
     assert echoes_of(element, Erase())[1].level == BLANK
@@ -393,7 +333,7 @@ def test_an_erase_that_trusts_a_wrong_reading_still_succeeds(written, believed, 
 
 
 @pytest.mark.parametrize(('end', 'at'), [(End.LEFT, 42.4), (End.RIGHT, 75.4)])
-def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
+def test_end_in_third_ground_state_is_brought_back(end, at):
     """A wall driven over a free end leaves it; no strain moves it.
 
     Here the third state reaches from the end to the site `at`, and the wall rests at 100 or has
@@ -434,7 +374,7 @@ def elastic(design, settings):
     return MemoryElement(soft, settings, known[0]), known[1]
 
 
-def test_an_elastic_substrate_writes_two_levels():
+def test_elastic_substrate_writes_two_levels():
     """As soft as these nine cells a level bear."""
     design, settings = preset('bits_1')
     design = dataclasses.replace(design, s_min=400.0, s_max=1200.0)
@@ -448,7 +388,7 @@ def test_an_elastic_substrate_writes_two_levels():
 
 
 @pytest.mark.slow
-def test_an_elastic_substrate_writes_every_level():
+def test_elastic_substrate_writes_every_level():
     element, _ = elastic(CASE_II, Settings())
     for level in (*range(8), 3, 7):
         assert rig.succeed(element, Write(level)).level == level

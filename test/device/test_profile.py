@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Timed strain profiles: through their points, within both limits, or refused."""
 
-import json
 import math
 
 import numpy as np
@@ -11,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from mlmem import FollowTrajectory, Refused, SetStrain, Write, snapshot
+from mlmem import FollowTrajectory, Refused, SetStrain
 from mlmem.instrument.actuator import MAX_PROFILE_POINTS, plan_profile
 from mlmem.rejections import ErrorCode
 from mlmem.settings import ActuatorSettings, ScaleSettings
@@ -36,24 +35,25 @@ def followed(command, ticks=None):
     return np.array(trace)
 
 
-def test_lines_between_points_without_rates():
-    trace = followed(FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0)))
+def test_profile_without_rates_is_lines_between_its_points():
+    trace = followed(FollowTrajectory(WAVE.times, WAVE.strains))
     t = 0.002 * np.arange(1, len(trace) + 1)
-    np.testing.assert_allclose(
-        trace, np.interp(t, [0.0, 0.1, 0.2, 0.4], [0.0, 0.05, -0.01, 0.0]), atol=1e-16
-    )
+    lines = np.interp(t, [0.0, *WAVE.times], [0.0, *WAVE.strains])
+    np.testing.assert_allclose(trace, lines, atol=1e-16)
     assert len(trace) == 200  # 0.4 s in ticks of 2 ms
     assert trace[-1] == 0.0  # exactly
+    limit = followed(FollowTrajectory((0.08, 0.16), (0.08, 0.0)))  # 1/s up to 0.08
+    assert limit.max() == 0.08
 
 
-def test_cubics_between_points_with_rates():
+def test_profile_with_rates_is_cubics_between_its_points():
     trace = followed(WAVE)
     t = 0.002 * np.arange(1, len(trace) + 1)
     spline = CubicHermiteSpline([0.0, *WAVE.times], [0.0, *WAVE.strains], [0.0, *WAVE.rates])
     np.testing.assert_allclose(trace, spline(t), atol=1e-16)
 
 
-def test_the_profile_starts_from_the_present_strain():
+def test_profile_starts_from_present_strain():
     element = rig.device()
     element.apply(SetStrain(0.01))
     rig.ticks(element, 8)
@@ -70,7 +70,7 @@ def test_the_profile_starts_from_the_present_strain():
     assert not element.actuator.is_moving
 
 
-def test_a_trajectory_can_write_like_the_procedure():
+def test_trajectory_can_write_like_procedure():
     """The cycle of a write by hand, from level 0 to 1: points at rest give its smooth ramps."""
     element = rig.device(level=0)
     element.apply(FollowTrajectory((0.12, 0.18, 0.30), (-0.034, -0.034, 0.0), (0.0, 0.0, 0.0)))
@@ -87,7 +87,7 @@ POINTS = st.lists(
 
 @rig.unhurried
 @given(POINTS, st.booleans())
-def test_exactly_the_profiles_within_both_limits_are_taken(points, with_rates):
+def test_exactly_profiles_within_both_limits_are_taken(points, with_rates):
     waits, strains, rates = zip(*points, strict=True)
     times = tuple(np.cumsum(waits).tolist())
     command = FollowTrajectory(times, strains, rates if with_rates else ())
@@ -108,14 +108,7 @@ def test_exactly_the_profiles_within_both_limits_are_taken(points, with_rates):
         )
 
 
-def test_the_limits_themselves_are_allowed():
-    trace = followed(FollowTrajectory((0.08, 0.16), (0.08, 0.0)))  # 1/s up to 0.08
-    assert trace.max() == 0.08
-    smooth = followed(FollowTrajectory((0.12,), (0.08,), (0.0,)))  # its peak rate is 1.5 x mean
-    assert smooth.max() == 0.08
-
-
-def test_a_cubic_is_judged_only_within_its_segment():
+def test_cubic_is_judged_only_within_its_segment():
     """It would go on to 0.109 at 1.6 times its width, and is 0.075 at its end."""
     rising = plan_profile(FollowTrajectory((0.12,), (0.075,), (0.8,)), 0.0, LIMITS, UNIT)
     strains, rates = rising.find_extremes()
@@ -155,7 +148,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(('command', 'code', 'field'), BAD)
-def test_points_that_are_not_a_profile_are_refused(command, code, field):
+def test_points_that_are_not_profile_are_rejected(command, code, field):
     element = rig.device()
     element.apply(WAVE)
     rig.ticks(element, 3)
@@ -166,60 +159,14 @@ def test_points_that_are_not_a_profile_are_refused(command, code, field):
     assert rig.bits(element) == before
 
 
-def test_a_trajectory_is_refused_while_a_procedure_runs():
-    element = rig.device(level=0)
-    element.apply(Write(1))
-    with pytest.raises(Refused, match='busy: write is running'):
-        element.apply(WAVE)
-
-
-def test_a_snapshot_on_the_way_goes_on_to_the_bit():
-    element, other = rig.device(), rig.device()
-    element.apply(WAVE)
-    rig.ticks(element, 60)
-    taken = json.loads(json.dumps(snapshot.take_snapshot(element)))
-    snapshot.restore_snapshot(other, taken)
-    for device in (element, other):
-        rig.ticks(device, 100)
-    assert rig.bits(other) == rig.bits(element)
-
-
-@pytest.mark.parametrize(
-    'change',
-    [
-        {'times': [0.0]},
-        {'times': [0.0, 2.0, 1.0, 4.0]},
-        {'times': [1.0, 2.0, 3.0, 4.0]},
-        {'strains': [0.0, 0.0, 0.0, 0.5]},
-        {'rates': [0.0]},
-        {'rates': [0.0, math.nan, 0.0, 0.0]},
-    ],
-    ids=str,
-)
-def test_a_damaged_profile_in_a_snapshot_is_refused(change):
-    element = rig.device()
-    element.apply(WAVE)
-    rig.ticks(element, 10)
-    taken = snapshot.take_snapshot(element)
-    taken['actuator'] |= change
-    with pytest.raises(snapshot.StateError, match='not a snapshot of a device'):
-        snapshot.restore_snapshot(rig.device(), taken)
-
-
-def test_the_largest_number_of_points_is_taken():
-    times = tuple(0.001 * n for n in range(1, MAX_PROFILE_POINTS + 1))
-    command = FollowTrajectory(times, (0.0,) * MAX_PROFILE_POINTS)
-    assert plan_profile(command, 0.0, LIMITS, UNIT).duration == pytest.approx(10.0 / UNIT)
-
-
-def test_a_trajectory_without_end_is_refused():
+def test_trajectory_without_end_is_rejected():
     """In time units it would end at infinity, which no snapshot can hold."""
     with pytest.raises(Refused) as rejected:
         plan_profile(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
     assert (rejected.value.code, rejected.value.field) == (ErrorCode.OUT_OF_RANGE, 'times')
 
 
-def test_a_trajectory_of_almost_no_time_does_not_overflow():
+def test_trajectory_of_almost_no_time_does_not_overflow():
     hold = plan_profile(FollowTrajectory((1e-310,), (0.0,)), 0.0, LIMITS, 1e-4)
     with np.errstate(all='raise'):
         assert (hold.strain(np.array([0.0, 20.0, 1e9])) == 0.0).all()

@@ -34,7 +34,7 @@ def with_walls(*defects, first_active=True, **settings):
 
 
 @pytest.mark.parametrize('level', range(4))
-def test_one_wall_is_the_same_from_both_ends(written, level):
+def test_one_wall_is_same_from_both_ends(written, level):
     element = written(level)
     told = rig.events(element, Read('both'))
     left, right = (event for event in told if isinstance(event, EchoReceived))
@@ -72,10 +72,8 @@ def test_three_walls_are_no_level_from_any_end(defects, end, names):
     element = with_walls(*defects, read=ReadSettings(end=names))
     outcome = rig.run(element, Read(end))
     assert (outcome.reading.level, outcome.reading.walls) == (UNDECODABLE, 3)
-    here, there = (first, defects[-1]) if names == 'left' else (last, defects[0])
+    here = first if names == 'left' else last
     assert f'wall at level {here}' in outcome.error
-    assert f'end one near cell {there}: something else answers at one of them' in outcome.error
-    assert 'or there are three walls, or more' in outcome.error
     assert outcome.reading.confidence == 0.0
 
 
@@ -89,7 +87,7 @@ def test_three_walls_are_no_level_from_any_end(defects, end, names):
         (True, (75, 100), 2, 'right'),
     ],
 )
-def test_a_stretch_of_the_other_phase_is_two_walls(first_active, defects, heard, end):
+def test_stretch_of_other_phase_is_two_walls(first_active, defects, heard, end):
     """An active one is heard from the right alone: the left carrier does not pass the other."""
     outcome = rig.run(with_walls(*defects, first_active=first_active), Read(end))
     assert not outcome.success
@@ -97,26 +95,10 @@ def test_a_stretch_of_the_other_phase_is_two_walls(first_active, defects, heard,
     assert f'a wall at level {heard}: there are two walls' in outcome.error
 
 
-def test_an_element_all_active_has_no_wall():
-    outcome = rig.run(with_walls(), Read('both'))
-    assert outcome.error == 'the right end is active: the wall has left the element'
-    assert outcome.reading.walls == 0
-
-
-@pytest.mark.parametrize('names', ['left', 'right', 'both'])
-def test_a_write_is_verified_from_both_ends(written, names):
-    """So a wall that is hidden from one end by another one is not missed."""
-    element = written(1, read=ReadSettings(end=names))
-    reading = rig.succeed(element, Write(2))
-    assert (reading.level, reading.end, reading.walls) == (2, names, 1)
-    assert None not in (reading.left_delay, reading.right_delay)
-    assert rig.holds(element, 2)
-
-
 @pytest.mark.parametrize(
     ('name', 'method', 'start', 'level'), [('bits_2', 'kick', 1, 3), ('bits_4', 'strain', 5, 6)]
 )
-def test_a_wall_that_still_swings_is_heard_again_and_not_moved_again(name, method, start, level):
+def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, level):
     """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
     design, settings = preset(name)
     element = new_element(design, replace(settings, write=replace(settings.write, method=method)))
@@ -131,7 +113,7 @@ def test_a_wall_that_still_swings_is_heard_again_and_not_moved_again(name, metho
 
 
 @pytest.mark.parametrize('level', [0, 3])
-def test_an_echo_that_fades_by_less_than_its_margin_is_still_heard(level):
+def test_echo_faded_by_less_than_its_margin_is_detected(level):
     """Raising the threshold by a factor f equals an echo fainter by 1 / f."""
 
     def heard(**settings):
@@ -146,7 +128,7 @@ def test_an_echo_that_fades_by_less_than_its_margin_is_still_heard(level):
 
 
 @pytest.mark.parametrize('strain', [0.03, 0.045])
-def test_a_wall_that_swings_after_a_strain_by_hand_is_not_accused(written, strain):
+def test_wall_swinging_after_strain_by_hand_is_read(written, strain):
     """A quarter of a cell beside its defect it echoes 1.3 times as loud; once it is still, no
     more. No end sees it swing: its frequency is in the gap of both phases.
     """
@@ -158,7 +140,7 @@ def test_a_wall_that_swings_after_a_strain_by_hand_is_not_accused(written, strai
 
 
 @pytest.mark.parametrize('command', [Write(2), SelfTest()], ids=['write', 'self-test'])
-def test_what_writes_listens_first_as_a_read_does(written, command):
+def test_procedure_that_writes_reads_first_as_read_does(written, command):
     """A wall that swings after a strain by hand says nothing at first; it is heard once more."""
     element = written(2)
     for strain in (0.03, 0.0):
