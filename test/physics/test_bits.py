@@ -57,13 +57,13 @@ def bits(method, substrate):
 
 
 @pytest.mark.parametrize(('method', 'substrate'), BITS)
-def test_the_bits_are_those_of_this_arithmetic(method, substrate):
+def test_bits_are_those_of_this_arithmetic(method, substrate):
     assert bits(method, substrate) == BITS[method, substrate]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', PROCESSORS)
-def test_the_bits_are_the_same_when_compiled_for_another_processor(name, tmp_path):
+def test_bits_are_same_compiled_for_another_processor(name, tmp_path):
     """The first has no fused multiply-add and calls the C library."""
     features = llvmlite.binding.get_host_cpu_features()
     if (needed := PROCESSORS[name]) and not features.get(needed):

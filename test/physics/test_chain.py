@@ -24,7 +24,6 @@ import oracle
 import pytest
 
 from mlmem.physics import (
-    CASE_I,
     CASE_II,
     INTEGRATORS,
     NOH_BATHE,
@@ -111,7 +110,7 @@ def by_chain(p, dt, method):
         (PEFRL, 4, (2, 4), 'elastic', 60, 0.1, (1e-6, 1e-5, 1e-4)),
     ],
 )
-def test_an_element_under_strain_and_pulse_follows_dop853(
+def test_element_under_strain_and_pulse_follows_dop853(
     method, order, cuts, substrate, N, dt, errors
 ):
     """The wall at level 0 is loose, and strong damping shows where it acts."""
@@ -155,7 +154,7 @@ def let_go_in_mid_step(substrate, dt):
 
 
 @SUBSTRATES
-def test_an_end_released_in_mid_step_keeps_the_order(substrate):
+def test_end_released_in_mid_step_keeps_order(substrate):
     errors = [let_go_in_mid_step(substrate, dt) for dt in (0.02, 0.01)]
     assert errors[0] < 1e-5
     assert errors[1] < errors[0] / 3.0
@@ -166,7 +165,7 @@ def test_an_end_released_in_mid_step_keeps_the_order(substrate):
 
 @SUBSTRATES
 @pytest.mark.parametrize('phase', [-2, 0, 1, 2, 3])
-def test_a_blank_chain_holds_still_in_any_phase(substrate, phase):
+def test_blank_chain_holds_still_in_any_phase(substrate, phase):
     design = case_ii(substrate, phase=phase)
     chain = Chain(design)
     chain.rest(2000)
@@ -176,7 +175,7 @@ def test_a_blank_chain_holds_still_in_any_phase(substrate, phase):
 
 @SUBSTRATES
 @pytest.mark.parametrize('phase', [0, 2])
-def test_a_wall_between_other_phases_stays_at_its_defect(substrate, phase):
+def test_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     """Phases 0 and 1 lie in the soft middle of the potential, 2 and 3 are three times stiffer."""
     design = case_ii(substrate, phase=phase)
     chain = Chain(design)
@@ -192,7 +191,7 @@ def test_a_wall_between_other_phases_stays_at_its_defect(substrate, phase):
 
 
 @SUBSTRATES
-def test_a_new_chain(substrate):
+def test_new_chain_is_blank_at_its_default_step(substrate):
     design = case_ii(substrate)
     chain = Chain(design)
     assert chain.time == 0.0
@@ -205,7 +204,7 @@ def test_a_new_chain(substrate):
 
 
 @SUBSTRATES
-def test_a_step_out_of_range_is_refused(substrate):
+def test_step_out_of_range_is_rejected(substrate):
     limit = stable_step(Specimen(case_ii(substrate)))
     Chain(case_ii(substrate), limit)
     for dt in (0.0, -0.1, 1.001 * limit, math.nan, math.inf):
@@ -213,13 +212,13 @@ def test_a_step_out_of_range_is_refused(substrate):
             Chain(case_ii(substrate), dt)
 
 
-def test_the_substeps_end_at_p_and_at_one():
+def test_substeps_end_at_p_and_at_one():
     np.testing.assert_allclose(substep_times(3, 0.5), [0.27, 0.5, 0.77, 1.0, 1.27, 1.5])
     assert substep_times(0, 0.5).shape == (0,)
 
 
 @SUBSTRATES
-def test_a_placed_chain_is_strained_quasi_statically_and_accelerates_by_its_forces(substrate):
+def test_placed_chain_is_strained_and_accelerates_by_forces(substrate):
     design = case_ii(substrate, N=60)
     chain = Chain(design)
     v = wall_profile(design, 30.7)
@@ -272,7 +271,7 @@ def moved(substrate, site=1, pieces=(400,), method=NOH_BATHE):
     [(1,) * 400, (1, 0, 132, 1, 1, 65, 200), (133, 267), (134, 266), (399, 1)],
     ids=lambda pieces: f'{len(pieces)} pieces, first {pieces[0]}',
 )
-def test_a_run_cut_into_pieces_is_the_same_to_the_bit(substrate, site, pieces, method):
+def test_run_cut_into_pieces_is_same_to_bit(substrate, site, pieces, method):
     assert sum(pieces) == 400
     whole, whole_ends = moved(substrate, site, method=method)
     cut, cut_ends = moved(substrate, site, pieces, method)
@@ -283,18 +282,7 @@ def test_a_run_cut_into_pieces_is_the_same_to_the_bit(substrate, site, pieces, m
 
 @METHODS
 @SUBSTRATES
-def test_two_runs_are_the_same_to_the_bit(substrate, method):
-    (first, ends), (second, again) = (
-        moved(substrate, method=method),
-        moved(substrate, method=method),
-    )
-    np.testing.assert_array_equal(first.state(), second.state())
-    np.testing.assert_array_equal(ends, again)
-
-
-@METHODS
-@SUBSTRATES
-def test_a_restored_chain_continues_to_the_bit(substrate, method):
+def test_restored_chain_continues_to_bit(substrate, method):
     chain, _ = moved(substrate, method=method)
     saved, V_N, steps = chain.state(), chain.V_N, chain.steps_done
     later = np.linspace(V_N, 0.0, 300 * method.substeps)
@@ -307,30 +295,9 @@ def test_a_restored_chain_continues_to_the_bit(substrate, method):
         np.testing.assert_array_equal(successor.state(), saved)
         np.testing.assert_array_equal(successor.advance(later), ends)
         np.testing.assert_array_equal(successor.state(), goal)
+        assert np.abs(saved - goal).max() > 1e-3, 'a saved state is a copy'
         assert successor.steps_done == steps + 300
         assert successor.V_N == 0.0
-
-
-@SUBSTRATES
-def test_a_saved_state_is_a_copy(substrate):
-    chain, _ = moved(substrate)
-    saved = chain.state()
-    kept = saved.copy()
-    chain.rest(10)
-    np.testing.assert_array_equal(saved, kept)
-    chain.restore(saved, V_N=0.0, steps_done=0)
-    chain.rest(10)
-    np.testing.assert_array_equal(saved, kept)
-
-
-@SUBSTRATES
-def test_no_steps_do_nothing(substrate):
-    chain, _ = moved(substrate)
-    before, V_N = chain.state(), chain.V_N
-    assert chain.advance(np.empty(0)).shape == (2, 0)
-    assert chain.advance(np.empty(0), HeldCell(1, np.empty((2, 0)))).shape == (2, 0)
-    np.testing.assert_array_equal(chain.state(), before)
-    assert chain.V_N == V_N
 
 
 @METHODS
@@ -354,7 +321,7 @@ def test_slices_and_whole_numbers_compile_nothing_new(substrate, method):
 @METHODS
 @SUBSTRATES
 @pytest.mark.parametrize('site', [1, 61], ids=['left', 'right'])
-def test_a_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site, method):
+def test_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site, method):
     design = case_ii(substrate, N=61)
     chain = Chain(design, integrator=method)
     chain.place(find_pinned_wall(Specimen(design), 1))
@@ -378,109 +345,56 @@ def test_a_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, sit
     assert np.all(free != motion[0, -1])
 
 
-@SUBSTRATES
-@pytest.mark.parametrize('site', [1, 61], ids=['left', 'right'])
-@pytest.mark.parametrize('driven', [1, 2, 3, 4])
-def test_a_driven_end_flies_on_at_the_velocity_it_was_given(substrate, site, driven):
-    """It is held still, given velocity 1 at the end, and released after any sub-step."""
-    design = case_ii(substrate, N=61)
-    chain = Chain(design, dt=1e-3)
-    home = chain.end(site)
-    motion = np.array([np.full(driven, home), np.zeros(driven)])
-    motion[1, -1] = 1.0
-    chain.advance(np.zeros(2 * 5), HeldCell(site, motion))
-    flight = 5 * chain.dt - substep_times(5, chain.dt)[driven - 1]
-    # Springs and damping take (k + eta) times flight off it, 1 % at most.
-    assert chain.end(site) - home == pytest.approx(flight, rel=0.01)
-    assert chain.velocity[site - 1] == pytest.approx(1.0, rel=0.01)
-
-
-@SUBSTRATES
-def test_a_driven_end_pulls_its_neighbour_from_the_first_sub_step(substrate):
-    """A jump of v_1 by 1 accelerates v_2 by 1: after one step v_2 has moved by dt^2 / 2."""
-    design = case_ii(substrate, N=61)
-    chain = Chain(design, dt=1e-3)
-    v = chain.v.copy()
-    chain.advance(np.zeros(2), HeldCell(1, np.full((2, 2), [[design.D_s1 + 1.0], [0.0]])))
-    dt, p = chain.dt, 0.54
-    # In sub-step 1 v_2 is predicted before it is pulled; the rest is (1 - p^2) of dt^2 / 2
-    # with the corrected velocity, p (1 - p) dt^2 / 2, and the pull, (1 - p)^2 dt^2 / 2.
-    moved = 0.5 * (p * (1.0 - p) + (1.0 - p) ** 2) * dt**2
-    assert chain.v[1] - v[1] == pytest.approx(moved, rel=1e-4)
-    np.testing.assert_allclose(chain.v[3:], v[3:], atol=1e-12)
-
-
 # --- refusals ---------------------------------------------------------------------------------
 
 
-def assert_refused(chain, message, action):
-    """Check that an action raises and that nothing at all has changed."""
-    before, V_N, steps = chain.state(), chain.V_N, chain.steps_done
-    with pytest.raises(StateError, match=message):
-        action()
-    np.testing.assert_array_equal(chain.state(), before)
-    assert (chain.V_N, chain.steps_done) == (V_N, steps)
-
-
 @SUBSTRATES
-def test_wrong_states_are_refused_and_change_nothing(substrate):
+def test_wrong_states_are_rejected_and_change_nothing(substrate):
     chain, _ = moved(substrate)
-    rows = 6 if substrate == 'elastic' else 3
-    good = chain.state()
-    for bad_value in (math.nan, math.inf, -math.inf):
-        for row in range(rows):
-            bad = good.copy()
-            bad[row, 17] = bad_value
-            assert_refused(
-                chain,
-                'must be finite; got',
-                lambda bad=bad: chain.restore(bad, V_N=0.0, steps_done=0),
-            )
-        bad_v = np.zeros(61)
-        bad_v[60] = bad_value
-        assert_refused(chain, 'must be finite; got', lambda bad_v=bad_v: chain.place(bad_v))
-        assert_refused(
-            chain, 'must be finite; got', lambda x=bad_value: chain.place(np.zeros(61), V_N=x)
-        )
-        assert_refused(
-            chain,
-            'must be finite; got',
-            lambda x=bad_value: chain.restore(good, V_N=x, steps_done=0),
-        )
-    assert_refused(
-        chain,
-        rf'must have shape \({rows}, 61\); got \({rows}, 60\)',
+    good, before = chain.state(), (chain.state().tobytes(), chain.V_N, chain.steps_done)
+    wrong = [
         lambda: chain.restore(good[:, 1:], V_N=0.0, steps_done=0),
-    )
-    assert_refused(
-        chain,
-        rf'must have shape \({rows}, 61\); got \({9 - rows}, 61\)',
-        lambda: chain.restore(np.zeros((9 - rows, 61)), V_N=0.0, steps_done=0),
-    )
-    assert_refused(
-        chain, r'v must have shape \(61,\); got \(60,\)', lambda: chain.place(np.zeros(60))
-    )
+        lambda: chain.restore(np.zeros((9 - len(good), 61)), V_N=0.0, steps_done=0),
+        lambda: chain.place(np.zeros(60)),
+    ]
+    for bad in (math.nan, math.inf, -math.inf):
+        for row in range(len(good)):
+            state = good.copy()
+            state[row, 17] = bad
+            wrong.append(functools.partial(chain.restore, state, V_N=0.0, steps_done=0))
+        wrong += [
+            functools.partial(chain.place, np.append(np.zeros(60), bad)),
+            functools.partial(chain.place, np.zeros(61), V_N=bad),
+            functools.partial(chain.restore, good, V_N=bad, steps_done=0),
+        ]
+    for action in wrong:
+        with pytest.raises(StateError):
+            action()
+        assert (chain.state().tobytes(), chain.V_N, chain.steps_done) == before
 
 
 @SUBSTRATES
 @pytest.mark.parametrize(
     ('V_N', 'held_cell', 'message'),
     [
-        (np.zeros(7), None, r'V_N must have shape \(2 steps,\); got \(7,\)'),
-        (np.zeros((2, 4)), None, r'V_N must have shape \(2 steps,\); got \(2, 4\)'),
+        (np.zeros(7), None, 'V_N must have shape'),
+        (np.zeros((2, 4)), None, 'V_N must have shape'),
         (np.array([0.0, math.nan]), None, 'V_N must be finite'),
         (np.array([math.inf, 0.0]), None, 'V_N must be finite'),
-        (np.zeros(8), HeldCell(0, np.zeros((2, 8))), 'site must be 1 or N = 61; got 0'),
-        (np.zeros(8), HeldCell(30, np.zeros((2, 8))), 'site must be 1 or N = 61; got 30'),
-        (np.zeros(8), HeldCell(1, np.zeros(8)), r'motion must have shape \(2, m\); got \(8,\)'),
-        (np.zeros(8), HeldCell(1, np.zeros((3, 8))), r'motion must have shape \(2, m\); got'),
-        (np.zeros(8), HeldCell(1, np.zeros((2, 9))), 'motion must end with the run.* 8 .*; got 9'),
+        (np.zeros(8), HeldCell(0, np.zeros((2, 8))), 'site must be 1 or N'),
+        (np.zeros(8), HeldCell(30, np.zeros((2, 8))), 'site must be 1 or N'),
+        (np.zeros(8), HeldCell(1, np.zeros(8)), 'motion must have shape'),
+        (np.zeros(8), HeldCell(1, np.zeros((3, 8))), 'motion must have shape'),
+        (np.zeros(8), HeldCell(1, np.zeros((2, 9))), 'motion must end with the run'),
         (np.zeros(8), HeldCell(1, np.full((2, 8), math.nan)), 'motion must be finite'),
     ],
 )
-def test_wrong_inputs_are_refused_and_change_nothing(substrate, V_N, held_cell, message):
+def test_wrong_inputs_are_rejected_and_change_nothing(substrate, V_N, held_cell, message):
     chain, _ = moved(substrate)
-    assert_refused(chain, message, lambda: chain.advance(V_N, held_cell))
+    before = chain.state().tobytes(), chain.V_N, chain.steps_done
+    with pytest.raises(StateError, match=message):
+        chain.advance(V_N, held_cell)
+    assert (chain.state().tobytes(), chain.V_N, chain.steps_done) == before
 
 
 @pytest.mark.parametrize(
@@ -494,7 +408,7 @@ def test_wrong_inputs_are_refused_and_change_nothing(substrate, V_N, held_cell, 
         ('elastic', 'substrate_velocity'),
     ],
 )
-def test_a_chain_that_stops_being_finite_says_so(substrate, row):
+def test_chain_that_stops_being_finite_says_so(substrate, row):
     """A NaN is never integrated silently, wherever it comes from."""
     chain, _ = moved(substrate)
     getattr(chain, row)[30] = math.nan
@@ -503,7 +417,7 @@ def test_a_chain_that_stops_being_finite_says_so(substrate, row):
 
 
 @SUBSTRATES
-def test_a_chain_is_finite_or_lost_but_never_in_between(substrate):
+def test_chain_is_finite_or_lost_but_never_in_between(substrate):
     """A blow-up spreads from row to row of the state; it must be seen in any of them."""
     chain, _ = moved(substrate)
     good, seen = chain.state(), set()
@@ -528,7 +442,7 @@ def test_a_chain_is_finite_or_lost_but_never_in_between(substrate):
     ('end', 'loss'),
     [(1e200, 'stopped being finite before step 500'), (80.0, 'stable before step 500')],
 )
-def test_a_diverging_run_leaves_the_chain_as_it_was(substrate, method, end, loss):
+def test_diverging_run_leaves_chain_as_it_was(substrate, method, end, loss):
     """It then continues as if the run had not been requested."""
     chain, twin = (Chain(case_ii(substrate), integrator=method) for _ in range(2))
     for each in (chain, twin):
@@ -545,7 +459,7 @@ def test_a_diverging_run_leaves_the_chain_as_it_was(substrate, method, end, loss
 
 @METHODS
 @SUBSTRATES
-def test_a_cell_that_leaves_its_range_and_returns_is_seen_at_every_check(substrate, method):
+def test_cell_that_leaves_its_range_and_returns_is_detected(substrate, method):
     """The first cell is pulled out for one step of eight, and put back."""
     design, steps = case_ii(substrate), 8
     still = np.zeros(steps * method.substeps)
@@ -561,17 +475,8 @@ def test_a_cell_that_leaves_its_range_and_returns_is_seen_at_every_check(substra
         assert other.state().tobytes() == Chain(design, integrator=method).state().tobytes()
 
 
-def test_case_i_runs_too():
-    """The element of Fig. 2: its wall at the defect in the middle, j = 100."""
-    chain = Chain(CASE_I)
-    chain.place(find_pinned_wall(Specimen(CASE_I), 0))
-    chain.rest(4000)
-    (wall,) = find_walls(CASE_I, chain.configuration)
-    assert wall.position == pytest.approx(100.0, abs=1.0)
-
-
 @SUBSTRATES
-def test_chains_in_threads_give_the_bits_of_each_alone(substrate):
+def test_chains_in_threads_give_bits_of_each_alone(substrate):
     """The loops hold no GIL and share nothing: more chains than threads, each with its shake."""
 
     def shaken(seed):

@@ -44,7 +44,7 @@ def wall(design, position=40.5):
     return relax_to_equilibrium(Specimen(design), guess, np.zeros(design.N))
 
 
-def test_a_curve_repeats_a_cubic():
+def test_curve_repeats_cubic():
     """To the rounding of forces of 24 and stiffnesses of 44; beyond its ends it is straight."""
     D = np.linspace(-2.0, 2.0, 1_001)
     assert PHI_4.slope(D) == pytest.approx(4.0 * D * (D * D - 1.0), abs=1e-13)
@@ -64,7 +64,7 @@ def test_forces_are_derivatives(law):
     assert law.stiffness(D) == pytest.approx(bend, abs=1e-4 * scale)
 
 
-def test_the_loops_force_is_the_same():
+def test_force_of_loops_is_that_of_curve():
     D = np.linspace(-2.5, 2.5, 501)
     constants = PHI_4.constants(np.full(3, 0.3))
     force = on_site_force(constants, D - PHI_4.origin)
@@ -80,7 +80,7 @@ def test_the_loops_force_is_the_same():
         (PHI_8, [-2.0, -1.0, 1.0, 2.0], [-math.sqrt(2.5), 0.0, math.sqrt(2.5)]),
     ],
 )
-def test_ground_states(law, states, barriers):
+def test_ground_states_and_barriers_are_those_of_law(law, states, barriers):
     """To the error of a spline, h^4 / 384 of the fourth derivative of the force."""
     assert law.ground_states == pytest.approx(states, abs=1e-7)
     assert [law.barrier(n) for n in range(len(barriers))] == pytest.approx(barriers, abs=1e-7)
@@ -98,7 +98,7 @@ def test_ground_states(law, states, barriers):
         (PHI_8, 2, 22 / 15),
     ],
 )
-def test_the_energy_of_a_wall_is_the_continuums(law, phase, energy):
+def test_energy_of_wall_is_continuums(law, phase, energy):
     """Walls ten cells wide; what the lattice changes is of order 1 / width^2."""
     kappa = 0.1 / (math.sqrt(law.stiffness(law.ground_states[phase]) / 8.0))
     design = uniform(law, kappa**2 / 2.0, phase, 400)
@@ -106,13 +106,7 @@ def test_the_energy_of_a_wall_is_the_continuums(law, phase, energy):
     assert held.energy[0] == pytest.approx(math.sqrt(2.0 * design.d) * energy, rel=0.01)
 
 
-def test_the_width_of_a_phi_4_wall():
-    """Against tanh(kappa x): what the lattice changes is of order kappa^2 / 10."""
-    design = uniform(PHI_4, 0.25**2 / 2.0)
-    assert wall(design) == pytest.approx(-np.tanh(0.25 * (design.sites - 40.5)), abs=0.01)
-
-
-def test_the_internal_mode_of_a_phi_4_wall():
+def test_internal_mode_of_phi_4_wall():
     """Translation, the internal mode, then the band; and the loop swings with its frequency."""
     kappa = 0.25
     design = uniform(PHI_4, kappa**2 / 2.0, N=160)
@@ -132,7 +126,7 @@ def test_the_internal_mode_of_a_phi_4_wall():
         assert (chain.v - v) @ modes[:, 1] == pytest.approx(-1e-4, rel=0.02)
 
 
-def test_the_peierls_barrier_falls_as_it_must():
+def test_peierls_barrier_falls_as_it_must():
     """ln E = -pi^2 / kappa + n ln kappa + constant, fitted at four widths."""
     kappas = np.array([0.5, 0.6, 0.7, 0.8])
     barriers = []
@@ -145,7 +139,7 @@ def test_the_peierls_barrier_falls_as_it_must():
     assert exponent == pytest.approx(math.pi**2, rel=0.05)
 
 
-def test_the_papers_potential_as_a_curve():
+def test_papers_potential_as_curve():
     """Every loop does with it what it does with the formula, to the error of the spline."""
     p = CASE_II.potential
     law = Curve.of(dataclasses.replace(p, d=1.0).slope, -3.5, 3.5, 3_000)
@@ -170,12 +164,12 @@ def test_the_papers_potential_as_a_curve():
         ({'a': 0.3}, "a, b and c are of the paper's formula"),
     ],
 )
-def test_laws_that_make_no_memory(changes, message):
+def test_law_that_makes_no_memory_is_rejected(changes, message):
     with pytest.raises(DesignError, match=message):
         dataclasses.replace(uniform(PHI_4, 0.1), **changes)
 
 
-def test_curves_that_are_refused():
+def test_curve_of_too_few_numbers_is_rejected():
     with pytest.raises(DesignError, match='high must be above low = 1; got 0'):
         Curve(1.0, 0.0, (0.0,) * 8)
     with pytest.raises(DesignError, match='force must be 8 to 4096 numbers; got 3'):
@@ -186,7 +180,7 @@ def test_curves_that_are_refused():
         )
 
 
-def test_a_design_with_a_law_comes_back_from_plain_values():
+def test_design_with_law_comes_back_from_plain_values():
     design = uniform(PHI_6, 0.1)
     assert decode_value(Design, design.as_dict()) == design
     assert 'law' not in CASE_II.as_dict()

@@ -25,13 +25,13 @@ UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, eta=0.0)
 PHASES = pytest.mark.parametrize('k_s', [CASE_II.k_s1, CASE_II.k_s2], ids=['s1', 's2'])
 
 
-def test_the_bands_of_case_ii():
+def test_bands_of_case_ii():
     assert eq4.pass_band(CASE_II.k_s1) == pytest.approx((0.4689, 2.0542), abs=5e-5)
     assert eq4.pass_band(CASE_II.k_s2) == pytest.approx((0.7688, 2.1427), abs=5e-5)
 
 
 @PHASES
-def test_the_wavenumber_solves_eq_4(k_s):
+def test_wavenumber_solves_eq_4(k_s):
     for omega in np.linspace(0.05, 3.0, 60):  # below, inside and above the band
         theta = np.roots([1.0, -(2.0 + k_s - omega**2), 1.0])[0]  # 2 + k - 1/theta - theta = w^2
         kappa = 1j * np.log(complex(theta))
@@ -53,7 +53,7 @@ def test_frequency_and_wavenumber_are_inverse(k_s):
 
 
 @PHASES
-def test_the_group_velocity_is_the_slope_of_the_frequency(k_s):
+def test_group_velocity_is_slope_of_frequency(k_s):
     kappa, h = np.linspace(0.1, 3.0, 30), 1e-5
     slope = (eq4.wave_frequency(kappa + h, k_s) - eq4.wave_frequency(kappa - h, k_s)) / (2.0 * h)
     np.testing.assert_allclose(
@@ -63,12 +63,9 @@ def test_the_group_velocity_is_the_slope_of_the_frequency(k_s):
     )
 
 
-def test_outside_the_band_nothing_travels():
+def test_outside_band_nothing_travels():
     low, high = eq4.pass_band(CASE_II.k_s2)
     np.testing.assert_array_equal(eq4.group_velocity([0.9 * low, 1.1 * high], CASE_II.k_s2), 0.0)
-
-
-# --- the chain obeys it -----------------------------------------------------------------------
 
 
 def rising_zeros(signal, dt):
@@ -79,7 +76,7 @@ def rising_zeros(signal, dt):
 
 @pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
 @pytest.mark.parametrize('mode', [0, 3, 20, 37, 39])
-def test_a_standing_wave_oscillates_at_the_frequency_of_eq_4(phase, mode):
+def test_standing_wave_oscillates_at_frequency_of_eq_4(phase, mode):
     """A free chain of N cells stands in cos[kappa (j - 1/2)] with kappa = pi mode / N."""
     design = dataclasses.replace(UNIFORM, N=40, phase=phase)
     kappa = np.pi * mode / design.N
@@ -95,7 +92,7 @@ def test_a_standing_wave_oscillates_at_the_frequency_of_eq_4(phase, mode):
 
 @pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
 @pytest.mark.parametrize('kappa', [0.4, 1.2, 2.4])
-def test_a_wave_packet_travels_at_the_group_velocity(phase, kappa):
+def test_wave_packet_travels_at_group_velocity(phase, kappa):
     design = dataclasses.replace(UNIFORM, N=1200, phase=phase)
     j, centre, width = design.sites, 300.0, 60.0
     omega = float(eq4.wave_frequency(kappa, design.k_s1))

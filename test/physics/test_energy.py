@@ -37,7 +37,7 @@ def rough(seed=0):
     return v, 0.1 * random.standard_normal(SMALL.N)
 
 
-def test_the_potential_energy_is_the_papers_lagrangian():
+def test_potential_energy_is_papers_lagrangian():
     v, V = rough()
     on_site = np.sum(oracle.alpha(SMALL) * oracle.psi(SMALL, v - V))
     s = oracle.s(SMALL)
@@ -47,7 +47,7 @@ def test_the_potential_energy_is_the_papers_lagrangian():
     assert potential_energy(SMALL, v, V) == pytest.approx(on_site + springs, rel=1e-13)
 
 
-def test_the_forces_are_those_of_eqs_1a_and_1b():
+def test_forces_are_those_of_eqs_1a_and_1b():
     v, V = rough()
     f, F = oracle.forces(SMALL, v, V)
     np.testing.assert_allclose(metamaterial_force(Specimen(SMALL), v, V), f, atol=1e-13)
@@ -57,7 +57,7 @@ def test_the_forces_are_those_of_eqs_1a_and_1b():
 
 
 @pytest.mark.parametrize('j', [0, 1, 24, 30, 58, 59])
-def test_the_forces_are_minus_the_gradient_of_the_energy(j):
+def test_forces_are_minus_gradient_of_energy(j):
     """By central differences; h^2 psi''' and (energy 4000) eps / h are both below 1e-6."""
     v, V = rough()
     h = 1e-5 * np.eye(SMALL.N)[j]
@@ -72,7 +72,7 @@ def test_the_forces_are_minus_the_gradient_of_the_energy(j):
 
 
 @SUBSTRATES
-def test_the_actuator_force_is_the_slope_of_the_energy(substrate):
+def test_actuator_force_is_slope_of_energy(substrate):
     """Moving V_N moves the whole foundation of the rigid model, one site of the elastic one."""
     design = dataclasses.replace(SMALL, substrate=substrate)
     v, _ = rough()
@@ -84,15 +84,8 @@ def test_the_actuator_force_is_the_slope_of_the_energy(substrate):
     assert actuator_force(chain) == pytest.approx(slope / (2.0 * h), abs=1e-6)
 
 
-def test_a_bare_substrate_resists_like_its_springs_in_series():
-    """Cells in their ground states everywhere pull at nothing: F = V_N / sum(1 / s)."""
-    chain = Chain(dataclasses.replace(SMALL, substrate='elastic'))
-    chain.place(SMALL.D_s1 + 0.5 * oracle.quasi_static(SMALL), V_N=0.5)
-    assert actuator_force(chain) == pytest.approx(0.5 / np.sum(1.0 / oracle.s(SMALL)), rel=1e-9)
-
-
 @SUBSTRATES
-def test_the_parts_of_the_energy(substrate):
+def test_parts_of_energy(substrate):
     design = dataclasses.replace(SMALL, substrate=substrate)
     chain = Chain(design)
     chain.place(rough()[0], V_N=0.4)
@@ -111,7 +104,7 @@ def test_the_parts_of_the_energy(substrate):
 
 
 @SUBSTRATES
-def test_without_damping_and_work_the_energy_stays(substrate):
+def test_without_damping_and_work_energy_stays(substrate):
     """The integrator damps a little, the fastest waves most: less with the cube of the step."""
     design = dataclasses.replace(SMALL, eta=0.0, substrate=substrate)
     drifts = []

@@ -7,7 +7,6 @@ equilibrium            must agree with
 =====================  =============================================================
 relax                  scipy.optimize (trust-exact with the exact Hessian), from the
                        same guess; forces of the paper below rounding
-relax, under strain    where a damped chain comes to rest
 find_pinned_wall(level)    one anti-kink at the defect of every level; a chain put there stays
 =====================  =============================================================
 """
@@ -61,7 +60,7 @@ def by_scipy(p, guess, V):
 
 @pytest.mark.parametrize('V_N', [0.0, -0.8, 1.2])
 @pytest.mark.parametrize('position', [25.3, 37.8, 50.3])
-def test_relax_finds_the_minimum_that_scipy_finds(position, V_N):
+def test_relax_finds_minimum_that_scipy_finds(position, V_N):
     V = V_N * oracle.quasi_static(SMALL)
     guess = wall_profile(SMALL, position) + V
     v = relax_to_equilibrium(Specimen(SMALL), guess, V)
@@ -70,34 +69,7 @@ def test_relax_finds_the_minimum_that_scipy_finds(position, V_N):
     assert np.abs(oracle.forces(SMALL, v, V)[0]).max() < 1e-11
 
 
-def test_relax_under_strain_agrees_with_a_damped_run():
-    design = dataclasses.replace(SMALL, eta=0.1)
-    V_N = -0.8
-    V = V_N * oracle.quasi_static(design)
-    guess = wall_profile(design, 50.3) + V
-    chain = Chain(design)
-    chain.place(guess, V_N=V_N)
-    chain.rest(8000)  # exp(-0.05 x 2000) of the start is left
-    np.testing.assert_allclose(
-        chain.v, relax_to_equilibrium(Specimen(design), guess, V), atol=1e-9
-    )
-
-
-@pytest.mark.parametrize('offset', [-2.0, -0.5, 0.5, 2.0])
-def test_relax_moves_a_wall_near_a_defect_onto_it(offset):
-    v = relax_to_equilibrium(Specimen(SMALL), wall_profile(SMALL, 25.0 + offset), np.zeros(80))
-    np.testing.assert_allclose(v, find_pinned_wall(Specimen(SMALL), 0), atol=1e-9)
-
-
-@pytest.mark.parametrize('d', [0.038, 38.0])
-def test_relax_reaches_its_tolerance_in_stiff_wells_too(d):
-    """At d = 38 the on-site stiffness is 591, and rounding alone leaves forces of 1e-12."""
-    stiff = dataclasses.replace(SMALL, d=d, s_min=6000.0, s_max=18000.0)
-    v = relax_to_equilibrium(Specimen(stiff), np.full(80, stiff.D_s1 + 0.2), np.zeros(80))
-    np.testing.assert_allclose(v, stiff.D_s1, atol=1e-11)
-
-
-def test_relax_rejects_an_unstable_equilibrium():
+def test_relax_rejects_unstable_equilibrium():
     summit = np.full(80, SMALL.D_barrier)
     uniform = dataclasses.replace(SMALL, gamma=0.0, beta=0.0)
     assert np.abs(oracle.forces(uniform, summit, np.zeros(80))[0]).max() < 1e-15
@@ -116,11 +88,8 @@ def test_relax_explains_why_it_failed():
         relax_to_equilibrium(Specimen(SMALL), np.full(80, np.nan), np.zeros(80))
 
 
-# --- resting walls ----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize('level', range(8))
-def test_a_wall_rests_at_the_defect_of_every_level(level):
+def test_wall_rests_at_defect_of_every_level(level):
     v = find_pinned_wall(Specimen(CASE_II), level)
     (wall,) = find_walls(CASE_II, v)
     assert wall.anti_kink
@@ -136,7 +105,7 @@ def test_a_wall_rests_at_the_defect_of_every_level(level):
 
 
 @pytest.mark.parametrize('level', [-1, 8, 100])
-def test_a_level_out_of_range_has_no_wall(level):
+def test_level_out_of_range_has_no_wall(level):
     with pytest.raises(StateError, match=f'^level must be from 0 to 7; got {level}'):
         find_pinned_wall(Specimen(CASE_II), level)
 
@@ -149,27 +118,13 @@ def test_a_level_out_of_range_has_no_wall(level):
     ],
     ids=['a slope without defects', 'hard defects'],
 )
-def test_a_design_without_pinning_is_reported(changes, message):
+def test_design_without_pinning_is_reported(changes, message):
     with pytest.raises(StateError, match=message):
         find_pinned_wall(Specimen(dataclasses.replace(CASE_I, **changes)), 0)
 
 
-def test_the_guess_has_its_wall_at_the_given_position():
-    profile = wall_profile(CASE_II, 60.25)
-    middle = 0.5 * (CASE_II.D_s1 + CASE_II.D_s2)
-    assert np.interp(60.25, CASE_II.sites, profile) == pytest.approx(middle, abs=0.01)
-    assert profile[0] == pytest.approx(CASE_II.D_s2, abs=1e-9)
-    assert profile[-1] == pytest.approx(CASE_II.D_s1, abs=1e-9)
-    assert np.all(np.diff(profile) <= 0.0)
-    kink = wall_profile(CASE_II, 60.25, kink=True)
-    np.testing.assert_allclose(kink + profile, 2.0 * middle, atol=1e-15)
-
-
-# --- the linear systems against a dense solver and its eigenvalues ---------------------------
-
-
 @pytest.mark.parametrize('n', [1, 2, 3, 50])
-def test_it_solves_what_numpy_solves(n):
+def test_tridiagonal_solution_is_that_of_numpy(n):
     random = np.random.default_rng(n)
     diagonal, beside = 2.0 + random.random(n), -random.random(n - 1)
     right = random.standard_normal((3, n))
@@ -181,7 +136,7 @@ def test_it_solves_what_numpy_solves(n):
     np.testing.assert_allclose(solution, exact, rtol=1e-10, atol=1e-12)
 
 
-def test_it_detects_a_matrix_that_is_not_positive_definite():
+def test_tridiagonal_solver_detects_indefinite_matrix():
     """The least eigenvalue of n springs is 2 - 2 cos(pi / (n + 1)); a shift passes it."""
     n = 10
     least = 2.0 - 2.0 * np.cos(np.pi / (n + 1))

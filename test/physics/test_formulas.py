@@ -28,32 +28,26 @@ def exact(turns):
         (102.0, 1e-13),  # ground state 100, the largest that a design may use
     ],
 )
-def test_the_sine(reach, tolerance):
+def test_sine_of_turns_is_exact_within_its_tolerance(reach, tolerance):
     angles = np.linspace(-reach, reach, 4_001)
     error = [sine_of_turns(float(turns)) - exact(float(turns)) for turns in angles]
     assert np.abs(error).max() < tolerance
 
 
-def test_the_sine_of_a_ground_state_is_as_good_as_the_polynomial():
-    """Subtracting whole turns loses nothing where the angle is positive."""
-    angles = np.linspace(0.75, 3.25, 4_001)
-    assert max(abs(sine_of_turns(float(turns)) - exact(float(turns))) for turns in angles) < 1e-15
-
-
 @pytest.mark.parametrize('quarters', range(-10, 11))
-def test_the_sine_on_both_sides_of_every_fold(quarters):
+def test_sine_on_both_sides_of_every_fold(quarters):
     """At every zero and crest, where the reduction changes its turn or its branch."""
     turns = 0.25 * quarters
     for nearby in (math.nextafter(turns, -100), turns, math.nextafter(turns, 100)):
         assert sine_of_turns(nearby) == pytest.approx(exact(nearby), abs=3e-15)
 
 
-def test_the_sine_keeps_a_nan():
+def test_sine_keeps_nan():
     assert math.isnan(sine_of_turns(math.nan))
     assert math.isnan(sine_of_turns(math.inf))
 
 
-def test_the_on_site_force_is_the_papers():
+def test_on_site_force_is_papers():
     """Over twice the way between the phases: this is where a chain can be."""
     D = np.linspace(-3.0, 3.0, 10_001)
     p = CASE_II
@@ -64,15 +58,12 @@ def test_the_on_site_force_is_the_papers():
     np.testing.assert_allclose(force, exact, rtol=0, atol=1e-13 * np.abs(exact).max())
 
 
-# --- the exponential, also where a decay underflows ------------------------------------------
-
-
-def test_a_decay_ends_at_zero_however_far_out():
+def test_decay_ends_at_zero_however_far_out():
     with np.errstate(all='raise', under='ignore'):
         far = exponential(-np.array([746.0, 1e4, 1e19, 1e60, 1e300, np.inf]))
     assert (far == 0.0).all()
 
 
-def test_within_the_range_of_numbers_it_is_the_exponential():
+def test_exponential_agrees_within_range_of_numbers():
     x = np.linspace(-700.0, 700.0, 2001)
     np.testing.assert_allclose(exponential(x), np.exp(x), rtol=3e-13)

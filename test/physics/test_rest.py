@@ -52,7 +52,7 @@ def at_rest(chain):
 
 @METHODS
 @SUBSTRATES
-def test_a_chain_comes_to_rest_where_it_is(method, substrate):
+def test_chain_comes_to_rest_where_it_is(method, substrate):
     """Up to rest, the bits are those of a chain that never rests; later they are the same ones."""
     chain, restless = struck(method, substrate), struck(method, substrate)
     ticks = 0
@@ -105,7 +105,7 @@ def test_rest_does_not_depend_on_how_time_is_divided(method, substrate):
 
 @METHODS
 @SUBSTRATES
-def test_whatever_moves_the_chain_wakes_it(method, substrate):
+def test_whatever_moves_chain_wakes_it(method, substrate):
     def strain(chain):
         V_N = still(chain, 1)
         V_N[-1] = 1e-9
@@ -142,7 +142,7 @@ def test_whatever_moves_the_chain_wakes_it(method, substrate):
 
 @METHODS
 @SUBSTRATES
-def test_a_chain_without_motion_moves_if_a_force_acts(method, substrate):
+def test_chain_without_motion_moves_if_force_acts(method, substrate):
     """At the turning point of every cell at once nothing moves, yet it is no rest."""
     chain = struck(method, substrate)
     assert at_rest(chain)
@@ -152,24 +152,9 @@ def test_a_chain_without_motion_moves_if_a_force_acts(method, substrate):
 
 
 @METHODS
-def test_no_force_on_a_stuck_cell_disturbs_the_rest(method):
+def test_no_force_on_stuck_cell_disturbs_rest(method):
     chain = struck(method)
     chain.set_specimen(Specimen(chain.design, stuck=(21,)))
     pass_ticks(chain, 2 * LONG)  # such a cell scatters waves
     assert at_rest(chain)
     assert chain.v[20] - find_pinned_wall(Specimen(chain.design), 0)[20] == pytest.approx(0.1)
-
-
-@METHODS
-def test_a_chain_that_is_never_asked_about_ticks_never_rests(method):
-    chain = struck(method)
-    chain.rest(steps(chain, LONG))
-    assert chain.at_rest
-    assert not at_rest(chain)
-
-
-@METHODS
-def test_without_damping_a_chain_never_rests(method):
-    chain = struck(method, eta=0.0)
-    pass_ticks(chain, LONG)
-    assert np.abs(chain.velocity).max() > 1e-6

@@ -57,7 +57,7 @@ def squared_frequencies(made, configuration):
     return np.linalg.eigvalsh(weight[:, None] * both * weight)
 
 
-def test_no_wave_of_any_legal_element_is_faster_than_the_bound():
+def test_no_wave_of_any_legal_element_is_faster_than_bound():
     """About any state in the wells of both phases, by exact eigenvalues."""
     for seed in range(80):
         chance = random.Random(seed)
@@ -71,7 +71,7 @@ def test_no_wave_of_any_legal_element_is_faster_than_the_bound():
 
 
 @METHODS
-def test_the_step_is_stable_as_far_as_a_cell_may_get(method):
+def test_step_is_stable_as_far_as_cell_may_get(method):
     for seed in range(50):
         chance = random.Random(seed)
         made = specimen(chance, legal.design(chance))
@@ -82,7 +82,7 @@ def test_the_step_is_stable_as_far_as_a_cell_may_get(method):
         assert reach >= max(abs(edge + made.design.c) for edge in made.design.wells)
 
 
-def test_the_steps_of_the_shipped_presets():
+def test_steps_of_shipped_presets():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
     for name, known in PRESETS.items():
         steps = [default_step(Specimen(known.design), each) for each in INTEGRATORS.values()]
@@ -97,7 +97,7 @@ def test_the_steps_of_the_shipped_presets():
 @METHODS
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 @pytest.mark.parametrize(('d', 's_min'), [(20.0, 5e3), (1e3, 1e6)])
-def test_a_cell_that_falls_off_its_barrier_creates_no_energy(method, substrate, d, s_min):
+def test_cell_that_falls_off_its_barrier_creates_no_energy(method, substrate, d, s_min):
     """However stiff the cells are. At steps stable for small waves only, it did."""
     design = dataclasses.replace(
         CASE_II, N=60, d=d, s_min=s_min, s_max=3.0 * s_min, substrate=substrate
@@ -112,7 +112,7 @@ def test_a_cell_that_falls_off_its_barrier_creates_no_energy(method, substrate, 
         assert energy(chain).total <= 1.001 * begin
 
 
-def hard_life(seed):
+def hard_run(seed):
     """Strain, shake, drive and wear a chain as hard as is legal; return whether it was lost."""
     chance, noise = random.Random(seed), np.random.default_rng(seed)
     method = chance.choice(list(INTEGRATORS.values()))
@@ -141,10 +141,10 @@ def hard_life(seed):
     return False
 
 
-def test_a_hard_life_leaves_a_finite_state():
-    assert {hard_life(seed) for seed in range(80)} == {True, False}
+def test_hard_run_leaves_finite_state():
+    assert {hard_run(seed) for seed in range(80)} == {True, False}
 
 
 @pytest.mark.slow
-def test_hard_lives():
-    assert {hard_life(seed) for seed in range(1000, 21_000)} == {True, False}
+def test_many_hard_runs_leave_finite_state():
+    assert {hard_run(seed) for seed in range(1000, 21_000)} == {True, False}

@@ -56,7 +56,7 @@ def first_step(substrate, stiffer=1.0):
     return cycle(chain, -0.030), chain.v.copy()
 
 
-def test_one_write_step_is_the_same():
+def test_one_write_step_is_same():
     (rigid, v), (elastic, w) = first_step('rigid'), first_step('elastic')
     assert rigid.max() > 52.0  # it flew past the next defect, and came back
     assert rigid[-1] == pytest.approx(50.0, abs=0.3)
@@ -66,7 +66,7 @@ def test_one_write_step_is_the_same():
     assert np.abs(v - w).max() < 3e-3
 
 
-def test_the_difference_is_the_substrates_compliance():
+def test_difference_is_substrates_compliance():
     """Three times as stiff, a third of the way apart: the wall's pull strains the substrate."""
     rigid, _ = first_step('rigid')
     gaps = [np.median(np.abs(rigid - first_step('elastic', k)[0])) for k in (1.0, 3.0)]

@@ -18,12 +18,12 @@ def steps(*jumps, start=D_S2, other=D_S1):
     return np.where(inside, other, start)
 
 
-def test_a_blank_or_full_element_has_no_wall():
+def test_blank_or_full_element_has_no_wall():
     assert find_walls(CASE_II, np.full(225, D_S1)) == []
     assert find_walls(CASE_II, np.full(225, D_S2)) == []
 
 
-def test_a_sharp_wall_lies_between_two_sites():
+def test_sharp_wall_lies_between_two_sites():
     """Between j = 25 (s2) and j = 26 (s1), where the line through them meets the barrier."""
     (wall,) = find_walls(CASE_II, steps(25))
     assert wall.anti_kink
@@ -32,7 +32,7 @@ def test_a_sharp_wall_lies_between_two_sites():
 
 @pytest.mark.parametrize('position', [1.25, 25.3, 112.75, 224.5])
 @pytest.mark.parametrize('anti_kink', [True, False])
-def test_a_straight_wall_is_found_where_it_is(position, anti_kink):
+def test_straight_wall_is_found_where_it_is(position, anti_kink):
     slope = 0.1 if anti_kink else -0.1
     (wall,) = find_walls(CASE_II, TOP - slope * (CASE_II.sites - position))
     assert wall == Wall(pytest.approx(position, abs=1e-9), anti_kink)
@@ -45,33 +45,13 @@ def test_two_walls_are_listed_from_left_to_right():
     assert 90.0 < right.position < 91.0
 
 
-def test_a_kink_follows_an_anti_kink_during_an_erase():
-    found = find_walls(CASE_II, steps(25, 100, start=D_S1, other=D_S2))
-    assert [wall.anti_kink for wall in found] == [False, True]
-
-
-def test_one_cell_alone_has_two_walls():
-    (left, right) = find_walls(CASE_II, steps(99, 100))
-    assert 99.0 < left.position < 100.0 < right.position < 101.0
-
-
-def test_a_cell_on_top_of_the_barrier_makes_one_wall():
-    configuration = steps(100)
-    configuration[100] = TOP  # j = 101
-    (wall,) = find_walls(CASE_II, configuration)
-    assert wall.position == pytest.approx(101.0)
-
-
-def test_ripples_within_a_phase_are_no_walls():
+def test_ripples_within_phase_are_no_walls():
     ripples = 0.2 * np.sin(CASE_II.sites)
     assert len(find_walls(CASE_II, steps(50) + ripples)) == 1
 
 
-# --- levels ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize('preset', PRESETS)
-def test_every_level_of_the_shipped_presets_is_recognised(preset):
+def test_every_level_of_shipped_presets_is_recognised(preset):
     design = PRESETS[preset].design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
         assert find_level(design, find_pinned_wall(Specimen(design), level)) == level
@@ -81,7 +61,7 @@ def test_every_level_of_the_shipped_presets_is_recognised(preset):
 @pytest.mark.parametrize('state', [-1, 0, 3])
 @pytest.mark.parametrize('cells', [1, 20])
 @pytest.mark.parametrize('begin', ['blank', 'level'])
-def test_cells_in_a_third_ground_state_are_no_memory_state(state, cells, begin):
+def test_cells_in_third_ground_state_are_no_memory_state(state, cells, begin):
     """A wall that ran over a free end leaves such cells; no strain moves the wall between them."""
     configuration = (
         np.full(225, D_S1) if begin == 'blank' else find_pinned_wall(Specimen(CASE_II), 3)
@@ -93,7 +73,7 @@ def test_cells_in_a_third_ground_state_are_no_memory_state(state, cells, begin):
     assert find_level(CASE_II, configuration) == -2
 
 
-def test_a_cell_short_of_the_next_barrier_is_still_in_its_phase():
+def test_cell_short_of_next_barrier_is_still_in_its_phase():
     low, high = CASE_II.wells
     configuration = find_pinned_wall(Specimen(CASE_II), 3)
     configuration[0], configuration[-1] = high - 1e-6, low + 1e-6

@@ -15,7 +15,7 @@ MADE = Specimen(Design(N=24, gamma=0.0, beta=0.0, J=8, J_s=16, j_0=4.0, d=0.04))
 OMEGA = np.array([0.4, 0.8, 1.3, 1.7, 2.0, 2.6]) - 0.004j
 
 
-def test_ends_of_a_uniform_chain_are_the_sum_of_its_modes():
+def test_ends_of_uniform_chain_are_sum_of_its_modes():
     """N masses between free ends have the modes cos(m pi (j - 1/2) / N); u / f is the sum over
     them. The step is so short that the method's error is below that of rounding.
     """
@@ -31,7 +31,7 @@ def test_ends_of_a_uniform_chain_are_the_sum_of_its_modes():
     assert 1.0 / p == pytest.approx(((-1.0) ** m * each).sum(axis=0), rel=1e-6)
 
 
-def test_parts_of_an_element_are_multiplied():
+def test_parts_of_element_are_multiplied():
     """A chain cut anywhere is the product of its parts, and every matrix has determinant 1, which
     rounding shows inside the band.
     """
@@ -48,7 +48,7 @@ def test_parts_of_an_element_are_multiplied():
     assert combine_rows(parts[1:], np.array([[0, 1]])) == pytest.approx(whole, rel=1e-9)
 
 
-def test_a_step_makes_waves_of_its_own_frequency():
+def test_step_makes_waves_of_its_own_frequency():
     """With a stiffness as the tones have it, a step multiplies by exp(i omega dt) exactly."""
     tones = Tones.of(MADE, OMEGA, PEFRL, 0.5)
     step = PEFRL.step_matrix(-tones.square - tones.loss, MADE.eta, 0.5)
