@@ -59,7 +59,7 @@ def test_simulate_without_posix_functions_runs():
     assert position == pytest.approx(100.0, abs=0.01)
 
 
-def test_simulate_without_compiler_gives_the_compiled_positions():
+def test_simulate_without_compiler_gives_compiled_positions():
     """They differ by rounding alone: a product is rounded where the compiled loop fuses it."""
     element = mlmem.load_element('case_2')
     compiled = mlmem.simulate(

@@ -1,15 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One wall that is read by waveform: four deep defects, whose cells scatter by 3 %."""
+"""One wall that is read by waveform: four deep defects."""
 
-import numpy as np
 import pytest
 
 from mlmem import Erase, MemoryElement, Read, Write
 from mlmem.errors import SettingsError
-from mlmem.instrument.drivers import Simulation
 from mlmem.move_settings import KickSettings, WriteSettings
-from mlmem.physics import Design, Scatter, Specimen, find_walls, scattered
+from mlmem.physics import Design, Specimen, find_walls
 from mlmem.readers.register import pin_walls
 from mlmem.settings import (
     ActuatorSettings,
@@ -40,17 +38,9 @@ def make_settings(end='left', spacing=0):
     )
 
 
-def make_element(settings, seed=None):
-    """Return an element whose stiffnesses, springs and masses scatter by 3 % if seeded."""
-    if seed is None:
-        return MemoryElement(DESIGN, settings)
-    made = scattered(DESIGN, Scatter(alpha=0.03, k_r=0.03, mass=0.03), seed)
-    return MemoryElement(DESIGN, settings, driver=Simulation.of(made, settings.time))
-
-
 @pytest.mark.parametrize('end', ['left', 'both'])
 def test_waveform_read_of_ideal_element_tells_every_level(end):
-    element = make_element(make_settings(end))
+    element = MemoryElement(DESIGN, make_settings(end))
     assert element.perform(Read()).reading.content == -1
     for level in (2, 0, 3, 1):
         assert element.perform(Write(level)).success
@@ -62,23 +52,8 @@ def test_waveform_read_of_ideal_element_tells_every_level(end):
     assert find_walls(DESIGN, element.chain.configuration) == []
 
 
-@pytest.mark.parametrize('seed', [1, 2, 3])
-def test_waveform_read_of_scattered_element_is_never_wrong(seed):
-    element, random = make_element(make_settings(), seed), np.random.default_rng(seed)
-    read = 0
-    for level in random.integers(DESIGN.levels, size=6):
-        element.perform(Write(int(level)))
-        reading = element.perform(Read()).reading
-        (wall,) = find_walls(DESIGN, element.chain.configuration)
-        if reading is not None and reading.content >= 0:
-            site = DESIGN.defect_site(reading.content)
-            assert wall.position == pytest.approx(site, abs=1.5)
-            read += 1
-    assert read >= 5
-
-
-def test_waveform_read_of_two_walls_is_refused():
-    element = make_element(make_settings())
+def test_waveform_read_of_two_walls_is_rejected():
+    element = MemoryElement(DESIGN, make_settings())
     element.chain.place(pin_walls(Specimen(DESIGN), (1, 3)))
     element.transducer.assume_equilibrium()
     outcome = element.perform(Read())
@@ -89,4 +64,4 @@ def test_waveform_read_of_two_walls_is_refused():
 def test_waveform_method_with_spacing_is_rejected():
     with pytest.raises(SettingsError) as caught:
         make_settings(spacing=1)
-    assert 'read.method' in str(caught.value)
+    assert caught.value.field in ('read.method', 'register.spacing')

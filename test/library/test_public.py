@@ -15,7 +15,6 @@ from mlmem import (
     DesignError,
     MemoryElement,
     Potential,
-    Read,
     Specimen,
     Write,
     element_file,
@@ -39,11 +38,6 @@ def test_element_is_made_and_written_by_its_name():
     assert 0 == outcome.start_tick < outcome.end_tick
     (wall,) = find_walls(element.design, element.chain.configuration)
     assert wall.position == pytest.approx(element.design.defect_site(2), abs=1.0)
-
-
-def test_blank_element_reads_minus_one():
-    outcome = MemoryElement(mlmem.load_element('bits_1')).perform(Read())
-    assert (outcome.code, outcome.reading.content) == ('ok', -1)
 
 
 def test_aborted_write_has_its_code():
@@ -78,7 +72,7 @@ def test_chain_that_is_no_memory_is_simulated_but_no_element(changes):
         MemoryElement(chain)
 
 
-def test_functions_of_a_specimen_take_a_design():
+def test_functions_of_specimen_take_design():
     ideal = Specimen(CASE_II)
     assert default_step(CASE_II) == default_step(ideal)
     assert (find_pinned_wall(CASE_II, 3) == find_pinned_wall(ideal, 3)).all()
@@ -87,10 +81,7 @@ def test_functions_of_a_specimen_take_a_design():
     assert chain.specimen.is_ideal
 
 
-# --- a potential of one's own -----------------------------------------------------------------
-
-
-def test_potential_of_a_function_has_its_slope_and_ground_states():
+def test_potential_of_function_has_its_slope_and_ground_states():
     own = Potential.from_function(double_well, -1.8, 1.8)
     assert own.ground_states == pytest.approx([-1.0, 1.0], abs=1e-9)
     assert own.barrier(0) == pytest.approx(0.0, abs=1e-9)
@@ -113,14 +104,7 @@ def test_function_is_called_only_within_its_range():
     assert max(high for _, high in asked) <= 1.0 - 1e-9
 
 
-def test_paper_potential_as_a_function_makes_the_same_design():
-    known = CASE_II.potential
-    low, high = CASE_II.wells
-    own = Potential.from_function(known.energy, low + 1e-3, high - 1e-3)
-    assert own.ground_states == pytest.approx([CASE_II.D_s1, CASE_II.D_s2], abs=1e-8)
-
-
-def test_design_with_a_law_starts_at_its_lowest_ground_state():
+def test_design_with_law_starts_at_its_lowest_ground_state():
     own = Potential.from_function(double_well, -1.8, 1.8)
     design = Design(
         N=60, gamma=-1e-4, beta=-0.1, J=15, J_s=30, j_0=12.0, d=0.03, law=own
@@ -129,8 +113,3 @@ def test_design_with_a_law_starts_at_its_lowest_ground_state():
     assert (design.D_s1, design.D_s2) == pytest.approx((-1.0, 1.0), abs=1e-9)
     run = mlmem.simulate(design, initial=mlmem.wall_at(level=1), duration=50.0, progress=False)
     assert run.wall_positions[:, 0] == pytest.approx(30.0, abs=0.6)
-
-
-def test_design_with_the_paper_potential_keeps_its_phase():
-    assert CASE_II.phase == 1
-    assert CASE_II.as_dict()['phase'] == 1

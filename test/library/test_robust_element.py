@@ -25,7 +25,7 @@ def make_scattered(name, seed, scatter=SCATTER):
 
 
 @pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
-def test_robust_element_as_designed_writes_reads_and_erases_every_level(name):
+def test_robust_element_writes_reads_and_erases_every_level(name):
     element = MemoryElement(load_element(name))
     for level in reversed(range(element.design.levels)):
         assert element.perform(Write(level)).success
@@ -36,7 +36,8 @@ def test_robust_element_as_designed_writes_reads_and_erases_every_level(name):
 
 @pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
 @pytest.mark.parametrize('seed', range(4))
-def test_robust_element_of_scattered_parts_acknowledges_no_wrong_level(name, seed):
+def test_scattered_robust_element_acknowledges_no_wrong_level(name, seed):
+    """The wall must rest within a quarter of a level, at most 1.5 cells, where it is reported."""
     element, random = make_scattered(name, seed), np.random.default_rng(1000 + seed)
     design, written = element.design, 0
     for level in map(int, random.integers(design.levels, size=8)):
@@ -62,7 +63,7 @@ def test_wall_pinned_behind_the_last_level_is_not_read_as_it(seed):
 
 
 @pytest.mark.parametrize('name', ['robust_2', 'robust_3'])
-def test_robust_element_is_not_refused_by_the_design_check(name):
+def test_robust_element_is_not_refused_by_design_check(name):
     """A node refuses an element whose check fails."""
     shipped = load_element(name)
     report = check(shipped.design, shipped.settings)
