@@ -39,7 +39,7 @@ def rates(start, trace):
     return np.diff(np.concatenate(([start], trace))) / STEP
 
 
-def test_a_set_point_is_reached_smoothly_at_the_rate_limit():
+def test_set_point_is_reached_smoothly_at_rate_limit():
     """A smooth ramp's greatest rate is 1.5 of its mean: 1.5 x 0.05 / 1e-4 = 750 time units."""
     moved = actuator()
     moved.slew_to(0.05)
@@ -51,28 +51,15 @@ def test_a_set_point_is_reached_smoothly_at_the_rate_limit():
     assert rate[0] < 6.0 * 0.05 / 750.0**2 * STEP
     assert moved.strain == 0.05  # exactly
     assert not moved.is_moving
-
-
-def test_a_set_point_is_kept():
-    moved = actuator()
-    moved.slew_to(-0.0123)
-    record(moved)
-    assert set(record(moved, ticks=5)) == {-0.0123}
-
-
-def test_a_new_set_point_starts_from_the_present_strain():
-    moved = actuator()
+    assert set(record(moved, ticks=5)) == {0.05}
     moved.slew_to(0.05)
-    there = record(moved, ticks=10)
-    moved.slew_to(-0.01)
-    back = record(moved)
-    x = 200.0 / 750.0
-    assert there[-1] == pytest.approx(0.05 * x * x * (3.0 - 2.0 * x), abs=1e-15)
-    assert np.abs(rates(there[-1], back)).max() <= RATE * (1 + 1e-9)  # rounding of differences
-    assert moved.strain == -0.01
+    assert not moved.is_moving
+    moved.slew_to(-LIMIT)
+    record(moved)
+    assert moved.strain == -LIMIT
 
 
-def test_a_ramp_is_a_cubic_that_starts_and_ends_at_rest():
+def test_ramp_is_cubic_that_starts_and_ends_at_rest():
     moved = actuator()
     moved.ramp_to(0.048, 1200.0)
     trace = record(moved)
@@ -88,7 +75,7 @@ def test_a_ramp_is_a_cubic_that_starts_and_ends_at_rest():
     assert moved.strain == 0.048
 
 
-def test_a_ramp_beyond_the_rate_limit_takes_longer():
+def test_ramp_beyond_rate_limit_takes_longer():
     moved = actuator()
     moved.ramp_to(0.06, 100.0)
     rate = rates(0.0, record(moved))
@@ -105,7 +92,7 @@ MOVES = st.tuples(
 
 @rig.unhurried
 @given(st.lists(MOVES, min_size=1, max_size=6))
-def test_no_sequence_of_moves_exceeds_the_rate_limit_or_overshoots(moves):
+def test_no_sequence_of_moves_exceeds_rate_or_overshoots(moves):
     moved = actuator()
     for target, duration, smooth, ticks in moves:
         start = moved.strain
@@ -124,23 +111,7 @@ def test_no_sequence_of_moves_exceeds_the_rate_limit_or_overshoots(moves):
             assert moved.strain == target
 
 
-def test_the_strain_does_not_depend_on_the_division_of_time():
-    whole, cut = actuator(), actuator()
-    for moved in (whole, cut):
-        moved.ramp_to(-0.03, 1000.0)
-    pieces = [cut.advance(TICK[:n]) for n in (1, 79, 80, 3, 77)]
-    np.testing.assert_array_equal(np.concatenate(pieces), record(whole, ticks=3))
-
-
-def test_a_move_to_the_present_strain_takes_no_time():
-    moved = actuator()
-    for move in (moved.slew_to, lambda strain: moved.ramp_to(strain, 0.0)):
-        move(0.0)
-        assert not moved.is_moving
-        assert set(moved.advance(TICK)) == {0.0}
-
-
-def test_a_repeated_set_point_goes_on_with_its_move():
+def test_repeated_set_point_goes_on_with_its_move():
     """A loop sends its set-point every period; the move is the one of a single set-point."""
     once, again = actuator(), actuator()
     assert once.slew_to(0.05)
@@ -153,21 +124,13 @@ def test_a_repeated_set_point_goes_on_with_its_move():
     assert again.slew_to(0.04), 'another one is another move'
 
 
-@pytest.mark.parametrize('strain', [LIMIT, -LIMIT, 0, 0.08])
-def test_the_limit_itself_is_allowed(strain):
-    moved = actuator()
-    moved.slew_to(strain)
-    record(moved, ticks=61)  # 1.5 x 0.08 / 1e-4 are 60 ticks of 20
-    assert moved.strain == strain
-
-
 BAD = [math.nan, math.inf, -math.inf, math.nextafter(LIMIT, 1), -0.081, 10**400]
 BAD += ['0.01', None, True]
 
 
 @pytest.mark.parametrize('strain', BAD, ids=lambda bad: repr(bad)[:12])
 @pytest.mark.parametrize('move', ['slew_to', 'ramp_to'])
-def test_a_strain_beyond_the_limit_is_refused_and_changes_nothing(strain, move):
+def test_strain_beyond_limit_is_rejected_whole(strain, move):
     moved = actuator()
     moved.slew_to(0.05)
     record(moved, ticks=3)
@@ -179,7 +142,7 @@ def test_a_strain_beyond_the_limit_is_refused_and_changes_nothing(strain, move):
     assert vars(moved) == before
 
 
-def test_the_actuator_strains_the_material():
+def test_actuator_strains_material():
     """V_N is the strain times N, its speed at most that of the actuator times N."""
     element = rig.device()
     element.apply(SetStrain(0.01))

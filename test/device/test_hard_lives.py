@@ -60,12 +60,12 @@ def lost(seeds):
         return {seed for seed in seeds if live(seed)}
 
 
-def test_hard_lives_leave_a_sound_device():
+def test_hard_lives_leave_sound_device():
     assert len(lost(range(5, 12))) < 2
 
 
 @pytest.mark.slow
-def test_many_hard_lives_leave_a_sound_device():
+def test_many_hard_lives_leave_sound_device():
     assert len(lost(range(10_040))) < 300
 
 
@@ -73,7 +73,7 @@ HASTY = ActuatorSettings(max_strain=0.5, max_rate=1.0)
 """In a tick it strains an element by more than its cells can follow."""
 
 
-def test_a_device_can_be_saved_and_goes_on_after_a_lost_tick():
+def test_device_can_be_saved_and_goes_on_after_lost_tick():
     element, other = rig.device(3, actuator=HASTY), rig.device(actuator=HASTY)
     rig.ticks(element, 5)
     element.apply(SetStrain(0.5))
@@ -88,7 +88,7 @@ def test_a_device_can_be_saved_and_goes_on_after_a_lost_tick():
     rig.succeed(element, Read('both'))
 
 
-def test_a_lost_tick_ends_the_procedure_with_an_outcome(written, monkeypatch):
+def test_lost_tick_ends_procedure_with_outcome(written, monkeypatch):
     element = written(1)
     element.apply(Write(3))
     rig.ticks(element, 20)

@@ -25,7 +25,6 @@ from mlmem import (
 )
 from mlmem.loop.mailbox import MAX_PENDING_REQUESTS
 from mlmem.physics import StateError
-from mlmem.settings import ScaleSettings
 
 from . import rig
 from .loops import PATIENCE, Clock, hold, refusal, result, until
@@ -177,12 +176,6 @@ def test_material_that_fails_stops_loop_with_reason(start):
     assert refusal(loop.submit(Read())).startswith('the device has stopped: the chain')
 
 
-def test_finishing_loop_that_was_never_started_ends_at_once():
-    loop = Loop(rig.device(), lambda *_: None)
-    loop.finish()
-    assert 'shut down' in refusal(loop.pause(True))
-
-
 @pytest.mark.parametrize('kind', [RuntimeError, SystemExit, KeyboardInterrupt])
 def test_listener_that_fails_stops_loop(start, kind):
     """Whatever it raises: a thread that ends in silence would leave its clients waiting."""
@@ -230,15 +223,6 @@ def test_pending_requests_are_rejected_when_loop_stops(started):
     assert refusal(loop.submit(Read())) == 'the device is shut down'
     assert refusal(loop.step().answer) == 'the device is shut down'
     loop.stop()  # once more does no harm
-
-
-def test_loop_with_rare_ticks_stops_at_once(start):
-    element = rig.device(scale=ScaleSettings(time=10.0))  # a tick in 200 s
-    loop = start(element, speed=1.0)
-    until(lambda: element.ticks == 1)
-    begun = time.monotonic()
-    loop.stop()
-    assert time.monotonic() - begun < 5.0
 
 
 def test_finish_releases_strain_without_waiting_for_clock(start):

@@ -30,7 +30,7 @@ def test_every_place_can_be_reached(name):
         assert way[-1].target == target
 
 
-def test_no_route_is_longer_than_a_move_and_the_route_from_there():
+def test_no_route_is_longer_than_move_and_route_from_there():
     design, settings = preset('bits_4')
 
     def time(way):
@@ -43,14 +43,10 @@ def test_no_route_is_longer_than_a_move_and_the_route_from_there():
             assert shortest <= move.duration + rest
 
 
-def test_a_route_upward_is_one_step_per_level():
+def test_papers_route_has_only_steps_up_and_kink():
     design, settings = preset('bits_4')
     assert ways(design, settings, 2, 5) == ['step up'] * 3
     assert ways(design, settings, 4, 4) == []
-
-
-def test_the_papers_route_has_only_steps_up_and_a_kink():
-    design, settings = preset('bits_4')
     assert ways(design, disable_kicks(settings), 3, 2) == ['erase', 'launch', *['step up'] * 2]
     assert ways(CASE_II, Settings(), 1, 0) == ['erase', 'launch']
 

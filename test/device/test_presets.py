@@ -15,11 +15,9 @@ from mlmem import (
     SetStrain,
     Settings,
     SettingsError,
-    new_element,
     preset,
 )
-from mlmem.instrument.end import End
-from mlmem.physics import CASE_I, DesignError, Specimen, find_level
+from mlmem.physics import DesignError, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.calibration import DelayTable
 from mlmem.schema import find_descriptions
@@ -30,7 +28,7 @@ SOME = 'case_2', 'bits_2'
 
 
 @pytest.mark.parametrize('name', sampled(PRESETS, lambda name: name in SOME))
-def test_a_strain_by_hand_keeps_the_content(name):
+def test_strain_by_hand_keeps_content(name):
     """0.005 of either sign is well below what frees a wall; at twice the rate some are lost."""
     design, settings = preset(name)
     table = DelayTable(tuple(range(design.levels)), None)  # nothing is read here
@@ -49,7 +47,7 @@ def test_a_strain_by_hand_keeps_the_content(name):
 
 
 @EVERY
-def test_a_preset_says_nothing_of_the_robot(name):
+def test_preset_says_nothing_of_robot(name):
     """Scale and disturbance are where it is mounted, the integrator is everyone's choice."""
     settings, plain = preset(name).settings, Settings()
     assert (settings.scale, settings.disturbance) == (plain.scale, plain.disturbance)
@@ -57,39 +55,18 @@ def test_a_preset_says_nothing_of_the_robot(name):
 
 
 @EVERY
-def test_every_number_has_the_type_that_its_parameter_is_declared_with(name):
+def test_every_number_has_type_of_its_parameter(name):
     for group in (preset(name).design, *preset(name).settings.groups().values()):
         for field, _ in find_descriptions(group):
             assert type(getattr(group, field.name)).__name__ == field.type, field.name
 
 
-def test_a_preset_is_a_design_with_its_settings():
-    design, settings = preset('case_1')
-    assert (design, settings) == (preset('case_1').design, preset('case_1').settings)
-    assert design == CASE_I
-    assert settings.probe.omega_c == 1.95
-
-
-def test_an_element_is_made_of_a_preset_whole():
-    """Sixteen levels, read by pulses that the defaults do not send."""
-    element = new_element(preset('bits_4'))
-    assert element.design == preset('bits_4').design
-    assert element.settings == preset('bits_4').settings
-    assert [len(element.calibration.table(end).delays) for end in End] == [16, 16]
-
-
-def test_settings_beside_a_preset_take_the_place_of_its_own():
-    _, settings = preset('bits_1')
-    slow = dataclasses.replace(settings, read=dataclasses.replace(settings.read, rest=20.0))
-    assert new_element(preset('bits_1'), slow).settings == slow
-
-
-def test_another_name_is_refused():
+def test_another_name_is_rejected():
     with pytest.raises(DesignError, match=r"preset must be one of case_1, .*; got 'case_9'"):
         preset('case_9')
 
 
-def test_settings_with_too_strong_kicked_pulse_are_rejected_by_name():
+def test_settings_with_too_strong_kicked_pulse_are_rejected():
     """5 times 0.2 is beyond the greatest amplitude of a pulse, 0.5."""
     settings = preset('kick_2').settings
     with pytest.raises(SettingsError, match=r'^read.kicked_gain times probe.A must be .*; got 1'):

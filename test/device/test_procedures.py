@@ -177,25 +177,7 @@ def test_write_first_releases_strain_set_by_hand(written):
     assert element.actuator.strain == 0.0
 
 
-def test_write_overrides_strain_set_in_same_tick(written):
-    """The strain is still zero, but about to change."""
-    element = written(2)
-    element.apply(SetStrain(0.02))
-    trace, told = rig.strains(element, Write(3))
-    assert told[-1].success
-    assert rig.cycles(trace) == pytest.approx([-0.034])
-    assert trace.max() == 0.0
-    assert rig.holds(element, 3)
-
-
 # --- read -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize('end', list(End))
-def test_read_probes_from_end_in_settings(written, end):
-    element = written(3, read=ReadSettings(end=end))
-    assert rig.succeed(element, Read()).end == end
-    assert rig.succeed(element, Read('left')).end == 'left'
 
 
 def test_blank_element_is_read_from_right():
@@ -385,13 +367,3 @@ def test_elastic_substrate_writes_two_levels():
     for level in (1, 0):
         assert rig.succeed(element, Write(level)).level == level
         assert rig.holds(element, level)
-
-
-@pytest.mark.slow
-def test_elastic_substrate_writes_every_level():
-    element, _ = elastic(CASE_II, Settings())
-    for level in (*range(8), 3, 7):
-        assert rig.succeed(element, Write(level)).level == level
-        assert rig.holds(element, level)
-    rig.succeed(element, Erase())
-    assert rig.wall(element) is None

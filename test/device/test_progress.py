@@ -30,22 +30,19 @@ def phases(told):
     return [phase for phase, _ in itertools.groupby(each.phase for each in told)]
 
 
-def test_a_write_goes_through_its_phases(written):
+def test_write_goes_through_its_phases(written):
     told, _ = watched(written(0), Write(1))
     assert phases(told)[:2] == [PHASE_STRAINING, PHASE_SETTLING]
     assert phases(told)[-1] == PHASE_LISTENING
     strained = [each.strain for each in told if each.phase == PHASE_STRAINING]
     assert max(map(abs, strained)) > 0.02
     assert told[-1].strain == 0.0
-
-
-def test_from_a_blank_element_it_launches():
-    told, _ = watched(rig.device(), Write(0))
-    assert PHASE_LAUNCHING in phases(told)
+    launched, _ = watched(rig.device(), Write(0))
+    assert PHASE_LAUNCHING in phases(launched)
 
 
 @pytest.mark.parametrize('command', [Write(2), Write(1), Write(3), Read('both')])
-def test_the_share_rises_to_about_one(written, command):
+def test_share_rises_to_about_one(written, command):
     told, outcome = watched(written(1), command)
     shares = [each.share for each in told]
     assert outcome.success
@@ -54,14 +51,14 @@ def test_the_share_rises_to_about_one(written, command):
     assert shares[len(shares) // 2] < 0.7
 
 
-def test_the_parts_of_a_self_test_do_not_prolong_the_forecast():
+def test_parts_of_self_test_do_not_prolong_forecast():
     told, _ = watched(new_element(preset('kick_2')), SelfTest())
     shares = [each.share for each in told]
     assert 0.3 < shares[len(shares) // 2] < 0.9
     assert {each.attempts for each in told} == {1}
 
 
-def test_a_failed_attempt_is_counted_and_prolongs_the_write(written):
+def test_failed_attempt_is_counted_and_prolongs_write(written):
     element = written(
         1, write=WriteSettings(tension=0.001, attempts=2)
     )  # a pull that no wall follows
@@ -74,22 +71,18 @@ def test_a_failed_attempt_is_counted_and_prolongs_the_write(written):
     assert told[begun].share < told[begun - 1].share
 
 
-def test_a_late_procedure_has_a_share_of_one():
+def test_late_procedure_has_share_of_one():
     progress = Progress('read', 100)
     progress.expect_end(110)
     assert progress.share(105) == 0.5
     assert progress.share(110) == progress.share(200) == 1.0
     progress.expect_end(300)
     assert progress.share(200) == 0.5
-
-
-def test_the_attempts_of_a_called_procedure_do_not_count():
-    progress = Progress('write', 0)
-    progress.tried('erase', 3)
+    progress.tried('erase', 3)  # that of a procedure that it calls
     assert progress.attempts == 1
 
 
-def test_a_procedure_runs_until_it_has_an_outcome(written):
+def test_procedure_runs_until_it_has_outcome(written):
     element = written(0)
     mine = element.apply(Read())
     assert element.runs(mine)

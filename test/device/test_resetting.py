@@ -42,14 +42,14 @@ def lost():
     return element
 
 
-def test_what_fails_names_the_way_home(lost):
+def test_what_fails_names_way_home(lost):
     outcome = rig.run(lost, Read())
     assert not outcome.success
     assert outcome.error.endswith('reset replaces the element by a blank one')
     assert 'reset' not in rig.run(rig.device(), Erase()).error
 
 
-def test_a_reset_element_is_as_new(lost):
+def test_reset_element_is_as_new(lost):
     lost.statistics.cycles = 17
     outcome = rig.run(lost, Reset())
     assert outcome.success
@@ -60,14 +60,14 @@ def test_a_reset_element_is_as_new(lost):
     assert rig.succeed(lost, Write(1)).level == 1
 
 
-def test_a_reset_fails_if_the_new_element_is_not_heard(lost):
+def test_reset_fails_if_new_element_is_not_heard(lost):
     lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
     outcome = rig.run(lost, Reset())
     assert not outcome.success
     assert outcome.error.startswith('the new element is not read as blank: ')
 
 
-def test_a_reset_is_repeated_to_the_bit(lost):
+def test_reset_is_repeated_to_bit(lost):
     twin = rig.device()
     snapshot.restore_snapshot(twin, snapshot.take_snapshot(lost))
     for element in (lost, twin):
@@ -75,24 +75,7 @@ def test_a_reset_is_repeated_to_the_bit(lost):
     assert snapshot.hash_state(twin) == snapshot.hash_state(lost)
 
 
-@pytest.mark.parametrize(('name', 'content'), [('bits_2', 2), ('register_4', 9)])
-def test_reset_to_content_reads_it_at_once(name, content):
-    element = MemoryElement(mlmem.load_element(name))
-    outcome = element.perform(Reset(content))
-    assert outcome.success, outcome.error
-    assert outcome.reading.content == content
-    walls = element.reader.list_walls(content)
-    assert len(find_walls(element.design, element.chain.configuration)) == len(walls)
-
-
-def test_reset_to_content_out_of_range_is_refused_by_name():
-    element = MemoryElement(mlmem.load_element('bits_2'))
-    with pytest.raises(Refused) as refusal:
-        element.perform(Reset(4))
-    assert (refusal.value.code, refusal.value.field) == (ErrorCode.OUT_OF_RANGE, 'content')
-
-
-def test_a_real_element_is_replaced_by_hand():
+def test_real_element_is_replaced_by_hand():
     element, _ = blindfolded(3)
     outcome = rig.run(element, Reset())
     assert not outcome.success
@@ -105,11 +88,3 @@ def test_faults_stay(lost):
     lost.apply(SetFaults(faults))
     assert rig.run(lost, Reset()).success
     assert lost.faults == faults
-
-
-def test_states_of_before_know_no_resets(lost):
-    taken = snapshot.take_snapshot(lost)
-    del taken['statistics']['resets']
-    other = rig.device()
-    snapshot.restore_snapshot(other, taken)
-    assert other.statistics.resets == 0

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem import Abort, Read, SetStrain, Settings
+from mlmem import Read, Settings
 from mlmem.instrument.end import End
 from mlmem.instrument.transducer import UNLIMITED_SAMPLES, Returns, Reverberation
 from mlmem.physics import CASE_II
@@ -156,32 +156,3 @@ def test_pulse_is_fired_only_when_last_one_has_decayed():
         probe = element.transducer.probes[end]
         assert each.returns.bound <= element.settings.read.quiet * probe.v_th
     assert (element.ticks - done) * element.tick == pytest.approx(900.0, rel=0.15)
-
-
-def test_strain_set_by_hand_is_waited_for_at_both_ends():
-    """Its waves cross half the element at most before they reach an end."""
-    element = rig.device(3)
-    element.apply(SetStrain(0.01))
-    element.apply(Read())
-    while not element.transducer.is_driving:
-        element.advance()
-    longest = max(element.passage_time(end) for end in End)
-    assert (element.ticks - element.last_moved) * element.tick >= 0.5 * longest
-
-
-@pytest.mark.parametrize('moment', [3, 10, 20])
-def test_aborted_pulse_is_waited_for_by_next_read(moment):
-    """The abort itself does not wait."""
-    element = rig.device(3)
-    element.apply(Read())
-    rig.ticks(element, moment)
-    element.apply(Abort())
-    rig.ticks(element, 1)
-    assert not element.procedure
-    element.apply(Read())
-    fired = 0
-    while element.procedure:
-        told = element.advance()
-        fired = fired or (element.ticks if element.transducer.is_driving else 0)
-    assert told[-1].reading.level == 3
-    assert (fired - moment) * element.tick > element.passage_time(End.RIGHT) - 12.0 * 8.0

@@ -10,17 +10,14 @@ import pytest
 
 from mlmem import (
     Calibrate,
-    Calibration,
     Read,
     SelfTest,
     SettingsError,
     Write,
     factory_calibration,
     new_element,
-    snapshot,
 )
 from mlmem.instrument.end import End
-from mlmem.parsing import decode_value
 from mlmem.presets import load_preset
 
 from .rig import run
@@ -32,17 +29,12 @@ def device(**changes):
     return element
 
 
-def test_it_is_calibrated_at_both_ends():
+def test_bits_1_is_written_read_and_calibrated():
     """Nine cells to and fro are 26 time units at the right; at the left the pulse hides them."""
-    calibration = device().calibration
-    left, right = (calibration.table(end).delays for end in End)
-    assert len(left) == len(right) == 2
+    element = device()
+    left, right = (element.calibration.table(end).delays for end in End)
     assert right[0] - right[1] > 20.0
     assert abs(left[1] - left[0]) < 5.0
-
-
-def test_it_is_written_read_and_calibrated():
-    element = device()
     for command in (Write(1), Read(), Calibrate(), Read('both'), SelfTest()):
         outcome = run(element, command)
         assert outcome.success, outcome.error
@@ -52,7 +44,7 @@ def test_it_is_written_read_and_calibrated():
 
 @pytest.mark.parametrize('end', ['left', 'right', 'both', ''])
 @pytest.mark.parametrize('level', [0, 1])
-def test_its_level_is_named_from_the_right_whichever_delay_is_reported(level, end):
+def test_level_is_named_from_right_for_any_reported_end(level, end):
     element = device()
     run(element, Write(level))
     reading = run(element, Read(end)).reading
@@ -62,7 +54,7 @@ def test_its_level_is_named_from_the_right_whichever_delay_is_reported(level, en
     )
 
 
-def test_a_calibration_of_the_right_end_alone_is_read_from_there():
+def test_calibration_of_right_end_alone_is_read_from_there():
     """As sessions before version 1.1 have it: no other end confirms the level."""
     element = device(left=None)
     for command in (Write(1), Calibrate(), Read('left'), Read()):
@@ -75,17 +67,7 @@ def test_a_calibration_of_the_right_end_alone_is_read_from_there():
         element.calibration.table(End.LEFT)
 
 
-def test_its_state_is_kept():
-    element, other = device(), device()
-    run(element, Write(1))
-    state = snapshot.take_snapshot(element)
-    assert decode_value(Calibration, state['calibration']) == element.calibration
-    snapshot.restore_snapshot(other, state)
-    assert snapshot.hash_state(other) == snapshot.hash_state(element)
-    assert run(other, Read()).reading.level == 1
-
-
-def test_a_rest_is_waited_for_before_a_pulse():
+def test_rest_is_waited_for_before_pulse():
     """Of two equal devices one waits 400 time units, 20 ticks, longer."""
     design, settings = load_preset('bits_1')
     fired = []

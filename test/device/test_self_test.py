@@ -8,15 +8,9 @@ import numpy as np
 import pytest
 
 from mlmem import (
-    Abort,
     DelayTable,
     EchoReceived,
-    Outcome,
     SelfTest,
-    Settings,
-    Write,
-    new_element,
-    preset,
 )
 from mlmem.commands import SetFaults
 from mlmem.instrument.end import End
@@ -34,7 +28,7 @@ NAMES = [
 
 
 @pytest.mark.parametrize('level', [None, 2])
-def test_a_sound_element_passes_and_keeps_its_content(written, level):
+def test_sound_element_passes_and_keeps_its_content(written, level):
     element = rig.device() if level is None else written(level)
     told = rig.events(element, SelfTest())
     outcome = told[-1]
@@ -45,21 +39,14 @@ def test_a_sound_element_passes_and_keeps_its_content(written, level):
     assert outcome.reading.level == (-1 if level is None else level)
     heard = [event.reading for event in told if isinstance(event, EchoReceived)]
     assert {reading.level for reading in heard if reading.walls == 1} == set(range(4))
+    for end in End:
+        learnt = element.calibration.table(end).delays[3]
+        assert outcome.checks[-2].values[f'{end}_delay'] == pytest.approx(learnt, abs=2.6)
     assert outcome_to_dict(outcome)['checks']['level 3'] == 'read'
     assert outcome_to_dict(outcome)['checks']['erase'] == 'blank'
 
 
-def test_the_delays_at_both_ends_are_told():
-    """To a tenth of the 26 time units between levels."""
-    element = new_element(*preset('bits_1'))
-    tested = rig.run(element, SelfTest()).checks[-2]
-    assert (tested.name, tested.message) == ('level 1', 'read')
-    for end in End:
-        learnt = element.calibration.table(end).delays[1]
-        assert tested.values[f'{end}_delay'] == pytest.approx(learnt, abs=2.6)
-
-
-def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written):
+def test_level_that_is_not_reached_is_named_others_are_tested(written):
     """Tension frees the wall at odd levels; without it the wall stays at level 1."""
     weak = WriteSettings(tension=0.02, attempts=1)
     element = written(1, write=weak)
@@ -81,7 +68,7 @@ def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written)
     ],
     ids=['stuck', 'weak', 'offset'],
 )
-def test_an_actuator_that_does_not_follow_is_found(written, wrong, felt):
+def test_actuator_that_does_not_follow_is_found(written, wrong, felt):
     """Then nothing is written. At a free end a strain is measured to a hundredth."""
     element = written(3)
     advance, N = element.chain.advance, element.design.N
@@ -97,7 +84,7 @@ def test_an_actuator_that_does_not_follow_is_found(written, wrong, felt):
 
 
 @pytest.mark.parametrize('level', [None, 2])
-def test_a_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
+def test_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     """With a set-point of 0.01 it would move there as soon as it comes loose."""
     element = rig.device() if level is None else written(level)
     element.apply(SetFaults(Faults(actuator_stuck=True)))
@@ -111,22 +98,7 @@ def test_a_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     assert rig.holds(element, level)
 
 
-def test_a_weak_actuator_is_tested_at_its_own_limit():
-    settings = Settings()
-    peaks = {'compression': -0.005, 'tension': 0.005}
-    element = rig.device(
-        3,
-        actuator=dataclasses.replace(settings.actuator, max_strain=0.005),
-        write=dataclasses.replace(settings.write, start_strain=0.005, attempts=1, **peaks),
-        erase=dataclasses.replace(settings.erase, start_strain=-0.005, **peaks),
-    )
-    element.apply(SelfTest())
-    while element.transmission.encoder < 0.005:
-        element.advance()
-    assert element.procedure == 'self_test'
-
-
-def test_a_content_that_cannot_be_read_is_not_put_at_risk(written):
+def test_content_that_cannot_be_read_is_not_put_at_risk(written):
     """The table of another element does not give the place of the wall."""
     element = written(3)
     foreign = DelayTable(tuple(100.0 + 800.0 * level for level in range(4)))
@@ -137,19 +109,7 @@ def test_a_content_that_cannot_be_read_is_not_put_at_risk(written):
     assert rig.holds(element, 3)
 
 
-def test_a_self_test_can_be_aborted(written):
-    element = written(2)
-    element.apply(SelfTest())
-    rig.ticks(element, 1000)
-    told = rig.events(element, Abort())
-    assert [(end.procedure, end.success) for end in told if isinstance(end, Outcome)] == [
-        ('self_test', False),
-        ('abort', True),
-    ]
-    assert rig.succeed(element, Write(2)).level == 2
-
-
-def test_a_failed_erase_fails_the_levels_and_the_restoration():
+def test_failed_erase_fails_levels_and_restoration():
     """A kink that no strain frees stays in the element: nothing can be written or restored."""
     single = dataclasses.replace(CASE_II, N=50)
     feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
@@ -160,7 +120,7 @@ def test_a_failed_erase_fails_the_levels_and_the_restoration():
     assert all(check.message.startswith('the element is not blank') for check in failed)
 
 
-def test_an_element_that_begins_to_shake_is_not_written(written):
+def test_element_that_begins_to_shake_is_not_written(written):
     """Its content was read before; then it waits 6000 time units for quiet at each end."""
     element = written(3)
     element.apply(SelfTest())

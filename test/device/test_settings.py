@@ -12,7 +12,7 @@ from mlmem import Settings, SettingsError
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.parsing import DecodeError, decode_value
 from mlmem.schema import find_descriptions
-from mlmem.settings import ActuatorSettings, ReadSettings
+from mlmem.settings import ActuatorSettings
 
 EVERY = [
     (group.name, field.name)
@@ -40,7 +40,7 @@ def test_every_setting_is_checked():
                 changed(group, **{name: bad})
 
 
-def test_the_bounds_of_every_number_are_legal():
+def test_bounds_of_every_number_are_legal():
     for group, name in EVERY:
         ((_, description),) = [
             found
@@ -59,7 +59,7 @@ def test_the_bounds_of_every_number_are_legal():
 
 @pytest.mark.parametrize('peak', ['compression', 'tension', 'start_strain'])
 @pytest.mark.parametrize('group', ['write', 'erase'])
-def test_no_peak_may_exceed_the_actuators_limit(group, peak):
+def test_no_peak_may_exceed_actuators_limit(group, peak):
     value = getattr(getattr(Settings(), group), peak)
     limit = abs(value) * 0.999
     others = {
@@ -85,21 +85,9 @@ def test_settings_are_plain_values_by_group():
     assert again == Settings()
 
 
-def test_the_decay_of_the_gain_compensates_the_papers_damping():
-    """A free wave fades as exp(-eta t / 2), eta = 1 / 250."""
-    assert Settings().probe.gain_decay == Settings().probe_right.gain_decay == 1 / 250 / 2
-
-
-def test_an_end_is_left_or_right_or_both():
-    for end in ('left', 'right', 'both'):
-        assert ReadSettings(end=end).end == end
-    with pytest.raises(SettingsError, match='end must be one of left, right, both'):
-        ReadSettings(end='middle')
-
-
 @pytest.mark.parametrize(
     'data', [{'probes': {}}, {'probe': {'omega': 2.0}}, {'probe': {'A': 'loud'}}, {'probe': None}]
 )
-def test_data_that_are_not_settings_are_refused(data):
+def test_data_that_are_no_settings_are_rejected(data):
     with pytest.raises(DecodeError):
         decode_value(Settings, data)

@@ -67,23 +67,6 @@ def test_every_level_is_read_at_ten_times_weight(level):
     assert outcome.reading.level == level
 
 
-def test_shaking_leaves_no_trace_in_later_reads():
-    """Delays as in the calibration, in as many ticks as in an element that never shook."""
-    calm, once = rig.device(3), rig.device(3)
-    once.apply(Disturb(1e-5))
-    rig.ticks(once, 60)  # held for the time-out, and then not
-    rig.ticks(once, 400)
-    assert once.base.still
-    took = []
-    for element in (calm, once):
-        *heard, outcome = rig.events(element, Read())
-        assert [event.echo.shaken for event in heard] == [False, False]
-        left, right = (element.calibration.table(end).delays[3] for end in End)
-        assert (outcome.reading.left_delay, outcome.reading.right_delay) == (left, right)
-        took.append(outcome.end_tick - outcome.start_tick)
-    assert took[0] == took[1]
-
-
 def test_echo_hidden_by_shaking_is_reported_after_4_pulses():
     """At 30 g and 247 Hz the right end hums: sampled once a tick, it has an image at 469 mrad per
     time unit, of which the carrier filter passes an eighth.

@@ -15,7 +15,6 @@ import pytest
 from mlmem import (
     Abort,
     Disturb,
-    Erase,
     Faults,
     FollowTrajectory,
     Inject,
@@ -34,7 +33,7 @@ from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.procedures.listening import has_decayed
 from mlmem.rejections import ErrorCode
-from mlmem.settings import ActuatorSettings, TimeSettings
+from mlmem.settings import TimeSettings
 
 from . import rig
 
@@ -181,15 +180,6 @@ def test_restored_device_strains_and_writes_same_bits(substrate, after):
     assert rig.bits(second) == rig.bits(first)
 
 
-def test_snapshot_is_copy():
-    element = rig.device(2)
-    values = snapshot.take_snapshot(element)
-    kept = copy.deepcopy(values)
-    rig.ticks(element, 5)
-    rig.succeed(element, Erase())
-    assert values == kept
-
-
 def test_restored_device_stops_what_it_was_doing():
     element = rig.device(3)
     element.transducer.fire(End.LEFT)
@@ -333,18 +323,6 @@ def test_snapshot_of_another_device_is_rejected(alive, other):
     with pytest.raises(StateError):
         snapshot.restore_snapshot(element, snapshot.take_snapshot(foreign))
     assert rig.bits(element) == before
-
-
-def test_strain_beyond_this_actuators_limit_is_rejected(alive):
-    """It is on its way to 0.03."""
-    weak = {'compression': -0.01, 'tension': 0.01}
-    element = rig.device(
-        actuator=ActuatorSettings(max_strain=0.02),
-        **rig.with_group('write', start_strain=0.01, **weak),
-        **rig.with_group('erase', start_strain=-0.01, **weak),
-    )
-    with pytest.raises(StateError, match=r'actuator\.max_strain'):
-        snapshot.restore_snapshot(element, snapshot.take_snapshot(alive))
 
 
 # --- the digest -------------------------------------------------------------------------------

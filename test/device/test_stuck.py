@@ -57,14 +57,6 @@ def test_no_read_names_another_level(name, level, end):
             assert outcome.reading.level == level, cell
 
 
-def test_a_stuck_cell_is_reported():
-    """On its way from the left end to the wall: the right end hears that at 100, as it is."""
-    element = stuck(four_levels('case_2'), 3, 50)
-    outcome = element.perform(Read())
-    assert not outcome.success
-    assert 'near cell 100' in outcome.error
-
-
 @pytest.mark.parametrize(
     ('name', 'n'),
     sampled(
@@ -80,7 +72,7 @@ def test_no_write_is_acknowledged_that_was_not_done(name, n):
     assert not outcome.success or true_level(element) == 2
 
 
-def test_a_stuck_cell_goes_with_the_strain_of_a_write():
+def test_stuck_cell_goes_with_strain_of_write():
     """Nailed to the laboratory it was torn out of its well, and the device stopped. Now the write
     is refused or done, and the device goes on.
     """

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from mlmem import PRESETS, SettingsError
-from mlmem.commands import SetStrain
 from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End, Pulse
 from mlmem.instrument.transducer import Transducer, find_upper_edge
@@ -24,21 +23,8 @@ STAGES = np.array([XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0])
 """When the stages of a step of the fourth-order method end, in order of time."""
 
 
-def test_the_ends_are_sites_1_and_N():
-    assert [end.site(CASE_II) for end in End] == [1, 225]
-
-
-def test_a_new_device_assumes_that_its_ends_rest():
-    element = rig.device()
-    for end in End:
-        assert element.transducer.rest(end) == pytest.approx(element.design.D_s1, abs=1e-14)
-        assert element.transducer.unrest(end) < 1e-14
-    assert not element.transducer.is_driving
-    assert not element.transducer.detectors
-
-
 @pytest.mark.parametrize('piece', [1, 7, 80, 192, 1000])
-def test_the_drive_does_not_depend_on_the_division_of_time(piece):
+def test_drive_does_not_depend_on_division_of_time(piece):
     """The stages of a step of 0.5 end at five times; the pulse holds all of them up to 96."""
     transducer = rig.device(level=0).transducer
     transducer.fire(End.LEFT)
@@ -57,7 +43,7 @@ def test_the_drive_does_not_depend_on_the_division_of_time(piece):
     assert not transducer.is_driving
 
 
-def test_a_move_may_end_within_a_step():
+def test_move_may_end_within_step():
     """The first stages after 10.0 end at 10.056 and 10.089: beyond 10.05, and within 10.07."""
     element = rig.device()
     start = element.design.D_s1
@@ -71,8 +57,9 @@ def test_a_move_may_end_within_a_step():
     assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
 
 
-def test_release_frees_the_cell_at_once_and_stops_listening():
+def test_release_frees_cell_at_once_and_stops_listening():
     element = rig.device(level=0)
+    assert not element.transducer.is_driving
     element.transducer.fire(End.LEFT)
     element.advance()
     element.transducer.release()
@@ -82,7 +69,7 @@ def test_release_frees_the_cell_at_once_and_stops_listening():
     element.advance()  # nothing is fed to a detector that is gone
 
 
-def test_the_detector_hears_the_carrier_of_displacements_from_rest_from_the_first_step():
+def test_detector_filters_displacements_from_first_step():
     """The filter convolves the envelope, 8 wide, with a Gaussian of one period, 3 wide."""
     element = rig.paper(5)
     rest = element.transducer.rest(End.LEFT)
@@ -113,19 +100,7 @@ def test_both_ends_listen_at_once():
     assert not element.transducer.busy
 
 
-def test_the_rest_displacement_includes_the_strain():
-    element = rig.device(level=2)
-    element.apply(SetStrain(0.01))
-    rig.ticks(element, 500)  # what the slewing stirred up has faded by exp(-20)
-    assert element.transducer.rest(End.RIGHT) == pytest.approx(element.chain.v[-1], abs=1e-6)
-    # at a free end the strain of 0.01 or so is unbalanced: of order 0.01 / sqrt(k_s) off
-    assert element.transducer.rest(End.RIGHT) == pytest.approx(
-        1.25 + element.design.D_s1, abs=0.03
-    )
-    assert element.transducer.rest(End.LEFT) == pytest.approx(element.design.D_s2, abs=0.03)
-
-
-def test_the_newest_samples_are_kept_and_judged():
+def test_newest_samples_are_kept_and_judged():
     """Eight periods of the slower carrier, 16 pi / 0.7 = 71.8, so 144 steps are kept."""
     transducer = rig.device().transducer
     assert transducer.recent.shape == (2, 144)
@@ -140,7 +115,7 @@ def test_the_newest_samples_are_kept_and_judged():
         assert transducer.unrest(end) == pytest.approx(deviation, rel=1e-14)
 
 
-def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
+def test_moving_end_comes_to_rest_by_damping():
     element = rig.device(level=0)
     element.transducer.fire(End.LEFT)
     rig.ticks(element, 4)
@@ -149,11 +124,8 @@ def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
     assert element.transducer.unrest(End.LEFT) < 1e-3 * loud
 
 
-# --- other designs -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize('preset', PRESETS)
-def test_the_upper_edge_is_above_the_bands_of_both_phases(preset):
+def test_upper_edge_is_above_bands_of_both_phases(preset):
     design = PRESETS[preset].design
     tops = [pass_band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
     assert max(tops) <= find_upper_edge(design) < max(tops) + 0.1
@@ -162,7 +134,7 @@ def test_the_upper_edge_is_above_the_bands_of_both_phases(preset):
 
 
 @pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
-def test_noise_is_distinguished_from_motion_in_a_stiff_element(method):
+def test_noise_is_distinguished_from_motion_in_stiff_element(method):
     """With Case II's edge its fastest waves would be taken for the sensor's noise."""
     design = dataclasses.replace(CASE_II, N=60, d=2.0, s_min=1e4, s_max=3e4)
     chain = Chain(design, integrator=method)
@@ -177,19 +149,7 @@ def test_noise_is_distinguished_from_motion_in_a_stiff_element(method):
     assert transducer.noise(End.LEFT) < 1e-6
 
 
-def test_noise_is_measured_from_few_samples():
-    """At the highest legal carriers the rest window is shorter than the difference for noise."""
-    chain = Chain(dataclasses.replace(CASE_II, N=60), integrator=INTEGRATORS['pefrl'])
-    probe = ProbeSettings(omega_c=10.0)
-    transducer = Transducer(
-        chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain)
-    )
-    noise = 1e-3 * np.random.default_rng(1).standard_normal((2, 50))
-    transducer.record(noise)
-    assert 1e-4 < transducer.noise(End.LEFT) < 5e-3
-
-
-def test_a_rest_of_too_many_samples_is_refused():
+def test_rest_of_too_many_samples_is_rejected():
     chain = Chain(dataclasses.replace(CASE_II, N=60), dt=1e-3)
     probe = ProbeSettings(omega_c=1e-3)
     with pytest.raises(SettingsError, match='omega_c must be at least'):

@@ -112,21 +112,6 @@ def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, le
     assert rig.holds(element, level)
 
 
-@pytest.mark.parametrize('level', [0, 3])
-def test_echo_faded_by_less_than_its_margin_is_detected(level):
-    """Raising the threshold by a factor f equals an echo fainter by 1 / f."""
-
-    def heard(**settings):
-        told = rig.events(rig.device(level, **settings), Read())
-        heard = {event.echo.end: event.echo for event in told if isinstance(event, EchoReceived)}
-        return heard[End.RIGHT]
-
-    share = 1.0 - 1.0 / heard().threshold_margin
-    for lost, audible in ((share - 0.02, True), (share + 0.02, False)):
-        faint = heard(**rig.with_group('probe_right', v_th=7e-4 / (1.0 - lost)))
-        assert (faint.delay is not None) == audible
-
-
 @pytest.mark.parametrize('strain', [0.03, 0.045])
 def test_wall_swinging_after_strain_by_hand_is_read(written, strain):
     """A quarter of a cell beside its defect it echoes 1.3 times as loud; once it is still, no

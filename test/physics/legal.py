@@ -101,6 +101,8 @@ def settings(random):
         drawn = values(random, type(group), share)
         if name == 'register':
             drawn['spacing'] = 0  # few designs hold many walls
+        if name == 'read':
+            drawn['method'] = 'delay'  # a forecast of any carrier may take gigabytes
         groups[name] = dataclasses.replace(group, **drawn)
     limit = groups['actuator'].max_strain
     peaks = ('compression', 'tension', 'start_strain')
