@@ -145,17 +145,6 @@ def test_threshold_decays_with_damping():
     assert margins == pytest.approx([2.0] * 3, rel=3e-4)
 
 
-def test_samples_are_known_half_window_later():
-    detector = EchoDetector(PROBE, DT, filtered=False)
-    detector.feed(np.zeros(48))
-    assert detector.time == 0.0
-    assert len(detector.echo(End.LEFT).t) == 0
-    detector.feed(np.zeros(1))
-    assert detector.time == DT
-    detector.feed(np.zeros(0))
-    assert detector.time == DT
-
-
 @pytest.mark.parametrize('gain_decay', [0.02, 1.0])
 def test_threshold_never_falls_below_rounding(gain_decay):
     """However fast it decays and however long the detector listens, rounding is no echo."""

@@ -307,13 +307,3 @@ def test_healthy_faults_leave_every_bit(written):
         rig.run(element, Read())  # the content is unknown since faults were set
         rig.run(element, Write(3))
     assert rig.bits(plain) == rig.bits(set_back)
-
-
-@pytest.mark.parametrize('tau', [5e-324, 1e-300, 1e-60, 1e-12])
-def test_tiny_lag_follows_without_delay(tau):
-    """Its exponent is minus infinity, or almost."""
-    element = with_faults(rig.device(2), actuator_lag=tau)
-    twin = rig.device(2)
-    for each in (element, twin):
-        each.apply(SetStrain(0.01))
-    np.testing.assert_allclose(strains(element, 20), strains(twin, 20), rtol=1e-12)

@@ -70,14 +70,6 @@ def test_profile_starts_from_present_strain():
     assert not element.actuator.is_moving
 
 
-def test_trajectory_can_write_like_procedure():
-    """The cycle of a write by hand, from level 0 to 1: points at rest give its smooth ramps."""
-    element = rig.device(level=0)
-    element.apply(FollowTrajectory((0.12, 0.18, 0.30), (-0.034, -0.034, 0.0), (0.0, 0.0, 0.0)))
-    rig.ticks(element, 225)  # and settle for 0.15 s
-    assert rig.holds(element, 1)
-
-
 POINTS = st.lists(
     st.tuples(st.floats(0.01, 0.5), st.floats(-0.08, 0.08), st.floats(-1.0, 1.0)),
     min_size=1,

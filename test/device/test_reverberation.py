@@ -35,13 +35,6 @@ def wave(samples, amplitude=1e-3, omega=0.7):
     return amplitude * np.sin(omega * DT * np.arange(samples))
 
 
-def test_nothing_is_expected_at_end_that_rests():
-    reverberation = follower()
-    assert reverberation.returns == Returns(bound=0.0, since=UNLIMITED_SAMPLES, seen=0)
-    fed(reverberation, np.zeros(100 * TICK))
-    assert reverberation.returns.bound == 0.0
-
-
 def test_bound_is_greatest_mean_of_tick_and_fades_as_waves():
     """As exp(-eta t / 2), which is the slowest that a wave can lose."""
     reverberation = follower()

@@ -3,7 +3,6 @@
 """Runs of ticks: a device computes and reports the same, however time is divided."""
 
 import random
-from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -12,13 +11,8 @@ from sampled import sampled
 from mlmem import (
     Abort,
     Disturb,
-    Erase,
-    Faults,
-    FollowTrajectory,
     Read,
     Refused,
-    SetFaults,
-    SetStrain,
     Write,
     snapshot,
 )
@@ -27,34 +21,6 @@ from mlmem.physics import StateError
 
 from . import lives, rig
 from .test_hard_lives import MOST_WORK
-
-STORIES = {
-    'writes and reads': {
-        0: Write(1),
-        700: Read('left'),
-        900: Read('right'),
-        1100: SetStrain(0.01),
-        1103: Read(),
-    },
-    'an erase that is aborted': {3: Erase(), 137: Abort('enough'), 138: Abort(), 300: Read()},
-    'a trajectory': {
-        11: FollowTrajectory((0.05, 0.1333, 0.7), (0.01, -0.011, 0.0), (0.0, 0.2, 0.0))
-    },
-    'a base that begins to shake after the pulse': {0: Read(), 12: Disturb(1e-5), 250: Read()},
-    'rests that a pulse, a strain and a shaken base end': {
-        20: Read(),
-        250: SetStrain(0.001),
-        450: Disturb(1e-6),
-        650: Read(),
-    },
-    'faults that come and go': {
-        0: Write(3),
-        50: SetFaults(Faults(actuator_lag=35.0, sensor_noise=1e-6)),
-        90: SetFaults(Faults()),
-        700: SetFaults(Faults(sensor_dropout=0.1, seed=3)),
-        720: Read(),
-    },
-}
 
 
 def live(element, story, last, length):
@@ -85,20 +51,6 @@ def end(element):
     while element.procedure:
         element.advance()
     return repr(snapshot.take_snapshot(element)), element.substrate_speed
-
-
-@pytest.mark.parametrize('name', STORIES)
-def test_bits_and_events_are_same_as_tick_by_tick(name):
-    story = {tick: [command] for tick, command in STORIES[name].items()}
-    # so damped that it rests soon after whatever moved it
-    design = replace(rig.DESIGN, eta=0.02) if name.startswith('rests') else rig.DESIGN
-    known = rig.device().calibration
-    alone, chance = rig.device(1, design=design, calibration=known), random.Random(name)
-    last = max(500, max(story) + 200)
-    expected = live(alone, story, last, lambda: 1), end(alone)
-    for length in (lambda: chance.randint(1, chance.choice((9, 90))), lambda: 10**6):
-        element = rig.device(1, design=design, calibration=known)
-        assert (live(element, story, last, length), end(element)) == expected
 
 
 @pytest.mark.parametrize('seeds', sampled([range(6, 12), range(200)], lambda seeds: seeds[0]))

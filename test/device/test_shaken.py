@@ -59,14 +59,6 @@ def test_read_of_far_level_is_right_at_15_m_per_s2(end, reads):
     assert rig.holds(element, 7)
 
 
-@pytest.mark.parametrize('level', range(4))
-def test_every_level_is_read_at_ten_times_weight(level):
-    """There a wall is still held; it begins to move at some 20 g."""
-    outcome = shaken(rig.device(level), imu(10.0 * G, level), Read())[-1]
-    assert outcome.success, outcome.error
-    assert outcome.reading.level == level
-
-
 def test_echo_hidden_by_shaking_is_reported_after_4_pulses():
     """At 30 g and 247 Hz the right end hums: sampled once a tick, it has an image at 469 mrad per
     time unit, of which the carrier filter passes an eighth.

@@ -115,15 +115,6 @@ def test_newest_samples_are_kept_and_judged():
         assert transducer.unrest(end) == pytest.approx(deviation, rel=1e-14)
 
 
-def test_moving_end_comes_to_rest_by_damping():
-    element = rig.device(level=0)
-    element.transducer.fire(End.LEFT)
-    rig.ticks(element, 4)
-    loud = element.transducer.unrest(End.LEFT)
-    rig.ticks(element, 200)  # 4000 time units: damped by exp(-8) at least
-    assert element.transducer.unrest(End.LEFT) < 1e-3 * loud
-
-
 @pytest.mark.parametrize('preset', PRESETS)
 def test_upper_edge_is_above_bands_of_both_phases(preset):
     design = PRESETS[preset].design

@@ -112,18 +112,6 @@ def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, le
     assert rig.holds(element, level)
 
 
-@pytest.mark.parametrize('strain', [0.03, 0.045])
-def test_wall_swinging_after_strain_by_hand_is_read(written, strain):
-    """A quarter of a cell beside its defect it echoes 1.3 times as loud; once it is still, no
-    more. No end sees it swing: its frequency is in the gap of both phases.
-    """
-    element = written(2)
-    element.apply(SetStrain(strain))
-    rig.ticks(element, 400)
-    element.apply(SetStrain(0.0))
-    assert rig.succeed(element, Read()).level == 2
-
-
 @pytest.mark.parametrize('command', [Write(2), SelfTest()], ids=['write', 'self-test'])
 def test_procedure_that_writes_reads_first_as_read_does(written, command):
     """A wall that swings after a strain by hand says nothing at first; it is heard once more."""

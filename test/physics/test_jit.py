@@ -103,21 +103,6 @@ def test_loop_is_recompiled_when_file_it_inlines_changes(load):
     assert changed(1.0) == 3.25
 
 
-def test_loop_that_was_not_optimised_is_recompiled(module, monkeypatch):
-    """`tools/arm64_bits.py` leaves such code in the cache, thirty times slower."""
-
-    def load():
-        return jit.compile_kernel(
-            module('loop', 'def evaluate(x):\n    return 2.0 * x\n').evaluate
-        )
-
-    with monkeypatch.context() as unoptimised:
-        unoptimised.setattr(numba.config, 'OPT', 0)
-        assert load()(1.0) == 2.0
-        assert jit.is_cached(load(), 1.0)
-    assert not jit.is_cached(load(), 1.0)
-
-
 @pytest.fixture
 def files(load):
     """The index and the data file of a cached loop."""

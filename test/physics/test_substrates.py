@@ -7,7 +7,6 @@ scenario                    agreement
 ==========================  ========================================================
 one write step, 0 to 1      the wall's path within half a site while it flies 30 sites,
                             0.02 sites in the median; displacements at rest within 2e-3
-a stiffer substrate         the difference falls with 1 / s
 all steps                   both write every level: two of three, seven of eight if slow
 ==========================  ========================================================
 
@@ -15,7 +14,6 @@ The ramps are the published lead, 1200 up, 600 hold, 1200 down, 1500 to settle.
 """
 
 import dataclasses
-import functools
 
 import numpy as np
 import oracle
@@ -39,20 +37,17 @@ def cycle(chain, peak):
     return np.array(path)
 
 
-def element(substrate, stiffer=1.0, N=225):
+def element(substrate, N=225):
     """Return a chain at level 0; both step sizes fit 25 time units a whole number of times."""
-    design = dataclasses.replace(
-        CASE_II, N=N, substrate=substrate, s_min=1000.0 * stiffer, s_max=3000.0 * stiffer
-    )
+    design = dataclasses.replace(CASE_II, N=N, substrate=substrate)
     whole = np.ceil(25.0 / min(0.25, stable_step(Specimen(design))))
     chain = Chain(design, 25.0 / whole)
     chain.place(find_pinned_wall(Specimen(design), 0))
     return chain
 
 
-@functools.cache
-def first_step(substrate, stiffer=1.0):
-    chain = element(substrate, stiffer)
+def first_step(substrate):
+    chain = element(substrate)
     return cycle(chain, -0.030), chain.v.copy()
 
 
@@ -64,13 +59,6 @@ def test_one_write_step_is_same():
     assert gap.max() < 0.6  # two time units late in flight
     assert np.median(gap) < 0.03
     assert np.abs(v - w).max() < 3e-3
-
-
-def test_difference_is_substrates_compliance():
-    """Three times as stiff, a third of the way apart: the wall's pull strains the substrate."""
-    rigid, _ = first_step('rigid')
-    gaps = [np.median(np.abs(rigid - first_step('elastic', k)[0])) for k in (1.0, 3.0)]
-    assert gaps[1] == pytest.approx(gaps[0] / 3.0, rel=0.15)
 
 
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
