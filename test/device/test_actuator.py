@@ -1,21 +1,28 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The actuator: never faster than its limit, exactly at its target, unmoved by bad input."""
+"""The actuator: set-points, ramps, strain cycles and timed profiles, within both limits."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline
 
-from mlmem import Refused
-from mlmem.commands import SetStrain
-from mlmem.instrument.actuator import Actuator
+from mlmem import FollowTrajectory, Refused, SetStrain, Settings, Write, new_element, preset
+from mlmem.instrument.actuator import MAX_PROFILE_POINTS, Actuator, plan_profile
+from mlmem.instrument.blocks import play, run
+from mlmem.instrument.instrument import Instrument
+from mlmem.instrument.motion import Cycle, Ramp, shape_ramp
+from mlmem.move_settings import CycleSettings
+from mlmem.physics import CASE_II
 from mlmem.rejections import ErrorCode
-from mlmem.settings import ActuatorSettings
+from mlmem.settings import ActuatorSettings, ScaleSettings
 
 from . import rig
+from .rig import succeed
 
 LIMIT, RATE = 0.08, 1e-4
 STEP = 0.25
@@ -124,11 +131,11 @@ def test_repeated_set_point_goes_on_with_its_move():
     assert again.slew_to(0.04), 'another one is another move'
 
 
-BAD = [math.nan, math.inf, -math.inf, math.nextafter(LIMIT, 1), -0.081, 10**400]
-BAD += ['0.01', None, True]
+BAD_STRAINS = [math.nan, math.inf, -math.inf, math.nextafter(LIMIT, 1), -0.081, 10**400]
+BAD_STRAINS += ['0.01', None, True]
 
 
-@pytest.mark.parametrize('strain', BAD, ids=lambda bad: repr(bad)[:12])
+@pytest.mark.parametrize('strain', BAD_STRAINS, ids=lambda bad: repr(bad)[:12])
 @pytest.mark.parametrize('move', ['slew_to', 'ramp_to'])
 def test_strain_beyond_limit_is_rejected_whole(strain, move):
     moved = actuator()
@@ -157,3 +164,247 @@ def test_actuator_strains_material():
     assert len(speeds) == 8  # 1.5 x 0.01 / 1e-4 is 7.5 ticks of 20
     element.advance()
     assert element.substrate_speed == 0.0
+
+
+LIMITS = ActuatorSettings(max_strain=0.08, max_rate=1e-4)
+UNIT = ScaleSettings().time
+"""1e-4 s, so that the rate limit is 1/s and a tick of 20 time units 2 ms."""
+
+WAVE = FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0), (0.0, -0.5, 0.0))
+
+
+def followed(command, ticks=None):
+    """Return the strain after every tick of a device that follows a trajectory to its end."""
+    element = rig.device()
+    element.apply(command)
+    trace = []
+    while element.actuator.is_moving if ticks is None else len(trace) < ticks:
+        element.advance()
+        trace.append(element.actuator.strain)
+    return np.array(trace)
+
+
+def test_profile_without_rates_is_lines_between_its_points():
+    trace = followed(FollowTrajectory(WAVE.times, WAVE.strains))
+    t = 0.002 * np.arange(1, len(trace) + 1)
+    lines = np.interp(t, [0.0, *WAVE.times], [0.0, *WAVE.strains])
+    np.testing.assert_allclose(trace, lines, atol=1e-16)
+    assert len(trace) == 200  # 0.4 s in ticks of 2 ms
+    assert trace[-1] == 0.0  # exactly
+    limit = followed(FollowTrajectory((0.08, 0.16), (0.08, 0.0)))  # 1/s up to 0.08
+    assert limit.max() == 0.08
+
+
+def test_profile_with_rates_is_cubics_between_its_points():
+    trace = followed(WAVE)
+    t = 0.002 * np.arange(1, len(trace) + 1)
+    spline = CubicHermiteSpline([0.0, *WAVE.times], [0.0, *WAVE.strains], [0.0, *WAVE.rates])
+    np.testing.assert_allclose(trace, spline(t), atol=1e-16)
+
+
+def test_profile_starts_from_present_strain():
+    element = rig.device()
+    element.apply(SetStrain(0.01))
+    rig.ticks(element, 8)
+    assert element.actuator.strain == 0.01
+    element.apply(FollowTrajectory((0.0, 0.1), (0.01, 0.03)))
+    rig.ticks(element, 25)
+    assert element.actuator.strain == pytest.approx(0.02, abs=1e-16)  # half-way
+    element.apply(FollowTrajectory((0.1,), (0.0,)))  # which takes the place of the first
+    rig.ticks(element, 25)
+    assert element.actuator.strain == pytest.approx(0.01, abs=1e-16)
+    element.apply(SetStrain(0.02))  # as a set-point does
+    rig.ticks(element, 8)
+    assert element.actuator.strain == 0.02
+    assert not element.actuator.is_moving
+
+
+POINTS = st.lists(
+    st.tuples(st.floats(0.01, 0.5), st.floats(-0.08, 0.08), st.floats(-1.0, 1.0)),
+    min_size=1,
+    max_size=5,
+)
+
+
+@rig.unhurried
+@given(POINTS, st.booleans())
+def test_exactly_profiles_within_both_limits_are_taken(points, with_rates):
+    waits, strains, rates = zip(*points, strict=True)
+    times = tuple(np.cumsum(waits).tolist())
+    command = FollowTrajectory(times, strains, rates if with_rates else ())
+    t = np.linspace(0.0, times[-1], 20_001)
+    if with_rates:
+        oracle = CubicHermiteSpline([0.0, *times], [0.0, *strains], [0.0, *rates])(t)
+    else:
+        oracle = np.interp(t, [0.0, *times], [0.0, *strains])
+    # the sampled rate misses its peak by the curvature over a step
+    over = max(np.abs(oracle).max() / 0.08, np.abs(np.diff(oracle) / np.diff(t)).max())
+    assume(abs(over - 1.0) > 1e-3)
+    if over > 1.0:
+        with pytest.raises(Refused, match=r'must stay within .* \(actuator\.max_'):
+            plan_profile(command, 0.0, LIMITS, UNIT)
+    else:
+        np.testing.assert_allclose(
+            plan_profile(command, 0.0, LIMITS, UNIT).strain(t / UNIT), oracle, atol=1e-14
+        )
+
+
+def test_cubic_is_judged_only_within_its_segment():
+    """It would go on to 0.109 at 1.6 times its width, and is 0.075 at its end."""
+    rising = plan_profile(FollowTrajectory((0.12,), (0.075,), (0.8,)), 0.0, LIMITS, UNIT)
+    strains, rates = rising.find_extremes()
+    assert strains == pytest.approx([0.075])
+    assert rates * 1e4 == pytest.approx([0.856], abs=1e-3)  # at 0.8 of its width
+
+
+BAD_PROFILES = [
+    (FollowTrajectory((0.1,), (0.01,), joint='elbow'), ErrorCode.OUT_OF_RANGE, 'joint'),
+    (FollowTrajectory((), ()), ErrorCode.OUT_OF_RANGE, 'times'),
+    (FollowTrajectory((0.1, 0.2), (0.01,)), ErrorCode.CONFLICT, 'strains'),
+    (FollowTrajectory((0.1, 0.2), (0.01, 0.0), (0.0,)), ErrorCode.CONFLICT, 'rates'),
+    (FollowTrajectory((0.2, 0.1), (0.01, 0.0)), ErrorCode.CONFLICT, 'times'),
+    (FollowTrajectory((0.1, 0.1), (0.01, 0.01)), ErrorCode.CONFLICT, 'times'),
+    (FollowTrajectory((-0.1, 0.1), (0.0, 0.01)), ErrorCode.CONFLICT, 'times'),
+    (FollowTrajectory((0.0,), (0.0,)), ErrorCode.OUT_OF_RANGE, 'times'),
+    (FollowTrajectory((0.0, 0.1), (0.01, 0.01)), ErrorCode.CONFLICT, 'strains'),
+    (FollowTrajectory((0.1,), (math.nan,)), ErrorCode.OUT_OF_RANGE, 'strains'),
+    (FollowTrajectory((math.inf,), (0.01,)), ErrorCode.OUT_OF_RANGE, 'times'),
+    (FollowTrajectory((0.1,), (0.01,), (math.nan,)), ErrorCode.OUT_OF_RANGE, 'rates'),
+    (FollowTrajectory((0.1,), ('0.01',)), ErrorCode.OUT_OF_RANGE, 'strains'),
+    (FollowTrajectory((0.1,), (10**400,)), ErrorCode.OUT_OF_RANGE, 'strains'),
+    (FollowTrajectory((0.1, 0.3), (0.05, 0.0801)), ErrorCode.OUT_OF_RANGE, 'strains'),
+    (FollowTrajectory((0.1, 0.11), (0.01, 0.021)), ErrorCode.OUT_OF_RANGE, 'rates'),
+    # It bulges between its points.
+    (FollowTrajectory((0.1, 0.2), (0.075, 0.075), (0.0, -0.9)), ErrorCode.OUT_OF_RANGE, 'strains'),
+    (FollowTrajectory((0.1,), (0.08,), (0.0,)), ErrorCode.OUT_OF_RANGE, 'rates'),
+    (FollowTrajectory((5e-324,), (0.01,)), ErrorCode.OUT_OF_RANGE, 'rates'),
+    (
+        FollowTrajectory(
+            tuple(0.01 * n for n in range(1, MAX_PROFILE_POINTS + 2)), (0.0,) * 10_001
+        ),
+        ErrorCode.OUT_OF_RANGE,
+        'times',
+    ),
+]
+
+
+@pytest.mark.parametrize(('command', 'code', 'field'), BAD_PROFILES)
+def test_points_that_are_not_profile_are_rejected(command, code, field):
+    element = rig.device()
+    element.apply(WAVE)
+    rig.ticks(element, 3)
+    before = rig.bits(element)
+    with pytest.raises(Refused) as rejected:
+        element.apply(command)
+    assert (rejected.value.code, rejected.value.field) == (code, field)
+    assert rig.bits(element) == before
+
+
+def test_trajectory_without_end_is_rejected():
+    """In time units it would end at infinity, which no snapshot can hold."""
+    with pytest.raises(Refused) as rejected:
+        plan_profile(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
+    assert (rejected.value.code, rejected.value.field) == (ErrorCode.OUT_OF_RANGE, 'times')
+
+
+def test_trajectory_of_almost_no_time_does_not_overflow():
+    hold = plan_profile(FollowTrajectory((1e-310,), (0.0,)), 0.0, LIMITS, 1e-4)
+    with np.errstate(all='raise'):
+        assert (hold.strain(np.array([0.0, 20.0, 1e9])) == 0.0).all()
+
+
+PEAK = -0.03
+PLAIN = CycleSettings(ramp=400.0, hold=200.0, release=300.0, settle=100.0)
+EASED = dataclasses.replace(PLAIN, ease=200.0, ease_to=0.25)
+
+
+@pytest.mark.parametrize('max_rate', [2e-3, 1e-4])
+@pytest.mark.parametrize('times', [PLAIN, EASED])
+def test_planned_cycle_equals_that_of_device(times, max_rate):
+    """At every tick, with an actuator that follows and with one too slow for the ramps."""
+    settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
+    instrument, seen = Instrument(CASE_II, settings), []
+    procedure = play(instrument, Cycle.plan_cycle(times, PEAK))
+    run(instrument, procedure, lambda: seen.append(instrument.actuator.strain))
+    seen = [*seen[1:], instrument.actuator.strain]
+    told = Cycle.plan_cycle(times, PEAK, max_rate)
+    assert len(seen) * instrument.tick == pytest.approx(told.duration, abs=3 * instrument.tick)
+    if max_rate == 2e-3:  # nothing is put off to the next tick
+        assert told.duration == 1000.0 + times.ease
+        at = instrument.tick * np.arange(1, len(seen) + 1)
+        assert told.strain(at) == pytest.approx(seen, abs=1e-12)
+
+
+def test_slow_actuator_prolongs_ramps_but_not_waits():
+    """The peak rate is 1.5 times the mean: 1.5 x 0.03 / 1e-5 for each ramp."""
+    told = Cycle.plan_cycle(PLAIN, PEAK, 1e-5)
+    assert told.duration == pytest.approx(2 * 4500.0 + 200.0 + 100.0)
+    bare = Cycle.plan_cycle(dataclasses.replace(PLAIN, hold=0.0, settle=0.0), PEAK)
+    assert bare.duration == 700.0
+    assert bare.strain(np.array([0.0, 400.0, 700.0])) == pytest.approx([0.0, PEAK, 0.0])
+
+
+def test_pulse_of_any_shape_is_cycle_and_one_profile():
+    """Up, hold, fast to a small opposite strain, and to zero: each leg is a smooth ramp."""
+    legs = [(PEAK, 400.0), (PEAK, 60.0), (-0.1 * PEAK, 20.0), (0.0, 20.0)]
+    pulse = Cycle.build_from_targets(legs)
+    t = np.linspace(0.0, 520.0, 5201)
+    seen = pulse.strain(t)
+    assert pulse.duration == 500.0
+    assert seen[[0, 4000, 4600, 4800, 5000, 5200]] == pytest.approx(
+        [0.0, PEAK, PEAK, -0.1 * PEAK, 0.0, 0.0], abs=1e-15
+    )
+    moved = Actuator(ActuatorSettings(max_rate=1.0))
+    moved.motion = pulse.profile
+    assert moved.advance(t) == pytest.approx(seen, abs=1e-15)
+    ramps = np.concatenate([each.strain(np.arange(0.0, each.duration)) for each in pulse.motions])
+    assert pulse.strain(np.arange(500.0)) == pytest.approx(ramps, abs=1e-15)
+
+
+@pytest.mark.parametrize('delay', [6.7, 40.0, 55.0])
+def test_move_in_two_half_steps_is_mean_of_two_moves(delay):
+    """Also if the second begins after the first has ended."""
+    ramp, t = Ramp(0.01, PEAK, 40.0), np.linspace(0.0, 120.0, 1201)
+    moved = shape_ramp(ramp, delay)
+    assert moved.duration == 40.0 + delay
+    assert moved.target == PEAK
+    late = np.where(t < delay, ramp.start, ramp.strain(np.maximum(t - delay, 0.0)))
+    assert moved.strain(t) == pytest.approx(0.5 * (ramp.strain(t) + late), abs=1e-15)
+
+
+def test_two_half_steps_leave_oscillator_of_period_at_rest():
+    """What rings after a move is the Fourier transform of its rate at that frequency."""
+    ramp, delay = Ramp(0.0, PEAK, 50.0), 6.7
+    t = np.arange(0.0, 60.0, 0.01)
+
+    def rings(motion, omega):
+        return abs(np.sum(np.gradient(motion.strain(t)) * np.exp(1j * omega * t)))
+
+    assert rings(shape_ramp(ramp, delay), np.pi / delay) < 1e-4 * rings(ramp, np.pi / delay)
+    assert rings(shape_ramp(ramp, delay), 0.1) > 0.9 * rings(ramp, 0.1)
+    actuator = Actuator(ActuatorSettings(max_rate=1.0))
+    actuator.ramp_to(PEAK, 40.0, delay)
+    assert actuator.remaining_time == pytest.approx(40.0)
+    actuator.ramp_to(0.0, 5.0, delay)  # too short for it
+    assert actuator.remaining_time == 5.0
+
+
+PER_LEVEL = 620.0
+
+
+def test_cycle_pauses_on_way_back_and_takes_stated_time():
+    design, settings = preset('bits_2')
+    plain = dataclasses.replace(settings.write, final_settle=0.0, shaped=False)
+    element = new_element(design, dataclasses.replace(settings, write=plain))
+    succeed(element, Write(0))
+    element.apply(Write(2))
+    strain = []
+    for _ in range(round(PER_LEVEL / element.tick)):
+        element.advance()
+        strain.append(element.actuator.strain)
+    write = settings.write
+    at = np.cumsum([write.ramp, write.hold, write.ease, write.release]) / element.tick - 1
+    seen = np.array(strain)[at.astype(int)] / write.compression
+    np.testing.assert_allclose(seen, [1.0, 1.0, write.ease_to, 0.0], atol=1e-12)
+    assert np.all(np.array(strain)[int(at[-1]) :] == 0.0)
+    assert element.procedure == 'write'  # which ends with a read

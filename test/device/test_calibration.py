@@ -1,9 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The delay table: what makes a valid one, the nearest entry, and how clear the choice is; and the
-procedure that measures it.
-"""
+"""Delay tables, their measurement, the factory calibration, and corrections of pulses."""
 
+import dataclasses
 import json
 import math
 
@@ -17,14 +16,33 @@ from mlmem import (
     Calibrate,
     Calibration,
     DelayTable,
+    Read,
+    Settings,
     SettingsError,
     Write,
+    factory_calibration,
+    new_element,
+    preset,
+    snapshot,
 )
 from mlmem.instrument.end import End
 from mlmem.move_settings import WriteSettings
+from mlmem.moves.corrections import (
+    PulseCorrection,
+    PulseCorrections,
+    apply_correction,
+    hash_schedule,
+)
 from mlmem.parsing import DecodeError, decode_value
+from mlmem.physics import CASE_II, Scatter, Specimen, StateError, find_level, scattered
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.procedures import calibrating
-from mlmem.settings import ReadSettings
+from mlmem.settings import ProbeSettings, ReadSettings, TimeSettings
+from mlmem_ros.host import state_file
+from mlmem_ros.host.design_check import Verdict
+from mlmem_tools.checks import Report, material
+from mlmem_tools.checks.concern import Subject
+from mlmem_tools.checks.echoes import forecast_echo
 
 from . import rig
 
@@ -230,3 +248,206 @@ def test_end_without_echoes_gives_no_calibration(written, names):
     outcome = rig.run(element, Calibrate())
     assert 'level 0 gives no echo at the left end' in outcome.error
     assert element.calibration is factory
+
+
+def group_velocity(omega, k_s):
+    """Return d omega / d kappa of omega^2 = k_s + 2 - 2 cos(kappa), by a numerical derivative."""
+    kappa = np.linspace(1e-3, np.pi - 1e-3, 20001)
+    branch = np.sqrt(k_s + 2 - 2 * np.cos(kappa))
+    return np.interp(omega, branch, np.gradient(branch, kappa))
+
+
+@pytest.mark.parametrize('end', list(End))
+def test_delays_are_those_of_linear_waves(end):
+    """Another route to them: the equation of motion, linearised about the wall and solved for
+    every frequency, without steps. Its samples are 0.25 apart, those of the device 0.5.
+    """
+    settings = Settings()
+    delays = factory_calibration(CASE_II, settings).table(end).delays
+    for level, delay in enumerate(delays):
+        wall = find_pinned_wall(Specimen(CASE_II), level)
+        exact = forecast_echo(CASE_II, wall, end.probe(settings), end, dt=0.0).delay
+        assert delay == pytest.approx(exact, abs=1.5), level
+
+
+def test_blank_element_echoes_from_its_far_end():
+    """Later than the wall of level 0, by at most the flight to and from the 25 cells beyond."""
+    right = factory_calibration(CASE_II, Settings()).right
+    flight = 2 * 25 / group_velocity(0.7, 5.7867 * 0.0380)
+    assert 0.3 * flight < right.blank - right.delays[0] < flight
+    assert factory_calibration(CASE_II, Settings()).left.blank is None
+
+
+def test_new_element_is_blank_and_at_rest_with_unknown_content():
+    element = new_element(CASE_II)
+    assert element.settings == Settings()
+    assert element.calibration == factory_calibration(CASE_II, Settings())
+    assert (element.reading, element.ticks, element.procedure) == (None, 0, '')
+    start = element.chain.v.copy()
+    assert rig.ticks(element, 50) == []
+    np.testing.assert_allclose(element.chain.v, start, atol=1e-13)
+    assert rig.wall(element) is None
+
+
+@pytest.mark.parametrize('level', [0, 3, 7])
+@pytest.mark.parametrize('end', list(End))
+def test_every_level_reads_as_itself_to_bit(level, end):
+    """The same wall, the same pulse: the delay of the table again."""
+    element = rig.paper(level)
+    reading = rig.succeed(element, Read(end))
+    assert reading.level == level
+    assert reading.delay == element.calibration.table(end).delays[level]
+    assert reading.level_margin == 1.0
+
+
+@pytest.mark.parametrize(
+    ('design', 'probe', 'message'),
+    [
+        # 2.4, the printed carrier, lies above both pass bands: nothing comes back
+        (CASE_II, ProbeSettings(omega_c=2.4), 'gives no echo at the left end'),
+        # a threshold below the ring-down
+        (CASE_II, ProbeSettings(v_th=1e-9), 'levels cannot be told apart'),
+        # with beta > 0 a defect is a hill, not a hollow
+        (dataclasses.replace(CASE_II, beta=0.3), ProbeSettings(), 'does not settle at level 0'),
+    ],
+)
+def test_element_that_cannot_be_calibrated_is_rejected(design, probe, message):
+    with pytest.raises(SettingsError, match=message):
+        factory_calibration(design, Settings(probe=probe))
+
+
+BITS_2 = preset('bits_2')
+STRONGER = PulseCorrection(1.3, 1.6)
+PLAN = PulseCorrections((PulseCorrection(), *[STRONGER] * 3), hash_schedule(BITS_2.settings))
+"""Pulses that reach every level of the scattered element."""
+
+
+def scattered_element(plan=None):
+    """Return an element whose cells differ by 1.5 per cent, so that the wall stops on its way."""
+    element = new_element(BITS_2)
+    element.chain.set_specimen(scattered(BITS_2.design, Scatter(alpha=0.015), 12))
+    element.calibration = dataclasses.replace(element.calibration, pulse_corrections=plan)
+    return element
+
+
+def failed_writes(element):
+    """Write all levels from the lowest, and return those that fail or are wrong."""
+    return [
+        level
+        for level in range(element.design.levels)
+        if not element.perform(Write(level)).success
+        or find_level(element.design, element.chain.configuration) != level
+    ]
+
+
+@pytest.fixture(scope='module')
+def planned():
+    """The scattered element, calibrated with its plan."""
+    element = scattered_element(PLAN)
+    assert element.perform(Calibrate()).success
+    return element
+
+
+def test_calibration_of_step_that_stops_on_its_way_fails():
+    """The old calibration is kept."""
+    element = scattered_element()
+    known = element.calibration
+    assert element.perform(Write(0)).success
+    outcome = element.perform(Calibrate())
+    assert not outcome.success
+    assert outcome.error.startswith('the calibration was not taken: ')
+    assert 'level 1' in outcome.error
+    assert element.calibration == known
+    assert outcome.reading.level == 0
+
+
+def test_writes_with_planned_corrections_succeed(planned):
+    assert failed_writes(scattered_element()) == [1]
+    assert planned.calibration.pulse_corrections == PLAN
+    assert not failed_writes(planned)
+
+
+def test_corrections_outlive_process_to_bit(planned, tmp_path):
+    state_file.save_calibration(tmp_path / 'file', 'key', planned.calibration)
+    kept = state_file.load_calibration(tmp_path / 'file', 'key', BITS_2.design.levels)
+    assert kept == planned.calibration
+    again = scattered_element()
+    snapshot.restore_snapshot(again, json.loads(json.dumps(snapshot.take_snapshot(planned))))
+    assert again.calibration == planned.calibration
+
+
+def test_corrections_of_another_schedule_are_ignored():
+    known = dataclasses.replace(new_element(BITS_2).calibration, pulse_corrections=PLAN)
+    settings = BITS_2.settings
+    assert known.corrections_by_level(settings) == list(PLAN.steps)
+    for change in ({'ramp': 150.0}, {'tension': 0.025}, {'start_strain': 0.021}):
+        other = dataclasses.replace(settings.write, **change)
+        changed = dataclasses.replace(settings, write=other)
+        assert known.corrections_by_level(changed) == [PulseCorrection()] * BITS_2.design.levels
+    more = dataclasses.replace(settings, write=dataclasses.replace(settings.write, attempts=9))
+    assert known.corrections_by_level(more) == list(PLAN.steps)
+
+
+def test_correction_scales_strains_within_actuators_limit():
+    settings = apply_correction(BITS_2.settings, PulseCorrection(peak=7.0, times=0.5))
+    assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
+    assert settings.write.ease_to == BITS_2.settings.write.ease_to
+    assert settings.write.compression == -BITS_2.settings.actuator.max_strain
+    assert apply_correction(BITS_2.settings, PulseCorrection()) == BITS_2.settings
+
+
+@pytest.mark.parametrize(
+    'corrections',
+    [
+        7,
+        {'steps': []},
+        {'steps': [[1.0]], 'schedule': ''},
+        {'steps': [[1.0, 'x', 1.0]], 'schedule': ''},
+        {'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''},
+        {'steps': [[1.0, 0.0, 1.0]], 'schedule': ''},
+        {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
+        {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''},  # four levels need four
+    ],
+    ids=str,
+)
+def test_file_with_invalid_pulse_corrections_is_rejected(planned, tmp_path, corrections):
+    values = {**planned.calibration.as_dict(), 'pulse_corrections': corrections}
+    with pytest.raises(ValueError, match=r'must be|lacks'):
+        decode_value(Calibration, values).check(BITS_2.design.levels)
+    path = tmp_path / 'file'
+    path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
+    with pytest.raises(StateError):
+        state_file.load_calibration(path, 'key', BITS_2.design.levels)
+    taken = {**snapshot.take_snapshot(planned), 'calibration': values}
+    with pytest.raises(StateError):
+        snapshot.restore_snapshot(scattered_element(), taken)
+
+
+FOURTH, PAPER = Settings(), Settings(time=TimeSettings(integrator='noh_bathe'))
+
+
+def test_delays_are_free_of_numerical_dispersion():
+    """At its step the paper's method slows the carrier, and damps it by a third of eta.
+
+    The factory measures with the fourth-order method whatever the device uses, because the delays
+    are those of the element.
+    """
+    paper, fourth = new_element(CASE_II, PAPER), new_element(CASE_II, FOURTH)
+    assert paper.calibration == fourth.calibration
+    heard = {}
+    for element in (paper, fourth):
+        element.chain.place(find_pinned_wall(Specimen(CASE_II), 7))
+        element.transducer.assume_equilibrium()
+        heard[element] = rig.run(element, Read()).reading.left_delay
+    exact = forecast_echo(CASE_II, element.chain.v, FOURTH.probe, End.LEFT, dt=0.0).delay
+    assert heard[fourth] == pytest.approx(exact, abs=1.0)  # two samples
+    assert abs(heard[paper] - exact) > 2.0
+
+
+def test_design_check_judges_damping_by_method():
+    paper, fourth = (
+        Report(tuple(material.check(Subject(CASE_II, each))))['step'] for each in (PAPER, FOURTH)
+    )
+    assert fourth.verdict is Verdict.PASS
+    own = [step.values['own damping'] for step in (paper, fourth)]
+    assert own[1] < 1e-2 * own[0] < 0.65 * CASE_II.eta

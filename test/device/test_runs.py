@@ -1,26 +1,45 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of ticks: a device computes and reports the same, however time is divided."""
+"""Any cut of time gives the same bits: runs of ticks, rests, and ticks that a loop defers.
 
+Seeded runs of any legal element beside a slow twin that computes every tick by itself.
+"""
+
+import dataclasses
+import json
 import random
-from functools import partial
+import warnings
+from functools import cache, partial
 
+import numpy as np
 import pytest
 from sampled import sampled
 
 from mlmem import (
     Abort,
     Disturb,
+    Erase,
+    Faults,
+    Loop,
+    Outcome,
     Read,
     Refused,
+    SetFaults,
+    SetStrain,
     Write,
+    preset,
     snapshot,
 )
-from mlmem.instrument.instrument import MAX_RUN_TICKS
-from mlmem.physics import StateError
+from mlmem.instrument.end import End, Pulse
+from mlmem.instrument.instrument import MAX_RUN_TICKS, Instrument
+from mlmem.loop.timetable import MAX_DEFERRAL_S
+from mlmem.physics import Specimen, StateError
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.settings import ActuatorSettings
 
 from . import lives, rig
-from .test_hard_lives import MOST_WORK
+from .loops import PERIOD, until
 
 
 def live(element, story, last, length):
@@ -154,3 +173,332 @@ def test_predictable_ticks_are_computed_in_one_call():
     assert sum(asked) == element.ticks
     assert max(asked) == MAX_RUN_TICKS
     assert len(asked) < 0.2 * element.ticks
+
+
+TICKS, MOST_WORK = 40, 1_000_000
+"""Bounds of a life: ticks, and steps times cells."""
+
+
+def run_hard(seed):
+    """Live a life; return whether it ended with a lost tick, or None for a refused device."""
+    chance = random.Random(seed)
+    element = lives.device(chance)
+    if element is None:
+        return None
+    work = element.steps_per_tick * element.design.N
+    for _ in range(min(TICKS, MOST_WORK // work)):
+        if chance.random() < 0.3:
+            lives.give(chance, element)
+        before = element.ticks, element.chain.state().tobytes()
+        try:
+            element.advance()
+        except StateError:
+            assert (element.ticks, element.chain.state().tobytes()) == before
+            assert not element.procedure
+            assert element.still
+            assert_sound(element)
+            return True
+    assert_sound(element)
+    return False
+
+
+def assert_sound(element):
+    """Assert that all numbers are finite, and that an idle device survives a snapshot."""
+    assert np.isfinite(element.chain.state()).all()
+    assert np.isfinite(element.transducer.recent).all()
+    assert np.isfinite(energy(element.chain).total)
+    if not element.procedure:
+        taken = snapshot.take_snapshot(element)
+        snapshot.restore_snapshot(element, json.loads(json.dumps(taken, allow_nan=False)))
+
+
+def lost(seeds):
+    """Return the seeds of lives that ended with a lost tick; warnings and other errors raise."""
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        return {seed for seed in seeds if run_hard(seed)}
+
+
+def test_hard_lives_leave_sound_device():
+    assert len(lost(range(5, 12))) < 2
+
+
+@pytest.mark.slow
+def test_many_hard_lives_leave_sound_device():
+    assert len(lost(range(10_040))) < 300
+
+
+HASTY = ActuatorSettings(max_strain=0.5, max_rate=1.0)
+"""In a tick it strains an element by more than its cells can follow."""
+
+
+def test_device_can_be_saved_and_goes_on_after_lost_tick():
+    element, other = rig.device(3, actuator=HASTY), rig.device(actuator=HASTY)
+    rig.ticks(element, 5)
+    element.apply(SetStrain(0.5))
+    with pytest.raises(StateError, match=r'left the range|stopped being finite'):
+        rig.ticks(element, 5)
+    assert element.still
+    assert rig.holds(element, 3)
+    snapshot.restore_snapshot(other, snapshot.take_snapshot(element))
+    for each in (element, other):
+        rig.ticks(each, 20)
+    assert rig.bits(other)[0] == rig.bits(element)[0]
+    rig.succeed(element, Read('both'))
+
+
+def test_lost_tick_ends_procedure_with_outcome(written, monkeypatch):
+    element = written(1)
+    element.apply(Write(3))
+    rig.ticks(element, 20)
+
+    def lose(*inputs):
+        raise StateError('a cell left')
+
+    monkeypatch.setattr(element.chain, 'advance', lose)
+    with pytest.raises(StateError):
+        element.advance()
+    monkeypatch.undo()
+    (outcome,) = element.advance()
+    assert isinstance(outcome, Outcome)
+    assert (outcome.procedure, outcome.success, outcome.error) == ('write', False, 'a cell left')
+    assert element.reading is None
+
+
+def count(element):
+    """Return a list that grows by the ticks of every call of the material's loop."""
+    steps, arguments = [], element.chain._build_arguments
+
+    def asked(inputs, ends, every=0):
+        steps.append(ends.shape[1] / element.steps_per_tick)
+        return arguments(inputs, ends, every)
+
+    element.chain._build_arguments = asked
+    return steps
+
+
+@pytest.mark.parametrize('noise', [0.0, 1e-6])
+def test_element_rests_again_after_read(noise):
+    """Noise of the transducers does not move the material."""
+    element = rig.device(1)
+    element.apply(SetFaults(Faults(sensor_noise=noise)))
+    computed = count(element)
+    rig.ticks(element, 100)
+    assert computed == []
+    assert element.ticks == 100
+    assert element.chain.steps_done == 100 * element.steps_per_tick
+    rig.succeed(element, Read())
+    assert computed
+    rig.ticks(element, 1000)
+    assert not element.chain.velocity.any()
+
+
+class RestlessInstrument(Instrument):
+    """The slow twin without procedures."""
+
+    at_rest = False
+
+
+SHORT = dataclasses.replace(preset('bits_1').design, eta=0.2)
+"""So damped that it rests some ticks after whatever moved it."""
+
+
+def instrument(kind, level):
+    """Return an instrument with a wall at rest."""
+    made = kind(SHORT, preset('bits_1').settings)
+    made.chain.place(find_pinned_wall(Specimen(SHORT), level))
+    made.transducer.assume_equilibrium()
+    return made
+
+
+def drawn(chance):
+    """Return something that is done to an instrument: many are so faint that nothing moves."""
+    end, A = chance.choice(list(End)), chance.choice((1e-9, 1e-3))
+    faint, strain = chance.random() < 0.7, chance.choice((0.0, 1e-4))
+    noisy = Faults(sensor_noise=1e-7, sensor_end=chance.choice(('both', 'right')))
+    faults = noisy if chance.random() < 0.5 else Faults()
+    shake = chance.choice((0.0, 1e-7))
+
+    def pulse(made):
+        probe = dataclasses.replace(made.transducer.probes[end], A=A, sigma=2.0)
+        made.transducer._hold_cell(end, Pulse(made.transducer.rest(end), probe))
+
+    def stay(made):
+        """Hold an end where it is."""
+        made.transducer.move(end, made.driver.end(end.site(SHORT)), 0.01)
+
+    return chance.choice((
+        pulse, stay,
+        lambda made: stay(made) if faint else made.transducer.fire(end),
+        lambda made: made.transducer.record_pulse(end, made.transducer.probes[end]),
+        lambda made: made.transducer.listen(end),
+        lambda made: made.actuator.slew_to(strain),
+        lambda made: made.base.disturb(shake),
+        lambda made: made.set_faults(faults),
+    ))  # fmt: skip
+
+
+def release(made):
+    """End all that keeps an element from its rest."""
+    made.transducer.release()
+    made.base.disturb(0.0)
+    made.set_faults(Faults())
+
+
+def whole(made):
+    """Return all that ticks change."""
+    transducer, chain = made.transducer, made.chain
+    return (
+        made.ticks, made.last_moved, made.substrate_speed, made.base.state, made.actuator.state,
+        made.transmission.state, chain.state().tobytes(), chain.V_N, chain.steps_done,
+        transducer.recent.tobytes(), transducer.held is None, transducer.remaining_time,
+        {end: each.returns for end, each in transducer.reverberation.items()},
+        {end: (each.time, each.delay) for end, each in transducer.detectors.items()},
+        [each.shot(0.0, 0.0, 0.5).samples.tobytes() for each in transducer.recorders],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize('seeds', sampled([range(6), range(6, 300)], lambda seeds: 0 in seeds))
+def test_any_rest_of_instrument_equals_computing_every_tick(seeds):
+    """Rests begin, and end, at every phase of a pulse, a strain, a shake and a fault, in runs of
+    any length; what is driven too faintly to move anything is driven and heard all the same.
+    """
+    for seed in seeds:
+        chance = random.Random(seed)
+        quick, slow = instrument(Instrument, seed % 2), instrument(RestlessInstrument, seed % 2)
+        rests = 0
+        for left in reversed(range(15)):
+            acts, runs = [drawn(chance)], [chance.choice((1, 2, 3, 7)) for _ in range(4)]
+            if left == 0 or chance.random() < 0.4:
+                acts, runs = [release, *acts] if left else [release], [*runs, 60]
+            for made in (quick, slow):
+                for act in acts:
+                    act(made)
+            for ticks in runs:
+                quick.pass_ticks(ticks)
+                for _ in range(ticks):
+                    slow.pass_ticks()
+                assert whole(quick) == whole(slow)
+                rests += quick.at_rest
+        assert rests
+
+
+SAMPLE = (7, 8, 10, 11)
+"""Seeds of lives with every pace of streams, every batch and every command between them."""
+
+LIFE = 1.1
+"""Seconds."""
+
+
+class Life:
+    """A clock that advances while the loop sleeps on it. At their times things happen, which end
+    the sleep only if they wake the loop. In the end it asks for a pause.
+    """
+
+    slack = 0.0
+
+    def __init__(self, happens):
+        self.time, self.happens = 0.0, sorted(happens, key=lambda each: each[0])
+
+    def now(self):
+        return self.time
+
+    def wait(self, changed, seconds):
+        """Sleep; called with the lock of `changed` held."""
+        until, woken = self.time + seconds, []
+        wake, changed.notify_all = changed.notify_all, lambda: woken.append(True)
+        while not woken and self.happens and self.happens[0][0] <= until:
+            self.time, act = self.happens.pop(0)
+            act()
+        changed.notify_all = wake
+        if not woken:
+            self.time = until
+
+
+@cache
+def lived(seed):
+    """Live; return the device, what took effect with its tick, and what was told and when."""
+    chance, quick = random.Random(seed), rig.device(1)
+    taken, told, calls, heard, answers, seen = [], [], [], {}, [], {}
+    every, streams = chance.choice([(0, False), (1, True), (7, False), (10, True)])
+
+    def listen(commands, events):
+        seen[quick.ticks] = clock.time
+        for tick, command in commands:
+            taken.append((tick, command))
+            heard[id(command)] = tick, clock.time
+        told.extend((quick.ticks, event) for event in events)
+
+    def acts(command):
+        return lambda: answers.append(loop.submit(command))
+
+    wanted = []
+    for _ in range(chance.randint(4, 12)):
+        wanted.append((chance.uniform(0.0, 0.8 * LIFE), command_of(chance)))
+    for n in range(chance.choice((0, 0, 30))):  # an IMU
+        wanted.append((0.3 + 0.0013 * n, Disturb(chance.choice((0.0, 1e-6, -1e-6)))))
+    happens = [(when, acts(command)) for when, command in wanted]
+    happens += [
+        (chance.uniform(0.0, LIFE), lambda: calls.append(loop.call(lambda: quick.ticks)))
+        for _ in range(5)
+    ]
+    happens.append((LIFE, lambda: calls.append(loop.pause(True))))
+    clock, batch = Life(happens), chance.choice((1, 5, 10))
+    loop = Loop(
+        quick, listen, pacer=clock, speed=1.0, batch=batch,
+        has_subscribers=lambda: streams, stream_period=lambda: every,
+    )  # fmt: skip
+    loop.start()
+    until(lambda: len(calls) == 6)
+    ticks = [call.result(20.0) for call in calls][-1]
+    loop.stop()
+    refused = {id(each.asked) for each in answers if each.answer.exception(1.0) is not None}
+    most = MAX_DEFERRAL_S if not streams else 0.0 if every % batch == 0 else batch * PERIOD
+    for tick in range(every, ticks + 1, every) if every else ():
+        assert tick in seen, 'somebody waits for it'
+        assert abs(seen[tick] - tick * PERIOD) < most + 2 * PERIOD
+    return quick, wanted, taken, told, heard, refused, ticks
+
+
+def command_of(chance):
+    """Return a command that comes now and then; most of the time there is rest."""
+    return chance.choice((
+        Read(), Read('right'), Read(), Write(chance.randrange(3)), Erase(), Abort('enough'),
+        SetStrain(chance.choice((0.0, 2e-4))), SetFaults(Faults(sensor_noise=1e-7, seed=3)),
+        SetFaults(Faults()), Disturb(chance.choice((0.0, 1e-6, 2e-4))),
+    ))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    'seeds', sampled([list(SAMPLE), range(60)], lambda seeds: len(seeds) < 60)
+)
+def test_any_run_in_loop_equals_computing_every_tick(seeds):
+    found = set()
+    for seed in seeds:
+        slow = rig.device(1)
+        slow.__class__ = rig.Restless
+        quick, wanted, taken, told, heard, refused, ticks = lived(seed)
+        for when, command in wanted:
+            if id(command) in refused or (
+                isinstance(command, Disturb) and id(command) not in heard
+            ):
+                continue  # of the accelerations in a tick the newest counts
+            tick, at = heard[id(command)]
+            assert abs(tick * PERIOD - when) < PERIOD + 1e-9, 'it took effect in another tick'
+            assert at - when < MAX_DEFERRAL_S + 2 * PERIOD, 'it was told too late'
+        seen = []
+        for tick in range(quick.ticks):
+            for stamp, command in taken:
+                if stamp == tick:
+                    slow.apply(command)
+            seen += [(slow.ticks, event) for event in slow.advance()]
+        assert abs(ticks - LIFE / PERIOD) < 2
+        assert [rig.plain(event) for _, event in told] == [rig.plain(event) for _, event in seen]
+        assert [tick for tick, event in told if isinstance(event, Outcome)] == [
+            tick for tick, event in seen if isinstance(event, Outcome)
+        ]
+        assert end(quick) == end(slow)
+        found |= {type(command) for _, command in taken}
+        found |= {type(event) for _, event in told} | ({Refused} if refused else set())
+    # they rest, read, write, shake and are rejected: or nothing above is tried
+    assert {Read, Write, Erase, Abort, SetStrain, SetFaults, Disturb, Outcome, Refused} <= found

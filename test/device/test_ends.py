@@ -1,0 +1,359 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads from both ends: no error of one end changes a level, and walls other than one are none."""
+
+import dataclasses
+import itertools
+from dataclasses import replace
+
+import hypothesis
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from sampled import sampled
+
+from mlmem import (
+    UNDECODABLE,
+    Calibrate,
+    Calibration,
+    EchoReceived,
+    Read,
+    SelfTest,
+    SetStrain,
+    SettingsError,
+    Write,
+    factory_calibration,
+    new_element,
+    preset,
+)
+from mlmem.instrument.drivers import Simulation
+from mlmem.instrument.end import End
+from mlmem.physics import CASE_II, Specimen, find_walls
+from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
+from mlmem.presets import PRESETS, load_preset
+from mlmem.readers.calibration import DelayTable
+from mlmem.readers.decoding import decode_echoes, find_exchanged_levels
+from mlmem.readers.echo import Echo, detection_threshold
+from mlmem.settings import ReadSettings
+
+from . import rig
+
+NAMES = ('left', 'right', 'both')
+
+
+class Late(Simulation):
+    """An element one of whose sensors answers late."""
+
+    def __init__(self, design, time, end, late):
+        super().__init__(Simulation.of(design, time).chain)
+        self._row, self._late = end.row, round(late / self.dt)
+        self._before = np.zeros(self._late)
+
+    def place(self, v, design):
+        self.chain.place(v)
+        self._before[:] = v[0 if self._row == 0 else design.N - 1]
+
+    def advance(self, *args, **named):
+        ends = super().advance(*args, **named)
+        known = np.concatenate((self._before, ends[self._row]))
+        self._before = known[len(known) - self._late :]
+        ends[self._row] = known[: ends.shape[1]]
+        return ends
+
+
+def late(name, level, end, by):
+    """Return an element with its wall at a level, and one sensor late."""
+    design, settings = preset(name)
+    calibration = factory_calibration(design, settings)
+    driver = Late(design, settings.time, end, by)
+    element = new_element(design, settings, calibration, driver)
+    driver.place(find_pinned_wall(Specimen(design), level), design)
+    element.transducer.assume_equilibrium()
+    return element
+
+
+@pytest.mark.parametrize('by', [22.0, 25.0, 28.0])
+def test_right_sensor_late_by_level_gives_no_level(by):
+    """It hears level 0, and at the left that is 3 time units from level 1."""
+    outcome = rig.run(late('bits_1', 1, End.RIGHT, by), Read())
+    assert not outcome.success
+    assert 'the left end does not tell it from level 1' in outcome.error
+    assert rig.run(late('bits_1', 1, End.RIGHT, 0.0), Read()).reading.level == 1
+
+
+@pytest.mark.parametrize(
+    'name', [name for name in PRESETS if preset(name).settings.read.method == 'delay']
+)
+def test_no_calibration_that_ships_lets_one_end_change_level(name):
+    design, settings = preset(name)
+    calibration = factory_calibration(design, settings)
+    for names in NAMES:
+        read = dataclasses.replace(settings.read, end=names)
+        assert (
+            find_exchanged_levels(design, dataclasses.replace(settings, read=read), calibration)
+            == []
+        )
+
+
+def heard(end, probe, crossings):
+    """Return an echo with these crossings of the thresholds, or silence."""
+    t = np.arange(0.5, 1400.0, 0.5)
+    ratio = np.zeros_like(t)
+    if crossings is not None:
+        low, delay, high = crossings
+        for time, least in ((low, 0.9), (delay, 1.1), (high, 3.0)):
+            ratio[t >= (delay if time is None else time)] = least
+    v_c = ratio * detection_threshold(probe, t)
+    over = ratio > 1.0
+    delay = float(t[over.argmax()]) if over.any() else None
+    return Echo(end, probe, t, v_c, v_c, delay, float(ratio.max()))
+
+
+@pytest.mark.parametrize('names', NAMES)
+@pytest.mark.parametrize('name', sampled(
+    ['case_2', 'bits_1', 'bits_2', 'bits_4', 'kick_4'],
+    lambda name: name in ('bits_1', 'bits_2'),
+))  # fmt: skip
+def test_any_error_of_one_end_gives_true_level_or_none(name, names):
+    """A delay of any size, early ones too, swept over all delays that the table has; silence."""
+    design, settings = preset(name)
+    read = dataclasses.replace(settings.read, end=names)
+    calibration = factory_calibration(design, settings)
+    right = 0
+    for wrong in End:
+        honest, table = wrong.opposite, calibration.table(wrong)
+        probes = {end: end.probe(settings) for end in End}
+        sweep = [(t - 2.0, t, t + 3.0) for t in np.arange(60.0, table.longest + 60.0, 3.0)]
+        sweep += [table.find_crossings(level) for level in range(design.levels)]
+        said = [(each, heard(wrong, probes[wrong], each)) for each in (None, *sweep)]
+        for true in range(0, design.levels, max(1, design.levels // 4)):
+            sound = calibration.table(honest).find_crossings(true)
+            good = heard(honest, probes[honest], sound)
+            for each, bad in said:
+                echoes = {honest: good, wrong: bad}
+                level = decode_echoes(design, read, calibration, echoes, (1, 0)).level
+                assert level in (true, UNDECODABLE), (wrong, true, each)
+                right += level == true
+    assert right > 0
+
+
+@rig.unhurried
+@hypothesis.given(
+    st.lists(st.integers(1, 60), min_size=2, max_size=6),
+    st.lists(st.integers(1, 60), min_size=2, max_size=6),
+    st.floats(0.0, 0.9),
+    st.sampled_from(NAMES),
+)
+def test_no_table_at_all_lets_one_end_change_level(left, right, margin, names):
+    """Levels may be as near each other, and as unevenly spaced, as they like."""
+    design = CASE_II
+    n = min(len(left), len(right))
+    one = DelayTable(tuple(130.0 + float(sum(left[:k])) for k in range(n)))
+    other = DelayTable(tuple(900.0 - float(sum(right[:k])) for k in range(n)))
+    _, settings = preset('case_2')
+    read = dataclasses.replace(settings.read, end=names, min_margin=margin)
+    found = find_exchanged_levels(
+        dataclasses.replace(design, N=25 * (n + 1)),
+        dataclasses.replace(settings, read=read),
+        Calibration(one, other),
+    )
+    assert found == []
+
+
+def test_levels_alike_at_end_are_found_and_not_read():
+    """Both hidden by the pulse, as in an element whose first two walls are too near."""
+    design, settings = preset('bits_2')
+    known = factory_calibration(design, settings)
+    alike = dataclasses.replace(
+        known.left,
+        delays=(known.left.delays[0], *known.left.delays[:1], *known.left.delays[2:]),
+        shapes=(known.left.shapes[0], *known.left.shapes[:1], *known.left.shapes[2:]),
+    )
+    calibration = dataclasses.replace(known, left=alike)
+    found = find_exchanged_levels(design, settings, calibration)
+    assert {(end, true) for end, said, true in found if said == UNDECODABLE} == {
+        (End.RIGHT, 0), (End.RIGHT, 1),
+    }  # fmt: skip
+    with pytest.raises(SettingsError, match='delays must rise or fall'):
+        alike.check()
+
+
+def test_calibration_of_one_end_alone_proves_nothing():
+    """Its error turns any level into any other, and none confirms it."""
+    design, settings = preset('bits_2')
+    known = factory_calibration(design, settings)
+    found = find_exchanged_levels(design, settings, dataclasses.replace(known, left=None))
+    assert {(said, true) for _, said, true in found} == set(itertools.permutations(range(4), 2))
+    assert {end for end, *_ in found} == {End.RIGHT}
+
+
+def with_walls(*defects, first_active=True, **settings):
+    """Return a device at rest whose phase changes at these defects."""
+    design = rig.DESIGN
+    step = design.D_s2 - design.D_s1
+    v = np.full(design.N, design.D_s2 if first_active else design.D_s1)
+    for count, defect in enumerate(defects):
+        down = (count % 2 == 0) == first_active
+        rise = 0.5 * (1.0 + np.tanh((design.sites - defect - 0.3) / 3.0))
+        v += (-step if down else step) * rise
+    element = rig.device(**settings)
+    element.chain.place(relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
+    element.transducer.assume_equilibrium()
+    found = [wall.position for wall in find_walls(design, element.chain.configuration)]
+    assert found == pytest.approx(defects, abs=1.0), 'it does not rest there'
+    return element
+
+
+@pytest.mark.parametrize('level', range(4))
+def test_one_wall_is_same_from_both_ends(written, level):
+    element = written(level)
+    told = rig.events(element, Read('both'))
+    left, right = (event for event in told if isinstance(event, EchoReceived))
+    assert {left.echo.end, right.echo.end} == set(End)
+    if left.echo.end == 'right':
+        left, right = right, left
+    reading = told[-1].reading
+    assert reading == left.reading == right.reading == element.reading
+    assert (reading.level, reading.code, reading.walls) == (level, f'{level:02b}', 1)
+    assert (reading.end, reading.delay) == ('both', left.echo.delay)
+    assert (reading.left_delay, reading.right_delay) == (left.echo.delay, right.echo.delay)
+    assert reading.threshold_margin == min(left.echo.threshold_margin, right.echo.threshold_margin)
+    assert reading.level_margin > 0.7
+    # interpolated between levels by the delay: as near as the delay is to its own
+    assert 1.0 + reading.distance == pytest.approx(rig.wall(element), abs=0.15 * 25)
+    assert rig.holds(element, level)
+
+
+@pytest.mark.parametrize('names', ['left', 'right'])
+@pytest.mark.parametrize(
+    ('defects', 'end'),
+    [
+        ((25, 75, 100), 'left'),
+        ((25, 50, 100), 'right'),
+        ((25, 50, 75), 'both'),
+        ((50, 75, 100), ''),
+    ],
+)
+def test_three_walls_are_no_level_from_any_end(defects, end, names):
+    """Active, inactive, active, inactive: the ends rest as those of a stored level do.
+
+    A read probes both ends whichever is asked for: that is the one whose delay it reports.
+    """
+    first, last = defects[0] // 25 - 1, defects[-1] // 25 - 1
+    element = with_walls(*defects, read=ReadSettings(end=names))
+    outcome = rig.run(element, Read(end))
+    assert (outcome.reading.level, outcome.reading.walls) == (UNDECODABLE, 3)
+    here = first if names == 'left' else last
+    assert f'wall at level {here}' in outcome.error
+    assert outcome.reading.confidence == 0.0
+
+
+@pytest.mark.parametrize(
+    ('first_active', 'defects', 'heard', 'end'),
+    [
+        (False, (50, 100), 3, 'left'),
+        (False, (25, 100), 3, 'right'),
+        (False, (25, 50), 1, 'both'),
+        (True, (25, 75), 0, ''),
+        (True, (75, 100), 2, 'right'),
+    ],
+)
+def test_stretch_of_other_phase_is_two_walls(first_active, defects, heard, end):
+    """An active one is heard from the right alone: the left carrier does not pass the other."""
+    outcome = rig.run(with_walls(*defects, first_active=first_active), Read(end))
+    assert not outcome.success
+    assert outcome.reading.walls == 2
+    assert f'a wall at level {heard}: there are two walls' in outcome.error
+
+
+@pytest.mark.parametrize(
+    ('name', 'method', 'start', 'level'), [('bits_2', 'kick', 1, 3), ('bits_4', 'strain', 5, 6)]
+)
+def test_swinging_wall_is_read_again_and_not_moved_again(name, method, start, level):
+    """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
+    design, settings = preset(name)
+    element = new_element(design, replace(settings, write=replace(settings.write, method=method)))
+    element.perform(Write(start))
+    *told, outcome = rig.events(element, Write(level))
+    first, _, second, _ = (event.reading for event in told)
+    assert first.level == UNDECODABLE
+    assert None not in (first.left_delay, first.right_delay)
+    assert second.level == level
+    assert (outcome.success, outcome.attempts) == (True, 1)
+    assert rig.holds(element, level)
+
+
+@pytest.mark.parametrize('command', [Write(2), SelfTest()], ids=['write', 'self-test'])
+def test_procedure_that_writes_reads_first_as_read_does(written, command):
+    """A wall that swings after a strain by hand says nothing at first; it is heard once more."""
+    element = written(2)
+    for strain in (0.03, 0.0):
+        element.apply(SetStrain(strain))
+        while element.actuator.is_moving:
+            element.advance()
+    cycles, readings = element.statistics.cycles, []
+    element.apply(command)
+    while len(readings) < 4 and element.procedure:
+        told = element.advance()
+        readings += [event.reading for event in told if isinstance(event, EchoReceived)]
+    assert [reading.level for reading in readings] == [UNDECODABLE, UNDECODABLE, 2, 2]
+    assert element.statistics.cycles == cycles
+
+
+def bits_1(**changes):
+    element = new_element(*load_preset('bits_1'))
+    element.calibration = dataclasses.replace(element.calibration, **changes)
+    return element
+
+
+def test_bits_1_is_written_read_and_calibrated():
+    """Nine cells to and fro are 26 time units at the right; at the left the pulse hides them."""
+    element = bits_1()
+    left, right = (element.calibration.table(end).delays for end in End)
+    assert right[0] - right[1] > 20.0
+    assert abs(left[1] - left[0]) < 5.0
+    for command in (Write(1), Read(), Calibrate(), Read('both'), SelfTest()):
+        outcome = rig.run(element, command)
+        assert outcome.success, outcome.error
+        assert outcome.reading.level == 1
+    assert element.calibration.pulse_corrections is None, 'there was nothing to learn'
+
+
+@pytest.mark.parametrize('end', ['left', 'right', 'both', ''])
+@pytest.mark.parametrize('level', [0, 1])
+def test_level_is_named_from_right_for_any_reported_end(level, end):
+    element = bits_1()
+    rig.run(element, Write(level))
+    reading = rig.run(element, Read(end)).reading
+    assert (reading.level, reading.end, reading.walls) == (level, end or 'right', 1)
+    assert reading.delay == (
+        reading.left_delay if end in ('left', 'both') else reading.right_delay
+    )
+
+
+def test_calibration_of_right_end_alone_is_read_from_there():
+    """As sessions before version 1.1 have it: no other end confirms the level."""
+    element = bits_1(left=None)
+    for command in (Write(1), Calibrate(), Read('left'), Read()):
+        outcome = rig.run(element, command)
+        assert outcome.success, outcome.error
+        assert (outcome.reading.level, outcome.reading.end) == (1, 'right')
+        assert outcome.reading.left_delay is None
+    assert element.calibration.left is None
+    with pytest.raises(SettingsError, match='the left end is not read from'):
+        element.calibration.table(End.LEFT)
+
+
+def test_rest_is_waited_for_before_pulse():
+    """Of two equal devices one waits 400 time units, 20 ticks, longer."""
+    design, settings = load_preset('bits_1')
+    fired = []
+    for rest in (0.0, 400.0):
+        read = dataclasses.replace(settings.read, rest=rest)
+        changed = dataclasses.replace(settings, read=read)
+        element = new_element(design, changed, factory_calibration(design, settings))
+        element.apply(Read())
+        while not element.transducer.is_driving:
+            element.advance()
+        fired.append(element.ticks)
+    assert fired[1] - fired[0] == 20

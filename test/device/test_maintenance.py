@@ -1,0 +1,337 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An abort at any moment of any procedure, the self-test, and the reset."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mlmem import (
+    BLANK,
+    Abort,
+    Calibrate,
+    DelayTable,
+    EchoReceived,
+    Erase,
+    Faults,
+    Outcome,
+    Read,
+    Reset,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Write,
+    snapshot,
+)
+from mlmem.instrument.end import End
+from mlmem.instrument.faults import NO_FAULTS
+from mlmem.move_settings import WriteSettings
+from mlmem.physics import CASE_II
+from mlmem.settings import ReadSettings
+from mlmem_ros.contract.answers import outcome_to_dict
+
+from . import rig
+from .test_blindfold import blindfolded
+
+COMMANDS = st.one_of(st.builds(Write, st.integers(0, 3)), st.just(Erase()), st.just(Calibrate()))
+
+
+def abort(element):
+    """Abort, and check the conditions at once and after the abort has ended."""
+    running = element.procedure
+    begun = element.ticks
+    element.apply(Abort())
+    told = element.advance()
+    assert not element.transducer.is_driving, 'a held cell is let go at once'
+    while element.procedure:
+        told += element.advance()
+    outcomes = [event for event in told if isinstance(event, Outcome)]
+    if running:
+        assert (outcomes[0].procedure, outcomes[0].error) == (running, 'aborted')
+        assert not outcomes[0].success
+    assert outcomes[-1].procedure == 'abort'
+    assert outcomes[-1].success
+    assert element.ticks - begun <= 61  # 1200 time units of release
+    assert element.actuator.strain == element.chain.V_N == 0.0
+    assert not element.actuator.is_moving
+    assert not element.transducer.is_driving
+    assert element.procedure == ''
+
+
+@settings(rig.unhurried, max_examples=4)
+@given(COMMANDS, st.none() | st.integers(0, 3), st.floats(0.0, 1.0), st.integers(0, 3))
+def test_after_abort_at_any_tick_next_write_succeeds(command, content, moment, level):
+    """400 random aborts were tried once; none failed."""
+    element = rig.device(content)
+    longest = {Write: 700, Erase: 900, Calibrate: 2000}[type(command)]
+    element.apply(command)
+    rig.ticks(element, 1 + round(moment * longest))
+    abort(element)
+    assert rig.succeed(element, Write(level)).level == level
+    assert rig.holds(element, level)
+
+
+@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (0, Erase())], ids=str)
+def test_abort_while_wall_is_launched(content, command):
+    """The boundary cell moves for 40 time units, so for 2 or 3 ticks; then the wall runs."""
+    element = rig.device(content)
+    element.apply(command)
+    while not (element.transducer.is_driving and not element.transducer.detectors):
+        element.advance()
+    launched = element.ticks
+    caught = []
+    for tick in range(launched - 1, launched + 4):
+        element = rig.device(content)
+        element.apply(command)
+        rig.ticks(element, tick)
+        caught.append(element.transducer.is_driving)
+        abort(element)
+        assert rig.succeed(element, Write(1)).level == 1
+        assert rig.holds(element, 1)
+    assert caught[1]
+    assert not caught[0]
+    assert not caught[-1]
+
+
+def test_abort_reports_its_reason(written):
+    element = written(1)
+    element.apply(Write(3))
+    rig.ticks(element, 5)
+    told = rig.events(element, Abort('the door is open'))
+    assert [outcome.error for outcome in told] == ['aborted: the door is open', '']
+
+
+def test_abort_releases_strain_set_by_hand(written):
+    element = written(2, read=ReadSettings(min_margin=0.2))
+    element.apply(SetStrain(0.03))
+    rig.ticks(element, 100)
+    rig.succeed(element, Read())
+    abort(element)
+    assert element.reading is None, 'the wall may have moved with the strain'
+
+
+def test_abort_of_nothing_keeps_reading(written):
+    element = written(2)
+    known = element.reading
+    begun = element.ticks
+    abort(element)
+    assert element.reading is known
+    assert element.ticks == begun + 1
+
+
+@pytest.mark.parametrize('moment', [2, 4, 6, 12, 20])
+@pytest.mark.parametrize('level', [0, 3])
+def test_echo_of_aborted_read_does_not_reach_next(level, moment):
+    """The pulses take 8 ticks; their echoes are still on the way when both ends are quiet again.
+
+    The abort itself waits for nothing.
+    """
+    element = rig.device(level)
+    element.apply(Read())
+    rig.ticks(element, moment)
+    for _ in range(2):
+        begun = element.ticks
+        abort(element)
+        assert element.ticks == begun + 1
+        assert not element.transducer.detectors
+    for _ in range(2):
+        reading = rig.succeed(element, Read())
+        assert reading.level == level
+        assert reading.level_margin > 0.9
+
+
+@pytest.mark.parametrize(
+    ('first', 'ticks'), [(Write(3), 0), (SetStrain(0.03), 0), (Abort(), 10)], ids=str
+)
+def test_abort_in_tick_of_command_or_of_abort(written, first, ticks):
+    element = written(1)
+    if first == Abort():  # of a write
+        element.apply(Write(3))
+        rig.ticks(element, 60)
+    element.apply(first)
+    rig.ticks(element, ticks)
+    abort(element)
+    assert rig.ticks(element, 20) == []
+
+
+NAMES = [
+    'transducer left', 'transducer right', 'actuator', 'erase',
+    *(f'level {level}' for level in range(4)), 'restore',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize('level', [None, 2])
+def test_sound_element_passes_and_keeps_its_content(written, level):
+    element = rig.device() if level is None else written(level)
+    told = rig.events(element, SelfTest())
+    outcome = told[-1]
+    assert outcome.success, outcome.error
+    assert [check.name for check in outcome.checks] == NAMES
+    assert all(check.passed for check in outcome.checks)
+    assert rig.holds(element, level)
+    assert outcome.reading.level == (-1 if level is None else level)
+    heard = [event.reading for event in told if isinstance(event, EchoReceived)]
+    assert {reading.level for reading in heard if reading.walls == 1} == set(range(4))
+    for end in End:
+        learnt = element.calibration.table(end).delays[3]
+        assert outcome.checks[-2].values[f'{end}_delay'] == pytest.approx(learnt, abs=2.6)
+    assert outcome_to_dict(outcome)['checks']['level 3'] == 'read'
+    assert outcome_to_dict(outcome)['checks']['erase'] == 'blank'
+
+
+def test_level_that_is_not_reached_is_named_others_are_tested(written):
+    """Tension frees the wall at odd levels; without it the wall stays at level 1."""
+    weak = WriteSettings(tension=0.02, attempts=1)
+    element = written(1, write=weak)
+    outcome = rig.run(element, SelfTest())
+    failed = [check.name for check in outcome.checks if not check.passed]
+    assert failed == [f'level {level}' for level in (2, 3)]
+    assert outcome.error == f'failed: {", ".join(failed)}'
+    assert 'level 2 was not reached in 1 attempts' in outcome.checks[6].message
+    assert outcome.checks[-1].passed
+    assert rig.holds(element, 1)
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'felt'),
+    [
+        (lambda strain: 0.0 * strain, (0.0, 0.0)),
+        (lambda strain: 0.9 * strain, (0.0, 0.009)),
+        (lambda strain: strain + 0.001, (0.001, 0.011)),
+    ],
+    ids=['stuck', 'weak', 'offset'],
+)
+def test_actuator_that_does_not_follow_is_found(written, wrong, felt):
+    """Then nothing is written. At a free end a strain is measured to a hundredth."""
+    element = written(3)
+    advance, N = element.chain.advance, element.design.N
+    element.chain.advance = lambda V_N, *more: advance(wrong(V_N / N) * N, *more)
+    rig.ticks(element, 100)
+    outcome = rig.run(element, SelfTest())
+    assert outcome.error == 'failed: actuator'
+    values = outcome.checks[-1].values
+    assert (values['offset'], values['felt']) == pytest.approx(felt, abs=2e-4)
+    element.chain.advance = advance
+    rig.ticks(element, 100)
+    assert rig.holds(element, 3)
+
+
+@pytest.mark.parametrize('level', [None, 2])
+def test_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
+    """With a set-point of 0.01 it would move there as soon as it comes loose."""
+    element = rig.device() if level is None else written(level)
+    element.apply(SetFaults(Faults(actuator_stuck=True)))
+    assert rig.run(element, SelfTest()).error == 'failed: actuator'
+    assert element.actuator.motion.target == 0.0
+    rig.ticks(element, 100)
+    assert element.is_released
+    element.apply(SetFaults(NO_FAULTS))
+    rig.ticks(element, 10)
+    assert element.chain.V_N == 0.0
+    assert rig.holds(element, level)
+
+
+def test_content_that_cannot_be_read_is_not_put_at_risk(written):
+    """The table of another element does not give the place of the wall."""
+    element = written(3)
+    foreign = DelayTable(tuple(100.0 + 800.0 * level for level in range(4)))
+    element.calibration = dataclasses.replace(element.calibration, left=foreign)
+    outcome = rig.run(element, SelfTest())
+    assert outcome.error.startswith('not tested: the content cannot be read now')
+    assert outcome.checks == ()
+    assert rig.holds(element, 3)
+
+
+def test_failed_erase_fails_levels_and_restoration():
+    """A kink that no strain frees stays in the element: nothing can be written or restored."""
+    single = dataclasses.replace(CASE_II, N=50)
+    feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
+    once = rig.with_group('write', attempts=1)
+    outcome = rig.run(rig.device(0, design=single, **feeble, **once), SelfTest())
+    assert outcome.error == 'failed: erase, level 0, restore'
+    failed = [check for check in outcome.checks if not check.passed]
+    assert all(check.message.startswith('the element is not blank') for check in failed)
+
+
+def test_element_that_begins_to_shake_is_not_written(written):
+    """Its content was read before; then it waits 6000 time units for quiet at each end."""
+    element = written(3)
+    element.apply(SelfTest())
+    while not any(isinstance(event, EchoReceived) for event in element.advance()):
+        pass
+    chance = np.random.default_rng(1)
+    told = []
+    while element.procedure:
+        element.chain.velocity[:] += chance.normal(0.0, 1e-3, element.design.N)
+        told += element.advance()
+    outcome = told[-1]
+    assert outcome.error == 'failed: transducer left, transducer right'
+    assert all('the element does not come to rest' in check.message for check in outcome.checks)
+    assert rig.holds(element, 3)
+
+
+@pytest.fixture
+def lost():
+    """Return an element of which every cell rests beyond the active phase, and which is strained.
+
+    The ground states of psi lie a period apart: D_s2 and as far again.
+    """
+    element = rig.device(3)
+    design = element.design
+    beyond = 2.0 * design.D_s2 - design.D_s1
+    element.chain.place(np.full(design.N, beyond))
+    element.transducer.assume_equilibrium()
+    element.apply(SetStrain(0.001))
+    rig.ticks(element, 20)
+    return element
+
+
+def test_what_fails_names_way_home(lost):
+    outcome = rig.run(lost, Read())
+    assert not outcome.success
+    assert outcome.error.endswith('reset replaces the element by a blank one')
+    assert 'reset' not in rig.run(rig.device(), Erase()).error
+
+
+def test_reset_element_is_as_new(lost):
+    lost.statistics.cycles = 17
+    outcome = rig.run(lost, Reset())
+    assert outcome.success
+    assert outcome.reading.level == BLANK
+    assert not lost.actuator.strain
+    assert np.allclose(lost.chain.v, lost.design.D_s1, atol=1e-2)  # but for its own probe
+    assert (lost.statistics.cycles, lost.statistics.resets) == (17, 1)
+    assert rig.succeed(lost, Write(1)).level == 1
+
+
+def test_reset_fails_if_new_element_is_not_heard(lost):
+    lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
+    outcome = rig.run(lost, Reset())
+    assert not outcome.success
+    assert outcome.error.startswith('the new element does not sound blank: ')
+
+
+def test_reset_is_repeated_to_bit(lost):
+    twin = rig.device()
+    snapshot.restore_snapshot(twin, snapshot.take_snapshot(lost))
+    for element in (lost, twin):
+        rig.run(element, Reset())
+    assert snapshot.hash_state(twin) == snapshot.hash_state(lost)
+
+
+def test_real_element_is_replaced_by_hand():
+    element, _ = blindfolded(3)
+    outcome = rig.run(element, Reset())
+    assert not outcome.success
+    assert 'a real element has to be replaced by hand' in outcome.error
+
+
+def test_faults_stay(lost):
+    """The actuator is as stuck as before, and the new specimen has the weak cell."""
+    faults = Faults(weak_cell=5, actuator_stuck=True)
+    lost.apply(SetFaults(faults))
+    assert rig.run(lost, Reset()).success
+    assert lost.faults == faults
