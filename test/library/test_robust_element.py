@@ -10,8 +10,8 @@ import pytest
 from mlmem import UNDECODABLE, Erase, MemoryElement, Read, Write, load_element
 from mlmem.errors import SettingsError
 from mlmem.instrument.drivers import Simulation
-from mlmem.physics import Scatter, find_walls, scattered
-from mlmem.physics.wall import arrival_tolerance
+from mlmem.physics import Scatter, Specimen, find_walls, scattered
+from mlmem.readers.register import pin_walls
 from mlmem_tools.checks import Verdict, check
 
 SCATTER = Scatter(alpha=0.03, k_r=0.03, mass=0.03)
@@ -79,6 +79,23 @@ def test_robust_element_read_by_its_twin_has_greater_margins():
             element.adopt(element.chain.specimen)
         margins[reader] = [element.perform(Write(n)).reading.level_margin for n in (1, 4, 6)]
     assert all(np.greater(margins['twin'], margins['ideal']))
+
+
+def test_waveform_read_of_two_walls_is_undecodable():
+    element = MemoryElement(load_element('robust_2'))
+    element.chain.place(pin_walls(Specimen(element.design), (1, 3)))
+    element.transducer.assume_equilibrium()
+    assert not element.perform(Read()).success
+    assert element.reading.content == UNDECODABLE
+
+
+def test_waveform_method_of_a_register_is_rejected():
+    """A register is read by its waveform anyway."""
+    settings = load_element('robust_2').settings
+    spaced = dataclasses.replace(settings.register, spacing=1)
+    with pytest.raises(SettingsError) as caught:
+        dataclasses.replace(settings, register=spaced)
+    assert caught.value.field in ('read.method', 'register.spacing')
 
 
 def test_waveform_read_of_element_with_friction_is_rejected():

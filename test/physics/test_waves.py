@@ -1,15 +1,123 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Small waves by transfer matrices, beside closed forms."""
+"""Small waves: Eq. (4) against the printed bands and the moving chain, and transfer matrices.
 
+====================  ==============================================================
+quantity              must agree with
+====================  ==============================================================
+bands of Case II      0.4689 - 2.0542 (s1), 0.7688 - 2.1427 (s2)
+wavenumber            the roots of the quadratic Eq. (4) in the propagation constant
+frequency             a standing wave on a simulated chain, by counting its periods
+group velocity        d omega / d kappa; the centre of energy of a simulated packet
+transfer matrices     the sum of modes; their product; a step of the integrator
+====================  ==============================================================
+"""
+
+import dataclasses
 import math
 
 import numpy as np
+import oracle
 import pytest
 
-from mlmem.physics import PEFRL, Design, Specimen
+from mlmem.physics import CASE_II, PEFRL, Chain, Design, Specimen
+from mlmem.physics import waves as eq4
 from mlmem.physics.equilibrium import make_blank
 from mlmem.physics.waves import Tones, combine_rows, linearize_cells, multiply_matrices
+
+UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, eta=0.0)
+PHASES = pytest.mark.parametrize('k_s', [CASE_II.k_s1, CASE_II.k_s2], ids=['s1', 's2'])
+
+
+def test_bands_of_case_ii():
+    assert eq4.pass_band(CASE_II.k_s1) == pytest.approx((0.4689, 2.0542), abs=5e-5)
+    assert eq4.pass_band(CASE_II.k_s2) == pytest.approx((0.7688, 2.1427), abs=5e-5)
+
+
+@PHASES
+def test_wavenumber_solves_eq_4(k_s):
+    for omega in np.linspace(0.05, 3.0, 60):  # below, inside and above the band
+        theta = np.roots([1.0, -(2.0 + k_s - omega**2), 1.0])[0]  # 2 + k - 1/theta - theta = w^2
+        kappa = 1j * np.log(complex(theta))
+        found = eq4.wavenumber(omega, k_s)
+        # The roots meet at the band edges, where they know half the digits.
+        assert found.real == pytest.approx(abs(kappa.real), abs=1e-7)
+        assert found.imag == pytest.approx(abs(kappa.imag), abs=1e-7)
+
+
+@PHASES
+def test_frequency_and_wavenumber_are_inverse(k_s):
+    kappa = np.linspace(0.0, np.pi, 101)
+    np.testing.assert_allclose(
+        eq4.wavenumber(eq4.wave_frequency(kappa, k_s), k_s), kappa, atol=1e-7
+    )
+    np.testing.assert_allclose(
+        eq4.wave_frequency([0.0, np.pi], k_s), eq4.pass_band(k_s), rtol=1e-15
+    )
+
+
+@PHASES
+def test_group_velocity_is_slope_of_frequency(k_s):
+    kappa, h = np.linspace(0.1, 3.0, 30), 1e-5
+    slope = (eq4.wave_frequency(kappa + h, k_s) - eq4.wave_frequency(kappa - h, k_s)) / (2.0 * h)
+    np.testing.assert_allclose(
+        eq4.group_velocity(eq4.wave_frequency(kappa, k_s), k_s),
+        slope,
+        atol=1e-9,  # h^2 and eps / h
+    )
+
+
+def test_outside_band_nothing_travels():
+    low, high = eq4.pass_band(CASE_II.k_s2)
+    np.testing.assert_array_equal(eq4.group_velocity([0.9 * low, 1.1 * high], CASE_II.k_s2), 0.0)
+
+
+def rising_zeros(signal, dt):
+    """Return the times at which a signal rises through zero, between steps by a straight line."""
+    k = np.flatnonzero((signal[:-1] < 0.0) & (signal[1:] >= 0.0))
+    return dt * (k + 1 + signal[k] / (signal[k] - signal[k + 1]))
+
+
+@pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
+@pytest.mark.parametrize('mode', [0, 3, 20, 37, 39])
+def test_standing_wave_oscillates_at_frequency_of_eq_4(phase, mode):
+    """A free chain of N cells stands in cos[kappa (j - 1/2)] with kappa = pi mode / N."""
+    design = dataclasses.replace(UNIFORM, N=40, phase=phase)
+    kappa = np.pi * mode / design.N
+    chain = Chain(design, dt=0.02)
+    # 1e-7 is harmonic to 1e-7 and still 1e8 roundings high.
+    chain.place(design.D_s1 + 1e-7 * np.cos(kappa * (design.sites - 0.5)))
+    v_1 = chain.rest(10_000)[0] - design.D_s1
+    zeros = rising_zeros(v_1, chain.dt)
+    omega = 2.0 * np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0])
+    # The integrator shortens a period by some (omega dt)^2 / 166: 1.1e-5 at the top of the band.
+    assert omega == pytest.approx(float(eq4.wave_frequency(kappa, design.k_s1)), rel=1.5e-5)
+
+
+@pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
+@pytest.mark.parametrize('kappa', [0.4, 1.2, 2.4])
+def test_wave_packet_travels_at_group_velocity(phase, kappa):
+    design = dataclasses.replace(UNIFORM, N=1200, phase=phase)
+    j, centre, width = design.sites, 300.0, 60.0
+    omega = float(eq4.wave_frequency(kappa, design.k_s1))
+    wave = 1e-6 * np.exp(-0.5 * ((j - centre) / width) ** 2 + 1j * kappa * (j - centre))
+    state = np.zeros((3, design.N))
+    state[0], state[1] = design.D_s1 + wave.real, (-1j * omega * wave).real
+    state[2] = oracle.forces(design, state[0], np.zeros(design.N))[0]
+    chain = Chain(design, dt=0.05)
+    chain.restore(state, V_N=0.0, steps_done=0)
+
+    def centre_of_energy():
+        density = 0.5 * chain.velocity**2 + 0.5 * design.k_s1 * (chain.v - design.D_s1) ** 2
+        density[1:] += 0.5 * np.diff(chain.v) ** 2
+        return np.sum(j * density) / np.sum(density)
+
+    start, time = centre_of_energy(), 500.0
+    chain.rest(round(time / chain.dt))
+    speed = (centre_of_energy() - start) / time
+    # The packet spreads over wavenumbers by 1 / (width sqrt 2) = 0.012: of second order, 2e-4.
+    assert speed == pytest.approx(float(eq4.group_velocity(omega, design.k_s1)), rel=5e-4)
+
 
 MADE = Specimen(Design(N=24, gamma=0.0, beta=0.0, J=8, J_s=16, j_0=4.0, d=0.04))
 OMEGA = np.array([0.4, 0.8, 1.3, 1.7, 2.0, 2.6]) - 0.004j

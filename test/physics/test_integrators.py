@@ -1,0 +1,145 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The integrators, by properties that do not depend on their constants, and dry friction.
+
+=========================  =========================================================
+property                   must agree with
+=========================  =========================================================
+weights of the corrector   exact for accelerations constant and linear in time
+a damped oscillator        its closed form; the error falls with dt^2, of PEFRL with dt^4
+stability                  bounded below omega dt = 3.745 (PEFRL: 2.9895), growing above
+damping                    lowers that limit: x^2 + 2 eta dt / 3.745 = 1
+a step of PEFRL            shrinks the volume of states as the damping does, no more
+energy                     kept by PEFRL, where the paper's method loses a third
+=========================  =========================================================
+
+`test_chain` has both follow DOP853 through strain, pulse and damping, `test_specimen` with cells
+of their own masses on a base that shakes.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import uniform_chain
+
+import mlmem
+from mlmem.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
+from mlmem.physics.energy import energy
+from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics.methods.noh_bathe import compute_coefficients
+
+
+@pytest.mark.parametrize('p', [0.3, 0.5, 0.54, 0.7])
+def test_corrector_is_exact_for_linear_accelerations(p):
+    dt = 0.7
+    _, _, a2, _, _, a5, a6, a7 = compute_coefficients(dt, p)
+    first, second = p * dt, (1.0 - p) * dt
+    assert 2.0 * a2 == pytest.approx(first)
+    assert a5 + a6 + a7 == pytest.approx(second)  # A(t) = 1
+    assert a6 * first + a7 * dt == pytest.approx(0.5 * (dt**2 - first**2))  # A(t) = t
+
+
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
+@pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
+def test_oscillator_follows_closed_form_to_second_order(phase, eta):
+    design = dataclasses.replace(uniform_chain.UNIFORM, phase=phase, eta=eta)
+    order, error = uniform_chain.order(design, (0.4, 0.2, 0.1), NOH_BATHE)
+    assert order == pytest.approx(2.0, abs=0.05)
+    # With p = 0.54 the phase is ahead by (omega dt)^2 / 166 of the angle turned.
+    omega = math.sqrt(design.k_s1)
+    assert error < 1.1 * (0.1 * omega) ** 2 / 166 * 24.0 * omega
+
+
+def test_stable_up_to_published_limit(monkeypatch):
+    """Up to 3.745: the roots part at 2 / p = 3.704, the larger leaves the circle at 3.745."""
+    assert uniform_chain.growth(monkeypatch, 3.60, NOH_BATHE) < 1.0
+    assert uniform_chain.growth(monkeypatch, 3.74, NOH_BATHE) < 1.0
+    assert uniform_chain.growth(monkeypatch, 3.75, NOH_BATHE) > 1e3
+
+
+@pytest.mark.parametrize('eta', [0.1, 0.5, 2.0])
+def test_damping_lowers_limit(monkeypatch, eta):
+    """The limit of omega dt / 3.745 with explicit damping: x^2 + 2 eta dt / 3.745 = 1."""
+    p = uniform_chain.UNIFORM
+    omega = math.sqrt(p.k_s1 + 2.0 + 2.0 * math.cos(np.pi / p.N))
+    limit = 3.745 * (math.hypot(omega, eta) - eta) / omega
+    assert uniform_chain.growth(monkeypatch, 0.98 * limit, NOH_BATHE, eta) < 1.0
+    assert uniform_chain.growth(monkeypatch, 1.03 * limit, NOH_BATHE, eta) > 1e3
+
+
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
+def test_stable_step_is_stable_and_not_too_small(substrate, eta):
+    chain = uniform_chain.at_the_stable_step(substrate, eta, NOH_BATHE)
+    fastest = 2.0 * math.sqrt(chain.design.s.max()) if substrate == 'elastic' else 2.14
+    damped = (math.hypot(fastest, eta) - eta) / fastest
+    assert 0.9 < chain.dt * fastest / (3.6 * damped) <= 0.951
+
+
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
+def test_oscillator_follows_closed_form_to_fourth_order(eta):
+    design = dataclasses.replace(uniform_chain.UNIFORM, phase=2, eta=eta)
+    order, error = uniform_chain.order(design, (1.2, 0.8, 0.6), PEFRL)
+    assert order == pytest.approx(4.0, abs=0.15)
+    assert error < 1e-3  # the paper's method: 1e-2 at 0.3, for as many forces
+
+
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3, 5.0])
+def test_step_shrinks_volume_of_states_by_damping_alone(eta):
+    """Liouville: det = exp(-eta dt), whatever the stiffness and the step."""
+    for dt in (0.1, 0.5, 1.2):
+        matrix = PEFRL.step_matrix(np.array([0.1, 1.0, 4.5], dtype=complex), eta, dt)
+        np.testing.assert_allclose(np.linalg.det(matrix), math.exp(-eta * dt), rtol=1e-13)
+
+
+def test_undamped_packet_keeps_its_energy():
+    """In 2000 time units; at a step of 0.25 the paper's method loses more than a third of it."""
+    design = dataclasses.replace(CASE_II, eta=0.0)
+    rest = find_pinned_wall(Specimen(design), 3)
+    packet = 0.01 * np.exp(-(((design.sites - 40.0) / 8.0) ** 2)) * np.sin(1.2 * design.sites)
+    kept = {}
+    for method in (PEFRL, NOH_BATHE):
+        chain = Chain(design, integrator=method)
+        chain.place(rest)
+        ground = energy(chain).total
+        chain.place(rest + packet)
+        start = energy(chain).total - ground
+        chain.rest(round(2000.0 / chain.dt))
+        kept[method.name] = (energy(chain).total - ground) / start
+    assert kept['pefrl'] == pytest.approx(1.0, abs=3e-3)  # it swings by (omega dt)^4 / 1000
+    assert kept['noh_bathe'] < 0.8
+
+
+def test_step_is_stable_up_to_its_limit(monkeypatch):
+    # Near the limit the ellipse is long, and bounded.
+    assert uniform_chain.growth(monkeypatch, 2.98, PEFRL) < 20.0
+    assert uniform_chain.growth(monkeypatch, 3.0, PEFRL) > 1e3
+
+
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+@pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
+def test_stable_step_is_stable_at_any_damping(substrate, eta):
+    uniform_chain.at_the_stable_step(substrate, eta, PEFRL)
+
+
+def test_friction_takes_same_amplitude_from_every_swing():
+    """All cells swing alike about s1: each half period takes 2 F / k, exactly for a linear
+    force.
+    """
+    friction, amplitude = 2e-5, 1e-2
+    design = dataclasses.replace(CASE_II, N=30, gamma=0.0, beta=0.0, eta=0.0, friction=friction)
+    half_period = math.pi / math.sqrt(design.k_s1)
+    run = mlmem.simulate(
+        design,
+        initial=np.full(design.N, design.D_s1 + amplitude),
+        duration=4.0 * half_period,
+        save_every=half_period / 100.0,
+        progress=False,
+    )
+    swings = run.configuration[::100, 15] - design.D_s1
+    loss = 2.0 * friction / design.k_s1
+    expected = [(-1) ** n * (amplitude - n * loss) for n in range(5)]
+    # 5 %: the force is linear up to 2 % at this amplitude, and friction viscous near rest.
+    assert np.abs(swings - expected).max() < 0.05 * 4.0 * loss
