@@ -9,7 +9,7 @@ import numpy as np
 
 from mlmem import MemoryElement, Outcome, Settings, factory_calibration, snapshot
 from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.physics.equilibrium import find_pinned_wall
+from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: 60 cases, the same in every run; a loaded machine is no finding."""
@@ -45,6 +45,20 @@ def device(level=None, *, design=DESIGN, calibration=None, **settings):
 def paper(level=None, **settings):
     """Return a device of all eight levels, where the distance to the far end matters."""
     return device(level, design=CASE_II, **settings)
+
+
+def with_walls(*positions, design=DESIGN, first_active=True, **options):
+    """Return a device at rest whose phase changes near these positions."""
+    step = design.D_s2 - design.D_s1
+    v = np.full(design.N, design.D_s2 if first_active else design.D_s1)
+    for count, position in enumerate(positions):
+        down = (count % 2 == 0) == first_active
+        rise = 0.5 * (1.0 + np.tanh((design.sites - position - 0.3) / 3.0))
+        v += (-step if down else step) * rise
+    element = device(design=design, **options)
+    element.chain.place(relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
+    element.transducer.assume_equilibrium()
+    return element
 
 
 def ticks(element, n):

@@ -165,16 +165,6 @@ def test_vibration_within_band_is_waited_for_and_reported(omega, end):
     assert outcome.end_tick - outcome.start_tick == 300  # read.patience: 6000 of 20
 
 
-def test_crossing_when_listening_begins_is_no_echo():
-    """Hum that begins with the pulse crosses the threshold at once, where no level is."""
-    element = vibrating(3, 2.1, begun=1)
-    outcome = rig.run(element, Read())
-    assert outcome.error == (
-        'something is heard at the left end when listening begins, at 108.00, and no level is '
-        'so near'
-    )
-
-
 def test_self_test_names_sensor_that_is_too_noisy():
     """At 6e-5 it raises the threshold of the left end's last echo 1.43 times.
 

@@ -87,6 +87,9 @@ def test_calibration_of_another_element_is_rejected():
 
 BAD = [
     SetStrain(math.nan), SetStrain(math.inf), SetStrain(-0.081), SetStrain('0.01'),
+    SetStrain(math.nextafter(0.08, 1.0)), SetStrain(10**400), SetStrain(True), SetStrain(None),
+    Disturb(math.nan), Disturb(math.inf), Disturb(0.0101), Disturb(-0.0101),
+    Disturb('x'), Disturb(True), Disturb(None),
     Write(4), Write(-1), Write(1.0), Write(True), Write('3'), Write(None), Write(math.nan),
     Read('top'), Read(None), Read(['left']),
     'write', None, {'kind': 'Write', 'level': 1},

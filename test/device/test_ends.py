@@ -17,6 +17,7 @@ from mlmem import (
     Calibrate,
     Calibration,
     EchoReceived,
+    Faults,
     Read,
     SelfTest,
     SetStrain,
@@ -26,10 +27,9 @@ from mlmem import (
     new_element,
     preset,
 )
-from mlmem.instrument.drivers import Simulation
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.physics.equilibrium import find_pinned_wall, relax_to_equilibrium
+from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.presets import PRESETS, load_preset
 from mlmem.readers.calibration import DelayTable
 from mlmem.readers.decoding import decode_echoes, find_exchanged_levels
@@ -41,34 +41,12 @@ from . import rig
 NAMES = ('left', 'right', 'both')
 
 
-class Late(Simulation):
-    """An element one of whose sensors answers late."""
-
-    def __init__(self, design, time, end, late):
-        super().__init__(Simulation.of(design, time).chain)
-        self._row, self._late = end.row, round(late / self.dt)
-        self._before = np.zeros(self._late)
-
-    def place(self, v, design):
-        self.chain.place(v)
-        self._before[:] = v[0 if self._row == 0 else design.N - 1]
-
-    def advance(self, *args, **named):
-        ends = super().advance(*args, **named)
-        known = np.concatenate((self._before, ends[self._row]))
-        self._before = known[len(known) - self._late :]
-        ends[self._row] = known[: ends.shape[1]]
-        return ends
-
-
 def late(name, level, end, by):
     """Return an element with its wall at a level, and one sensor late."""
-    design, settings = preset(name)
-    calibration = factory_calibration(design, settings)
-    driver = Late(design, settings.time, end, by)
-    element = new_element(design, settings, calibration, driver)
-    driver.place(find_pinned_wall(Specimen(design), level), design)
+    element = new_element(preset(name))
+    element.chain.place(find_pinned_wall(Specimen(element.design), level))
     element.transducer.assume_equilibrium()
+    element.set_faults(Faults(sensor_delay=by, sensor_end=end.value))
     return element
 
 
@@ -187,19 +165,10 @@ def test_calibration_of_one_end_alone_proves_nothing():
     assert {end for end, *_ in found} == {End.RIGHT}
 
 
-def with_walls(*defects, first_active=True, **settings):
+def with_walls(*defects, **options):
     """Return a device at rest whose phase changes at these defects."""
-    design = rig.DESIGN
-    step = design.D_s2 - design.D_s1
-    v = np.full(design.N, design.D_s2 if first_active else design.D_s1)
-    for count, defect in enumerate(defects):
-        down = (count % 2 == 0) == first_active
-        rise = 0.5 * (1.0 + np.tanh((design.sites - defect - 0.3) / 3.0))
-        v += (-step if down else step) * rise
-    element = rig.device(**settings)
-    element.chain.place(relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
-    element.transducer.assume_equilibrium()
-    found = [wall.position for wall in find_walls(design, element.chain.configuration)]
+    element = rig.with_walls(*defects, **options)
+    found = [wall.position for wall in find_walls(rig.DESIGN, element.chain.configuration)]
     assert found == pytest.approx(defects, abs=1.0), 'it does not rest there'
     return element
 

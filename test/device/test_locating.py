@@ -24,7 +24,6 @@ from mlmem import (
     preset,
 )
 from mlmem.physics import CASE_II, Specimen, find_walls
-from mlmem.physics.equilibrium import relax_to_equilibrium
 from mlmem.procedures import estimates
 from mlmem.readers.register import pin_walls
 
@@ -32,20 +31,6 @@ from . import rig
 
 MOST = 3.0
 """Standard deviations by which a measured position may be off."""
-
-
-def with_walls(*positions, design=CASE_II, first_active=True, **options):
-    """Return a device at rest whose phase changes near these positions."""
-    step = design.D_s2 - design.D_s1
-    v = np.full(design.N, design.D_s2 if first_active else design.D_s1)
-    for count, position in enumerate(positions):
-        down = (count % 2 == 0) == first_active
-        rise = 0.5 * (1.0 + np.tanh((design.sites - position - 0.3) / 3.0))
-        v += (-step if down else step) * rise
-    element = rig.device(design=design, **options)
-    element.chain.place(relax_to_equilibrium(Specimen(design), v, np.zeros(design.N)))
-    element.transducer.assume_equilibrium()
-    return element
 
 
 def located(element):
@@ -71,7 +56,7 @@ def first(element):
 def test_wall_is_located_at_levels_and_between_them(name, near):
     design, settings = preset(name)
     known = factory_calibration(design, settings)
-    element = with_walls(near, design=design, calibration=known, **settings.groups())
+    element = rig.with_walls(near, design=design, calibration=known, **settings.groups())
     found = located(element)
     assert found['walls'] == 1
     assert name != 'case_2' or found['position_std'] < 0.5
@@ -89,7 +74,9 @@ def test_blank_element_has_no_wall_and_no_position():
 )
 def test_walls_other_than_one_are_not_located(positions, first_active):
     """An end that answers late, or a bad cell, sounds like more walls; () is all active."""
-    outcome = rig.run(with_walls(*positions, first_active=first_active), Locate())
+    outcome = rig.run(
+        rig.with_walls(*positions, design=CASE_II, first_active=first_active), Locate()
+    )
     assert (outcome.success, outcome.found) == (False, {})
     assert outcome.error
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem import Abort, Disturb, Loop, Read, SetStrain, SettingsError, Write
+from mlmem import Abort, Disturb, Loop, SetStrain, SettingsError
 from mlmem.loop.mailbox import Mailbox
 from mlmem.loop.timetable import WAKE_UP_TIME_S, LoopStatistics, SteadyPacer, Timetable
 from mlmem.settings import ScaleSettings, Settings
@@ -109,38 +109,6 @@ def test_clock_that_jumps_neither_stops_nor_hurries_loop(start, jump):
     assert gaps == pytest.approx([PERIOD] * len(gaps), abs=1e-6)  # 1e9 s are rounded to 1e-7
 
 
-@pytest.mark.parametrize(('speed', 'batch'), [(0.0, 1), (40.0, 1), (40.0, 20)])
-def test_loop_computes_bits_of_stamped_commands_by_hand(start, speed, batch):
-    """The clock decides in which ticks commands take effect; the stamps record them."""
-    stamped, heard, aborted = [], [], []
-
-    def listen(commands, events):
-        stamped.extend(commands)
-        heard.extend(map(rig.plain, events))
-        if Write(3) in [command for _, command in commands]:  # before the write can end
-            aborted.append(loop.submit(Abort()))
-
-    loop = start(rig.device(0), listen, speed=speed, batch=batch)
-    assert result(loop.submit(Write(1))).success
-    assert result(loop.submit(SetStrain(0.02))) is None
-    time.sleep(0.01)
-    assert result(loop.submit(Write(3))).error == 'aborted'
-    assert result(aborted[0]).success
-    assert result(loop.submit(Read('right'))).procedure == 'read'
-    loop.stop()
-
-    by_hand, again = rig.device(0), []
-    commands = [command for _, command in stamped]
-    assert commands == [Write(1), SetStrain(0.02), Write(3), Abort(), Read('right')]
-    while by_hand.ticks < loop.element.ticks:
-        for when, command in stamped:
-            if when == by_hand.ticks:
-                by_hand.apply(command)
-        again += map(rig.plain, by_hand.advance())
-    assert again == heard
-    assert rig.bits(by_hand) == rig.bits(loop.element)
-
-
 def timetable(*, speed=1.0, batch=20, heard=True, stream_period=10, **element):
     """Return the times of an element that moves, idle for ever, and what they are taken from."""
     given = {'ticks': 0, 'idle_ticks': math.inf, 'at_rest': False, **element}
@@ -152,12 +120,6 @@ def timetable(*, speed=1.0, batch=20, heard=True, stream_period=10, **element):
         has_subscribers=lambda: heard, stream_period=lambda: stream_period,
     )  # fmt: skip
     return times, element, statistics
-
-
-@pytest.mark.parametrize(('speed', 'period'), [(1.0, PERIOD), (4.0, PERIOD / 4.0), (0.0, 0.0)])
-def test_period_is_that_of_scale_at_speed(speed, period):
-    times, *_ = timetable(speed=speed)
-    assert times.period == pytest.approx(period)
 
 
 @pytest.mark.parametrize(('ticks', 'deferred'), [(0, 19), (7, 12), (19, 0), (20, 19)])
@@ -215,17 +177,6 @@ def test_deferred_ticks_begin_early_enough_for_next():
     )
 
 
-@pytest.mark.parametrize(
-    ('late', 'skipped'), [(0.0, 0), (0.9, 0), (1.5, 1), (3.2, 3), (19.9, 19), (-50.0, 0)]
-)
-def test_lost_time_is_skipped_in_whole_ticks(late, skipped):
-    """In periods; a procedure decides in every tick, so none may be deferred."""
-    times, _, statistics = timetable(idle_ticks=0)
-    due = times.after(1.0, 1.0 + (1.0 + late) * PERIOD)
-    assert due == pytest.approx(1.0 + (1 + skipped) * PERIOD)
-    assert statistics.overruns == skipped
-
-
 def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
     times, _, statistics = timetable()
     assert times.after(1.0, 1.0 + 20.5 * PERIOD) == pytest.approx(1.0 + PERIOD)
@@ -261,12 +212,6 @@ def test_lateness_is_plain_mean_first_and_then_forgets():
     for _ in range(5000):
         statistics.count(0.0, 0.0)
     assert statistics.lateness_mean < 1e-4 * lateness.mean()  # exp(-10)
-
-
-def test_clock_that_jumps_back_within_tick_counts_as_no_time():
-    statistics = LoopStatistics()
-    statistics.count(0.0, -4.5)
-    assert statistics.busy == 0.0
 
 
 def asleep(ticks=40):

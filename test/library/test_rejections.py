@@ -88,13 +88,6 @@ def test_commands_rejected_name_code_and_field(element, command, code, field):
     assert (rejected.value.code, rejected.value.field) == (code, field)
 
 
-def test_command_while_busy_says_so(element):
-    element.apply(Write(0))
-    with pytest.raises(Refused) as rejected:
-        element.apply(Write(1))
-    assert rejected.value.code is ErrorCode.BUSY
-
-
 @pytest.mark.parametrize(
     ('make', 'code', 'field'),
     [
