@@ -33,7 +33,6 @@ from mlmem import (
     Write,
     new_element,
     preset,
-    snapshot,
 )
 from mlmem.commands import (
     PHASE_LAUNCHING,
@@ -302,13 +301,6 @@ def test_procedure_runs_until_it_has_outcome(written):
     assert mine.outcome.error == 'aborted'
     assert element.runs(aborting)
     assert not element.runs(None)
-
-
-def test_feedback_changes_no_bit(written):
-    plain, looked_at = written(1), written(1)
-    plain.perform(Write(2))
-    watched(looked_at, Write(2))
-    assert snapshot.take_snapshot(plain) == snapshot.take_snapshot(looked_at)
 
 
 def read_many(level, end, times, design=rig.DESIGN):

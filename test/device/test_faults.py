@@ -240,17 +240,6 @@ def test_lag_follows_by_its_time_constant():
     np.testing.assert_allclose(strains(element, 60), 0.01 * -np.expm1(-t / tau), atol=1e-5)
 
 
-def test_largest_offset_comes_and_goes_without_lost_tick():
-    """A compression by 0.1 at the highest rate left no cell where a step is stable."""
-    settings = preset('case_2').settings
-    element = with_faults(rig.device(3, **settings.groups()), actuator_offset=-0.1)
-    one_way = math.ceil(0.1 / settings.actuator.hand_rate_limit / element.tick)
-    assert strains(element, one_way)[-1] == pytest.approx(-0.1)
-    element.apply(HEALTHY)
-    assert strains(element, one_way)[-1] == pytest.approx(0.0)
-    rig.succeed(element, Erase())
-
-
 def test_write_repeats_missed_cycle(written):
     """The grip slips unseen by the encoder; the echo shows it, and the write tries again."""
     element = with_faults(written(1), missed_cycle=1.0)

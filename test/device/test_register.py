@@ -301,18 +301,6 @@ def test_shaken_element_is_not_read(byte):
     assert levels(byte) == [1, 6]
 
 
-def test_element_at_rest_is_read_at_once(nibble):
-    """After a pulse the ends must be quiet for a passage first, or no wave be left (250 ticks)."""
-    listening, waits = nibble.reader.forecasts.listener.ticks, []
-    for rest in (0, 0, 150, 250):
-        for _ in range(rest):
-            nibble.advance()
-        waits.append(nibble.perform(Read()).ticks - listening)
-    passage = nibble.passage_time(End.LEFT) / nibble.tick
-    assert waits[0] == waits[3] == 0
-    assert min(waits[1:3]) > passage - 1.0
-
-
 def test_ringing_element_is_read_at_one_tick_for_any_cut():
     """While the ends are to become quiet ticks are deferred; every tick is judged nevertheless."""
     told = []

@@ -71,15 +71,6 @@ def test_shipped_file_repeats_no_default(name):
     assert mlmem.load_element(name).as_dict() == values
 
 
-@pytest.mark.parametrize('name', PRESETS)
-def test_shipped_file_explains_every_group(name):
-    lines = (CONFIG / f'{name}.yaml').read_text(encoding='utf-8').splitlines()
-    assert lines[0].startswith(f'# {name}: ')
-    groups = [n for n, line in enumerate(lines) if line.endswith(':') and line[0].isalpha()]
-    assert groups
-    assert all(lines[n - 1].startswith('# ') for n in groups)
-
-
 def test_element_file_sets_only_what_it_names(tmp_path):
     element = load_text(tmp_path, SMALL + 'probe_right: {sigma: 16}\n')
     assert element.name == 'mine'

@@ -178,9 +178,3 @@ def test_curve_of_too_few_numbers_is_rejected():
         decode_value(
             Design, {**uniform(PHI_4, 0.1).as_dict(), 'law': {'low': 0, 'high': 1, 'force': 2}}
         )
-
-
-def test_design_with_law_comes_back_from_plain_values():
-    design = uniform(PHI_6, 0.1)
-    assert decode_value(Design, design.as_dict()) == design
-    assert 'law' not in CASE_II.as_dict()
