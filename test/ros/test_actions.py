@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actions over real DDS: by rclpy's own action client, and by `MemoryClient`."""
 
-import asyncio
 import math
-import sys
-from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.contract import calls, services
+from mlmem_ros.contract import services
 
 if not services.load_action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
@@ -22,10 +19,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from robot import Robot, values
 
-from mlmem_ros import MemoryClient, NoAnswer, RequestFailed, RequestRefused
-from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
-from mlmem_ros.ros.client.goal import Goal
-from mlmem_ros.ros.client.link import Link
+from mlmem_ros import MemoryClient, RequestFailed
 from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.node import actions, simulator
 
@@ -124,7 +118,7 @@ def slowly(robot):
     robot.set(time__speed=1.0)
 
 
-def test_goal_whose_level_and_word_disagree_is_refused(tool, robot):
+def test_goal_whose_level_and_word_disagree_is_rejected(tool, robot):
     assert robot.write(1).success
     write = tool('write')
     for goal in ({'level': 2, 'word': 3}, {}):
@@ -138,7 +132,7 @@ def test_goal_whose_level_and_word_disagree_is_refused(tool, robot):
 # Any action tool
 
 
-def test_a_write_is_a_goal(tool):
+def test_goal_writes_reads_and_erases(tool):
     write, erase = tool('write'), tool('erase')
     assert erase.do().result.level == -1
     ended = write.do(level=3)
@@ -149,7 +143,7 @@ def test_a_write_is_a_goal(tool):
     assert tool('read').do(end='right').result.level == 3
 
 
-def test_its_feedback_reports_the_progress(strained_write, strained_memory, monkeypatch):
+def test_feedback_of_a_write_reports_its_progress(strained_write, strained_memory, monkeypatch):
     """Here after every tick, and then no more: it comes no more often than it should."""
     write, robot = strained_write, strained_write.robot
     with robot.paused():
@@ -168,15 +162,6 @@ def test_its_feedback_reports_the_progress(strained_write, strained_memory, monk
     assert max(abs(each.strain) for each in write.feedback) > 0.02
 
 
-def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
-    by_action = calls.extract_values('read', tool('read').do().result)
-    by_service = robot.trigger('read')
-    assert by_service.items() - dict(by_action).items() <= {
-        (name, by_service[name]) for name in ('delay', 'right_delay', 'ticks')
-    } | {(name, by_service[name]) for name in by_service if 'margin' in name or 'conf' in name}
-    assert set(by_service) <= set(by_action)
-
-
 @pytest.mark.parametrize(
     ('name', 'goal', 'why'),
     [('write', {'level': 99}, 'level must be'), ('read', {'end': 'top'}, 'end must be'),
@@ -185,30 +170,14 @@ def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
      ('read', {'deadline': math.nan}, 'deadline must be'),
      ('erase', {'deadline': -1.0}, 'deadline must be')],
 )  # fmt: skip
-def test_a_goal_that_is_refused_says_why(tool, name, goal, why):
+def test_goal_out_of_range_is_rejected_with_the_reason(tool, name, goal, why):
     ended = tool(name).do(**goal)
     assert ended.status == ABORTED
     assert ended.result.error_code == ended.result.REFUSED
     assert why in ended.result.error
 
 
-def test_a_level_of_more_than_16_bits_changes_nothing(tool, robot):
-    assert tool('write').do(level=2).result.level == 2
-    assert tool('write').do(level=65541).status == ABORTED
-    assert tool('read').do().result.level == 2
-
-
-def test_a_second_goal_is_refused_as_busy(tool, robot):
-    write, erase = tool('write'), tool('erase')
-    with robot.paused():
-        first, second = write.send(level=5), erase.send()
-    refused = erase.result(second)
-    assert 'busy: write is running' in refused.result.error
-    assert erase.feedback == []
-    assert write.result(first).result.level == 5
-
-
-def test_a_cancel_ends_its_own_goal_with_no_strain(strained_write, strained_memory, monkeypatch):
+def test_cancel_of_a_write_releases_the_strain(strained_write, strained_memory, monkeypatch):
     write, robot = strained_write, strained_write.robot
     monkeypatch.setattr(actions, 'FEEDBACK_PERIOD_S', 0.0)
     with robot.paused():
@@ -230,7 +199,7 @@ def test_a_cancel_ends_its_own_goal_with_no_strain(strained_write, strained_memo
     assert outcome.level == b'\0'
 
 
-def test_a_cancel_stops_nobody_else(tool, robot):
+def test_cancel_of_an_ended_goal_stops_no_other(tool, robot):
     write, read = tool('write'), tool('read')
     other = read.send()
     read.result(other)
@@ -243,7 +212,7 @@ def test_a_cancel_stops_nobody_else(tool, robot):
     assert write.result(running).status == SUCCEEDED
 
 
-def test_an_unknown_goal(robot):
+def test_unknown_goal_has_no_result(robot):
     name = '/mlmem/read/_action'
     cancel = robot.node.create_client(CancelGoal, f'{name}/cancel_goal')
     result = robot.node.create_client(Read.Impl.GetResultService, f'{name}/get_result')
@@ -272,34 +241,11 @@ def test_actions_are_listed_on_the_graph(robot):
 # MemoryClient
 
 
-def test_a_client_gets_the_same_answers_through_actions(client, memory):
-    plain = MemoryClient(client.node, memory.element, actions=False)
-    content = client.write(2).wait()
-    assert isinstance(content, Decoded)
-    assert content.level == plain.read().wait().level == 2
-    assert set(plain.write(2).wait().details) <= {*client.write(2).wait().details, 'asked'}
-
-
-def test_self_test_and_calibration_return_their_findings(client):
-    learnt = client.calibrate().wait()
-    assert isinstance(learnt, Calibrated)
-    assert [len(learnt.delays[end]) for end in ('left', 'right')] == [8, 8]
-    tested = client.self_test().wait()
-    assert isinstance(tested, SelfTested)
-    assert tested.passed
-    assert {'actuator', 'erase', 'level 7', 'restore'} <= set(tested.checks)
-
-
-def test_a_client_is_refused_with_the_reason(client):
-    with pytest.raises(RequestRefused, match='level must be'):
-        client.write(99).wait()
-
-
 @pytest.mark.usefixtures('slowly')
 @pytest.mark.parametrize(
     'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
 )
-def test_progress_is_iterated(memory, context, kind):
+def test_client_iterates_progress_in_any_executor(memory, context, kind):
     node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
     client = MemoryClient(node, memory.element)
     client.ready().wait()
@@ -309,9 +255,9 @@ def test_progress_is_iterated(memory, context, kind):
         told = [feedback async for feedback in write]
         return told, await write
 
-    from test_client import in_a_callback
+    from test_client import run_in_callback
 
-    told, content = in_a_callback(node, kind(context=context), watch)
+    told, content = run_in_callback(node, kind(context=context), watch)
     assert content.level == 7
     shares = [each.share for each in told]
     assert shares == sorted(shares)
@@ -320,20 +266,7 @@ def test_progress_is_iterated(memory, context, kind):
 
 
 @pytest.mark.usefixtures('slowly')
-def test_progress_is_iterated_in_asyncio(client):
-    client.ready().wait()
-
-    async def watch():
-        write = client.write(7)
-        return [feedback.share async for feedback in write], (await write).level
-
-    shares, level = asyncio.run(watch())
-    assert (level, shares) == (7, sorted(shares))
-    assert shares[-1] > 0.5
-
-
-@pytest.mark.usefixtures('slowly')
-def test_a_client_cancels_its_own_goal(client):
+def test_client_cancels_its_own_goal(client):
     write = client.write(7)
     assert write.cancel_goal()
     with pytest.raises(RequestFailed, match='canceled'):  # before it has ended by itself
@@ -342,64 +275,7 @@ def test_a_client_cancels_its_own_goal(client):
     assert not write.cancel_goal()
 
 
-@pytest.mark.usefixtures('slowly')
-def test_a_cancel_waits_until_its_service_is_there(client, monkeypatch):
-    """A client of a service may need a moment to find it."""
-    ready, tried = Link.ready, []
-
-    def late(link, call):
-        if call.service.endswith('cancel_goal'):
-            tried.append(call)
-        return len(tried) != 1 and ready(link, call)
-
-    monkeypatch.setattr(Link, 'ready', late)
-    write = client.write(7)
-    assert write.cancel_goal()
-    with pytest.raises(RequestFailed, match='canceled'):
-        write.wait()
-    assert len(tried) > 1
-
-
-def test_a_goal_that_is_cancelled_before_it_is_sent_is_never_requested(client, monkeypatch):
-    """Whether the node has actions or not: nobody knows as yet."""
-    client.write(0).wait()
-    ready, looked = Link.ready, []
-
-    def late(link, call):
-        looked.append(call)
-        return len(looked) > 1 and ready(link, call)
-
-    monkeypatch.setattr(Link, 'ready', late)
-    monkeypatch.setattr(Link, 'has_service', lambda link, service: False)
-    write = client.write(7)
-    assert write.cancel_goal()
-    with pytest.raises(RequestRefused, match='canceled before it was sent'):
-        write.wait()
-    read = client.read()
-    assert not read.cancel_goal()
-    assert read.wait().level == 0
-
-
-def test_a_goal_that_is_given_up_as_it_is_accepted_is_waited_for(client, monkeypatch):
-    """It was thought to be over, and the next one was refused as busy."""
-    send = Goal._send
-
-    def spoiled(goal):
-        if goal._taken and not goal.cancelled():
-            monkeypatch.undo()
-            goal.cancel()
-        send(goal)
-
-    client.pause().wait()
-    monkeypatch.setattr(Goal, '_send', spoiled)
-    given_up, following = client.read(), client.read()
-    with pytest.raises(NoAnswer, match='the answer to read was given up, and the element goes on'):
-        given_up.wait()
-    client.pause(False).wait()
-    assert following.wait().attempts == 1
-
-
-def test_without_actions_there_is_no_progress_and_no_cancel(client, memory):
+def test_client_without_actions_has_no_progress(client, memory):
     plain = MemoryClient(client.node, memory.element, actions=False)
     read = plain.read()
     assert not read.cancel_goal()
@@ -408,12 +284,7 @@ def test_without_actions_there_is_no_progress_and_no_cancel(client, memory):
         aiter(read).__anext__().send(None)
 
 
-def test_what_an_older_build_of_the_interfaces_lacks_is_no_action(monkeypatch):
-    monkeypatch.setitem(sys.modules, 'mlmem_interfaces.action', SimpleNamespace(Write=Write))
-    assert services.load_action_types() == {'write': Write}
-
-
-def test_requests_under_way_are_refused_at_the_end(client, memory):
+def test_goal_under_way_is_rejected_at_the_shutdown(client, memory):
     client.write(0).wait()
     client.set_parameters({'time.speed': 0.01}).wait()  # it does not end before the node
     client.pause().wait()

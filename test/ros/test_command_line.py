@@ -13,13 +13,13 @@ from mlmem_tools.cli.main import main as mlmem
 @pytest.mark.parametrize(
     ('given', 'speed'), [(['--speed', 'max'], '0.0'), (['--speed=2.5'], '2.5')]
 )
-def test_the_speed_option_overrides_the_parameter(given, speed):
+def test_speed_option_overrides_the_parameter(given, speed):
     others = ['node', '--ros-args', '-p', 'time.speed:=7.0', '-r', '__node:=other']
     expected = [*others, '--ros-args', '-p', f'time.speed:={speed}']
     assert parse_node_arguments([*others[:1], *given, *others[1:]]) == expected
 
 
-def test_the_page_is_a_parameter():
+def test_view_option_is_a_parameter():
     assert parse_node_arguments(['node', '--view']) == ['node', '--ros-args', '-p', 'view:=true']
 
 
@@ -34,7 +34,7 @@ def test_ros_options_are_passed_on():
     [['--bogus'], ['bogus'], ['--spee', '2'], ['--bogus', '--ros-args', '--', '--speed', '2']],
     ids=str,
 )
-def test_an_unknown_option_is_refused(given, capsys):
+def test_unknown_option_is_rejected(given, capsys):
     with pytest.raises(SystemExit) as refused:
         parse_node_arguments(['node', *given])
     assert refused.value.code == 2
@@ -48,7 +48,7 @@ def test_plain_options_may_follow_those_of_ros():
 
 
 @pytest.mark.parametrize('of', [mlmem, lambda given: parse_node_arguments(['node', *given])])
-def test_the_version_is_printed(of, capsys):
+def test_version_is_printed(of, capsys):
     with pytest.raises(SystemExit) as told:
         of(['--version'])
     assert told.value.code == 0
@@ -56,7 +56,7 @@ def test_the_version_is_printed(of, capsys):
 
 
 @pytest.mark.parametrize('factor', ['nan', 'inf', '-1', '0', '1e7', 'fast'])
-def test_a_bad_speed_is_refused_with_what_was_expected(factor, capsys):
+def test_bad_speed_is_rejected(factor, capsys):
     with pytest.raises(SystemExit) as refused:
         parse_node_arguments(['node', f'--speed={factor}'])
     assert refused.value.code == 2
@@ -65,7 +65,7 @@ def test_a_bad_speed_is_refused_with_what_was_expected(factor, capsys):
     assert '"max"' in said
 
 
-def test_speed_max_and_the_real_time_factor(start):
+def test_speed_max_runs_faster_than_real_time(start):
     """The factor in the diagnostics is ticks a second times 2 ms."""
     node = start({'scale.time': 1e-4}, options=['--speed', 'max'])
     with Robot() as robot:

@@ -41,7 +41,7 @@ def inside(capsys):
     return run
 
 
-def test_write_read_erase(memory, robot, inside):
+def test_commands_write_read_and_erase(memory, robot, inside):
     status, written, complaint = inside('write', '3')
     assert (status, complaint) == (0, '')
     (line,) = written.splitlines()
@@ -59,7 +59,7 @@ def test_write_read_erase(memory, robot, inside):
     robot.latest('level', lambda level: level.data == BLANK)
 
 
-def test_a_procedure_of_the_table_is_a_command_and_a_service(memory, robot, inside):
+def test_locate_is_a_command_and_a_service(memory, robot, inside):
     assert robot.write(3).success
     status, told, complaint = inside('locate')
     assert (status, complaint) == (0, '')
@@ -73,7 +73,7 @@ def test_a_procedure_of_the_table_is_a_command_and_a_service(memory, robot, insi
     assert answer['position'] == pytest.approx(100.0, abs=1.0)
 
 
-def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside, monkeypatch):
+def test_calibrate_command_prints_the_delays(memory, robot, inside, monkeypatch):
     """It is awaited, whatever a client would wait."""
     monkeypatch.setattr(MemoryClient.calibrate, '__defaults__', (0.01,))
     assert robot.write(1).success
@@ -89,15 +89,7 @@ def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside
     assert right == tuple(sorted(right, reverse=True))
 
 
-def test_a_recording_is_awaited_from_a_node_that_is_only_beginning(
-    memory, inside, monkeypatch, tmp_path
-):
-    monkeypatch.setattr(MemoryClient.record, '__defaults__', (True, '', 1e-9))
-    assert inside('record', str(tmp_path / 'session'))[0] == 0
-    assert inside('record', '--stop')[0] == 0
-
-
-def test_abort_stops_a_write(memory, robot, inside):
+def test_abort_command_stops_a_write(memory, robot, inside):
     writing = robot.send('write')
     status, told, complaint = inside('abort')
     assert (status, complaint) == (0, '')
@@ -105,7 +97,7 @@ def test_abort_stops_a_write(memory, robot, inside):
     assert robot.answer(writing) is not None
 
 
-def test_record_begins_and_ends_a_session(memory, inside, tmp_path):
+def test_record_command_begins_and_ends_a_session(memory, inside, tmp_path):
     bag = tmp_path / 'session'
     assert inside('record', str(bag)) == (0, f'recording into {bag}\n', '')
     status, told, _ = inside('record', '--stop', '--json')
@@ -117,14 +109,7 @@ def test_record_begins_and_ends_a_session(memory, inside, tmp_path):
     assert 'nothing is being recorded' in complaint
 
 
-def test_an_answer_as_json(memory, robot, inside):
-    assert robot.trigger('erase').success
-    answer = json.loads(inside('read', '--json')[1])
-    assert (answer['level'], answer['end'], answer['procedure']) == (BLANK, 'right', 'read')
-    assert 0.0 < answer['confidence'] <= 1.0
-
-
-def test_a_client_loads_neither_the_material_nor_the_compiler():
+def test_command_loads_neither_physics_nor_compiler():
     """`mlmem read` has to start fast."""
     program = (
         'import sys, mlmem_tools.cli.main as cli\n'
@@ -139,7 +124,7 @@ def test_a_client_loads_neither_the_material_nor_the_compiler():
     assert done.stdout == '\n'
 
 
-def test_self_test_waits_for_what_was_given_up(memory, inside):
+def test_self_test_command_waits_for_an_abandoned_request(memory, inside):
     """The node goes on with it."""
     status, _, complaint = inside('calibrate', '--timeout', '0.01')
     assert status == 1
@@ -154,33 +139,12 @@ def test_self_test_waits_for_what_was_given_up(memory, inside):
     assert re.fullmatch(r'ok +restore +.*', lines[-1])
 
 
-def test_another_name_and_namespace(start, inside):
-    node = start(name='left_memory', namespace='/arm')
-    status, read, said = inside('read', '--node', node.element)
-    assert (status, said) == (0, '')
-    assert read.startswith('blank')
-
-
 @pytest.mark.parametrize('asked', ['read', 'self_test'])
-def test_when_no_node_answers(asked, inside):
+def test_command_without_a_node_says_how_to_start_one(asked, inside):
     line = complaint(*inside(asked, '--node', 'nobody', '--wait', '0.5'))
     assert '/nobody' in line
     assert '0.5 s' in line
     assert 'ros2 run mlmem_ros memory_node' in line  # what to do
-
-
-def test_a_level_that_the_element_does_not_have(memory, inside):
-    line = complaint(*inside('write', '8'))
-    assert line == 'mlmem write: level must be a whole number from 0 to 7; got 8'
-
-
-@pytest.mark.parametrize('level', ['five', ''])
-def test_a_level_that_is_not_a_number(level, capsys):
-    with pytest.raises(SystemExit, match='2'):
-        main(['write', level])
-    told, said = capsys.readouterr()
-    assert told == ''
-    assert f"invalid int value: '{level}'" in said
 
 
 def interrupt(command):
@@ -188,16 +152,6 @@ def interrupt(command):
     while command.poll() is None:
         command.send_signal(signal.SIGINT)
         time.sleep(0.002)
-
-
-def test_ctrl_c_when_the_answer_is_told(memory):
-    """It comes too late: what was told is so, and the command has not failed."""
-    streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
-    ask = ['read', '--node', memory.element, '--wait', '60']
-    with run_child_process('mlmem_tools.cli.main', ask, **streams) as command:
-        assert command.stdout.readline()
-        interrupt(command)
-        assert (command.returncode, command.stderr.read()) == (0, '')
 
 
 CTRL_C_AT = """
@@ -215,7 +169,7 @@ sys.exit(main())
 
 
 @pytest.mark.parametrize('module', ['argparse', 'mlmem.procedure_table', 'rclpy'])
-def test_ctrl_c_while_it_loads(module):
+def test_ctrl_c_while_a_command_loads_ends_it(module):
     """In its first second; as long as Python itself starts, it is Python that ends it."""
     done = subprocess.run(
         [sys.executable, '-c', CTRL_C_AT, module, 'read'], capture_output=True, text=True,
@@ -224,7 +178,7 @@ def test_ctrl_c_while_it_loads(module):
     assert (done.returncode, done.stdout, done.stderr) == (130, '', 'mlmem read: interrupted\n')
 
 
-def test_ctrl_c_while_it_waits(start):
+def test_ctrl_c_while_a_command_waits_ends_it(start):
     """The command ends, once, however often it is asked to; the node finishes the write."""
     node = start(name='paused')  # nobody else may answer
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}

@@ -47,30 +47,6 @@ def test_a_warning_stays_for_some_reports():
     assert levels([OK, WARN, OK, OK, OK, OK]) == [OK, WARN, WARN, WARN, OK, OK]
 
 
-def test_a_new_cause_restarts_the_hold():
-    assert levels([WARN, OK, WARN, OK, OK, OK]) == [WARN] * 5 + [OK]
-
-
-def test_an_error_replaces_a_warning_but_not_the_other_way_round():
-    assert levels([WARN, ERROR, WARN, OK, OK]) == [WARN, ERROR, ERROR, ERROR, OK]
-    assert levels([ERROR, WARN, WARN, WARN, WARN]) == [ERROR, ERROR, ERROR, WARN, WARN]
-
-
-def test_an_inactive_node_has_no_warnings():
-    smoother = Hysteresis()
-    smoother.smooth_health(Health(WARN, 'two were lost'))
-    smoother.forget()
-    assert smoother.smooth_health(Health(OK, 'inactive')) == Health(OK, 'inactive')
-
-
-def test_a_lasting_warning_has_present_values():
-    smoother = Hysteresis()
-    smoother.smooth_health(Health(WARN, 'two were lost', {'lost': 2}))
-    assert smoother.smooth_health(Health(OK, 'running', {'lost': 0})) == Health(
-        WARN, 'two were lost', {'lost': 0}
-    )
-
-
 # The reports on the device
 
 
@@ -81,7 +57,7 @@ def element():
     return MemoryElement(CASE_II, Settings(), Calibration(table, table))
 
 
-def test_the_energies_of_a_strained_chain(element):
+def test_material_report_has_the_energies_of_the_chain(element):
     element.apply(SetStrain(0.02))
     element.advance()
     health = diagnostics.report_material(element)
@@ -91,7 +67,7 @@ def test_the_energies_of_a_strained_chain(element):
     assert health.values['walls'] == 0
 
 
-def test_looking_changes_no_bit(element):
+def test_reports_change_no_bit_of_the_element(element):
     other = MemoryElement(CASE_II, Settings(), element.calibration)
     for device in (element, other):
         device.apply(SetStrain(0.02))
@@ -169,7 +145,7 @@ def test_the_worst_state_of_a_recording_is_reported(recording, level, text):
     assert (health.level, health.text[: len(text)]) == (level, text)
 
 
-def test_a_loop_tells_why_it_stopped_or_what_it_lost():
+def test_loop_report_names_failure_and_skipped_ticks():
     statistics, told = LoopStatistics(ticks=10, overruns=2), []
     log = SimpleNamespace(caught=0, warning=told.append)
     loop = SimpleNamespace(
@@ -191,7 +167,7 @@ def test_a_loop_tells_why_it_stopped_or_what_it_lost():
     assert component.health(loop) == Health(ERROR, 'the chain stopped being finite', ANY)
 
 
-def test_the_rate_of_a_loop_at_rest_counts_the_ticks_that_it_slept_through(monkeypatch):
+def test_rate_counts_the_ticks_of_an_idle_loop(monkeypatch):
     """It sleeps for up to two seconds. Ticks of before the first report are none of its rate."""
     clock = iter([0.0, 1.0, 2.0, 3.0, 4.0])
     monkeypatch.setattr(diagnostics.time, 'monotonic', lambda: next(clock))
@@ -269,7 +245,7 @@ def test_every_component_reports(robot):
     )
 
 
-def test_an_inactive_node_reports_it(start):
+def test_inactive_node_reports_every_component(start):
     start(name='idle')
     with Robot('/idle', 'idle_robot') as robot:
         robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= WARN)

@@ -24,7 +24,7 @@ class Quits(Simulation):
 """
 
 
-def test_a_driver_that_quits_stops_the_device_and_everybody_is_told(start, tmp_path, monkeypatch):
+def test_driver_that_quits_stops_the_device(start, tmp_path, monkeypatch):
     (tmp_path / 'quits.py').write_text(DRIVER)
     monkeypatch.syspath_prepend(tmp_path)
     node = start({'device.driver': 'quits:Quits', 'write.method': 'strain'})

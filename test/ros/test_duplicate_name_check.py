@@ -3,7 +3,6 @@
 """Two nodes with one full name: each logs it, once."""
 
 import time
-from types import SimpleNamespace
 
 import pytest
 from nodes import QUICK, node_parameters
@@ -21,7 +20,7 @@ def quick(monkeypatch):
     monkeypatch.setattr(starting, 'CHECK_PERIOD_S', 0.1)
 
 
-def test_a_second_node_of_the_same_name_is_logged_once_and_no_other_name():
+def test_second_node_of_one_name_is_logged_once():
     with (
         memory_node(BY_HAND, name='twin'),
         memory_node(BY_HAND, name='twin') as second,
@@ -35,7 +34,7 @@ def test_a_second_node_of_the_same_name_is_logged_once_and_no_other_name():
         assert other.output == ''
 
 
-def test_command_line_with_two_nodes_of_one_name_warns(capsys):
+def test_command_to_two_nodes_of_one_name_warns(capsys):
     with memory_node(node_parameters(QUICK), name='twin'):
         assert main(['read', '--node', 'twin']) == 0
         assert capsys.readouterr().err.count('nodes of this name') == 0
@@ -48,23 +47,3 @@ def test_command_line_with_two_nodes_of_one_name_warns(capsys):
                 if warning := capsys.readouterr().err:
                     break
             assert 'mlmem read: 2 nodes of this name are on the graph' in warning
-
-
-def test_calls_of_an_overdue_timer_log_once():
-    """A slow start leaves several calls due; they come even after the timer was destroyed."""
-    logged, destroyed = [], []
-    node = SimpleNamespace(
-        get_name=lambda: 'twin',
-        get_namespace=lambda: '/',
-        get_fully_qualified_name=lambda: '/twin',
-        get_node_names_and_namespaces=lambda: [('twin', '/')] * 2,
-        destroy_timer=destroyed.append,
-    )
-    callback_guard = SimpleNamespace(every=lambda *_: 'timer')
-    checks = starting.DuplicateNameCheck(
-        node, SimpleNamespace(warning=logged.append), callback_guard
-    )
-    for _ in range(3):
-        checks.look()
-    assert len(logged) == 1
-    assert destroyed == ['timer']

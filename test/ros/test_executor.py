@@ -51,7 +51,7 @@ def responses(executor, client, sent):
     return [future.result().message for future in sent]
 
 
-def test_requests_beside_an_undecodable_one_are_served(executor, node, client):
+def test_requests_next_to_an_undecodable_one_are_served(executor, node, client):
     """The exception loses the middleware's count of waiting requests."""
 
     class Odd:
@@ -79,7 +79,7 @@ def test_requests_beside_an_undecodable_one_are_served(executor, node, client):
     assert service.srv_type.failures > 1
 
 
-def test_a_request_is_answered_from_the_thread_that_settles_it(executor, node, client):
+def test_request_is_answered_from_another_thread(executor, node, client):
     waits = Future()
 
     async def answer(_, response):
@@ -96,14 +96,3 @@ def test_a_request_is_answered_from_the_thread_that_settles_it(executor, node, c
     threading.Timer(0.02, waits.set_result, ['settled']).start()
     assert responses(executor, client, [sent]) == ['settled']
     assert not callback_guard.waiting
-
-
-def test_an_interrupt_ends_the_present_spin_or_the_next(executor):
-    for seconds in (0.05, 0.0):
-        begun = time.monotonic()
-        if seconds:
-            threading.Timer(seconds, executor.interrupt).start()
-        else:
-            executor.interrupt()
-        executor.turn(SOON)
-        assert seconds <= time.monotonic() - begun < 0.5 * SOON

@@ -4,13 +4,11 @@
 
 import json
 import math
-import re
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 from nodes import QUICK, arrived
-from robot import BLANK, SENSOR, Imu, Robot, values
+from robot import BLANK, Imu, Robot, values
 
 from mlmem import Disturb, Inject, SetFaults, preset
 from mlmem_ros.contract.calls import NoAnswer, RequestRefused
@@ -20,7 +18,6 @@ from mlmem_ros.session.replay import run_replay
 from mlmem_tools.cli.main import main
 
 DESIGN = preset(QUICK['element']).design
-PAGE = Path(__file__).parents[2] / 'docs' / 'faults.md'
 
 UNIT = 0.01 / 1e-5**2
 """One lattice constant per time unit squared in m/s^2 at this element's scale."""
@@ -50,22 +47,7 @@ def mean(field):
     return sum(field.data) / len(field.data)
 
 
-def test_the_recipe_of_the_page_fails_as_printed(start):
-    """Its commands, sent by hand to the element of the page, and the error that it prints."""
-    block = re.search(r'```sh\n(.*?)```', PAGE.read_text(), re.DOTALL)[1]
-    said = {}
-    with Robot(start({'write.method': 'strain'}, name='page').element) as robot:
-        for line in block.splitlines():
-            if setting := re.match(r'ros2 param set /mlmem (\S+) (\w+)$', line):
-                assert robot.try_set(setting[1], json.loads(setting[2])).successful
-            elif call := re.match(r'ros2 service call /mlmem/(\w+) std_srvs/srv/Trigger', line):
-                said = robot.trigger(call[1])
-            else:
-                assert json.loads('{' + line.removeprefix('# ') + '}').items() <= said.items()
-        assert robot.write(0).success
-
-
-def test_a_fault_is_set_and_removed_while_running(robot):
+def test_fault_is_set_and_removed_while_running(robot):
     assert robot.write(2).success
     robot.set(faults__actuator_stuck=True)
     robot.set(target_level=3)
@@ -87,7 +69,7 @@ def test_a_fault_is_set_and_removed_while_running(robot):
         ('actuator_stuck', 3, ''),
     ],
 )
-def test_an_impossible_fault_is_refused_and_nothing_is_changed(robot, name, value, reason):
+def test_impossible_fault_is_rejected(robot, name, value, reason):
     before = robot.get(f'faults.{name}')
     result = robot.try_set(f'faults.{name}', value)
     assert not result.successful
@@ -95,7 +77,7 @@ def test_an_impossible_fault_is_refused_and_nothing_is_changed(robot, name, valu
     assert robot.get(f'faults.{name}') == before
 
 
-def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
+def test_base_shakes_the_chain_and_stops_by_itself(robot):
     """An acceleration of a thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3."""
     assert robot.trigger('erase').success
     rest = DESIGN.D_s1  # a field sent as the erase ends still rings by 2.6e-5
@@ -113,40 +95,6 @@ def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
     robot.next('field', lambda field: abs(mean(field) - rest) < 1e-5)
 
 
-def test_an_impossible_acceleration_is_refused_and_counted(robot):
-    for last in (False, False, True):  # the middleware sends none again that it loses
-        before = refused(robot)
-        for wrong in (imu(math.nan), imu(math.inf), imu(1.0 * UNIT), imu(0.0, covariance=-1.0)):
-            robot.send_message('disturbance', wrong)
-        with suppress(() if last else NoAnswer):
-            wait_until(lambda known=before: refused(robot) >= known + 4, 'four refusals', 5.0)
-            break
-
-
-def test_a_best_effort_imu_is_received(robot):
-    publisher = robot.node.create_publisher(Imu, robot.name('disturbance'), SENSOR)
-    robot.wait(publisher.get_subscription_count, 'the subscriber')
-    rest, fields = mean(robot.next('field')), robot.received('field')
-    seen = len(fields)
-
-    def shaken():
-        publisher.publish(imu(-5e-4 * UNIT))  # again and again: best effort may lose the first
-        return any(abs(mean(field) - rest) > 1e-3 for field in fields[seen:])
-
-    robot.wait(shaken, 'cells that are shaken')
-
-
-def test_a_client_sets_faults_and_gets_the_reason_of_a_refusal(robot):
-    with standalone(robot.element) as memory:
-        memory.set_parameters({'faults.weak_cell': 90, 'faults.weak_factor': 0.9}).wait()
-        assert memory.parameters('faults.weak_cell').wait() == {'faults.weak_cell': 90}
-        with pytest.raises(
-            RequestRefused, match=r'parameter faults\.weak_cell was refused: .*300'
-        ):
-            memory.set_parameters({'faults.weak_cell': 300}).wait()
-        memory.set_parameters({'faults.weak_cell': 0, 'faults.weak_factor': 0.5}).wait()
-
-
 def shake(robot, acceleration, pending):
     """Send an acceleration until it pends: it is lost if the node has not met its sender yet."""
     for last in (False, False, True):
@@ -155,7 +103,7 @@ def shake(robot, acceleration, pending):
             return wait_until(lambda: pending, 'the acceleration', 10.0)
 
 
-def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_path):
+def test_session_with_faults_and_shaking_replays(start, tmp_path):
     """With faults from the start, faults that change, and a base that shakes during a write."""
     bag = tmp_path / 'bag'
     node = start(
@@ -195,9 +143,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
     assert report.refused == []
 
 
-def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
-    start, tmp_path, capsys
-):
+def test_fault_script_is_injected_and_replayed(start, tmp_path, capsys):
     """The script comes from a file, by the command; a late sensor is noticed, and heals."""
     bag, script = tmp_path / 'bag', tmp_path / 'script.yaml'
     script.write_text(
@@ -228,7 +174,7 @@ def test_a_script_of_failures_is_injected_recorded_and_replayed_to_the_bit(
     assert main(['inspect', str(bag)]) == 0
 
 
-def test_a_script_is_answered_while_time_is_paused(robot):
+def test_fault_script_is_answered_while_paused(robot):
     """It begins in the next tick, and is judged over the faults of then, which wait, too."""
     failing = {'unit': 'sensor', 'failure': 'off', 'instance': 1}
     with standalone(robot.element) as memory:
@@ -246,7 +192,7 @@ def test_a_script_is_answered_while_time_is_paused(robot):
         assert robot.write(1)['level'] == 1
 
 
-def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):
+def test_element_out_of_its_phases_is_reset(start, tmp_path):
     """A grip off by a strain of 0.05 pushes cells on and on; no restart brings them back."""
     kept = {'state.path': str(tmp_path / 'element.json'), 'write.method': 'strain'}
     bag = tmp_path / 'session'

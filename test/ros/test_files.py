@@ -28,7 +28,7 @@ def root(tmp_path):
         ('way_in/session', 'below/session'),
     ],
 )
-def test_a_path_below_the_root_is_accepted(root, path, meant):
+def test_path_below_the_root_is_accepted(root, path, meant):
     assert FileSettings(str(root)).confine_path(path.format(root=root)) == root.resolve() / meant
 
 
@@ -36,14 +36,9 @@ def test_a_path_below_the_root_is_accepted(root, path, meant):
     'path',
     ['..', '.', '', '../session', '{root}', '/session', '~/x', 'way_out/x', 'below/../../x'],
 )
-def test_a_path_outside_the_root_is_refused(root, path):
+def test_path_outside_the_root_is_rejected(root, path):
     with pytest.raises(SettingsError, match=r'must lie below files\.root = .*; it leads to /'):
         FileSettings(str(root)).confine_path(path.format(root=root))
-
-
-def test_a_root_that_is_a_link_is_what_it_points_to(root, tmp_path):
-    (tmp_path / 'link').symlink_to(root)
-    assert FileSettings(str(tmp_path / 'link')).confine_path('x') == root.resolve() / 'x'
 
 
 def test_without_a_root_any_path_is_accepted(tmp_path):
@@ -51,7 +46,7 @@ def test_without_a_root_any_path_is_accepted(tmp_path):
     assert str(FileSettings('').confine_path('x')) == 'x'
 
 
-def test_a_node_stays_below_its_root(start, root, tmp_path):
+def test_node_writes_only_below_its_root(start, root, tmp_path):
     node = start({'files.root': str(root), 'state.path': 'element.json'})
     with Robot() as robot:
         begun = robot.record(True)  # without a path: named session
@@ -73,13 +68,13 @@ def test_a_node_stays_below_its_root(start, root, tmp_path):
 
 
 @pytest.mark.parametrize('name', ['record.path', 'state.path'])
-def test_a_node_with_a_path_outside_its_root_does_not_start(refused, root, tmp_path, name):
+def test_node_with_a_path_outside_its_root_does_not_start(refused, root, tmp_path, name):
     line = refused({'files.root': str(root), name: str(tmp_path / 'x')})
     for word in ('files.root', str(root), str(tmp_path / 'x')):
         assert word in line
 
 
-def test_node_with_root_refuses_another_address(start, root):
+def test_node_with_root_rejects_another_address(start, root):
     """Or a client would have an unconfigured node write into any terminal, or connect anywhere."""
     address = 'tcp://127.0.0.1:1'
     start({'autostart': False, 'files.root': str(root), 'device.address': address})
@@ -105,14 +100,14 @@ FOREIGN_FILES = (
 
 @pytest.mark.parametrize('name', ['element', 'twin'])
 @pytest.mark.parametrize('text', FOREIGN_FILES)
-def test_refusal_of_a_foreign_file_quotes_nothing_of_it(refused, root, name, text):
+def test_error_about_a_foreign_file_quotes_nothing_of_it(refused, root, name, text):
     (root / 'foreign').write_text(text)
     line = refused({'files.root': str(root), name: 'foreign'})
     assert 'foreign: ' in line
     assert not any(word in line for word in ('hunter2', 'swordfish', 'root:x', '/bin/bash'))
 
 
-def test_an_unknown_parameter_is_reported(start):
+def test_unknown_parameter_at_the_start_is_reported(start):
     parameters = {'write.atempts': 5, 'probe.colour': 'red'}
     node = start(parameters)
     with Robot() as robot:

@@ -85,7 +85,7 @@ def loop(program, description, robot, tmp_path):
     assert loop.end() == 0
 
 
-def test_before_a_command_what_is_written_stays(loop, memory, robot):
+def test_hardware_without_a_command_keeps_the_content(loop, memory, robot):
     before = len(memory.output)
     assert robot.write(3).success
     assert math.isnan(loop.now[0])
@@ -94,7 +94,7 @@ def test_before_a_command_what_is_written_stays(loop, memory, robot):
     assert 'refused' not in memory.output[before:]
 
 
-def test_an_element_follows_its_commands_within_the_limits(loop, description, robot):
+def test_hardware_commands_are_followed_within_limits(loop, description, robot):
     _, most, fastest = limits(description)
     for asked, reached in ((0.06, 0.06), (10.0, most), (-0.12, -0.12)):
         loop.tell(asked)
@@ -104,26 +104,3 @@ def test_an_element_follows_its_commands_within_the_limits(loop, description, ro
         assert abs(speed) <= fastest
     assert loop.now[3] != 0.0, 'a strained element pulls'
     robot.wait(lambda: loop.now[2] == 0.0, 'rest')
-
-
-def test_beside_procedures_at_rest_what_is_written_stays(loop, robot):
-    """It sends 0 while they strain."""
-    loop.tell(0.0)
-    robot.wait(lambda: loop.now[0] == 0.0 and abs(loop.now[1]) < 1e-9, 'rest')
-    for level in (5, 1, 7, 4):
-        assert robot.write(level).success
-        pass_time(robot, 0.1)
-        assert robot.latest('level').data == level
-
-
-def test_inactive_it_sends_nothing(loop, memory, robot):
-    loop.tell(0.0)
-    robot.wait(lambda: loop.now[0] == 0.0 and abs(loop.now[1]) < 1e-9, 'rest')
-    loop.tell('inactive')
-    pass_time(robot, 0.5)
-    before = len(memory.output)
-    assert robot.write(2).success
-    assert 'refused' not in memory.output[before:]
-    loop.tell('active')
-    pass_time(robot, 0.5)
-    assert robot.latest('level').data == 2

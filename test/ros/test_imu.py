@@ -15,7 +15,7 @@ SHORT.linear_acceleration.x = 9.81
 
 
 @pytest.mark.parametrize('length', range(17))
-def test_an_imu_is_decoded_as_by_the_middleware(length):
+def test_imu_is_decoded_as_by_the_middleware(length):
     """For every length of the frame's name, which moves the numbers after it."""
     message = Imu()
     message.header.frame_id = 'f' * length
@@ -28,7 +28,7 @@ def test_an_imu_is_decoded_as_by_the_middleware(length):
         assert found.linear_acceleration_covariance[0] == -1.0
 
 
-def test_a_malformed_imu_fails_as_in_the_middleware():
+def test_malformed_imu_fails_as_in_the_middleware():
     cdr = serialize_message(SHORT)
     for bad in (cdr[:200], cdr[:3], cdr[:12] + struct.pack('<I', 2**32 - 1) + cdr[16:]):
         try:

@@ -18,8 +18,6 @@ from closed_bag import check_closed
 from nodes import element_file
 from robot import Robot
 
-from mlmem import PRESETS, load_element
-from mlmem.element_file import write_element_file
 from mlmem_ros.host.settings import declare_parameters
 
 CHECKOUT = Path(__file__).parents[2]
@@ -102,7 +100,7 @@ def node(ros2, tmp_path_factory):
         yield robot.element
 
 
-def test_param(ros2, node):
+def test_ros2_param_lists_gets_and_sets(ros2, node):
     names = ros2('param', 'list', node).split()
     assert {'target_level', 'element', 'write.attempts'} <= set(names)
     assert ros2('param', 'get', node, 'element').strip() == f'String value is: {ELEMENT}'
@@ -116,7 +114,7 @@ def test_param(ros2, node):
         assert words in described
 
 
-def test_service_and_topic(ros2, node):
+def test_ros2_service_writes_and_topic_echoes(ros2, node):
     ros2('param', 'set', node, 'target_level', '2')
     written = ros2('service', 'call', f'{node}/write', 'std_srvs/srv/Trigger')
     assert 'success=True' in written
@@ -124,12 +122,12 @@ def test_service_and_topic(ros2, node):
     assert ros2('topic', 'echo', '--once', f'{node}/level').splitlines()[0] == 'data: 2'
 
 
-def test_mlmem(ros2, node):
+def test_ros2_run_mlmem_writes_and_reads(ros2, node):
     ros2('run', 'mlmem_ros', 'mlmem', 'write', '1')
     assert ros2('run', 'mlmem_ros', 'mlmem', 'read').startswith('level 1 (code 001)')
 
 
-def test_launch_arguments(ros2, tmp_path):
+def test_launch_arguments_reach_the_node(ros2, tmp_path):
     bag = tmp_path / 'session'
     arguments = (
         'element:=case_1',
@@ -200,27 +198,6 @@ def test_launch_includes_share_no_argument(ros2, tmp_path):
         assert f'own {name} true' in output.read_text()
 
 
-def test_launch_refuses_a_configuration_that_is_neither_preset_nor_file(ros2):
-    done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', 'element:=case_3')
-    words = f'element must be one of {", ".join(PRESETS)}, or the path of an element file'
-    assert words in done.stdout + done.stderr
-
-
-@pytest.mark.parametrize('launch', ['memory', 'bank'])
-def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
-    file = tmp_path / 'mine.yaml'
-    write_element_file(file, load_element('bits_1'))
-    name = {'memory': '/mine', 'bank': '/bank/element_0/mlmem'}[launch]
-    argument = {'memory': 'node_name:=mine', 'bank': 'elements:=1'}[launch]
-    arguments = (f'element:={file}', 'write.attempts:=7', argument)
-    command = ('launch', 'mlmem_ros', f'{launch}.launch.py', *arguments)
-    with running(tmp_path, *command, whole_group=False), Robot(name) as robot:
-        robot.next('wall')
-        present = robot.parameters()
-    assert present['element'] == str(file)
-    assert present['write.attempts'] == 7
-
-
 def test_launch_takes_a_parameter_file(ros2, tmp_path):
     file = tmp_path / 'params.yaml'
     file.write_text('/**: {ros__parameters: {element: bits_4, write: {attempts: 9}}}')
@@ -232,43 +209,14 @@ def test_launch_takes_a_parameter_file(ros2, tmp_path):
         assert tuple(map(robot.get, names)) == ('bits_4', 9, 'both')
 
 
-def test_launch_takes_every_parameter_as_an_argument(ros2):
+def test_launch_shows_every_parameter_as_an_argument(ros2):
     told = ros2('launch', 'mlmem_ros', 'memory.launch.py', '--show-args')
     for name, _, description in declare_parameters():
         assert f"'{name}':" in told
         assert description.text in told
 
 
-def test_launch_gives_parameters_their_types(ros2, tmp_path):
-    given = {
-        'write.attempts': 5, 'record.views': True, 'publish.frame_id': 'leg',
-        'linger': 0.5, 'read.end': 'right', 'device.retry': 7.0,
-        'files.root': str(tmp_path),
-    }  # fmt: skip
-    texts = {**given, 'record.views': 'true', 'device.retry': 7}
-    arguments = [f'{name}:={text}' for name, text in texts.items()]
-    command = ('launch', 'mlmem_ros', 'memory.launch.py', 'node_name:=typed', *arguments)
-    with running(tmp_path, *command, whole_group=False), Robot('/typed') as robot:
-        robot.next('wall')
-        present = robot.parameters()
-        assert {name: present[name] for name in given} == given
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ('argument', 'words'),
-    [
-        ('write.attempts:=many', "write.attempts must be a whole number; got 'many'"),
-        ('linger:=long', "linger must be a number; got 'long'"),
-        ('record.views:=perhaps', "Valid options are: ['', 'true', 'false']"),
-    ],
-)
-def test_launch_refuses_an_argument_of_another_type(ros2, argument, words):
-    done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', argument)
-    assert words in done.stdout + done.stderr
-
-
-def test_launch_warns_of_an_argument_that_does_not_exist(ros2, tmp_path):
+def test_launch_warns_of_unknown_arguments(ros2, tmp_path):
     given = (
         'write.atempts:=3',
         'design.nothing:=1',
@@ -295,7 +243,7 @@ def test_launch_manages_the_life_cycle(ros2, tmp_path):
         assert robot.write(1)['level'] == 1
 
 
-def test_launch_bank(ros2, tmp_path):
+def test_launch_bank_starts_two_elements(ros2, tmp_path):
     """Two elements, each with its own name and files."""
     folders = (f'record.path:={tmp_path / "bags"}', f'state.path:={tmp_path / "states"}')
     arguments = ('elements:=2', f'element:={ELEMENT}', *folders)
@@ -311,43 +259,7 @@ def test_launch_bank(ros2, tmp_path):
         assert check_closed(tmp_path / 'bags' / f'element_{place}')
 
 
-@pytest.mark.slow
-def test_launch_demo(ros2, tmp_path):
-    """With RViz if it is installed; otherwise a message says that it is missing."""
-    viewing = 'rviz:=false' if shutil.which('rviz2') else 'rviz:=true'
-    bag = tmp_path / 'session'
-    command = (
-        'launch',
-        'mlmem_ros',
-        'demo.launch.py',
-        viewing,
-        'node_name:=shown',
-        f'record.path:={bag}',
-    )
-    with running(tmp_path, *command, whole_group=False) as output, Robot('/shown') as robot:
-        robot.next('wall')
-    assert ('rviz2 is not installed' in output.read_text()) == (viewing == 'rviz:=true')
-    assert check_closed(bag)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('whole_group', [True, False], ids=['terminal', 'launch alone'])
-def test_launch_in_a_larger_stack(ros2, tmp_path, whole_group):
-    """The example: a behaviour that starts once the memory is active, below one namespace."""
-    if run('ros2', 'pkg', 'prefix', 'gait_store').returncode != 0:
-        pytest.skip('examples/gait_store is not built: colcon build --base-paths it')
-    command = ('launch', 'gait_store', 'robot.launch.py', 'robot:=/walker', f'element:={ELEMENT}')
-    with (
-        running(tmp_path, *command, whole_group=whole_group) as output,
-        Robot('/walker/mlmem') as robot,
-    ):
-        robot.next('wall')
-        robot.wait(lambda: 'gait 0' in output.read_text(), 'the gait of a blank memory')
-        nodes = set(robot.node.get_node_names_and_namespaces())
-        assert {('mlmem', '/walker'), ('gait', '/walker')} <= nodes
-
-
-def test_colcon_build(tmp_path):
+def test_colcon_build_installs_every_file(tmp_path):
     """A build of a copy of the checkout installs every file where it belongs."""
     if shutil.which('colcon') is None:
         pytest.skip('colcon is not installed')

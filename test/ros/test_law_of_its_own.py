@@ -15,7 +15,7 @@ from robot import Robot
 
 from mlmem import element_file, law_file, preset
 from mlmem.physics.curve import Curve
-from mlmem_ros.host.settings import DESCRIPTION, declare_parameters
+from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
 from mlmem_tools.view.about import PAGE_PARAMETERS, About
@@ -45,7 +45,7 @@ def file(tmp_path_factory):
     return folder / 'element.yaml'
 
 
-def test_it_remembers_replays_and_is_shown(start, file, tmp_path):
+def test_element_with_its_own_law_writes_and_replays(start, file, tmp_path):
     """The node publishes the element itself: neither page nor replay needs the file."""
     copy, bag = tmp_path / 'element.yaml', tmp_path / 'session'
     copy.write_text(file.read_text())
@@ -70,17 +70,13 @@ def test_it_remembers_replays_and_is_shown(start, file, tmp_path):
     assert load_page(bag).parameters['design.law'] == shown.design.as_dict()['law']
 
 
-def test_a_page_asks_for_parameters_that_there_are():
-    assert set(PAGE_PARAMETERS) <= {name for name, *_ in declare_parameters()}
-
-
 @pytest.mark.parametrize(
     ('old', 'new', 'reason'),
     [('force: [', 'force: [x, ', 'design.law.force'),
      ('phase: 1', 'phase: 7', 'no ground state 7'),
      ('d: 1.0', 'd: 1.0\n  a: 0.3', 'with a law leave them out')],
 )  # fmt: skip
-def test_law_that_is_none_is_refused_with_its_line(refused, file, tmp_path, old, new, reason):
+def test_invalid_law_is_rejected_with_its_line(refused, file, tmp_path, old, new, reason):
     wrong = tmp_path / 'wrong.yaml'
     text = file.read_text()
     assert old in text

@@ -5,11 +5,8 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).parents[2]
 
 NODE = """
 import json, sys
@@ -33,23 +30,10 @@ def imported():
     return json.loads(done.stdout)
 
 
-def test_a_node_imports_at_most_half_of_the_package(imported):
-    """In lines, with default parameters and all interfaces built."""
-    used = [Path(file) for file in imported.values() if file]
-    package = [
-        file for name in ('mlmem_ros', 'mlmem_tools') for file in (ROOT / name).rglob('*.py')
-    ]
-    assert lines(used) <= 0.5 * lines(package)
-
-
-def lines(files):
-    return sum(file.read_bytes().count(b'\n') for file in files)
-
-
 @pytest.mark.parametrize(
     'part',
     [f'mlmem_ros.{part}' for part in ('bag.reader', 'rig', 'ros.client', 'session', 'testing')]
     + ['mlmem_tools'],
 )
-def test_a_node_does_not_import_what_it_was_not_asked_for(imported, part):
+def test_node_does_not_import_what_it_does_not_use(imported, part):
     assert not [name for name in imported if f'{name}.'.startswith(f'{part}.')]

@@ -29,29 +29,11 @@ def state(robot):
     return robot.response(robot.send('get_state', GetState.Request(), GetState)).current_state.id
 
 
-@pytest.mark.slow
-def test_compiling_is_reported(start, tmp_path, monkeypatch):
-    """In the log and on /diagnostics while it compiles; the second start does not."""
-    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
-    first = start(BY_HAND, apart=True)
-    with Robot() as robot:
-        reports = robot.received('/diagnostics')
-        assert change(robot, Transition.TRANSITION_CONFIGURE)
-        assert any('compiling' in s.message for report in reports for s in report.status)
-    assert 'compiling the kernels of the rigid substrate' in first.output
-    first.terminate()
-    first.exit_status()
-    second = start(BY_HAND, apart=True)
-    with Robot() as robot:
-        assert change(robot, Transition.TRANSITION_CONFIGURE)
-    assert 'compiling' not in second.output
-
-
 def wall(robot):
     return list(robot.next('wall').data)
 
 
-def test_a_managed_node_is_taken_through_its_states(start):
+def test_managed_node_passes_through_its_states(start):
     start(BY_HAND)
     with Robot() as robot:
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
@@ -75,7 +57,7 @@ def test_a_managed_node_is_taken_through_its_states(start):
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
 
 
-def test_a_design_is_changed_only_while_unconfigured(start):
+def test_element_is_changed_only_while_unconfigured(start):
     start(BY_HAND | {'element': 'bits_4', 'write.method': 'strain'})
     with Robot() as robot:
         assert change(robot, Transition.TRANSITION_CONFIGURE)
@@ -96,7 +78,7 @@ def test_a_design_is_changed_only_while_unconfigured(start):
         assert change(robot, Transition.TRANSITION_CONFIGURE)
 
 
-def test_deactivating_in_the_middle_of_a_write_ends_without_strain(start):
+def test_deactivation_during_a_write_releases_the_strain(start):
     start({'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10})
     with Robot() as robot:
         robot.set(target_level=3)
@@ -110,7 +92,7 @@ def test_deactivating_in_the_middle_of_a_write_ends_without_strain(start):
         assert robot.write(0)['level'] == 0
 
 
-def test_the_content_survives_the_node(start, refused, tmp_path):
+def test_content_survives_the_node(start, refused, tmp_path):
     file = tmp_path / 'states' / 'element.json'
     keeping = {**QUICK, 'state.path': str(file)}
     first = start(keeping)
@@ -132,7 +114,7 @@ def test_the_content_survives_the_node(start, refused, tmp_path):
     assert 'damaged' in refused(keeping)
 
 
-def test_the_content_is_saved_at_intervals(start, tmp_path):
+def test_content_is_saved_at_intervals(start, tmp_path):
     """Also what changes without a write: here the number of ticks."""
     file = tmp_path / 'element.json'
     start({'state.path': str(file), 'state.interval': 0.2})
@@ -152,7 +134,7 @@ def ticks(robot):
     return done
 
 
-def test_the_speed_is_changed_while_running(start):
+def test_speed_is_changed_while_running(start):
     start({'scale.time': 1e-3})  # ticks of 20 ms
     with Robot() as robot:
 
@@ -175,7 +157,7 @@ def test_the_speed_is_changed_while_running(start):
         rates(0.0, 520.0)  # as fast as it can
 
 
-def test_sim_time_paces_pauses_and_jumps(start):
+def test_simulated_clock_paces_pauses_and_jumps(start):
     node = start({'use_sim_time': True, 'scale.time': 1e-4})  # ticks of 2 ms
     with Robot() as robot:
         clock = robot.node.create_publisher(Clock, '/clock', 10)
@@ -208,7 +190,7 @@ def test_sim_time_paces_pauses_and_jumps(start):
         assert 90 <= ticks(robot) - held <= 106
 
 
-def test_a_design_that_fails_its_check_is_refused_or_named(start):
+def test_design_that_fails_its_check_is_rejected_or_named(start):
     """The gradient is weak: the lattice may stop the wall, but a calibration works."""
     node = start(BY_HAND | {'element': 'case_2', 'design.check': 'refuse'})
     with Robot() as robot:
@@ -235,7 +217,7 @@ def slow_build(monkeypatch):
     go_on.set()
 
 
-def test_a_node_that_prepares_answers_get_state_at_once(start, slow_build):
+def test_preparing_node_answers_get_state_at_once(start, slow_build):
     """nav2's lifecycle manager waits 5 s for the state; kernels take longer to compile."""
     start({'autostart': False})
     with Robot() as robot:
@@ -251,7 +233,7 @@ def test_a_node_that_prepares_answers_get_state_at_once(start, slow_build):
         assert state(robot) == State.PRIMARY_STATE_INACTIVE
 
 
-def test_a_request_to_a_node_that_prepares_waits_for_it(start, slow_build, capfd):
+def test_request_to_a_preparing_node_waits(start, slow_build, capfd):
     """Longer than its time-out, and says what it waits for."""
     with standalone(patience=SOON) as memory, ThreadPoolExecutor() as threads:
         starting = threads.submit(start)

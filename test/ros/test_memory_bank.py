@@ -76,7 +76,7 @@ def test_elements_of_a_bank_fail_independently(bank, elements, tmp_path, capfd):
     assert (tmp_path / 'states' / 'element_1.json').read_text().startswith('what a disk')
 
 
-def test_a_bank_fails_to_start_if_no_element_can():
+def test_bank_without_a_working_element_does_not_start():
     arguments, elements = parse_bank_arguments(
         [
             'memory_bank',
@@ -88,7 +88,7 @@ def test_a_bank_fails_to_start_if_no_element_can():
         NodeHere('/bank/element_0/mlmem', arguments, elements)
 
 
-def test_the_command_line_of_a_bank():
+def test_bank_command_line_gives_names_and_files():
     given = ['memory_bank', '--elements=2', '--state', '/var/bank', '--ros-args']
     rest, elements = parse_bank_arguments(
         [*given, '-p', 'view:=true', '-r', '__ns:=/leg/', '-r', 'a:=b']
@@ -106,7 +106,7 @@ def test_the_command_line_of_a_bank():
 
 
 @pytest.mark.parametrize('number', ['0', '129', '-1', '2.5', 'four'])
-def test_a_bank_has_from_1_to_128_elements(number, capsys):
+def test_bank_has_1_to_128_elements(number, capsys):
     with pytest.raises(SystemExit):
         parse_bank_arguments(['memory_bank', f'--elements={number}'])
     assert f"must be a number from 1 to 128; got '{number}'" in capsys.readouterr().err

@@ -9,16 +9,13 @@ import time
 from contextlib import ExitStack
 
 import pytest
-import rclpy
 from nodes import SOON, arrived, hears, program, refused
 from robot import PATIENCE, Robot
-from std_srvs.srv import Trigger
 
 from mlmem.loop.mailbox import Cancel
 from mlmem_ros import RequestFailed, RequestRefused, standalone
 from mlmem_ros.contract.services import load_action_types
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import create_events_executor
 from mlmem_ros.ros.process import find_profile_variable
 from mlmem_ros.testing.running import FAST_DISCOVERY
 
@@ -64,40 +61,14 @@ def under_way(memory, others, *levels):
     return replies
 
 
-def test_three_nodes_that_read_at_start_get_their_answers(memory, context):
-    """Plain nodes of rclpy, of one program, with nothing of ours."""
-    nodes = [
-        rclpy.create_node(f'starts_{n}', context=context, use_global_arguments=False)
-        for n in range(3)
-    ]
-    executor = create_events_executor(context)
-    clients = [node.create_client(Trigger, f'{memory.element}/read') for node in nodes]
-    for node, client in zip(nodes, clients, strict=True):
-        executor.add_node(node)
-        assert client.wait_for_service(SOON)
-    answers = [client.call_async(Trigger.Request()) for client in clients]
-    for answer in answers:
-        executor.spin_until_future_complete(answer, SOON)
-    assert [answer.result().success for answer in answers] == [True] * 3, answers
-    for node in nodes:
-        node.destroy_node()
-
-
-def test_writes_are_done_in_order_of_arrival(memory, others):
+def test_writes_of_several_clients_keep_their_order(memory, others):
     replies = under_way(memory, others, 1, 2, 3)
     memory.memory.pause(False).wait()
     assert [reply.wait().details['level'] for reply in replies] == [1, 2, 3]
     assert memory.memory.read().wait().level == 3  # the first began at once
 
 
-def test_a_clients_own_second_request_is_refused_as_before(memory, others):
-    (first,) = under_way(memory, others, 4)
-    refused(memory, others[0].request('write', SOON, level=5), 'busy: write is running')
-    memory.memory.pause(False).wait()
-    assert first.wait().details['level'] == 4
-
-
-def test_a_client_is_a_node(memory, robot):
+def test_second_request_of_one_node_is_rejected(memory, robot):
     """Its second request is refused over another service, too."""
     robot.trigger('read')
     robot.answer(robot.ask('read'))
@@ -112,7 +83,7 @@ def test_a_client_is_a_node(memory, robot):
     assert robot.answer(write)['level'] == 1
 
 
-def test_only_so_many_wait(memory, others):
+def test_full_queue_rejects_the_next_request(memory, others):
     replies = under_way(memory, others, *range(MOST + 1))
     refused(memory, others[-1].request('read', SOON), 'write is running, and 3 requests wait')
     refused(memory, others[-1].request('write', SOON, level=8), 'level must be')  # said at once
@@ -120,7 +91,7 @@ def test_only_so_many_wait(memory, others):
     assert [reply.wait().details['level'] for reply in replies] == [*range(MOST + 1)]
 
 
-def test_a_request_waits_no_longer_than_its_deadline(memory, others):
+def test_request_past_its_deadline_is_rejected(memory, others):
     first, second, third = under_way(memory, others, 1, 2, 3)
     begun, late = time.monotonic(), others[4].request('read', 60.0, deadline=0.5)
     arrived(memory, 3)
@@ -131,7 +102,7 @@ def test_a_request_waits_no_longer_than_its_deadline(memory, others):
     assert [reply.wait().details['level'] for reply in (first, second, third)] == [1, 2, 3]
 
 
-def test_abort_strain_faults_and_queries_pass(memory, client, others):
+def test_abort_faults_and_queries_do_not_wait(memory, client, others):
     first, second = under_way(memory, others, 5, 6)
     refused(memory, client.follow([1.0], [0.0]), 'busy: write is running')
     client.set_parameters({'faults.seed': 3}).wait()
@@ -159,7 +130,7 @@ with standalone() as memory:
 
 
 @pytest.mark.parametrize('crash', [True, False])
-def test_a_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash):
+def test_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash):
     lost = tmp_path / 'fast_dds.xml'  # sooner than others, who may stand still
     lost.write_text(re.sub('(?<=<leaseDuration><sec>)12', '5', FAST_DISCOVERY.read_text()))
     pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE, 'text': True}
@@ -184,7 +155,7 @@ def test_a_client_that_has_gone_loses_its_place(memory, others, tmp_path, crash)
 
 
 @pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')
-def test_feedback_says_the_place(memory, client, others):
+def test_feedback_of_a_waiting_goal_says_its_place(memory, client, others):
     import asyncio
 
     async def watch(goal):
@@ -217,7 +188,7 @@ def test_feedback_says_the_place(memory, client, others):
 
 
 @pytest.mark.skipif(not load_action_types(), reason='mlmem_interfaces is not built')
-def test_a_goal_that_waits_can_be_canceled(memory, others):
+def test_waiting_goal_can_be_canceled(memory, others):
     (first,) = under_way(memory, others, 3)
     write = others[1].write(6)
     arrived(memory, 1)
@@ -233,7 +204,7 @@ def test_a_goal_that_waits_can_be_canceled(memory, others):
     assert first.wait().details['level'] == 3
 
 
-def test_without_a_queue_they_are_refused(start):
+def test_node_without_a_queue_rejects_at_once(start):
     node = start({'queue.most': 0}, name='alone')
     with standalone(node.element) as other, Robot(node.element, 'asks') as robot:
         other.ready(PATIENCE).wait()

@@ -46,7 +46,7 @@ def server():
     thread.join()
 
 
-def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
+def test_node_over_a_rig_writes_records_and_reconnects(server, start, tmp_path):
     state = tmp_path / 'state.json'
     given = {
         'device.driver': 'rig',
@@ -117,14 +117,6 @@ def check_session(bag):
     assert {echo.level for echo in session.echoes} >= {1}
 
 
-def test_a_node_over_a_rig_records_only_on_request(server, start):
-    given = {'device.driver': 'rig', 'scale.time': SETTINGS.scale.time}
-    node = start(given | {'device.address': f'tcp://127.0.0.1:{server.port}'})
-    with Robot(node.element) as robot:
-        assert robot.write(0)['level'] == 0
-    assert 'the device has stopped' not in node.output
-
-
 @contextlib.contextmanager
 def rig_at(port, element):
     """Serve an element at a port, which may have been in use until now."""
@@ -139,7 +131,7 @@ def rig_at(port, element):
         thread.join()
 
 
-def test_a_rig_that_is_off_or_lost_is_taken_back(start, monkeypatch):
+def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
     """At the start, and after it was lost with its line; the element keeps its content."""
     monkeypatch.setattr(node_module, 'CHECK_PERIOD_S', 0.05)
     with socket.create_server(('127.0.0.1', 0)) as free:
@@ -201,21 +193,15 @@ def test_node_answers_while_it_tries_to_reach_a_rig(start, monkeypatch):
             assert time.monotonic() - begun < 2.5  # half the time that the attempt takes
 
 
-def test_only_a_missing_element_is_waited_for(refused):
+def test_wrong_address_of_a_rig_ends_the_start(refused):
     """Settings that are wrong stay so; and without the setting nothing is waited for."""
     given = {'device.driver': 'rig', 'device.retry': 1.0}
     assert 'device.address of a rig must be' in refused(given | {'device.address': 'slot 2'})
 
 
-def test_a_start_without_a_rig_fails(refused):
+def test_start_without_a_rig_fails(refused):
     line = refused({'device.driver': 'rig', 'device.address': 'tcp://127.0.0.1:1'})
     assert 'cannot start: no rig at tcp://127.0.0.1:1: Connection refused' in line
-
-
-def test_a_start_with_an_unknown_driver_fails(refused):
-    assert 'device.driver must be sim, rig or package.module:Class' in refused(
-        {'device.driver': 'bench'}
-    )
 
 
 class Waiting:
@@ -243,20 +229,7 @@ def waiting(*ends):
     return node, host, Retries(node, host, lambda: 1e-9)
 
 
-def test_a_lost_element_is_tried_again_and_a_driver_that_hangs_is_not():
-    """Its thread is never coming back: each attempt would leave another one."""
-    node, _, retries = waiting(DriverError('off'), None)
-    assert retries.begin(DriverError('lost'))
-    while retries.waiting:
-        retries.on_timer()
-    assert node.starts == 2
-    node, _, retries = waiting()
-    assert not retries.begin(DriverHangs('hangs'))
-    retries.on_timer()
-    assert node.starts == 0
-
-
-def test_a_driver_that_hangs_when_it_is_tried_again_is_given_up():
+def test_driver_that_hangs_on_a_retry_is_given_up():
     node, host, retries = waiting(DriverError('off'), DriverHangs('opening takes too long'))
     assert retries.begin(DriverError('lost'))
     for _ in range(4):

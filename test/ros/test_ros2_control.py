@@ -53,7 +53,7 @@ def able(name):
     }
 
 
-def test_the_limits_of_the_joint_are_those_of_the_node():
+def test_joint_limits_are_those_of_the_node():
     assert limits(urdf()) == pytest.approx(able('case_2')[0])
     for name in PRESETS:
         allowed, arguments = able(name)
@@ -124,7 +124,7 @@ def pass_time(robot, seconds):
     robot.wait(lambda: time.monotonic() > until, 'the next period')
 
 
-def test_a_trajectory_of_set_points_is_followed(memory, robot, description):
+def test_joint_commands_of_a_trajectory_are_followed(memory, robot, description):
     """There and back within 0.4 s, at 50 Hz; at rest nothing is sent."""
     hardware, limit = Hardware(robot, description), limits(description)[1]
     for step in range(21):
@@ -144,7 +144,7 @@ def test_a_trajectory_of_set_points_is_followed(memory, robot, description):
 @pytest.mark.parametrize(
     ('level', 'position'), [(3, math.nan), (5, 0.0)], ids=['no controller', 'at rest']
 )
-def test_a_loop_beside_procedures_leaves_the_content_known(
+def test_control_loop_during_a_write_keeps_the_content(
     memory, robot, description, level, position
 ):
     """Its hardware interface writes every period, whatever the controllers do.
@@ -184,9 +184,7 @@ def test_a_loop_beside_procedures_leaves_the_content_known(
     ],
     ids=lambda value: None,
 )
-def test_a_bad_joint_command_is_refused_with_the_reason(
-    memory, robot, message, words, monkeypatch
-):
+def test_bad_joint_command_is_rejected_with_the_reason(memory, robot, message, words, monkeypatch):
     monkeypatch.setattr(
         worker, 'LINE_PERIOD_S', 0.01
     )  # or after a flood it is told once in a second

@@ -14,25 +14,20 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from diagnostic_msgs.msg import DiagnosticStatus
 from nodes import QUICK, hears, program
 from robot import Robot
-from std_srvs.srv import Trigger
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.client import link
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import HEARTBEAT_PROFILE, Signs
 from mlmem_ros.ros.node.run import CLIENT_ABSENCE_S, await_last_clients, end_nodes, start_nodes
 from mlmem_ros.ros.node.services import MAX_CLIENT_SILENCE_S
-from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
-from mlmem_ros.ros.process import PROFILE_PATH, PROFILE_VARIABLES, find_profile_variable
+from mlmem_ros.ros.node_process import build_node_arguments
+from mlmem_ros.ros.process import PROFILE_PATH, find_profile_variable
 
 ROOT = Path(__file__).parents[2]
 SOON = 30.0
-RACE = r'Traceback .*\n(  .*\n)*OSError: Signal 2 ignored due to race condition\n'
-"""Python's own word on a signal in the microsecond in which it is set to be ignored."""
 
 
 def stop(*processes):
@@ -43,7 +38,7 @@ def stop(*processes):
         time.sleep(0.003)
 
 
-def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_path):
+def test_robot_stopped_with_its_memory_writes_once_more(start, tmp_path):
     """The program printed in docs/robot.md."""
     blocks = re.findall(
         r'```python\n(.*?)```', (ROOT / 'docs' / 'robot.md').read_text(), re.DOTALL
@@ -65,27 +60,6 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     assert state_file.load_snapshot(state)['reading']['level'] == 0
 
 
-def test_a_program_that_ends_waits_for_the_thread_of_its_client():
-    """Python's end aborts who is in C++ then: in that thread's last steps, too."""
-    code = """
-import time, rclpy
-from rclpy.node import Node
-from mlmem_ros.ros.client.line import Line
-rclpy.init()
-robot = Node('robot')
-class Late:
-    def destroy_node(self):
-        time.sleep(0.5)
-        print('whole', flush=True)
-Line.of(robot.context)._nodes[lambda: robot] = Late()
-rclpy.try_shutdown()
-time.sleep(0.2)
-"""
-    robot = program('-c', code, stdout=subprocess.PIPE, text=True)
-    said, _ = robot.communicate(timeout=2 * SOON)
-    assert (said.splitlines()[-1:], robot.returncode) == (['whole'], 0)
-
-
 def asks_and_waits():
     """Return a process that reads, says so, and waits for a line; when it stands still, others
     forget it only after a minute.
@@ -102,7 +76,7 @@ with standalone() as memory:
     return program('-c', code, env=forgotten_late, **pipes)
 
 
-def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
+def test_node_waits_for_living_clients_only(start):
     """One that says no goodbye stays on the graph."""
     node = start({'linger': 60.0}, apart=True)
     with Robot() as observer, asks_and_waits() as silent, ExitStack() as stack:
@@ -122,46 +96,8 @@ def test_a_node_waits_for_clients_that_live_and_for_no_others(start):
         silent.communicate('\n')
 
 
-def test_nobody_promises_to_be_heard_within_a_lease(start):
-    """Timers of such leases and peers that leave block Fast DDS for good (its issue 6502)."""
-    node = start(apart=True)
-    with Robot() as observer, standalone() as memory:
-        memory.read(timeout=SOON).wait()
-        leases = [
-            end.qos_profile.liveliness_lease_duration.nanoseconds
-            for topic, _ in observer.node.get_topic_names_and_types(no_demangle=True)
-            for end in [
-                *observer.node.get_publishers_info_by_topic(topic, no_mangle=True),
-                *observer.node.get_subscriptions_info_by_topic(topic, no_mangle=True),
-            ]
-        ]
-        assert len(leases) > 50  # of node, client and observer
-        assert min(leases) > 1e18  # without end
-    assert node.running
-
-
-def test_signs_of_life_end_with_their_node(context):
-    first, second = (
-        rclpy.create_node(name, context=context, use_global_arguments=False)
-        for name in ('first', 'second')
-    )
-    heard = []
-    first.create_subscription(DiagnosticStatus, '/of_second', heard.append, HEARTBEAT_PROFILE)
-    executor = rclpy.executors.SingleThreadedExecutor(context=context)
-    executor.add_node(first)
-    Signs.start_heartbeat(first, '/of_first')
-    Signs.start_heartbeat(second, '/of_second')
-    until = time.monotonic() + SOON
-    while len(heard) < 2 and time.monotonic() < until:
-        executor.spin_once(0.1)
-    assert len(heard) >= 2
-    count = len(Signs._publishers)
-    second.destroy_node()
-    wait_until(lambda: len(Signs._publishers) == count - 1, 'the end of its signs')
-
-
 @pytest.mark.parametrize('longest', [0.8, 60.0])
-def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(longest):
+def test_linger_ends_with_its_time_or_sigterm(longest):
     assert longest > CLIENT_ABSENCE_S  # or it would end for want of clients
     stop = [signal.SIGINT]
     with Robot() as robot:
@@ -183,23 +119,7 @@ def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(longest):
         assert end_nodes(nodes, executor) == 0
 
 
-def test_nothing_cuts_the_end_of_the_example_short(start):
-    """Each SIGINT after the first used to end it, in its clean-up or in that of Python."""
-    start()
-    for gap in (0.0, 0.02):
-        example = program(
-            '-m', 'gait_store.gait_node', cwd=ROOT / 'examples' / 'gait_store',
-            stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        assert 'gait 0: rest' in example.stderr.readline()
-        while example.poll() is None:
-            example.send_signal(signal.SIGINT)
-            time.sleep(gap)
-        said = re.sub(RACE, '', example.stderr.read())
-        assert (example.returncode, said) == (0, ''), gap
-
-
-def test_who_waits_for_a_killed_node_is_told_soon(start):
+def test_client_of_a_killed_node_is_told_soon(start):
     """Not after the 20 s that Fast DDS grants by default."""
     assert link.MAX_SILENCE_S < 5.0
     node = start(apart=True)
@@ -215,7 +135,7 @@ def test_who_waits_for_a_killed_node_is_told_soon(start):
 
 
 @pytest.mark.parametrize('seconds', [6.0, pytest.param(30.0, marks=pytest.mark.slow)])
-def test_a_node_that_stood_still_answers_its_clients_again(start, context, seconds):
+def test_node_that_stood_still_answers_again(start, context, seconds):
     """Half of them used to be forgotten for good: of those who ask meanwhile, and of others."""
     node = start(apart=True)
     robot = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
@@ -237,53 +157,10 @@ def test_a_node_that_stood_still_answers_its_clients_again(start, context, secon
     robot.destroy_node()
 
 
-def test_a_node_that_stood_still_unnoticed_is_reached_anew(start):
-    """If it speaks again before somebody asks, nobody sees its silence any more; but after 20 s it
-    has forgotten a client that still hears it, and each request went unanswered, 1 of 16 so.
-    """
-    node = start(apart=True)
-    with standalone() as memory:
-        memory.ready(SOON).wait()
-        first, until = memory._connection.link(), time.monotonic() + SOON
-        while not first._heard and time.monotonic() < until:
-            time.sleep(0.05)
-        node.signal(signal.SIGSTOP)
-        time.sleep(link.MAX_SILENCE_S + 1.0)
-        node.signal(signal.SIGCONT)
-        until = time.monotonic() + SOON
-        while not first.broken and time.monotonic() < until:
-            time.sleep(0.05)
-        assert memory._connection.link() is not first
-        assert memory.read().wait().blank
-
-
-def test_a_node_that_is_shut_down_says_so(start):
+def test_node_that_is_shut_down_rejects_requests(start):
     node = start()
     with standalone() as memory:
         assert MemoryClient(memory.node, '/mlmem').read().wait().blank
         node.node.host.close()
         with pytest.raises(Exception, match='inactive: the node is shut down'):
             memory.read().wait()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures('real_processes')
-def test_plain_client_of_a_killed_and_restarted_node_is_answered(context, monkeypatch):
-    """With the node's own profile; the ghost of the killed one is gone 25 s later."""
-    for name in PROFILE_VARIABLES:
-        monkeypatch.delenv(name, raising=False)
-    plain = rclpy.create_node('plain', context=context, use_global_arguments=False)
-    executor = rclpy.executors.SingleThreadedExecutor(context=context)
-    with run_node_process(
-        build_node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL
-    ) as killed:
-        assert plain.create_client(Trigger, '/mlmem/read').wait_for_service(SOON)
-        killed.kill()
-    time.sleep(25.0)
-    with run_node_process(build_node_arguments('/mlmem', QUICK), stderr=subprocess.DEVNULL):
-        client = plain.create_client(Trigger, '/mlmem/read')
-        assert client.wait_for_service(SOON)
-        answer = client.call_async(Trigger.Request())
-        rclpy.spin_until_future_complete(plain, answer, executor, SOON)
-        assert answer.done()
-    plain.destroy_node()

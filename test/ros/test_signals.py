@@ -5,7 +5,6 @@
 import os
 import signal
 import subprocess
-import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -19,10 +18,8 @@ from lifecycle_msgs.srv import ChangeState
 from nodes import QUICK, node_parameters, program
 from robot import Robot
 
-from mlmem_ros.ros.node import run
 from mlmem_ros.ros.node.node import MemoryNode
 from mlmem_ros.ros.node.run import end_nodes, spin_nodes, start_nodes
-from mlmem_ros.ros.node.services import MAX_CLIENT_SILENCE_S
 from mlmem_ros.ros.node_process import build_node_arguments
 
 COMPILES = """
@@ -47,7 +44,7 @@ def begin_write(robot):
     return answer
 
 
-def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
+def test_ctrl_c_during_a_write_closes_the_session(start, tmp_path):
     bag = tmp_path / 'session'
     node = start(
         {'record.path': str(bag), 'write.method': 'strain', 'scale.time': 4e-4}, apart=True
@@ -69,7 +66,7 @@ def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
     assert max(strains) > 0.02
 
 
-def test_sigterm_with_many_requests_waiting(start, tmp_path):
+def test_sigterm_answers_all_waiting_requests(start, tmp_path):
     """Each of them is answered, though time is paused, and the session is closed."""
     bag = tmp_path / 'session'
     node = start(
@@ -92,7 +89,7 @@ def test_sigterm_with_many_requests_waiting(start, tmp_path):
         assert answer['error']
 
 
-def test_during_the_start(start):
+def test_ctrl_c_during_the_start_ends_the_node(start):
     """Ctrl-C before it is ready, right after the first line of its log."""
     node = start(apart=True)
     with Robot() as robot:
@@ -102,22 +99,8 @@ def test_during_the_start(start):
     assert 'Traceback' not in node.output
 
 
-def test_a_signal_while_python_still_loads(start, real_processes):
-    """In the first second or two, before there is a node: it ends without a traceback."""
-    begun = []
-    for delay in (0.25, 0.6):
-        begun.append((delay, start(apart=True)))
-        time.sleep(delay)  # the moment is what is tested
-        begun[-1][1].signal(signal.SIGTERM)
-    for delay, node in begun:
-        status = node.exit_status()
-        assert 'Traceback' not in node.output, delay
-        # 0, or the signal itself if not even our handler was loaded
-        assert status in (0, -signal.SIGTERM), delay
-
-
 @pytest.mark.parametrize('managed', [False, True])
-def test_a_signal_ends_a_compilation(managed, tmp_path):
+def test_signal_ends_a_compilation(managed, tmp_path):
     """Launch sends a second SIGINT after the terminal's, and kills what goes on after 15 s, which
     a compilation beside other work does. A client that configures the node meets the same.
     """
@@ -151,7 +134,7 @@ def test_a_signal_ends_a_compilation(managed, tmp_path):
         process.communicate()
 
 
-def test_a_request_during_the_start_is_answered():
+def test_request_during_the_start_is_answered():
     """SIGTERM comes before the executor has taken it."""
     context = rclpy.Context()
     slow = QUICK | {'scale.time': 1e-3}  # a read takes a second, and none ends by itself
@@ -177,20 +160,6 @@ def test_a_request_during_the_start_is_answered():
         assert not ord(robot.response(sent[2]).passed)
 
 
-def test_request_that_arrives_after_the_close_is_answered(monkeypatch):
-    """A busy machine delivers a request so late that the node has closed its element before."""
-    monkeypatch.setattr(run, 'DELIVERY_S', 1.0)  # this machine may be busier
-    context = rclpy.Context()
-    with Robot() as robot:
-        sent = []
-        nodes, executor = start_nodes(build_node_arguments('/mlmem', QUICK), context)
-        robot.introduce(SimpleNamespace(node=nodes[0]), 'erase')
-        time.sleep(MAX_CLIENT_SILENCE_S)  # from now on the graph alone tells of clients
-        threading.Timer(0.3, lambda: sent.append(robot.send('erase'))).start()
-        assert end_nodes(nodes, executor) == 0
-        assert 'shut down' in robot.answer(sent[0])['error']
-
-
 HANGS = """
 import ctypes, sys
 from mlmem_ros.ros import main
@@ -203,7 +172,7 @@ sys.exit(main.main())
 """
 
 
-def test_a_middleware_that_hangs_at_the_end_is_cut_off():
+def test_middleware_that_hangs_at_the_end_is_cut_off():
     """With a traceback, and another status than one of a node that did not save: all is saved."""
     arguments = build_node_arguments('/mlmem', QUICK)
     process = program('-c', HANGS, *arguments, stderr=subprocess.PIPE, text=True)
@@ -222,7 +191,7 @@ def test_a_middleware_that_hangs_at_the_end_is_cut_off():
         process.communicate()
 
 
-def test_a_node_ends_with_the_tests_that_started_it():
+def test_node_ends_with_its_killed_parent():
     """Otherwise it would answer requests of the next run in its domain."""
     tests = (
         'import time, mlmem_ros.testing\n'

@@ -55,12 +55,6 @@ class Tool:
         return self.call(srv.ResetSimulation, 'reset_simulation', scope=scope).result
 
 
-def test_a_part_of_the_package_is_none(monkeypatch):
-    """A node starts without it."""
-    monkeypatch.delattr(action, 'SimulateSteps')
-    assert simulator.load_types() is None
-
-
 @pytest.fixture(scope='module')
 def given():
     return {'element': 'bits_1', 'actions': True, **STREAMED}
@@ -80,7 +74,7 @@ def ticks(tool):
     return tool.robot.pause(True)['tick']
 
 
-def test_all_that_a_node_serves_is_a_feature(tool):
+def test_features_list_what_the_node_serves(tool):
     features = tool.call(srv.GetSimulatorFeatures, 'get_simulator_features').features
     assert {*features.features} == {
         SimulatorFeatures.SIMULATION_RESET,
@@ -93,7 +87,7 @@ def test_all_that_a_node_serves_is_a_feature(tool):
     }
 
 
-def test_time_is_paused_and_played_and_stopped(tool):
+def test_simulation_state_pauses_plays_and_stops(tool):
     assert tool.state == PLAYING
     assert tool.set(PLAYING).result == ALREADY
     assert (tool.set(PAUSED).result, tool.state) == (OK, PAUSED)
@@ -104,7 +98,7 @@ def test_time_is_paused_and_played_and_stopped(tool):
     assert tool.set(SimulationState.STATE_QUITTING).result == Result.RESULT_FEATURE_UNSUPPORTED
 
 
-def test_a_reset_forgets_state_and_time(tool):
+def test_reset_forgets_state_and_time(tool):
     assert tool.robot.write(1).success
     tool.set(PAUSED)
     before = ticks(tool)
@@ -117,7 +111,7 @@ def test_a_reset_forgets_state_and_time(tool):
     assert 'together' in only_time.error_message
 
 
-def test_steps_are_answered_once_their_events_are_published(tool):
+def test_steps_are_answered_after_their_events(tool):
     """In lockstep the next node may act on them: a message is on its way before the answer."""
     robot = tool.robot
     robot.next('field')  # from now on it hears all of them
@@ -128,7 +122,7 @@ def test_steps_are_answered_once_their_events_are_published(tool):
     assert ticks(tool) == begun + 8
 
 
-def test_steps_of_a_playing_simulation_and_no_steps_are_refused(tool):
+def test_steps_while_playing_are_rejected(tool):
     assert (tool.step().result, tool.step().error_message) == (
         FAILED,
         'step works only while paused; pause first',
@@ -140,7 +134,7 @@ def test_steps_of_a_playing_simulation_and_no_steps_are_refused(tool):
     )
 
 
-def test_a_write_in_lockstep_is_the_same_after_each_reset(tool):
+def test_write_in_lockstep_is_the_same_after_a_reset(tool):
     """The element, its noise and its time begin as they did."""
     robot, outcomes = tool.robot, []
     tool.set(PAUSED)
@@ -196,7 +190,7 @@ def stepping(tool):
     stepping.client.destroy()
 
 
-def test_the_action_tells_of_every_step(stepping, tool):
+def test_step_action_reports_every_step(stepping, tool):
     while not stepping.said:  # until feedback finds its way
         stepping.result(stepping.send(1))
     begun = ticks(tool)
@@ -207,28 +201,8 @@ def test_the_action_tells_of_every_step(stepping, tool):
     assert ticks(tool) == begun + 8
 
 
-@pytest.mark.parametrize('pause', ['set_simulation_state', 'pause'])
-def test_pause_ends_the_steps_of_a_service(tool, pause):
-    tool.set(PAUSED)
-    begun = ticks(tool)
-    client = tool.robot.node.create_client(srv.StepSimulation, tool.robot.name('step_simulation'))
-    tool.robot.wait(client.service_is_ready, 'the service')
-    stepped = client.call_async(srv.StepSimulation.Request(steps=2**40))
-    tool.robot.next('field')
-    if pause == 'pause':
-        assert ticks(tool) > begun
-    else:
-        assert tool.set(PAUSED).result == OK
-    ended = tool.robot.wait(lambda: stepped.done() and stepped.result(), 'the end').result
-    assert ended.result == FAILED
-    assert 'time was paused or resumed' in ended.error_message
-    tool.robot.node.destroy_client(client)
-    still = ticks(tool)
-    assert (ticks(tool), tool.set(PAUSED).result) == (still, ALREADY)
-
-
 @pytest.mark.parametrize('ended', ['canceled', 'resumed'])
-def test_steps_end_early_when_they_are_canceled_or_time_is_resumed(stepping, tool, ended):
+def test_steps_end_early_when_canceled_or_resumed(stepping, tool, ended):
     handle = stepping.send(2**63)
     stepping.robot.wait(lambda: stepping.said, 'the first step')
     if ended == 'canceled':
@@ -242,14 +216,7 @@ def test_steps_end_early_when_they_are_canceled_or_time_is_resumed(stepping, too
     assert tool.state == (PAUSED if ended == 'canceled' else PLAYING)
 
 
-def test_steps_of_a_node_that_ends_are_answered(stepping, tool):
-    handle = stepping.send(2**63)
-    stepping.robot.wait(lambda: stepping.said, 'the first step')
-    assert tool.set(STOPPED).result == OK
-    assert stepping.result(handle) == (GoalStatus.STATUS_ABORTED, FAILED)
-
-
-def test_a_real_element_is_not_reset():
+def test_real_element_is_not_reset():
     """To stop a simulation is to forget; what is real forgets by an erase alone."""
     with starting('rig') as start, Robot(start(name='real').element) as robot:
         tool = Tool(robot)

@@ -63,7 +63,7 @@ def test_calibrate_of_a_twin_uses_its_planned_pulses(start, file, tmp_path):
         assert report.outcomes
 
 
-def test_a_twin_tells_which_cell_has_become_weaker(start, file):
+def test_twin_names_the_cell_that_became_weaker(start, file):
     start(node_of(file, **{'twin': str(file)}))
     with Robot() as robot:
         assert robot.write(1).success
@@ -107,7 +107,7 @@ def byte(tmp_path_factory):
     return path
 
 
-def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, byte, tmp_path):
+def test_register_with_a_twin_writes_and_replays(start, byte, tmp_path):
     bag = tmp_path / 'bag'
     others = {
         'write.method': 'kick',
@@ -129,12 +129,12 @@ def test_a_register_is_read_and_kicked_by_its_twin_and_so_is_its_replay(start, b
     assert [each.reading.level for each in report.outcomes] == [64, 64]
 
 
-def test_a_register_kicks_with_no_plan_for_other_settings(refused, byte):
+def test_register_with_a_plan_of_other_settings_is_rejected(refused, byte):
     given = {'element': 'byte', 'kick.late': 0.5, 'design.check': 'skip', 'twin': str(byte)}
     assert 'its pulses were planned with other settings' in refused(given)
 
 
-def test_a_twin_that_holds_not_every_word_is_refused(refused, tmp_path):
+def test_twin_that_cannot_hold_every_word_is_rejected(refused, tmp_path):
     file = tmp_path / 'element.yaml'
     made = scattered(BYTE, Scatter(alpha=0.1), 3)
     element_file.write_element_file(file, element_file.Element(made, np.zeros(BYTE.N)))
@@ -162,16 +162,11 @@ def compared(array):
         ({'files.root': '/usr'}, 'must lie below files.root'),
     ],
 )
-def test_a_file_that_does_not_fit_is_refused(refused, file, given, reason):
+def test_element_file_that_does_not_fit_is_rejected(refused, file, given, reason):
     assert reason in refused(node_of(file, **given))
 
 
-def test_a_twin_of_another_design_is_refused(refused, file):
-    line = refused({'element': 'bits_2', 'twin': str(file)})
-    assert 'must have the N, J, J_s and tail of the design' in line
-
-
-def test_a_stuck_cell_in_the_file_is_told_with_what_it_leaves(start, tmp_path):
+def test_stuck_cell_of_the_file_is_reported(start, tmp_path):
     """Level 3 of bits_2 lies behind the stuck cell 31: refused by name, and in the diagnostics."""
     design, settings = preset('bits_2')
     file = tmp_path / 'element.yaml'

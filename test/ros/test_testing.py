@@ -24,7 +24,7 @@ TICK = preset(QUICK['element']).settings.time.tick * QUICK['scale.time']
 
 
 @pytest.mark.parametrize('apart', [False, True])
-def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
+def test_memory_node_has_name_parameters_log_and_end(tmp_path, apart):
     file = tmp_path / 'given.yaml'
     file.write_text('/**:\n  ros__parameters:\n    write: {attempts: 5}\n')
     options = {'name': 'lent', 'namespace': '/arm', 'file': file, 'apart': apart}
@@ -56,7 +56,7 @@ def node():
         yield node
 
 
-def test_a_failed_start_raises_and_leaves_nothing_behind():
+def test_failed_start_raises_and_leaves_nothing_behind():
     reason = 'target_level must be from 0 to 7; got 9'
     with (
         pytest.raises(SettingsError, match=reason),
@@ -86,7 +86,7 @@ def test_isolate_beside_another_user_claims_a_domain(tmp_path):
     assert domains <= set(range(1, 101))
 
 
-def test_a_domain_is_in_use_while_a_participant_listens():
+def test_domain_is_in_use_while_a_participant_listens():
     """Here a socket at the port of the third participant of domain 101, which no run claims."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
         participant.bind(('127.0.0.1', 7410 + 250 * 101 + 4))

@@ -21,7 +21,6 @@ from mlmem_ros.host.settings import IMAGE_COLUMNS, PublishSettings
 from mlmem_ros.ros.views import (
     BLUE,
     COLOUR_TABLE,
-    EMPTY_GREY,
     MAX_IMAGE_ROWS,
     MAX_LABELS,
     MAX_SHOWN_CELLS,
@@ -76,7 +75,7 @@ def pixels(image):
 # The image
 
 
-def test_the_palette_is_red_white_and_blue():
+def test_palette_runs_from_red_over_white_to_blue():
     palette = Palette(CASE_II)
     far = 10.0 * (CASE_II.D_s2 - CASE_II.D_s1)
     middle = 0.5 * (CASE_II.D_s1 + CASE_II.D_s2)
@@ -93,7 +92,7 @@ def test_the_palette_is_red_white_and_blue():
     assert b2 > r2
 
 
-def test_the_last_column_of_the_image_is_the_configuration(written):
+def test_last_column_of_the_image_is_the_configuration(written):
     element, contour = written
     contour = Contour(element, PublishSettings(image_span=1))
     contour.take()
@@ -109,20 +108,7 @@ def test_the_last_column_of_the_image_is_the_configuration(written):
     assert (column[defects].sum(axis=1) < expected[defects].sum(axis=1)).all()
 
 
-def test_the_image_shows_how_the_wall_rose(written):
-    element, contour = written
-    image = contour.message(NOW)
-    assert (image.header.stamp, image.header.frame_id) == (NOW, 'mlmem')
-    shown = pixels(image)
-    assert shown.shape == (225, IMAGE_COLUMNS, 3)
-    past = IMAGE_COLUMNS - (element.ticks // 10 + 1)
-    assert (shown[:, : past - 1] == EMPTY_GREY).all()
-    blue = (shown[:, past:, 2] > shown[:, past:, 0]).sum(axis=0)
-    assert blue[0] == 0
-    assert blue[-1] == pytest.approx(50, abs=2)
-
-
-def test_columns_move_left_as_time_goes_on():
+def test_image_columns_move_left_with_time():
     design = CASE_II
     element = still(design, with_wall(design, 0))
     contour = Contour(element, PublishSettings(image_span=50))
@@ -138,7 +124,7 @@ def test_columns_move_left_as_time_goes_on():
         assert not (after[:, -1] == before[:, -1]).all()
 
 
-def test_the_image_of_a_long_chain_stays_small():
+def test_image_of_a_long_chain_stays_small():
     design = dataclasses.replace(CASE_II, N=5000, gamma=-1e-5)
     contour = Contour(still(design, with_wall(design, 2500)), PublishSettings(image_span=100_001))
     contour.take()
@@ -165,7 +151,7 @@ def by_namespace(message):
     return found
 
 
-def test_the_markers_of_a_written_element(written):
+def test_markers_show_cells_wall_and_levels(written):
     element, _ = written
     found = by_namespace(ChainMarkers(element, PublishSettings()).message(NOW))
     (cells,), (wall,), (wall_label,), (title,) = (
@@ -183,7 +169,7 @@ def test_the_markers_of_a_written_element(written):
     assert labels == {format(n, '03b'): pytest.approx(0.25 * (n + 1)) for n in range(8)}
 
 
-def test_a_strained_chain_is_longer_and_moves_its_wall():
+def test_markers_of_a_strained_chain_are_longer():
     design, strain = CASE_II, 0.04
     V = design.end_displacement(strain)
     element = still(design, with_wall(design, 100), V=V)
@@ -207,7 +193,7 @@ def test_markers_of_former_walls_are_deleted():
     assert len(by_namespace(markers.message(NOW))['wall label']) == MAX_SHOWN_WALLS
 
 
-def test_the_markers_of_a_long_chain_stay_few():
+def test_markers_of_a_long_chain_stay_few():
     design = dataclasses.replace(CASE_II, N=5000, gamma=-1e-5)
     element = still(design, with_wall(design, 2500))
     found = by_namespace(ChainMarkers(element, PublishSettings()).message(NOW))
@@ -227,7 +213,7 @@ def listen(robot, **kinds):
     return heard
 
 
-def test_the_node_publishes_views(robot):
+def test_node_publishes_views(robot):
     heard = listen(robot, image=Image, markers=MarkerArray)
     robot.wait(lambda: all(len(messages) > 2 for messages in heard.values()), 'both views')
     assert pixels(heard['image'][-1]).shape == (225, IMAGE_COLUMNS, 3)
@@ -240,7 +226,7 @@ def test_the_node_publishes_views(robot):
 
 
 @pytest.mark.parametrize('views', [False, True])
-def test_views_are_recorded_only_when_asked_for(start, tmp_path, views):
+def test_views_are_recorded_only_on_request(start, tmp_path, views):
     bag = tmp_path / 'session'
     parameters = {'record.path': str(bag), 'record.views': views}
     node = start(parameters, name='recorded')
@@ -267,14 +253,3 @@ def test_views_can_be_turned_off(start):
         walls = robot.received('wall')  # which are published as often
         robot.wait(lambda: len(walls) > 20, 'many walls')
         assert heard == {'image': [], 'markers': []}
-
-
-def test_the_level_is_a_slider(robot):
-    """rqt_reconfigure makes a slider of an integer range, and Qt's sliders have 32 bits."""
-    described = robot.describe(list(robot.parameters()))
-    (levels,) = described['target_level'].integer_range
-    assert (levels.from_value, levels.to_value, levels.step) == (-1, 7, 1)
-    assert not described['target_level'].read_only
-    for name, descriptor in described.items():
-        for limits in descriptor.integer_range:
-            assert -(2**31) <= limits.from_value <= limits.to_value < 2**31, name

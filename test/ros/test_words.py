@@ -14,7 +14,6 @@ from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import memory_node
 from mlmem_tools.cli.main import main
 from mlmem_tools.view import session_frame
-from mlmem_tools.view.requests import Activity, Requests
 
 WORD, OTHER = 0b100101, 0b1000
 GIVEN = QUICK | {'element': 'byte'}
@@ -114,19 +113,3 @@ def test_session_of_a_register_is_replayed_and_shown(node, memory, capsys):
     head = json.loads(frame[4 : 4 + int.from_bytes(frame[:4], 'little')])
     assert head['element']['code']['tops'][3] == 8
     assert head['levels'][-1][1] == OTHER
-
-
-def test_page_writes_a_word(memory):
-    requests = Requests(memory, Activity())
-    assert requests.send({'do': 'write', 'level': OTHER}).wait().word == OTHER
-    with pytest.raises(ValueError, match='level must be a whole number'):
-        requests.send({'do': 'write', 'level': '0x7'})
-
-
-def test_session_page_writes_a_word_as_word():
-    event = {'t': 0.0, 'kind': 'outcome', 'text': 'write succeeded'}
-    event['values'] = {'level': str(OTHER), 'word': str(OTHER)}
-    assert (
-        session_frame._shorten_event(event)['text']
-        == f'write succeeded, word {OTHER} ({OTHER:#x})'
-    )
