@@ -4,28 +4,10 @@
 
 from mlmem import End, Settings, preset
 from mlmem.physics import CASE_I, CASE_II
-from mlmem.settings import ScaleSettings
 from mlmem_ros.host import design_check
 from mlmem_ros.host.design_check import check_design
 from mlmem_tools import checks
 from mlmem_tools.checks import Finding, Report, Verdict
-
-
-def test_a_design_is_checked_only_once(monkeypatch, throttled, log):
-    found = Finding('carrier_left', {}, '', Verdict.WARN, 'close to the edge of its band', '')
-    checked = []
-
-    def check(design, settings):
-        checked.append(settings)
-        return Report((found,))
-
-    monkeypatch.setattr(checks, 'check', check)
-    monkeypatch.setattr(design_check, '_cache_path', lambda: None)
-    one, other = (Settings(scale=ScaleSettings(time=time)) for time in (0.123, 0.124))
-    for settings in (one, one, other, one):
-        check_design(CASE_II, settings, 'refuse', throttled)
-    assert checked == [one, other]
-    assert len(log.of('warning')) == 4  # its findings are logged each time
 
 
 def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
@@ -63,7 +45,7 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
     design_check.load_findings.cache_clear()
 
 
-def test_the_loudest_pulse_that_moves_nothing_is_known_from_the_start(throttled):
+def test_check_gives_the_loudest_safe_pulses(throttled):
     found = check_design(*preset('case_2'), 'refuse', throttled)
     assert [0.15 < found[end] < 0.25 for end in End] == [True, True]
     assert check_design(*preset('case_2'), 'skip', throttled) == {}

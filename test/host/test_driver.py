@@ -42,7 +42,7 @@ def given(where):
 
 
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
-def test_an_exception_of_a_driver_is_logged_with_its_traceback(serve, log, where):
+def test_exception_of_a_driver_is_logged(serve, log, where):
     if where == 'opening':
         with pytest.raises(DriverError, match=f'failed while {where}: LookupError'):
             serve(**given(where)).activate()
@@ -59,7 +59,7 @@ def test_an_exception_of_a_driver_is_logged_with_its_traceback(serve, log, where
     assert f'failed while {where}: ' in trace
 
 
-def test_an_exception_of_a_module_is_logged_with_its_traceback(serve, log, tmp_path, monkeypatch):
+def test_exception_of_a_driver_module_is_logged(serve, log, tmp_path, monkeypatch):
     (tmp_path / 'sour.py').write_text('1 / 0\n')
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(SettingsError, match='sour cannot be imported: ZeroDivisionError'):

@@ -12,7 +12,6 @@ import re
 import shutil
 import threading
 import time
-from types import SimpleNamespace
 
 import pytest
 
@@ -23,7 +22,6 @@ from mlmem_ros.host import Overdue, State, state_file
 from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import (
-    PublishSettings,
     RecordSettings,
     StateSettings,
 )
@@ -63,7 +61,7 @@ def until(host, over):
 # --- what is acknowledged is safe -------------------------------------------------------------
 
 
-def test_a_write_is_on_the_disk_before_it_is_answered(serve, file, kept):
+def test_write_is_on_the_disk_before_its_answer(serve, file, kept):
     host = serve(**kept).activate()
     outcome = host.submit(Write(0)).answer.result(SOON)
     assert outcome.success
@@ -72,26 +70,7 @@ def test_a_write_is_on_the_disk_before_it_is_answered(serve, file, kept):
     assert saved['statistics']['writes'] == 1
 
 
-def test_the_loops_thread_takes_the_state_however_slow_the_caller(serve, file, kept, monkeypatch):
-    """Before the caller goes on, the write has ended: its outcome is saved all the same."""
-    take, takers = snapshot.take_snapshot, []
-
-    def watched(element):
-        takers.append(threading.current_thread().name)
-        return take(element)
-
-    monkeypatch.setattr(snapshot, 'take_snapshot', watched)
-    host = serve(**kept).activate()
-    request = host.submit(Write(0))
-    until(host, request.answer.done)
-    told = []
-    request.answer.add_done_callback(lambda done: told.append(done.result().success))
-    assert told == [True]
-    assert takers == ['mlmem-loop']
-    assert state_file.load_snapshot(file)['reading']['level'] == 0
-
-
-def test_a_write_is_saved_before_the_next_command_takes_effect(serve, file, kept):
+def test_write_is_saved_before_the_next_command(serve, file, kept):
     """Though five have arrived meanwhile."""
     host = serve(**kept).activate()
     host.pause(True).result(SOON)
@@ -105,7 +84,7 @@ def test_a_write_is_saved_before_the_next_command_takes_effect(serve, file, kept
     assert state_file.load_snapshot(file)['ticks'] == outcome.end_tick + 1
 
 
-def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
+def test_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
     def full(path, taken):
         raise StateError('the state cannot be saved in element.json: No space left on device')
 
@@ -118,7 +97,7 @@ def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
     assert host.submit(Read()).answer.result(SOON).success  # a read saves nothing
 
 
-def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
+def test_write_with_a_hanging_disk_is_answered(serve, kept, monkeypatch, hung):
     host = serve(**kept).activate()
     monkeypatch.setattr(state_file, 'save_snapshot', lambda *_: hung.wait())
     answer = host.submit(Write(0)).answer
@@ -127,7 +106,7 @@ def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
     assert host.submit(Read()).answer.result(SOON).success
 
 
-def test_a_node_that_ends_with_a_hung_disk_says_what_is_lost(serve, kept, monkeypatch, hung, log):
+def test_close_with_a_hanging_disk_reports_the_loss(serve, kept, monkeypatch, hung, log):
     host = serve(**kept).activate()
     monkeypatch.setattr(state_file, 'save_snapshot', lambda *_: hung.wait())
     host.close()
@@ -135,7 +114,7 @@ def test_a_node_that_ends_with_a_hung_disk_says_what_is_lost(serve, kept, monkey
     assert any('the disk does not answer' in text for text in log.of('error'))
 
 
-def test_a_later_save_makes_good_what_one_could_not(serve, file, kept, monkeypatch):
+def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
     """The exit status tells of the content as it is."""
 
     def full(path, taken):
@@ -155,14 +134,14 @@ def test_a_later_save_makes_good_what_one_could_not(serve, file, kept, monkeypat
     assert state_file.load_snapshot(file)['reading']['level'] == 0
 
 
-def test_a_command_is_refused_with_a_state_file_too(serve, kept):
+def test_command_with_a_state_file_may_be_rejected(serve, kept):
     host = serve(**kept).activate()
     with pytest.raises(Refused, match='level must be'):
         host.submit(Write(8)).answer.result(SOON)
     assert host.refused == 1
 
 
-def test_a_second_element_on_the_same_file_is_refused_by_the_name_of_the_first(serve, kept):
+def test_second_element_on_a_state_file_is_rejected(serve, kept):
     first, second = serve(**kept), serve(**kept)
     host = first.activate()
     with pytest.raises(StateError, match=r'element\.json is in use by /mlmem \(process \d+\)'):
@@ -180,7 +159,7 @@ def poison(host):
     host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(SOON)
 
 
-def test_a_device_that_fails_is_released_and_its_state_file_is_kept(serve, kept, file, log):
+def test_failed_device_is_released_and_its_file_kept(serve, kept, file, log):
     service = serve(**kept)
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
@@ -229,17 +208,17 @@ def failed(serve, log):
     return service
 
 
-def test_a_loop_that_fails_keeps_the_content_of_a_healthy_device(failed):
+def test_failed_loop_keeps_the_content(failed):
     assert failed.activate().submit(Read()).answer.result(SOON).reading.level == 0
 
 
-def test_another_design_does_not_get_the_content_of_a_failed_one(failed, log):
+def test_content_of_a_failed_device_stays_with_its_design(failed, log):
     shorter = dataclasses.replace(failed.given.design, N=224)
     failed.host.configure(dataclasses.replace(failed.given, design=shorter))
     assert log.of('warning') == ['the failed device had another design: the element is blank']
 
 
-def test_a_listener_that_fails_stops_nothing(serve, log):
+def test_listener_that_fails_stops_nothing(serve, log):
     service = serve()
     service.events = type('Full', (list,), {'extend': lambda *_: 1 / 0})()
     host = service.activate()
@@ -256,7 +235,7 @@ def record(tmp_path):
     return RecordSettings(path=str(tmp_path / 'session'))
 
 
-def test_one_of_many_starts_and_stops_at_once_succeeds(serve, record):
+def test_one_of_many_record_requests_succeeds(serve, record):
     service = serve()
     host = service.activate()
     started = [host.record(service.plan(record)) for _ in range(20)]
@@ -270,17 +249,8 @@ def test_one_of_many_starts_and_stops_at_once_succeeds(serve, record):
     assert host.sessions.state is State.IDLE
 
 
-def test_the_path_of_a_bag_is_absolute(serve, tmp_path, monkeypatch):
-    """A client does not know the working folder of the node."""
-    monkeypatch.chdir(tmp_path)
-    service = serve()
-    host = service.activate()
-    begun = host.record(service.plan(RecordSettings(path='session'))).result(SOON)
-    assert begun == host.record(None).result(SOON) == tmp_path / 'session'
-
-
 @pytest.mark.parametrize('active', [False, True])
-def test_the_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
+def test_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
     """At activation and while it runs; existing files stay as they are."""
     (tmp_path / 'session').mkdir()
     service = serve(record=RecordSettings() if active else record)
@@ -294,7 +264,7 @@ def test_the_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active
     assert not any((tmp_path / 'session').iterdir())
 
 
-def test_an_existing_path_is_refused_unless_the_time_may_be_added(serve, record, tmp_path):
+def test_existing_path_without_added_time_is_rejected(serve, record, tmp_path):
     (tmp_path / 'session').mkdir()
     exactly = dataclasses.replace(record, add_time=False)
     service = serve()
@@ -305,7 +275,7 @@ def test_an_existing_path_is_refused_unless_the_time_may_be_added(serve, record,
     assert [path.name for path in tmp_path.iterdir()] == ['session']
 
 
-def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record, tmp_path):
+def test_recording_that_cannot_open_prevents_activation(serve, record, tmp_path):
     (tmp_path / 'session').mkdir()
     service = serve(record=dataclasses.replace(record, add_time=False))
     with pytest.raises(BagError, match='exists already'):
@@ -314,9 +284,7 @@ def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record,
     assert service.host.sessions.state is State.IDLE
 
 
-def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
-    serve, record, monkeypatch, hung
-):
+def test_recording_on_a_hanging_disk_blocks_nothing_else(serve, record, monkeypatch, hung):
     made = recording_module.opened
 
     def slow(*given):
@@ -337,17 +305,7 @@ def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
     assert host.sessions.current is None
 
 
-def test_a_session_without_ticks_has_a_state_that_agrees(serve, record):
-    service = serve()
-    host = service.activate()
-    host.pause(True).result(SOON)
-    host.record(service.plan(record)).result(SOON)
-    report = run_replay(load_session(host.record(None).result(SOON)))
-    assert (report.ticks, report.hashes, report.equal_hashes) == (0, 1, 1)
-    assert report.passed
-
-
-def test_stopping_a_failed_recording_reports_the_failure(serve, record):
+def test_stop_of_a_failed_recording_reports_the_failure(serve, record):
     service = serve()
     host = service.activate()
     path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
@@ -361,19 +319,10 @@ def test_stopping_a_failed_recording_reports_the_failure(serve, record):
     assert host.submit(Read()).answer.result(SOON).success
 
 
-# --- its loop ---------------------------------------------------------------------------------
-
-
-def test_without_streams_as_many_ticks_are_run_at_once_as_with_them():
-    """One by one they take three times the processor time."""
-    alone = PublishSettings(field_every=0, wall_every=0, joint_states_every=0)
-    assert alone.common_ticks == 10
-
-
 # --- its life ---------------------------------------------------------------------------------
 
 
-def test_a_request_to_a_host_that_is_not_active_is_refused(serve, record):
+def test_request_to_an_inactive_host_is_rejected(serve, record):
     service = serve()
     host = service.host
     for answer in (
@@ -406,7 +355,7 @@ def no_file(kind, path):
 
 @pytest.mark.parametrize('kind', ['pipe', 'device', 'huge', 'NUL', 'folder'])
 @pytest.mark.parametrize('parameter', ['twin', 'state', 'calibration'])
-def test_what_is_no_file_is_refused_at_once(serve, tmp_path, parameter, kind):
+def test_path_that_is_no_file_is_rejected_at_once(serve, tmp_path, parameter, kind):
     if parameter == 'twin':
         service = serve(twin=no_file(kind, tmp_path / 'element.yaml'))
     else:
@@ -421,14 +370,14 @@ def test_what_is_no_file_is_refused_at_once(serve, tmp_path, parameter, kind):
     assert service.host.element is None
 
 
-def test_impossible_faults_refuse_the_configuration(serve):
+def test_impossible_faults_prevent_the_configuration(serve):
     service = serve(faults=Faults(stuck_cell=10_000))
     with pytest.raises(ValueError, match='parameters faults'):
         service.activate()
     assert service.host.element is None
 
 
-def test_the_content_survives_release_and_configuration(serve, kept):
+def test_content_survives_release_and_configuration(serve, kept):
     service = serve(**kept)
     host = service.activate()
     assert host.submit(Write(0)).answer.result(SOON).success
@@ -439,34 +388,6 @@ def test_the_content_survives_release_and_configuration(serve, kept):
     assert not host.lost
 
 
-def test_the_content_is_saved_at_intervals(serve, file, monkeypatch):
-    host = serve(state=StateSettings(path=str(file), interval=1e-3)).activate()
-    until(host, file.exists)
-    assert state_file.load_snapshot(file)['ticks'] > 0
-
-
-def test_a_recording_that_failed_makes_room_and_is_not_forgotten(serve, tmp_path):
-    """The next session begins, and the node still ends as one that has lost data."""
-    service = serve()
-    host = service.activate()
-    sessions = host.sessions
-
-    def begin(name):
-        settings = RecordSettings(path=str(tmp_path / name))
-        return sessions.start(service.plan(settings), host.loop).result(20.0)
-
-    begin('first')
-    with pytest.raises(Refused, match='busy: recording'):
-        begin('other')
-    well, error = sessions._bag, BagError('No space left on device')
-    failed = dataclasses.replace(well.status, error=error)
-    sessions._bag = SimpleNamespace(status=failed, close=lambda: failed)
-    assert begin('second') == tmp_path / 'second'
-    well.close()
-    sessions.stop(host.loop).result(20.0)
-    assert not sessions.close(None)
-
-
 def test_initial_content_of_a_simulated_element_is_read(serve):
     service = serve(initial_content=5)
     service.activate()
@@ -474,7 +395,7 @@ def test_initial_content_of_a_simulated_element_is_read(serve):
     assert service.host.submit(Read()).answer.result(60.0).reading.level == 5
 
 
-def test_initial_content_out_of_range_is_refused(serve):
+def test_initial_content_out_of_range_is_rejected(serve):
     service = serve(initial_content=8)
     with pytest.raises(SettingsError, match='initial_content must be from 0 to 7; got 8'):
         service.host.configure(service.given)

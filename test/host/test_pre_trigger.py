@@ -37,11 +37,7 @@ def commands(session):
     return [command for _, command in session.stamped]
 
 
-def test_nothing_is_kept_by_default(serve):
-    assert serve().activate().recording is None
-
-
-def test_a_session_begins_with_the_last_seconds(serve, tmp_path):
+def test_session_begins_with_the_last_seconds(serve, tmp_path):
     service = serve(record=LONG)
     host = service.activate()
     assert host.submit(Write(5)).answer.result(SOON).success
@@ -57,9 +53,7 @@ def test_a_session_begins_with_the_last_seconds(serve, tmp_path):
     assert [outcome.reading.level for outcome in report.outcomes] == [5, 5]
 
 
-def test_a_session_begins_when_it_is_requested_not_when_there_is_a_bag(
-    serve, tmp_path, monkeypatch
-):
+def test_session_begins_with_the_request_not_the_bag(serve, tmp_path, monkeypatch):
     service, asked = serve(), []
     host, opened = service.activate(), recording.opened
 
@@ -77,7 +71,7 @@ def test_a_session_begins_when_it_is_requested_not_when_there_is_a_bag(
     assert run_replay(session).exact
 
 
-def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):
+def test_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):
     monkeypatch.chdir(tmp_path)
     service = serve(record=LONG)
     host = service.activate()
@@ -96,7 +90,7 @@ def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatc
     assert host.recording is None
 
 
-def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path):
+def test_old_seconds_are_dropped_and_a_write_kept_whole(serve, tmp_path):
     service = serve(record=SHORT)
     host = service.activate()
     for level in (1, 6):
@@ -115,19 +109,7 @@ def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path)
     assert run_replay(session).exact
 
 
-def test_it_starts_over_after_a_session(serve, tmp_path):
-    service = serve(record=LONG)
-    host = service.activate()
-    assert host.submit(Write(3)).answer.result(SOON).success
-    first = recorded(service, tmp_path / 'first')
-    assert host.submit(Read()).answer.result(SOON).success
-    second = recorded(service, tmp_path / 'second')
-    assert begun(second) >= max(each.tick for each in first.hashes)
-    assert commands(second) == [Read()]
-    assert run_replay(second).exact
-
-
-def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
+def test_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
     service = serve(record=LONG)
     host = service.activate()
     assert host.submit(Write(4)).answer.result(SOON).success
@@ -139,7 +121,7 @@ def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
     assert run_replay(session).exact
 
 
-def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
+def test_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     """A write fills more than the limit: what is kept begins after it."""
     monkeypatch.setattr(recording, 'MAX_BUFFER_BYTES', 20_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
@@ -167,15 +149,8 @@ def fill(buffer, ticks, every=1):
         buffer.put('topic', b'%d' % tick, tick)
 
 
-def test_a_buffer_reaches_as_far_back_as_it_should_and_begins_with_a_state():
-    (header, *kept), number = filled(8.0, 100).content()
-    assert number == 100
-    assert [stamp for *_, stamp in kept] == list(range(header[2], 100))
-    assert 8 <= 100 - header[2] <= 8 + 8 / recording.SEGMENT_COUNT
-
-
 @pytest.mark.parametrize('opened', [25, 200])
-def test_what_comes_while_a_bag_is_opened_follows_without_a_gap(opened):
+def test_messages_while_a_bag_opens_have_no_gap(opened):
     """Also where time runs so fast that all which was kept grows too old meanwhile."""
     buffer = filled(8.0, 20)
     kept, number = buffer.content()
@@ -188,7 +163,7 @@ def test_what_comes_while_a_bag_is_opened_follows_without_a_gap(opened):
 
 
 @pytest.mark.parametrize('how', ['dropped', 'cleared'])
-def test_a_gap_is_refused(how, monkeypatch):
+def test_gap_in_the_buffer_is_rejected(how, monkeypatch):
     buffer = filled(8.0, 20)
     _, number = buffer.content()
     if how == 'dropped':

@@ -39,7 +39,7 @@ def alive(name='test'):
     return [thread for thread in threading.enumerate() if thread.name == name]
 
 
-def test_work_is_done_in_order_and_its_thread_ends_with_it(worker):
+def test_worker_does_jobs_in_order(worker):
     done = []
     answers = [worker.do('work', lambda n=n: done.append(n) or n) for n in range(50)]
     assert [answer.result(SOON) for answer in answers] == list(range(50)) == done
@@ -50,7 +50,7 @@ def test_work_is_done_in_order_and_its_thread_ends_with_it(worker):
     assert worker.do('more', lambda: 'again').result(SOON) == 'again'
 
 
-def test_refusals_go_to_the_caller_and_defects_also_to_the_log(worker, throttled, log):
+def test_defects_of_a_job_are_logged_and_errors_returned(worker, throttled, log):
     def fail(error):
         raise error
 
@@ -64,7 +64,7 @@ def test_refusals_go_to_the_caller_and_defects_also_to_the_log(worker, throttled
     assert 'work failed; this is a fault in the software' in log.of('error')[0]
 
 
-def test_waiting_for_a_disk_that_hangs_ends_with_an_error(worker, disk, later):
+def test_job_on_a_hanging_disk_times_out(worker, disk, later):
     hung = worker.do('writing', disk.wait)
     behind = worker.do('closing', lambda: pytest.fail('nobody waits for it any more'))
     worker.on_timer()
@@ -79,13 +79,7 @@ def test_waiting_for_a_disk_that_hangs_ends_with_an_error(worker, disk, later):
     assert worker.do('more', lambda: 'again').result(SOON) == 'again'
 
 
-def test_a_wait_is_limited_and_cancels_what_it_waited_for(worker, disk):
-    hung = worker.do('writing', disk.wait)
-    assert not worker.wait(0.01)
-    assert isinstance(hung.exception(0.0), Overdue)
-
-
-def test_a_step_that_comes_too_late_is_not_taken(worker, disk, later):
+def test_step_after_the_timeout_is_not_taken(worker, disk, later):
     taken = []
 
     def work():
@@ -103,18 +97,7 @@ def test_a_step_that_comes_too_late_is_not_taken(worker, disk, later):
     assert not taken
 
 
-def test_a_refused_step_is_answered_once(worker, disk, later, throttled):
-    """It was answered before; its refusal is no defect either."""
-    late = worker.do('work', lambda: disk.wait() and worker.unless_given_up(int))
-    later()
-    worker.on_timer()
-    disk.set()
-    assert worker.wait(SOON)
-    assert not isinstance(late.exception(0.0), Refused)
-    assert throttled.caught == 0
-
-
-def test_a_thread_that_does_not_start_is_not_waited_for_ever(worker, monkeypatch):
+def test_thread_that_does_not_start_rejects_its_job(worker, monkeypatch):
     """Its job is refused with the reason, and the next one is done."""
 
     class NoThread:
