@@ -13,7 +13,7 @@ from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag import jazzy, mcap_part
-from mlmem_ros.bag.contents import Definition, Message, format_qos, renew_qos
+from mlmem_ros.bag.contents import Definition, format_qos
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
@@ -65,13 +65,7 @@ def test_some_topics_can_be_read_alone(record, messages):
     assert list(reader.messages(wanted)) == [m for m in messages if m.topic == wanted[0]]
 
 
-def test_messages_are_decoded(record):
-    reader = BagReader(record())
-    levels = [reader.deserialize(m).data for m in reader.messages(['/mlmem/level'])]
-    assert levels == [*range(-2, 8)]
-
-
-def test_order_is_that_of_log_time_across_chunks_and_files(tmp_path):
+def test_order_is_by_log_time_across_chunks_and_files(tmp_path):
     # Written out of order, in chunks of one message, into files of a few.
     times = np.random.default_rng(3).permutation(100)
     with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
@@ -84,7 +78,7 @@ def test_order_is_that_of_log_time_across_chunks_and_files(tmp_path):
     assert [(m.log_time, m.cdr[4]) for m in reader] == [(i, i) for i in range(100)]
 
 
-def test_a_chunk_is_read_when_its_time_has_come(record, monkeypatch):
+def test_chunk_is_read_when_its_time_has_come(record, monkeypatch):
     """A bag of many gigabytes is read with a few chunks in memory."""
     reader = BagReader(record(sync_each=True))
     read, breakup = [], mcap_part.breakup_chunk
@@ -130,13 +124,13 @@ def test_equal_times_keep_the_order_of_writing(tmp_path):
     assert [m.cdr[4] for m in BagReader(tmp_path / 'bag')] == [*range(50)]
 
 
-def test_a_single_file_is_a_bag(record, messages):
+def test_single_file_is_a_bag(record, messages):
     reader = BagReader(record(custom_data={'seed': '42'}) / 'bag_0.mcap')
     assert list(reader) == messages
     assert reader.custom_data == {'seed': '42'}  # from the record inside the file
 
 
-def test_a_bag_without_metadata_is_read_in_the_order_of_its_files(record, messages):
+def test_bag_without_metadata_is_read_in_file_order(record, messages):
     # 'ros2 bag record' writes metadata.yaml last; killed, it leaves none.
     path = record(max_duration=0.2)
     (path / 'metadata.yaml').unlink()
@@ -153,16 +147,7 @@ def test_damaged_metadata_is_reported_and_not_needed(record, messages):
     assert reader.metadata.message_count == 30  # from the record inside the file
 
 
-def test_metadata_cut_anywhere_never_hides_the_messages(record, messages):
-    path = record()
-    metadata = path / 'metadata.yaml'
-    content = metadata.read_bytes()
-    for size in range(0, len(content), 17):
-        metadata.write_bytes(content[:size])
-        assert list(BagReader(path)) == messages
-
-
-def test_a_missing_file_is_reported(record, messages):
+def test_missing_file_is_reported(record, messages):
     path = record(max_duration=1.0)
     (path / 'bag_1.mcap').unlink()
     reader = BagReader(path)
@@ -172,7 +157,7 @@ def test_a_missing_file_is_reported(record, messages):
     assert 'No such file' in loss.reason
 
 
-def test_a_foreign_file_among_others_is_reported(record, messages):
+def test_foreign_file_among_others_is_reported(record, messages):
     path = record(max_duration=1.0)
     (path / 'bag_1.mcap').write_bytes(b'something else')
     reader = BagReader(path)
@@ -195,14 +180,7 @@ def test_compressed_bags_are_read(record_by_rosbags, mode):
     assert values(reader) == [i / 4 for i in range(10)]
 
 
-def test_an_sqlite_bag_without_metadata_is_read(record_by_rosbags):
-    path = record_by_rosbags(StoragePlugin.SQLITE3)
-    (path / 'metadata.yaml').unlink()
-    assert values(BagReader(path)) == [i / 4 for i in range(10)]
-    assert values(BagReader(path / 'other.db3')) == [i / 4 for i in range(10)]
-
-
-def test_a_truncated_sqlite_bag_is_refused_or_its_losses_are_reported(record_by_rosbags):
+def test_truncated_sqlite_bag_has_losses(record_by_rosbags):
     path = record_by_rosbags(StoragePlugin.SQLITE3)
     content = (path / 'other.db3').read_bytes()
     for size in range(0, len(content), 4000):
@@ -211,19 +189,8 @@ def test_a_truncated_sqlite_bag_is_refused_or_its_losses_are_reported(record_by_
             assert BagReader(path).losses
 
 
-def test_a_foreign_file_among_sqlite_files_is_reported(record_by_rosbags):
-    path = record_by_rosbags(StoragePlugin.SQLITE3)
-    (path / 'metadata.yaml').unlink()
-    (path / 'other_1.db3').write_bytes(b'something else')
-    reader = BagReader(path)
-    assert values(reader) == [i / 4 for i in range(10)]
-    (loss,) = reader.losses
-    assert (loss.file.name, loss.offset, loss.size) == ('other_1.db3', 0, len(b'something else'))
-    assert 'Cannot read' in loss.reason
-
-
 @pytest.mark.parametrize('name', [FLOAT, 'demo_msgs/msg/Graded'])
-def test_a_type_that_is_not_jazzys_is_not_decoded(tmp_path, name):
+def test_type_that_is_not_of_jazzy_is_not_decoded(tmp_path, name):
     """A Float64 with other fields is refused, not read as ours, which would be nonsense."""
     mine = Definition(name, 'uint8 quality\nfloat64 data\n', 'ros2msg', 'RIHS01_' + 64 * '0')
     with BagWriter(tmp_path / 'bag') as writer:
@@ -235,7 +202,7 @@ def test_a_type_that_is_not_jazzys_is_not_decoded(tmp_path, name):
         reader.deserialize(next(iter(reader)))
 
 
-def test_messages_of_a_big_endian_machine_are_read(tmp_path):
+def test_big_endian_messages_are_read(tmp_path):
     """The second byte of CDR tells the order of all others; 0.25 is 0x3fd0 0000 0000 0000."""
     little, big = bytes([0, 1, 0, 0]), bytes([0, 0, 0, 0])
     with BagWriter(tmp_path / 'bag') as writer:
@@ -245,13 +212,7 @@ def test_messages_of_a_big_endian_machine_are_read(tmp_path):
     assert values(BagReader(tmp_path / 'bag')) == [0.25, 0.25]
 
 
-def test_bytes_that_are_not_a_message_are_refused(record):
-    reader = BagReader(record())
-    with pytest.raises(BagError, match='The 5 bytes must be CDR of a std_msgs/msg/Float64'):
-        reader.deserialize(Message('/mlmem/range', FLOAT, 0, 0, b'\0\1\0\0\7'))
-
-
-def test_a_path_without_a_bag_is_refused(tmp_path):
+def test_path_without_a_bag_is_rejected(tmp_path):
     with pytest.raises(BagError, match='does not exist'):
         BagReader(tmp_path / 'none')
     with pytest.raises(BagError, match=r'has no metadata\.yaml, \.mcap or \.db3 file'):
@@ -261,7 +222,7 @@ def test_a_path_without_a_bag_is_refused(tmp_path):
         BagReader(tmp_path / 'text')
 
 
-def test_the_qos_of_an_sqlite_bag_is_understood(tmp_path):
+def test_qos_of_an_sqlite_bag_is_understood(tmp_path):
     """rosbags parses it."""
     profile = parse_qos(format_qos('best_effort'))
     store = get_typestore(Stores.ROS2_JAZZY)
@@ -276,21 +237,7 @@ def test_the_qos_of_an_sqlite_bag_is_understood(tmp_path):
     assert [message.topic for message in reader.messages(['/y'])] == ['/y']
 
 
-def test_a_channel_with_qos_that_cannot_be_parsed_is_read(tmp_path):
-    path = tmp_path / 'other.mcap'
-    with path.open('wb') as stream:
-        writer = mcap.writer.Writer(stream)
-        writer.start()
-        schema = writer.register_schema(FLOAT, 'ros2msg', b'float64 data')
-        channel = writer.register_channel('/x', 'cdr', schema, {'offered_qos_profiles': '- {'})
-        writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
-        writer.finish()
-    reader = BagReader(path)
-    assert renew_qos(reader.topics['/x'].offered_qos) == ''
-    assert values(reader) == [0.0]
-
-
-def test_a_file_without_messages_spans_no_time(tmp_path):
+def test_file_without_messages_spans_no_time(tmp_path):
     path = tmp_path / 'empty.mcap'
     with path.open('wb') as stream:
         writer = mcap.writer.Writer(stream)

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-from rosbags.highlevel import AnyReader
 
 from mlmem_ros.bag.contents import LOST_KEY, read_metadata
 from mlmem_ros.bag.errors import BagError
@@ -25,7 +24,7 @@ def damaged(record):
     return path
 
 
-def test_what_can_be_read_is_saved(damaged, messages, tmp_path):
+def test_repair_saves_what_can_be_read(damaged, messages, tmp_path):
     report = repair_bag(damaged, tmp_path / 'whole')
     assert report.messages == 15  # a chunk holds one
     assert report.losses == BagReader(damaged).losses
@@ -39,39 +38,18 @@ def test_what_can_be_read_is_saved(damaged, messages, tmp_path):
     assert whole.topics == BagReader(damaged).topics
 
 
-def test_the_repaired_bag_is_opened_by_others(damaged, tmp_path):
-    report = repair_bag(damaged, tmp_path / 'whole')
-    with AnyReader([tmp_path / 'whole']) as reader:
-        assert len(list(reader.messages())) == report.messages
-
-
-def test_the_original_is_not_touched(damaged, tmp_path):
-    before = (damaged / 'bag_0.mcap').read_bytes()
-    repair_bag(damaged, tmp_path / 'whole')
-    assert [file.name for file in damaged.iterdir()] == ['bag_0.mcap']
-    assert (damaged / 'bag_0.mcap').read_bytes() == before
-
-
-def test_split_files_become_one(record, messages, tmp_path):
+def test_repair_makes_one_of_split_files(record, messages, tmp_path):
     repair_bag(record(max_duration=1.0), tmp_path / 'whole')
     assert len(list((tmp_path / 'whole').glob('*.mcap'))) == 1
     assert list(BagReader(tmp_path / 'whole')) == messages
 
 
-def test_nothing_is_overwritten(damaged, record, tmp_path):
-    with pytest.raises(BagError, match='exists already'):
-        repair_bag(damaged, record('other'))
-
-
-def test_a_bag_without_a_readable_message_is_not_repaired(damaged, tmp_path):
+def test_bag_without_a_message_is_not_repaired(damaged, tmp_path):
     file = damaged / 'bag_0.mcap'
     file.write_bytes(file.read_bytes()[:100])
     with pytest.raises(BagError, match='must hold at least one readable message'):
         repair_bag(damaged, tmp_path / 'whole')
     assert not (tmp_path / 'whole').exists()
-
-
-# --- the sudden death of a recorder ----------------------------------------------------------
 
 
 # Records without end, syncs after every tenth message and then says how many are safe.
@@ -89,7 +67,7 @@ for i in itertools.count(1):
 """
 
 
-def test_after_kill_9_every_synced_message_is_readable(tmp_path):
+def test_kill_of_a_recorder_keeps_synced_messages(tmp_path):
     path = tmp_path / 'bag'
     with subprocess.Popen(
         [sys.executable, '-c', RECORDER, path], stdout=subprocess.PIPE, text=True

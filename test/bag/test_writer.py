@@ -6,9 +6,7 @@ import os
 import resource
 import shutil
 from contextlib import suppress
-from itertools import pairwise
 
-import mcap.writer
 import pytest
 import yaml
 from mcap.reader import NonSeekingReader, SeekingReader
@@ -46,10 +44,6 @@ def names(path):
     return sorted(file.name for file in path.iterdir())
 
 
-def test_files_are_named_as_by_rosbag2(record):
-    assert names(record('session')) == ['metadata.yaml', 'session_0.mcap']
-
-
 def test_metadata_describes_the_bag(record, messages):
     path = record(custom_data={'seed': '42'})
     metadata = read_metadata(path)
@@ -64,7 +58,7 @@ def test_metadata_describes_the_bag(record, messages):
     assert [each['durability'] for each in latched] == ['transient_local']
 
 
-def test_metadata_is_there_from_the_start_and_renewed_by_sync(writer):
+def test_metadata_exists_at_once_and_follows_each_sync(writer):
     assert read_metadata(writer.path).message_count == 0
     writer.write('/level', level(1), 5)
     assert read_metadata(writer.path).message_count == 0
@@ -74,13 +68,6 @@ def test_metadata_is_there_from_the_start_and_renewed_by_sync(writer):
     assert metadata.message_count == 1
     assert described(writer.path)['starting_time'] == {'nanoseconds_since_epoch': 5}
     assert metadata.custom_data == {'note': 'added later'}
-
-
-def test_an_empty_bag_is_a_bag(tmp_path):
-    BagWriter(tmp_path / 'bag').close()
-    assert read_metadata(tmp_path / 'bag').message_count == 0
-    assert list(BagReader(tmp_path / 'bag')) == []
-    assert BagReader(tmp_path / 'bag').losses == ()
 
 
 def test_synced_messages_are_on_the_disk(writer):
@@ -100,7 +87,7 @@ def test_publish_time_is_the_log_time_by_default(writer):
     assert [(m.log_time, m.publish_time) for m in BagReader(writer.path)] == [(7, 7), (8, 3)]
 
 
-def test_a_new_file_begins_when_one_spans_the_duration(record, messages):
+def test_file_that_spans_the_duration_is_followed_by_another(record, messages):
     # 30 messages, 0.1 s apart; a file may span 1 s, hence 11 messages.
     path = record(max_duration=1.0)
     assert names(path) == ['bag_0.mcap', 'bag_1.mcap', 'bag_2.mcap', 'metadata.yaml']
@@ -113,7 +100,7 @@ def test_a_new_file_begins_when_one_spans_the_duration(record, messages):
     assert list(BagReader(path)) == messages
 
 
-def test_a_new_file_begins_when_one_has_the_size(tmp_path):
+def test_file_of_the_size_is_followed_by_another(tmp_path):
     with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
         writer.add_topic('/level', 'std_msgs/msg/Int16')
         for i in range(300):
@@ -127,7 +114,7 @@ def test_a_new_file_begins_when_one_has_the_size(tmp_path):
     assert [m.cdr for m in BagReader(tmp_path / 'bag')] == [level(i) for i in range(300)]
 
 
-def test_a_latched_message_is_repeated_in_every_file(record, messages):
+def test_latched_message_is_repeated_in_every_file(record, messages):
     path = record(latch=True, max_duration=1.0)
     for file in sorted(path.glob('*.mcap'))[1:]:
         first, *_ = BagReader(file)
@@ -136,20 +123,7 @@ def test_a_latched_message_is_repeated_in_every_file(record, messages):
         assert (first.cdr, first.publish_time) == (before[-1].cdr, before[-1].publish_time)
 
 
-def test_repetitions_are_counted(record, messages):
-    path = record(latch=True, max_duration=1.0)
-    metadata = read_metadata(path)
-    assert metadata.message_count == 30 + len(metadata.files) - 1
-    assert metadata.message_counts['/mlmem/level'] == 10 + len(metadata.files) - 1
-    assert len(list(BagReader(path))) == metadata.message_count
-
-
-def test_split_files_overlap_only_at_the_border(record):
-    parts = [BagReader(file) for file in sorted(record(max_duration=0.5).glob('*.mcap'))]
-    assert all(a.span[1] <= b.span[0] for a, b in pairwise(parts))
-
-
-def test_an_existing_path_is_never_touched(record, tmp_path):
+def test_existing_path_is_never_touched(record, tmp_path):
     path = record()
     before = {file: file.read_bytes() for file in path.iterdir()}
     with pytest.raises(BagError, match='exists already; a bag is never overwritten'):
@@ -160,13 +134,6 @@ def test_an_existing_path_is_never_touched(record, tmp_path):
         BagWriter(tmp_path / 'file')
 
 
-def test_an_old_library_is_refused_before_anything_is_created(tmp_path, monkeypatch):
-    monkeypatch.delattr(mcap.writer.Writer, 'flush')
-    with pytest.raises(BagError, match=r'needs mcap 1\.6 or later: .* pip install'):
-        BagWriter(tmp_path / 'bag')
-    assert not (tmp_path / 'bag').exists()
-
-
 @pytest.mark.parametrize(
     ('wrong', 'why'),
     [
@@ -174,13 +141,13 @@ def test_an_old_library_is_refused_before_anything_is_created(tmp_path, monkeypa
         ({'custom_data': {'lost': '\udcff'}}, 'surrogates not allowed'),
     ],
 )
-def test_a_bag_with_wrong_settings_is_not_created(tmp_path, wrong, why):
+def test_bag_with_wrong_settings_is_not_created(tmp_path, wrong, why):
     with pytest.raises(BagError, match=why):
         BagWriter(tmp_path / 'bag', **wrong)
     assert not (tmp_path / 'bag').exists()
 
 
-def test_wrong_arguments_are_refused_and_do_no_harm(writer):
+def test_wrong_arguments_are_rejected(writer):
     with pytest.raises(BagError, match='/level must be added only once'):
         writer.add_topic('/level', 'std_msgs/msg/Int16')
     with pytest.raises(BagError, match="one of ROS 2 Jazzy; got 'no_msgs/msg/No'"):
@@ -197,7 +164,7 @@ def test_wrong_arguments_are_refused_and_do_no_harm(writer):
     assert [m.cdr for m in BagReader(writer.path)] == [level(2)]
 
 
-def test_a_closed_bag_takes_no_more(writer):
+def test_closed_bag_takes_no_more(writer):
     writer.close()
     writer.close()  # once more does nothing
     for use in (lambda: writer.write('/level', level(1), 0), writer.sync):
@@ -205,7 +172,7 @@ def test_a_closed_bag_takes_no_more(writer):
             use()
 
 
-def test_a_removed_directory_is_noticed_by_the_next_sync(writer):
+def test_removed_directory_is_noticed_by_the_next_sync(writer):
     writer.write('/level', level(1), 0)
     writer.sync()
     shutil.rmtree(writer.path)
@@ -218,7 +185,7 @@ def test_a_removed_directory_is_noticed_by_the_next_sync(writer):
     writer.close()  # quiet: the error has been told
 
 
-def test_a_full_disk_leaves_what_was_synced(writer):
+def test_full_disk_leaves_what_was_synced(writer):
     # A limit on the size of files stands in for the disk: writing fails half way through.
     writer.add_topic('/noise', 'std_msgs/msg/ByteMultiArray')
     writer.write('/level', level(1), 0)
@@ -237,7 +204,7 @@ def test_a_full_disk_leaves_what_was_synced(writer):
     assert read_metadata(writer.path).message_count == 1  # agrees with the last sync
 
 
-def test_a_path_that_cannot_be_created_is_refused(tmp_path):
+def test_path_that_cannot_be_created_is_rejected(tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(BagError, match=r'Cannot create .*: Not a directory'):
         BagWriter(tmp_path / 'file' / 'bag')
@@ -245,15 +212,8 @@ def test_a_path_that_cannot_be_created_is_refused(tmp_path):
         BagWriter(tmp_path / 'a\0b')
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason='root may write anywhere')
-def test_a_missing_permission_is_reported(tmp_path):
-    tmp_path.chmod(0o500)
-    with pytest.raises(BagError, match='Permission denied'):
-        BagWriter(tmp_path / 'bag')
-
-
 @pytest.mark.parametrize('calls', range(1, 8))
-def test_a_bag_that_cannot_be_created_leaves_no_file_open(tmp_path, monkeypatch, calls):
+def test_bag_that_cannot_be_created_leaves_no_open_file(tmp_path, monkeypatch, calls):
     before = os.listdir('/proc/self/fd')
     sync = os.fsync
     left = [calls]
@@ -276,7 +236,7 @@ def records(path, **options):
 
 
 @pytest.mark.parametrize('reader_class', [SeekingReader, NonSeekingReader])
-def test_the_reference_reader_reads_every_message(record, messages, reader_class):
+def test_mcap_reads_every_message(record, messages, reader_class):
     path = record() / 'bag_0.mcap'
     with path.open('rb') as stream:
         found = [
@@ -286,11 +246,7 @@ def test_the_reference_reader_reads_every_message(record, messages, reader_class
     assert found == messages
 
 
-def test_the_profile_is_ros2(record):
-    assert records(record() / 'bag_0.mcap')[0].profile == 'ros2'
-
-
-def test_the_index_leads_to_each_topic(record, messages):
+def test_mcap_index_leads_to_each_topic(record, messages):
     with (record() / 'bag_0.mcap').open('rb') as stream:
         found = [m.data for _, _, m in SeekingReader(stream).iter_messages(['/mlmem/range'])]
     assert found == [m.cdr for m in messages if m.topic == '/mlmem/range']
@@ -308,12 +264,7 @@ def test_statistics_count_what_was_written(record, messages):
     assert statistics.message_end_time == messages[-1].log_time
 
 
-def test_chunks_have_a_crc(record):
-    found = records(record(sync_each=True) / 'bag_0.mcap', emit_chunks=True)
-    assert all(chunk.uncompressed_crc for chunk in found if type(chunk) is Chunk)
-
-
-def test_a_long_recording_is_cut_into_small_chunks(tmp_path):
+def test_long_recording_is_cut_into_small_chunks(tmp_path):
     file = McapFile(tmp_path / 'long.mcap')
     channel = file.add_channel(
         '/noise', jazzy.find_definition('std_msgs/msg/ByteMultiArray'), 'cdr', {}
@@ -336,14 +287,8 @@ def test_channels_carry_qos_and_hash(record):
     assert channels[1].metadata['topic_type_hash'].startswith('RIHS01_1dcc3464')
 
 
-def test_a_file_without_a_message_is_whole(tmp_path):
+def test_file_without_a_message_is_whole(tmp_path):
     McapFile(tmp_path / 'empty.mcap').close()
     with (tmp_path / 'empty.mcap').open('rb') as stream:
         assert list(SeekingReader(stream, validate_crcs=True).iter_messages()) == []
     assert type(records(tmp_path / 'empty.mcap')[-1]) is Footer
-
-
-def test_an_existing_file_is_refused(tmp_path):
-    (tmp_path / 'a.mcap').write_bytes(b'precious')
-    with pytest.raises(BagError, match='File exists'):
-        McapFile(tmp_path / 'a.mcap')
