@@ -30,7 +30,7 @@ DATA = Path(__file__).parent.parent / 'data'
         ('aborted_write', [3, 3], ['write: aborted', 'abort', 'write', 'read']),
     ],
 )
-def test_a_golden_session_replays(replay_session, bag, levels, done):
+def test_golden_session_replays(replay_session, bag, levels, done):
     session = replay_session(DATA / bag)
     session.assert_levels(levels)
     assert session.report.hashes >= 2
@@ -39,7 +39,7 @@ def test_a_golden_session_replays(replay_session, bag, levels, done):
     assert [each.removesuffix(': ') for each in outcomes] == done
 
 
-def test_a_replay_says_where_and_by_how_much_it_differs():
+def test_replay_says_where_and_by_how_much_it_differs():
     """Move the first command by one tick: the bits differ from the next hash on."""
     session = load_session(DATA / 'life')
     tick, command = session.stamped[0]

@@ -46,7 +46,7 @@ def changed(values, *path, to):
     return json.dumps(made)
 
 
-def test_what_was_written_is_read(element, header):
+def test_records_that_were_written_are_read(element, header):
     read = read_header(json.dumps(header))
     assert (read.design, read.settings, read.hash_every) == (CASE_II, Settings(), 500)
     assert read_command(text(records.build_command(7, SetStrain(0.1)))) == (7, SetStrain(0.1))
@@ -74,7 +74,7 @@ def test_what_was_written_is_read(element, header):
         (('initial',), None, 'initial must be an object; got None'),
     ],
 )
-def test_a_header_is_refused_by_the_name_of_the_field(header, path, value, words):
+def test_invalid_header_is_rejected_by_field(header, path, value, words):
     told = changed(header, *path, to=value)
     if words is None:
         assert read_header(told)
@@ -85,7 +85,7 @@ def test_a_header_is_refused_by_the_name_of_the_field(header, path, value, words
     assert len(str(caught.value)) < 300
 
 
-def test_a_tick_that_takes_a_minute_is_refused(header):
+def test_tick_that_takes_a_minute_is_rejected(header):
     """An elastic substrate of 10^9 k_r and a tick of 10^4 time units do not go together."""
     values = json.loads(json.dumps(header))
     values['settings']['time']['tick'] = 1e4
@@ -116,7 +116,7 @@ def test_a_tick_that_takes_a_minute_is_refused(header):
         ('{"tick": 1, "kind": "FollowTrajectory", "times": 5, "strains": []}', 'times must be'),
     ],
 )
-def test_a_command_is_refused_by_the_name_of_the_field(told, words):
+def test_invalid_command_is_rejected_by_field(told, words):
     with pytest.raises(BagError) as caught, name_errors('/mlmem/session/command at 12.300 s'):
         read_command(told)
     assert str(caught.value).startswith('/mlmem/session/command at 12.300 s: ')
@@ -135,7 +135,7 @@ def test_a_command_is_refused_by_the_name_of_the_field(told, words):
         ('tick', -1, 'tick must be a whole number'),
     ],
 )
-def test_a_hash_is_refused_by_the_name_of_the_field(element, key, value, words):
+def test_invalid_hash_is_rejected_by_field(element, key, value, words):
     told = changed(json.loads(text(records.build_state_hash(element))), key, to=value)
     with pytest.raises(BagError) as caught:
         read_state_hash(told)
@@ -168,14 +168,14 @@ def session_of(header, stamped=(), hashes=()):
         (('base', 'silence'), 'soon'),
     ],
 )
-def test_an_invalid_state_is_refused(header, path, value):
+def test_invalid_state_is_rejected(header, path, value):
     made = session_of(changed(header, 'initial', *path, to=value))
     with pytest.raises(BagError, match='the initial state in the session header: ') as caught:
         build_element(made)
     assert len(str(caught.value)) < 500
 
 
-def test_a_state_that_does_not_agree_is_refused(header):
+def test_state_that_does_not_agree_is_rejected(header):
     values = json.loads(json.dumps(header))
     state = np.zeros(values['initial']['state']['shape'])
     state[0, 5] = 1e300
@@ -184,7 +184,7 @@ def test_a_state_that_does_not_agree_is_refused(header):
         build_element(session_of(json.dumps(values)))
 
 
-def test_an_implausible_tick_is_refused(header):
+def test_implausible_tick_is_rejected(header):
     """There is a hash every 500 ticks; 10^15 ticks would take millennia."""
     for tick in (10**15, 10**6):
         with pytest.raises(BagError, match=f'none between tick 0 and tick {tick}'):
@@ -192,39 +192,32 @@ def test_an_implausible_tick_is_refused(header):
     assert run_replay(session_of(json.dumps(header), [(5, SetStrain(0.0))])).ticks == 6
 
 
-def test_a_hash_of_another_element_is_refused(header, element):
+def test_hash_of_another_element_is_rejected(header, element):
     recorded = read_state_hash(text(records.build_state_hash(element)))
     other = type(recorded)(1, recorded.hash, recorded.v[:10])
     with pytest.raises(BagError, match='the state hash of tick 1 must have N = '):
         run_replay(session_of(json.dumps(header), hashes=[other]))
 
 
-def test_a_record_from_before_the_session_is_refused(header):
+def test_record_from_before_the_session_is_rejected(header):
     late = session_of(json.dumps(header), [(5, SetStrain(0.0))])
     with pytest.raises(BagError, match='must start at tick 100 or later; got 5'):
         find_last_tick(late, first=100, silence=500)
 
 
-def test_commands_that_span_too_long_a_time_are_refused(element):
+def test_commands_that_span_too_long_are_rejected(element):
     session = SessionData('/mlmem', None, commands=[(1e9, SetStrain(0.0))])
     with pytest.raises(BagError, match=r'must span at most 2e\+06 s; the last .* is at 1e\+09 s'):
         replay_commands(element, session)
 
 
-def test_a_bag_without_a_header_has_no_design():
+def test_bag_without_a_header_has_no_design():
     with pytest.raises(BagError, match='another recorder wrote it, so give design and'):
         SessionData('/mlmem', None).design  # noqa: B018
 
 
-@pytest.mark.parametrize('value', [True, 10**400, 'much'])
-def test_a_strain_that_is_not_a_finite_number_is_refused(value):
-    told = {'tick': 1, 'kind': 'SetStrain', 'strain': value}
-    with pytest.raises(BagError, match='strain must be a finite number; got'):
-        read_command(json.dumps(told))
-
-
 @pytest.mark.parametrize('values', [{}, {'level': 'x', 'delay': '1'}, {'level': '2', 'delay': ''}])
-def test_an_outcome_without_a_level_is_not_a_read(values):
+def test_outcome_without_a_level_is_not_a_read(values):
     session = SessionData('/mlmem', None)
     session.echoes = [RecordedEcho(0.5, *np.zeros((3, 2)), None)]
     session.outcomes = [(1.0, {'procedure': 'read', 'end': 'left', **values})]
@@ -242,7 +235,7 @@ SAMPLES = np.array([[1e-5, -2e-5, np.nan], [3e-7, 0.0, np.nan]])
 TAKEN = Shot(End.RIGHT, 0.7, 1e-3, 40.0, 62.0, -0.009, 0.5, np.array([0.1, -0.2]), SAMPLES)
 
 
-def test_a_shot_comes_back_with_its_gaps():
+def test_shot_comes_back_with_its_gaps():
     found = _parse_shot(encode_shot(TAKEN), SHOT_HEAD_SIZE)
     for name in ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt'):
         assert getattr(found, name) == getattr(TAKEN, name)
@@ -260,7 +253,7 @@ def test_a_shot_comes_back_with_its_gaps():
         (SHOT_HEAD_SIZE, np.inf, 'must be finite'),
     ],
 )
-def test_an_impossible_shot_is_refused(place, value, named):
+def test_impossible_shot_is_rejected(place, value, named):
     data = encode_shot(TAKEN)
     data[place] = value
     with pytest.raises(ValueError, match=named):
@@ -270,6 +263,6 @@ def test_an_impossible_shot_is_refused(place, value, named):
 @pytest.mark.parametrize(
     ('kept', 'offset'), [(None, 0), (-1, SHOT_HEAD_SIZE), (SHOT_HEAD_SIZE, SHOT_HEAD_SIZE)]
 )
-def test_a_shot_without_two_whole_rows_is_refused(kept, offset):
+def test_shot_without_two_whole_rows_is_rejected(kept, offset):
     with pytest.raises(ValueError, match='2 rows of samples'):
         _parse_shot(encode_shot(TAKEN)[:kept], offset)

@@ -2,12 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Replay of other recorders' bags, of damaged ones and of bags without a session."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -46,7 +44,7 @@ WRITE_LEVEL_1_THEN_PROBE = [
 ]
 
 
-def test_commands_of_another_recorder_are_applied_at_their_stamps(tmp_path):
+def test_commands_of_other_recorders_apply_at_their_stamps(tmp_path):
     session = load_session(foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
     report = replay_commands(new_element(CASE_II), session)
     assert report.refused == []
@@ -55,16 +53,7 @@ def test_commands_of_another_recorder_are_applied_at_their_stamps(tmp_path):
     assert probed == round(1.5 / 2e-3)  # ticks of 20 time units, 2 ms
 
 
-def test_a_preset_replays_what_its_own_settings_wrote(tmp_path, capsys):
-    """Two levels, read from the right: Case II's settings cannot calibrate them."""
-    bag = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE[:1])
-    main(['replay', str(bag), '--element', 'bits_1'])
-    told = capsys.readouterr().out
-    assert 'here write 1' in told
-    assert 'refused' not in told
-
-
-def test_a_clock_that_went_back_changes_nothing_but_in_a_copy_sorted_by_time(tmp_path):
+def test_session_with_a_clock_set_back_is_exact(tmp_path):
     """As NTP steps a clock, half an hour back in the middle of a session."""
     whole = Tampered.read(DATA / 'life')
     middle = len(whole.messages) // 2
@@ -84,7 +73,7 @@ def test_a_clock_that_went_back_changes_nothing_but_in_a_copy_sorted_by_time(tmp
         run_replay(load_session(tmp_path / 'sorted'))
 
 
-def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
+def test_command_while_busy_is_rejected_in_a_replay(tmp_path):
     early = [WRITE_LEVEL_1_THEN_PROBE[0], (0.1, *WRITE_LEVEL_1_THEN_PROBE[1][1:])]
     report = replay_commands(
         new_element(CASE_II), load_session(foreign_bag(tmp_path / 'bag', early))
@@ -92,15 +81,6 @@ def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
     assert len(report.refused) == 1
     assert 'busy: write is running' in report.refused[0]
     assert report.levels[-1] == 1
-
-
-def test_strain_by_hand_is_replayed(tmp_path):
-    drive = [(0.0, 'strain', 'std_msgs/msg/Float64', {'data': 0.02})]
-    element = new_element(CASE_II)
-    replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
-    for _ in range(20):  # 0.02 at 1e-4 per time unit: 200 time units, ten ticks
-        element.advance()
-    assert element.actuator.strain == pytest.approx(0.02, abs=1e-15)
 
 
 def imu(acceleration, covariance=0.0):
@@ -118,7 +98,7 @@ def imu(acceleration, covariance=0.0):
     }
 
 
-def test_the_imu_of_a_robots_bag_shakes_the_base(tmp_path):
+def test_imu_of_a_robots_bag_shakes_the_base(tmp_path):
     """An IMU at 100 Hz: at 1 cm and (0.1 ms)^2 a hundred m/s^2 are 1e-4 of the unit."""
     kind = 'sensor_msgs/msg/Imu'
     told = [(0.01 * n, 'disturbance', kind, imu(100.0 * (-1) ** n)) for n in range(10)]
@@ -134,7 +114,7 @@ def test_the_imu_of_a_robots_bag_shakes_the_base(tmp_path):
     assert element.base.state.acceleration == pytest.approx(-1e-4)
 
 
-def test_a_trajectory_by_hand_is_replayed(tmp_path):
+def test_trajectory_by_hand_is_replayed(tmp_path):
     point, duration = (
         JAZZY.types[name]
         for name in ('trajectory_msgs/msg/JointTrajectoryPoint', 'builtin_interfaces/msg/Duration')
@@ -168,7 +148,7 @@ def test_a_trajectory_by_hand_is_replayed(tmp_path):
     assert element.actuator.strain == pytest.approx(-0.01, abs=1e-15)
 
 
-def test_the_exit_status_is_the_verdict(tmp_path, capsys):
+def test_replay_exit_status_is_the_verdict(tmp_path, capsys):
     foreign = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE)
     assert main(['replay', str(foreign)]) == 1  # with nothing to compare
     assert main(['replay', str(DATA / 'life')]) == 0
@@ -177,13 +157,13 @@ def test_the_exit_status_is_the_verdict(tmp_path, capsys):
     assert 'nothing' in capsys.readouterr().err
 
 
-def test_a_bag_without_our_topics_is_refused_with_what_it_holds(tmp_path):
+def test_bag_without_our_topics_is_rejected(tmp_path):
     chatter = [(0.0, 'chatter', 'std_msgs/msg/String', {'data': 'hello'})]
     with pytest.raises(BagError, match=r'/talker/chatter'):
         load_session(foreign_bag(tmp_path / 'bag', chatter, node='/talker'))
 
 
-def test_a_bag_of_several_nodes_needs_a_name(tmp_path):
+def test_bag_of_several_nodes_needs_a_name(tmp_path):
     kind = 'std_msgs/msg/UInt8'
     with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for node in ('/a', '/b'):
@@ -195,30 +175,7 @@ def test_a_bag_of_several_nodes_needs_a_name(tmp_path):
     assert len(load_session(tmp_path / 'bag', '/b').commands) == 1
 
 
-def test_a_truncated_session_is_repaired_and_replayed(tmp_path, capsys):
-    broken, mended = tmp_path / 'broken', tmp_path / 'mended'
-    shutil.copytree(DATA / 'life', broken)
-    (file,) = broken.glob('*.mcap')
-    data = file.read_bytes()
-    file.write_bytes(data[: len(data) * 3 // 5])
-    before = file.read_bytes()
-    assert main(['inspect', str(broken)]) == 1
-    told = ' '.join(capsys.readouterr().out.split())
-    assert 'lost' in told
-    assert 'rosbags and other readers that need a summary refuse this bag' in told
-    with pytest.raises(AnyReaderError), AnyReader([broken]):
-        pass
-    assert main(['inspect', str(broken), '--repair', str(mended)]) == 0
-    with AnyReader([mended]) as reader:
-        assert reader.message_count
-    assert file.read_bytes() == before
-    assert main(['inspect', str(mended)]) == 0
-    report = run_replay(load_session(mended))
-    assert report.passed
-    assert 0 < report.hashes < len(load_session(DATA / 'life').hashes)
-
-
-def test_repair_refuses_an_existing_destination(tmp_path, capsys):
+def test_repair_rejects_an_existing_destination(tmp_path, capsys):
     (tmp_path / 'there').mkdir()
     assert main(['inspect', str(DATA / 'life'), '--repair', str(tmp_path / 'there')]) == 2
     assert 'exists' in capsys.readouterr().err
@@ -256,7 +213,7 @@ def trajectory(*points, joint='substrate'):
         ([(0.1, [0.01], [0.0]), (0.2, [0.0], [])], 'one velocity; got 0 in point 2'),
     ],
 )
-def test_each_point_of_a_trajectory_has_one_position(tmp_path, points, word):
+def test_trajectory_point_without_one_position_is_rejected(tmp_path, points, word):
     """Two positions in one point and none in the next are refused."""
     kind = 'trajectory_msgs/msg/JointTrajectory'
     bag = foreign_bag(
@@ -270,14 +227,6 @@ def test_each_point_of_a_trajectory_has_one_position(tmp_path, points, word):
     (refusal,) = report.refused
     assert word in refusal
     assert report.commands == 1
-
-
-def test_a_huge_joint_name_is_shortened(tmp_path):
-    values = trajectory((0.1, [0.01], []), joint='x' * 5_000_000)
-    kind = 'trajectory_msgs/msg/JointTrajectory'
-    bag = foreign_bag(tmp_path / 'bag', [(0.0, 'strain_trajectory', kind, values)])
-    (refusal,) = replay_commands(new_element(CASE_II), load_session(bag)).refused
-    assert len(refusal) < 200
 
 
 def test_texts_from_a_bag_are_not_markup(tmp_path, capsys):
