@@ -134,14 +134,6 @@ def test_parser_damaged_frame_takes_linear_time(payload):
     assert parser.skipped == len(damaged) + len(filler)
 
 
-def test_parser_frame_in_pieces_takes_linear_time():
-    frame = encode_frame(Kind.SAMPLES, 0, bytes(1 << 20))
-    parser, begun = Parser(), time.process_time()
-    found = [each for at in range(0, len(frame), 32) for each in parser.feed(frame[at : at + 32])]
-    assert time.process_time() - begun < 2.0  # 33 000 pieces; copying them all takes 4 s
-    assert len(found) == 1
-
-
 @pytest.mark.parametrize(
     ('changes', 'words'),
     [
@@ -149,7 +141,7 @@ def test_parser_frame_in_pieces_takes_linear_time():
         ({'nodes': [k / 200_000 for k in range(1, 200_001)]}, 'nodes must be at most 16 numbers'),
     ],
 )
-def test_hello_that_claims_much_memory_is_refused(changes, words):
+def test_hello_that_claims_much_memory_is_rejected(changes, words):
     values = json.loads(emulated()._hello.payload()) | changes
     with pytest.raises(DriverError, match=words):
         Hello.of(json.dumps(values).encode())

@@ -16,7 +16,7 @@ import pytest
 from mlmem import Driver, DriverError, Loop, MemoryElement, Read, Refused, Settings, Write
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II
-from mlmem_ros.rig.frames import HEADER_LAYOUT, SAMPLES_LAYOUT, Hello, Kind, encode_frame
+from mlmem_ros.rig.frames import HEADER_LAYOUT, SAMPLES_LAYOUT, Kind, encode_frame
 
 from .lines import Line, calibration, driven, emulated
 
@@ -110,7 +110,7 @@ def live(element):
 
 @pytest.mark.parametrize('how', BROKEN, ids=BROKEN.get)
 @pytest.mark.parametrize('after', [3, 40], ids=['at rest', 'under a read'])
-def test_a_broken_rig_is_reported(how, after):
+def test_broken_rig_is_reported(how, after):
     """The running read fails, and the content is then unknown."""
     line, seen = Line(emulated()), []
     element = driven(line)
@@ -133,7 +133,7 @@ def test_a_broken_rig_is_reported(how, after):
             element.advance()
 
 
-def test_a_broken_rig_ends_every_wait():
+def test_broken_rig_ends_every_wait():
     line, failed = Line(emulated()), []
     element = driven(line)
     loop = Loop(element, lambda *_: None, speed=0.0, failed=lambda: failed.append(True))
@@ -175,7 +175,7 @@ def test_a_broken_rig_ends_every_wait():
         ({'buffer': 250}, 'lead in device.address must be at most'),
     ],
 )
-def test_an_invalid_hello_is_refused(said, why):
+def test_invalid_hello_is_rejected(said, why):
     rig = emulated()
 
     def says(frame):
@@ -188,19 +188,6 @@ def test_an_invalid_hello_is_refused(said, why):
     with pytest.raises((DriverError, ValueError), match=why):
         driven(line)
     assert line.closed
-
-
-@pytest.mark.parametrize('key', ['name', 'dt', 'samples', 'seconds', 'length', 'buffer'])
-def test_a_hello_that_lacks_a_key_is_refused(key):
-    """So is one without a protocol; the other keys have defaults."""
-    said = dataclasses.asdict(emulated()._hello)
-    del said[key]
-    with pytest.raises(DriverError, match=f'the hello of the rig: it lacks {key}: '):
-        Hello.of(json.dumps(said).encode())
-    for optional in ('force', 'zero', 'nodes', 'numbers', 'can'):
-        del said[optional]
-    said[key] = getattr(emulated()._hello, key)
-    assert Hello.of(json.dumps(said).encode()).zero == (0.0, 0.0)
 
 
 def wrong_kind(frame):
@@ -232,7 +219,7 @@ MALFORMED = {
 
 @pytest.mark.parametrize('how', MALFORMED, ids=MALFORMED.get)
 @pytest.mark.parametrize('after', [0, 3], ids=['the hello', 'samples'])
-def test_a_malformed_frame_is_explained(how, after):
+def test_malformed_frame_is_explained(how, after):
     """Whoever writes a rig sees what is wrong with its frames."""
     line, seen = Line(emulated()), []
 
@@ -245,7 +232,7 @@ def test_a_malformed_frame_is_explained(how, after):
         live(driven(line))
 
 
-def test_a_rig_refuses_set_points_out_of_order():
+def test_set_points_out_of_order_are_rejected():
     line = Line(emulated())
     element = driven(line)
     element.driver._sent += 40
@@ -284,7 +271,7 @@ def unplugged(ends):
         (unplugged, 'the driver failed: no such device'),
     ],
 )
-def test_the_samples_of_any_driver_are_checked(breaks, why):
+def test_samples_of_any_driver_are_checked(breaks, why):
     element = MemoryElement(CASE_II, Settings(), calibration(), Broken(breaks))
     element.apply(Read())
     with pytest.raises(DriverError, match=why):

@@ -62,7 +62,7 @@ def test_latency_shifts_no_echo():
         element.driver.close()
 
 
-def test_a_rig_that_restarts_keeps_its_element():
+def test_rig_that_restarts_keeps_its_element():
     """The broken line is reported; a new connection finds the content."""
     with serving(Line(), at_once=True) as (_, server):
         address = f'tcp://127.0.0.1:{server.port}?lead=0.001&patience=10'
@@ -109,14 +109,14 @@ def port():
     os.close(theirs)
 
 
-def test_an_element_at_a_serial_port(port):
+def test_element_at_a_serial_port_is_erased(port):
     element = element_at(f'serial://{port}?baud=3000000&lead=0.02&patience=5', Settings())
     assert element.perform(Erase()).reading.level == -1
     assert element.driver.health()['rig'] == 'emulated'
     element.driver.close()
 
 
-def test_an_unknown_baud_rate_is_refused(port):
+def test_unknown_baud_rate_is_rejected(port):
     with pytest.raises(ValueError, match='that the system supports; got 12345'):
         element_at(f'serial://{port}?baud=12345', Settings())
 

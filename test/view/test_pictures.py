@@ -38,7 +38,7 @@ def taken(**messages):
     return asyncio.run(run())
 
 
-def test_configuration_and_strain():
+def test_picture_holds_configuration_and_strain():
     (head, column), (history, columns) = taken(FIELD_TOPIC=ACTIVE, JOINT_STATES_TOPIC=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
     assert (column == ACTIVE_PHASE_COUNT).all()
@@ -46,7 +46,7 @@ def test_configuration_and_strain():
     assert columns.tolist() == column.tolist()
 
 
-def test_a_real_element_shows_its_strain_alone():
+def test_picture_of_a_real_element_has_no_cells():
     (head, column), (history, columns) = taken(JOINT_STATES_TOPIC=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
     assert history['strain'] == [[head['t']], [head['strain']]]
@@ -54,7 +54,7 @@ def test_a_real_element_shows_its_strain_alone():
     assert len(column) == len(columns) == 0
 
 
-def test_a_still_element_is_shown_now_and_then_and_a_change_at_once():
+def test_idle_element_is_shown_rarely_a_change_at_once():
     """What held still meanwhile is told by its end, or a line would lead to the change."""
     strained = SimpleNamespace(name=['substrate'], position=[0.03 * ABOUT.length])
 

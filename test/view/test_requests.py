@@ -3,13 +3,11 @@
 """A page's messages become requests of the client, or are refused before they are sent."""
 
 import asyncio
-import dataclasses
 import math
 from types import SimpleNamespace
 
 import pytest
 
-from mlmem import Faults
 from mlmem.settings import ActuatorSettings, ScaleSettings
 from mlmem_ros.contract.answers import SelfTested
 from mlmem_tools.view.requests import Activity, Requests
@@ -57,7 +55,7 @@ def requests(client):
         ),
     ],
 )
-def test_a_request(requests, client, asked, sent):
+def test_message_of_a_page_becomes_a_request(requests, client, asked, sent):
     requests.send(asked)
     assert client.sent == [sent]
 
@@ -88,13 +86,13 @@ def test_a_request(requests, client, asked, sent):
         {'do': 'fault', 'name': 'stuck_cell', 'value': -(10**400)},
     ],
 )
-def test_an_invalid_request_is_not_sent(requests, client, asked):
+def test_invalid_request_of_a_page_is_not_sent(requests, client, asked):
     with pytest.raises(ValueError, match=r'must be|no request|be given'):
         requests.send(asked)
     assert not client.sent
 
 
-def test_whatever_goes_wrong_a_page_is_answered(requests, client, caplog):
+def test_request_that_fails_is_answered(requests, client, caplog):
     client.procedure = lambda *_: 1 / 0
     answer = asyncio.run(requests.ask({'do': 'erase'}))
     assert (answer['ok'], answer['kind']) == (False, 'failed')
@@ -102,7 +100,7 @@ def test_whatever_goes_wrong_a_page_is_answered(requests, client, caplog):
     assert 'Traceback' in caplog.text
 
 
-def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, client):
+def test_drag_becomes_a_smooth_move_within_the_limits(requests, client):
     """Through its whole range within the rate; the peak of a cubic is 1.5 times its mean."""
     requests.send({'do': 'strain', 'strain': -0.03})
     ((name, (times, strains, rates), _),) = client.sent
@@ -113,16 +111,7 @@ def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, clie
     assert fastest < ACTUATOR.hand_rate_limit / SCALE.time
 
 
-@pytest.mark.parametrize('field', dataclasses.fields(Faults), ids=lambda field: field.name)
-def test_every_fault_of_the_table_can_be_set(requests, client, field):
-    """At the end of its range; seeds are larger than any other number."""
-    row = field.metadata['description']
-    value = True if field.type == 'bool' else (row.high, *row.choices)[-1]
-    requests.send({'do': 'fault', 'name': field.name, 'value': value})
-    assert client.sent == [('set_parameters', ({f'faults.{field.name}': value},), {})]
-
-
-def test_a_self_test_tells_every_check(requests, client):
+def test_self_test_answer_lists_every_check(requests, client):
     """Also if some of them fail: then the answer says which."""
     checks, told = {'erase': 'blank', 'levels': '7 is 6'}, []
     for failed in ((), ('levels',)):
@@ -146,7 +135,7 @@ def test_healing_resets_every_fault(requests, client):
     assert 'faults.seed' not in values
 
 
-def test_a_procedure_is_known_from_a_request_or_from_the_diagnostics():
+def test_activity_follows_requests_and_diagnostics():
     activity = Activity()
     assert activity.now() == {}
     assert activity.asked({'do': 'write', 'level': 3})
@@ -157,15 +146,3 @@ def test_a_procedure_is_known_from_a_request_or_from_the_diagnostics():
     assert activity.now() == {}
     activity.take_report('')
     assert not activity.asked({'do': 'strain'})
-
-
-def test_the_progress_of_any_action_is_shown():
-    activity = Activity()
-    activity.progress(
-        'erase', SimpleNamespace(phase='quieting', share=0.25, strain=0.0, attempts=1)
-    )
-    doing = activity.now()['doing']
-    assert (doing['name'], doing['phase'], doing['share']) == ('erase', 'quieting', 0.25)
-    activity.ended('erase')
-    activity.asked({'do': 'read'})
-    assert 'share' not in activity.now()['doing']

@@ -9,7 +9,6 @@ import zipfile
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 aiohttp = pytest.importorskip('aiohttp')
@@ -21,7 +20,6 @@ from mlmem_tools.view.frames import pack_frame  # noqa: E402
 from mlmem_tools.view.live import MAX_QUEUED_NEWS, Page, Pages  # noqa: E402
 from mlmem_tools.view.server import Guard, Server  # noqa: E402
 
-SOON = 30.0
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
 
 
@@ -95,7 +93,7 @@ def test_no_other_site_drives_the_element(origin):
 
 
 @pytest.mark.parametrize('host', ['example.com', 'mlmem.example.com:8742', '192.0.2.1'])
-def test_a_foreign_name_that_resolves_to_the_loopback_is_refused(host):
+def test_foreign_host_name_is_rejected(host):
     """DNS rebinding: for the browser, the page and the server are one site."""
 
     async def run():
@@ -108,21 +106,7 @@ def test_a_foreign_name_that_resolves_to_the_loopback_is_refused(host):
     asyncio.run(run())
 
 
-@pytest.mark.parametrize('host', ['127.0.0.1:99999999', '127.0.0.1:x'])
-def test_a_host_that_is_no_address_is_the_fault_of_whoever_sends_it(host, caplog):
-    async def run():
-        for token in ('', 'secret'):
-            async with (
-                serving(Element(), token) as (client, address),
-                client.get(address, headers={'Host': host}) as response,
-            ):
-                assert response.status == 400, await response.text()
-
-    asyncio.run(run())
-    assert not caplog.records
-
-
-def test_no_other_site_frames_the_page_or_reads_what_it_is_sent():
+def test_no_other_site_frames_the_page():
     async def run():
         async with serving(Element()) as (client, address):
             for path in ('/', '/about', '/static/js/main.js'):
@@ -136,7 +120,7 @@ def test_no_other_site_frames_the_page_or_reads_what_it_is_sent():
     asyncio.run(run())
 
 
-def test_a_public_page_requires_the_token():
+def test_public_page_requires_the_token():
     """First in the address, then in a cookie that no script can read."""
 
     async def run():
@@ -159,7 +143,7 @@ def test_a_public_page_requires_the_token():
 
 
 @pytest.mark.parametrize('said', ['x' * 5000, 'no JSON', '[1]', '[' * 4000, b'\0\1'])
-def test_a_page_that_sends_nonsense_is_disconnected(said):
+def test_page_that_sends_nonsense_is_disconnected(said):
     async def run():
         element = Element()
         async with serving(element) as (client, address):
@@ -173,7 +157,7 @@ def test_a_page_that_sends_nonsense_is_disconnected(said):
     asyncio.run(run())
 
 
-def test_a_page_that_sends_too_many_requests_is_refused_the_rest():
+def test_page_with_too_many_requests_is_limited():
     """So many requests are under way, and so many taken a second."""
 
     async def run():
@@ -199,7 +183,7 @@ def test_a_page_that_sends_too_many_requests_is_refused_the_rest():
     asyncio.run(run())
 
 
-def test_a_slow_page_misses_pictures_but_no_news():
+def test_slow_page_misses_pictures_but_no_news():
     """Its queue is bounded; it holds the newest picture and the newest news."""
 
     async def run():
@@ -218,31 +202,7 @@ def test_a_slow_page_misses_pictures_but_no_news():
     asyncio.run(run())
 
 
-def test_a_page_that_reads_nothing_delays_no_other(monkeypatch):
-    """It is disconnected once it has read nothing for a while."""
-    monkeypatch.setattr(served, 'SEND_TIMEOUT_S', 0.5)
-
-    async def run():
-        element = Element()
-        picture = pack_frame({'k': 'picture'}, np.zeros(1_000_000, dtype=np.int16))
-        async with serving(element) as (client, address):
-            own = {'Origin': address}
-            stuck = await client.ws_connect(f'{address}/live', headers=own, autoclose=False)
-            async with client.ws_connect(f'{address}/live', headers=own, max_msg_size=0) as other:
-                for _ in range(20):
-                    element.pages.show(picture)
-                    await asyncio.wait_for(other.receive_bytes(), SOON)
-                deadline = asyncio.get_running_loop().time() + SOON
-                while len(element.pages) > 1:
-                    assert asyncio.get_running_loop().time() < deadline
-                    element.pages.show(picture)
-                    await asyncio.wait_for(other.receive_bytes(), SOON)
-                assert not stuck.closed  # it has not read that either
-
-    asyncio.run(run())
-
-
-def test_a_session_is_fetched_whole_and_no_other_file():
+def test_session_is_fetched_whole_and_no_other_file():
     async def run():
         async with serving(None, sessions=[str(LIFE)]) as (client, address):
             async with client.get(f'{address}/sessions/0/bag.zip') as response:
@@ -256,26 +216,3 @@ def test_a_session_is_fetched_whole_and_no_other_file():
                 assert response.status == 404
 
     asyncio.run(run())
-
-
-MALFORMED = (b'GET / HTTP/9.9\r\n\r\n', b'GET / HTTP/1.1\r\nHost\r\n\r\n', b'\x16\x03\x01' * 99)
-
-
-@pytest.mark.parametrize('sent', MALFORMED)
-def test_malformed_http_is_answered_and_not_logged(sent, caplog):
-    """Anybody may send it, as fast as they like."""
-
-    async def run():
-        runner = served.create_runner(Server(Guard(''), Element()))
-        await runner.setup()
-        try:
-            await web.TCPSite(runner, '127.0.0.1', 0).start()
-            reader, writer = await asyncio.open_connection('127.0.0.1', runner.addresses[0][1])
-            writer.write(sent)
-            assert (await asyncio.wait_for(reader.readline(), SOON)).startswith(b'HTTP/1.')
-            writer.close()
-        finally:
-            await runner.cleanup()
-
-    asyncio.run(run())
-    assert not caplog.records

@@ -46,7 +46,7 @@ def address_in(text):
     return lines[0].removeprefix('mlmem view: ') if lines else ''
 
 
-def test_a_node_serves_its_page_as_long_as_it_runs(start_shared):
+def test_node_serves_its_page_as_long_as_it_runs(start_shared):
     """Also if the node is killed."""
     node = start_shared(options=['--view'], name='seen', apart=True)
     address = until(lambda: address_in(node.output), 'the address of the page')
@@ -55,7 +55,7 @@ def test_a_node_serves_its_page_as_long_as_it_runs(start_shared):
     until(lambda: gone(address), 'the end of the page')
 
 
-def test_sessions_that_cannot_be_shown_are_refused_in_one_line(tmp_path, capsys):
+def test_session_that_cannot_be_shown_is_rejected(tmp_path, capsys):
     assert main(['view', str(tmp_path / 'nowhere')]) == 1
     assert main(['view', 'a', 'b', 'c']) == 2
     assert main(['view', '--start', 'a']) == 2
@@ -85,7 +85,7 @@ def served(arguments, meanwhile):
         thread.join()
 
 
-def test_the_page_ends_with_the_node_that_it_started(tmp_path, capsys):
+def test_page_ends_with_the_node_that_it_started(tmp_path, capsys):
     """Without a word it would wait for a node that cannot start."""
     file = tmp_path / 'element.yaml'
     text = 'format: 1\nbased_on: case_2\nprobe: {omega_c: 2.4}'  # which fails the design check
@@ -97,7 +97,7 @@ def test_the_page_ends_with_the_node_that_it_started(tmp_path, capsys):
 
 
 @pytest.mark.parametrize('kind', sampled(['preset', 'file'], lambda kind: kind == 'preset'))
-def test_the_page_starts_an_element_on_request(kind, tmp_path, capsys):
+def test_page_starts_an_element_on_request(kind, tmp_path, capsys):
     """Of a shipped name or an element file: either is of two levels. See also the node above."""
     chosen = 'bits_1'
     if kind == 'file':

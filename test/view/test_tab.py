@@ -28,7 +28,7 @@ def done(browser):
 
 
 @pytest.mark.parametrize('name', ['case_2', 'kick_2'])
-def test_an_element_in_the_tab_is_read_written_and_erased(opened, name):
+def test_element_in_the_tab_is_read_written_and_erased(opened, name):
     browser = opened(f'try.html?preset={name}')
     assert 'level 3, first echo after' in done(browser)
     browser.click('[data-level="1"]')
@@ -38,7 +38,7 @@ def test_an_element_in_the_tab_is_read_written_and_erased(opened, name):
     assert browser.text('.level') == 'blank'
 
 
-def test_a_byte_in_the_tab_holds_any_word(opened):
+def test_byte_in_the_tab_holds_any_word(opened):
     browser = opened('try.html?preset=byte')
     assert 'word 12' in done(browser)
     browser.click('#word')  # 90, which needs all walls out first
@@ -46,25 +46,3 @@ def test_a_byte_in_the_tab_holds_any_word(opened):
     assert browser.text('.code') == '01011010'
     browser.click('[data-level="0"]')
     assert 'word 91' in done(browser)
-
-
-def test_a_recorded_session_opens_without_a_server(opened):
-    browser = opened('session.html')
-    browser.until('mlmem.shown().duration', 'a session')
-    assert 'write 2' in browser.text('#events')
-    assert browser.text('#facts').startswith('session: 8 levels')
-
-
-def test_a_picture_becomes_an_element(browser, tmp_path):
-    """The script of the site's first page."""
-    try_page.write(tmp_path)
-    script = (try_page.ROOT / 'docs/_static/operate.js').read_text(encoding='utf-8')
-    picture = '<a class="operate" href="try.html">a picture</a>'
-    (tmp_path / 'index.html').write_text(f'{picture}<script>{script}</script>', encoding='utf-8')
-    browser.open(f'file://{tmp_path}/index.html')
-    browser.click('a.operate')
-    browser.driver.switch_to.frame(0)
-    browser.until('window.mlmem', 'an element')
-    assert 'level 3' in done(browser)
-    browser.driver.switch_to.default_content()
-    browser.open('about:blank')

@@ -32,7 +32,7 @@ def page(tmp_path, expression, part):
     return json.loads(done.stdout)
 
 
-def test_alpha_is_shown_with_its_interval_about_the_design(tmp_path):
+def test_alpha_is_shown_with_its_interval(tmp_path):
     values = format_values({'alpha': [1.01, 0.99], 'alpha_std': [0.001, 0.002]})
     shown, nothing = page(tmp_path, '[fitted(part), fitted({})]', values)
     site, alpha, high, low = shown
@@ -43,17 +43,7 @@ def test_alpha_is_shown_with_its_interval_about_the_design(tmp_path):
     assert nothing is None  # without a twin
 
 
-def test_the_cell_that_has_changed_is_marked(tmp_path):
-    cell, shared = ({'changed': name, 'site': site} for name, site in (('cell', 7), ('gain', 0)))
-    told = page(
-        tmp_path,
-        '[accused(part[0]), accused(part[1]), accused()]',
-        [format_values(cell), format_values(shared)],
-    )
-    assert told == [7, None, None]
-
-
-def test_the_residual_is_told_in_words(tmp_path):
+def test_residual_is_described_in_words(tmp_path):
     values = format_values({'chi2': 1.234, 'residual_left': 1.1e-5, 'residual_right': 2e-5})
     words = "compared('as forecast', part)", "compared('as forecast', {})"
     said, none = page(tmp_path, f'[{", ".join(words)}]', values)

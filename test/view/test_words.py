@@ -23,7 +23,7 @@ for (const [code, word, level] of JSON.parse(process.argv[1]))
 
 
 @pytest.mark.skipif(shutil.which('node') is None, reason='needs node')
-def test_walls_are_set_and_cleared():
+def test_page_sets_walls_as_the_element_does():
     """In 8 levels, and in 16 at two or more apart."""
     chance, asked, expected = random.Random(5), [], []
     for code in (Code(8, 1), Code(16, 2)):
