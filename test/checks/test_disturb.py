@@ -47,7 +47,7 @@ def forecast(design, settings):
      ('bits_2', End.RIGHT, 3), ('kick_2', End.LEFT, 0)],
     lambda case: case[0] == 'bits_2',
 ))  # fmt: skip
-def test_pulses_as_loud_as_forecast_move_nothing_and_louder_ones_do(name, end, level):
+def test_pulse_limit_is_that_of_the_device(name, end, level):
     """On the whole device: it fires from either end, and rests in between."""
     limit = forecast(*preset(name)).values[end.value]
     stayed = []
@@ -62,7 +62,7 @@ def test_pulses_as_loud_as_forecast_move_nothing_and_louder_ones_do(name, end, l
     assert stayed == [True, False]
 
 
-def test_a_read_that_moves_the_wall_fails_the_check():
+def test_read_that_moves_the_wall_fails_the_check():
     """Whatever is set, the limit is the same, but for the steps in which it is found."""
     for A, verdict in ((0.01, Verdict.PASS), (0.1, Verdict.WARN), (0.4, Verdict.FAIL)):
         finding = forecast(*as_loud('bits_2', End.LEFT, A))
@@ -70,16 +70,16 @@ def test_a_read_that_moves_the_wall_fails_the_check():
         assert 0.12 < finding.values['left'] < 0.17
 
 
-def test_what_is_written_without_strain_is_read_without_moving_it():
+def test_element_written_by_kicks_passes_read_disturb():
     assert forecast(*preset('kick_2')).verdict is Verdict.PASS
 
 
-def test_of_many_walls_nothing_is_said():
+def test_register_has_no_read_disturb_finding():
     assert list(disturb.check(Subject(*preset('byte')))) == []
 
 
 @pytest.mark.parametrize('command', [Read(), Locate(), Write(3), Erase()])
-def test_a_pulse_that_may_move_the_wall_is_refused_and_changes_nothing(command):
+def test_pulse_that_may_move_the_wall_is_rejected(command):
     element = new_element(*as_loud('case_2', End.LEFT, 0.4))
     element.loudest = {End.LEFT: 0.28, End.RIGHT: 0.2}
     before = snapshot.take_snapshot(element)

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
-from mlmem import Outcome, Reading, describe_level
+from mlmem import Outcome, Reading
 from mlmem_ros.contract import answers, calls, values
 from mlmem_ros.contract.answers import (
     Calibrated,
@@ -27,7 +26,7 @@ from mlmem_tools.cli import request
 DEFINITIONS = Path(__file__).parents[2] / 'mlmem_interfaces' / 'action'
 
 
-def test_an_outcome_becomes_plain_values():
+def test_outcome_becomes_plain_values():
     reading = Reading(5, '101', 'left', 694.25004, 0.93841234, 2.14264321, 149.0)
     outcome = Outcome('write', True, '', reading, 2, 100, 368)
     assert json.loads(answers.format_answer(outcome, asked=5)) == {
@@ -37,13 +36,13 @@ def test_an_outcome_becomes_plain_values():
     }  # fmt: skip
 
 
-def test_the_readings_of_both_ends_are_reported():
+def test_readings_of_both_ends_are_reported():
     reading = Reading(5, '101', 'both', 694.25, 0.9, 2.1, 149.0, walls=2, right_delay=84.12344)
     values = outcome_to_dict(Outcome('read', True, '', reading, 1, 0, 60))
     assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
 
 
-def test_a_failure_is_reported_with_its_reason_and_without_infinity():
+def test_failure_is_reported_without_infinity():
     reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
     outcome = Outcome('read', False, 'no echo came back', reading, 1, 7, 9)
     found = outcome_to_dict(outcome)
@@ -51,17 +50,6 @@ def test_a_failure_is_reported_with_its_reason_and_without_infinity():
     assert found['delay'] is None
     json.dumps(found, allow_nan=False)
     assert 'delay' not in values.describe_outcome(outcome)[1]
-
-
-def test_an_outcome_without_a_reading_is_short():
-    values = outcome_to_dict(Outcome('abort', True, '', None, 1, 3, 8))
-    assert values == {'procedure': 'abort', 'attempts': 1, 'ticks': 5}
-
-
-def test_levels_are_described_in_words():
-    assert [describe_level(n) for n in (-2, -1, 0, 7)] == [
-        'undecodable', 'blank', 'level 0', 'level 7'
-    ]  # fmt: skip
 
 
 # --- a field more -----------------------------------------------------------------------------
@@ -83,7 +71,7 @@ def result_type(kind):
     return SimpleNamespace(Result=result)
 
 
-def test_a_field_more_is_declared_once_and_follows_everywhere(monkeypatch):
+def test_field_declared_once_is_in_every_answer(monkeypatch):
     @dataclass(frozen=True)
     class Warmed(Decoded):
         """Decoded, with a temperature for each end, and one of the substrate."""
@@ -114,7 +102,7 @@ def test_a_field_more_is_declared_once_and_follows_everywhere(monkeypatch):
     ('reading', 'delays'),
     [(READING, {'left': (1.5, 2.5)}), (None, {'left': (1.5,)}), (READING, {})],
 )
-def test_a_result_says_what_a_service_says(reading, delays):
+def test_result_of_an_action_says_what_the_service_says(reading, delays):
     outcome = Outcome('calibrate', True, '', reading, 1, 0, 60, delays=delays)
     result = answers.build_result(result_type(Calibrated), outcome, 0)
     assert (result.left_delays, result.right_delays) == (list(delays.get('left', ())), [])
@@ -125,19 +113,7 @@ def test_a_result_says_what_a_service_says(reading, delays):
     assert said['level'] == (5 if reading else -2)
 
 
-@pytest.mark.parametrize(
-    ('name', 'found', 'more'),
-    [('calibrate', {}, []), ('locate', {'stuck_cell': 104}, ['stuck_cell 104'])],
-)
-def test_what_few_elements_find_or_lack_is_told(name, found, more):
-    """A byte learns no delays; only a blank element tells of a stuck cell."""
-    outcome = Outcome(name, True, '', READING, 1, 0, 60, found=found)
-    answer = calls.parse_answer(answers.ANSWER_TYPES[name], True, answers.format_answer(outcome))
-    tell = request.ANSWER_FORMATTERS.get(name, request._format_found)
-    assert tell(answer).splitlines()[1:] == more
-
-
-def test_what_is_absent_from_a_result_is_none():
+def test_value_absent_from_a_result_is_none():
     result = answers.build_failed_result(result_type(Decoded), 1, 'no echo')
     assert (result.level, result.walls) == (-2, -1)
     assert math.isnan(result.delay)
@@ -149,7 +125,7 @@ def test_what_is_absent_from_a_result_is_none():
 
 
 @pytest.mark.parametrize('name', [name for name in ACTION_TYPE_NAMES if name != 'self_test'])
-def test_the_definition_of_an_action_holds_what_is_declared(name):
+def test_action_definition_holds_the_declared_fields(name):
     """In this order, with these types and comments; by end, a field for each."""
     text = (
         (DEFINITIONS / f'{ACTION_TYPE_NAMES[name]}.action')
@@ -176,7 +152,7 @@ def test_the_definition_of_an_action_holds_what_is_declared(name):
     ('kind', 'low', 'high'),
     [('uint8', 0, 255), ('uint16', 0, 65535), ('int8', -128, 127), ('int64', -(2**63), 2**63 - 1)],
 )
-def test_whole_numbers_stay_in_their_range(kind, low, high):
+def test_whole_number_out_of_its_range_is_rejected(kind, low, high):
     assert convert_field('level', kind, low) == low
     assert convert_field('level', kind, high) == high
     for value in (low - 1, high + 1, 2**70):
@@ -194,12 +170,7 @@ def test_whole_numbers_stay_in_their_range(kind, low, high):
         ('sequence<double>', (3.0, 'abc', None, [0.0, 'x'])),
     ],
 )
-def test_values_of_another_type_are_refused(kind, values):
+def test_value_of_another_type_is_rejected(kind, values):
     for value in values:
         with pytest.raises(ValueError, match=r'^it must be .*; got '):
             convert_field('it', kind, value)
-
-
-def test_numbers_of_numpy_are_taken():
-    assert type(convert_field('it', 'uint16', np.int64(5))) is int
-    assert convert_field('it', 'sequence<double>', [np.float32(0.5), 1]) == [0.5, 1.0]

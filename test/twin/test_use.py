@@ -13,7 +13,6 @@ from mlmem import (
     Calibrate,
     Calibration,
     Faults,
-    MemoryElement,
     Read,
     SetFaults,
     SettingsError,
@@ -28,8 +27,7 @@ from mlmem.instrument.end import End
 from mlmem.instrument.instrument import Instrument
 from mlmem.moves.corrections import PulseCorrection, PulseCorrections, hash_schedule
 from mlmem.parsing import DecodeError, decode_value
-from mlmem.physics import PEFRL, Chain, Design, Scatter, Specimen, scattered
-from mlmem.physics.equilibrium import make_blank
+from mlmem.physics import PEFRL, Chain, Scatter, Specimen, scattered
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ProbeSettings
 from mlmem_ros.bag import jazzy
@@ -57,7 +55,7 @@ def element():
     return new_element(CHOSEN, driver=Simulation.of(MADE, CHOSEN.settings.time))
 
 
-def test_a_specimen_comes_back_to_the_bit():
+def test_specimen_comes_back_to_the_bit():
     again = decode_value(Specimen, MADE.as_dict())
     assert again.design == MADE.design
     for name in ('alpha', 's', 'masses', 'offsets'):
@@ -68,19 +66,19 @@ def test_a_specimen_comes_back_to_the_bit():
 
 
 @pytest.mark.parametrize('wrong', [{'mass': 0.0}, {'alpha_factor': [1.0, 2.0]}, {'design': {}}])
-def test_what_is_no_specimen_is_refused(wrong):
+def test_value_that_is_no_specimen_is_rejected(wrong):
     with pytest.raises(DecodeError):
         decode_value(Specimen, MADE.as_dict() | wrong)
 
 
-def test_a_simulated_element_rests_in_its_own_ground_states(element):
+def test_element_is_at_equilibrium_in_its_ground_states(element):
     before = element.chain.v.copy()
     element.pass_ticks(50)
     assert np.abs(element.chain.v - before).max() < 1e-12
     assert (before != DESIGN.D_s1).all()
 
 
-def test_faults_are_those_of_the_element_as_made(element):
+def test_faults_apply_to_the_element_as_made(element):
     element.apply(SetFaults(Faults(weak_cell=7, weak_factor=0.5, damping_factor=2.0)))
     with_faults = element.chain.specimen
     weakened = np.where(np.arange(1, DESIGN.N + 1) == 7, 0.5, 1.0)
@@ -91,13 +89,7 @@ def test_faults_are_those_of_the_element_as_made(element):
     assert (element.chain.specimen.alpha == MADE.alpha).all()
 
 
-def test_a_reset_puts_the_same_element_in_its_place(element):
-    element.pass_ticks(3)
-    element.replace_element()
-    assert (element.chain.v == make_blank(MADE)).all()
-
-
-def test_a_clock_that_is_off_is_simulated_by_masses_and_damping():
+def test_wrong_clock_is_simulated_by_masses_and_damping():
     """The same waveforms as of a fit's forward model, which scales the step instead."""
     unknowns = Unknowns(DESIGN)
     x = unknowns.mean
@@ -117,7 +109,7 @@ def test_a_clock_that_is_off_is_simulated_by_masses_and_damping():
     assert np.abs(recorder.shot(0.0, 0.0, 0.25).samples - foretold).max() < 1e-12
 
 
-def test_a_uniform_substrate_has_rates_too():
+def test_uniform_substrate_has_rates_too():
     """The ratio of its springs cannot fall below 1, where a fit may pass."""
     unknowns = Unknowns(DESIGN)
     x = unknowns.mean
@@ -138,7 +130,7 @@ def reads(element, word):
     return element.perform(Read()).reading.level
 
 
-def test_a_register_whose_cells_scatter_is_read_by_its_twin():
+def test_scattered_register_is_read_by_its_twin():
     """By the design's forecasts 13 of 64 words are read; all others are undecodable."""
     element = new_element(BYTE, driver=Simulation.of(OWN, BYTE.settings.time))
     words = range(7, 256, 31)
@@ -147,7 +139,7 @@ def test_a_register_whose_cells_scatter_is_read_by_its_twin():
     assert {word: reads(element, word) for word in words} == {word: word for word in words}
 
 
-def test_a_twin_that_does_not_hold_every_word_changes_nothing():
+def test_twin_that_cannot_hold_every_word_is_rejected():
     element = new_element(BYTE)
     known = element.reader.forecasts
     with pytest.raises(SettingsError, match='cannot be held: walls at the levels'):
@@ -161,7 +153,7 @@ def header_of(element):
     ).data
 
 
-def test_a_header_carries_the_element_and_its_forecast(element):
+def test_header_carries_element_and_forecast(element):
     element.forecast = element.calibration
     header = read_header(header_of(element))
     assert (header.made.alpha == MADE.alpha).all()
@@ -169,7 +161,7 @@ def test_a_header_carries_the_element_and_its_forecast(element):
     assert header.forecast == element.calibration
 
 
-def test_a_header_carries_the_twin_of_a_register():
+def test_header_carries_the_twin_of_a_register():
     element = new_element(BYTE)
     element.adopt(OWN)
     twin = read_header(header_of(element)).twin
@@ -180,7 +172,7 @@ def test_a_header_carries_the_twin_of_a_register():
         read_header(json.dumps(json.loads(header_of(element)) | other))
 
 
-def test_a_calibration_verifies_the_forecast(element):
+def test_calibration_verifies_the_forecast(element):
     """The delays of the forecast are those heard, to a time unit, with its planned pulses."""
     steps = PulseCorrection(), PulseCorrection(peak=1.5, times=1.3)
     foretold = replace(
@@ -194,18 +186,9 @@ def test_a_calibration_verifies_the_forecast(element):
     assert outcome.delays['right'] == pytest.approx(foretold.right.delays, abs=5.0)
 
 
-def test_a_calibration_that_fails_keeps_the_known_one(element):
+def test_calibration_that_fails_keeps_the_known_one(element):
     known = element.calibration
     delays = replace(known.right, delays=known.right.delays[::-1], blank=None)
     element.forecast = Calibration(None, delays)
     assert not element.perform(Calibrate()).success
     assert element.calibration == known
-
-
-def test_an_element_of_other_cells_is_refused_by_a_header(element):
-    other = Specimen(Design(N=90, gamma=-3e-5, beta=-0.05, J=9, J_s=18, j_0=6.84, d=0.038))
-    stranger = MemoryElement(
-        DESIGN, CHOSEN.settings, element.calibration, Simulation.of(other, CHOSEN.settings.time)
-    )
-    with pytest.raises(BagError, match='the cells and defects of the design'):
-        read_header(header_of(stranger))

@@ -14,7 +14,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import INTEGRATORS, Scatter, scattered
 from mlmem.readers.reading import BLANK, UNDECODABLE, Reading
 from mlmem_tools.rig.emulated import Sensors
-from mlmem_tools.twin.watching import SHARED_KINDS, Residuals, locate_wall
+from mlmem_tools.twin.watching import Residuals, locate_wall
 
 CHOSEN = preset('bits_1')
 DESIGN, SETTINGS = CHOSEN
@@ -84,7 +84,7 @@ def bench():
     return Bench()
 
 
-def test_a_healthy_element_is_as_forecast(bench):
+def test_healthy_element_is_as_forecast(bench):
     told = bench.told(3)
     assert [each.text for each in told] == [''] * 3
     assert max(each.chi2 for each in told) < 2.0
@@ -92,7 +92,7 @@ def test_a_healthy_element_is_as_forecast(bench):
 
 
 @pytest.mark.parametrize('site', [5, 24])
-def test_a_weaker_cell_is_named_after_two_reads_and_forgotten_when_it_is_sound(bench, site):
+def test_weaker_cell_is_named_after_two_reads(bench, site):
     bench.set_faults(weak_cell=site, weak_factor=0.92)
     told = bench.told()[-1]
     assert told.change.name == 'cell'
@@ -104,7 +104,7 @@ def test_a_weaker_cell_is_named_after_two_reads_and_forgotten_when_it_is_sound(b
     assert not bench.told()[-1].text
 
 
-def test_damping_that_rises_is_told(bench):
+def test_damping_that_rises_is_reported(bench):
     bench.set_faults(damping_factor=1.2)
     change = bench.told()[-1].change
     assert change.name == 'eta'
@@ -112,7 +112,7 @@ def test_damping_that_rises_is_told(bench):
 
 
 @pytest.mark.parametrize('end', [0, 1])
-def test_a_gain_that_falls_is_told(bench, end):
+def test_gain_that_falls_is_reported(bench, end):
     """Its own echo does not show it, for the pulse grows as the gain falls; the rest does."""
     gain = [1.0, 1.0]
     gain[end] = 0.95
@@ -124,21 +124,21 @@ def test_a_gain_that_falls_is_told(bench, end):
 
 
 @pytest.mark.parametrize('end', [0, 1])
-def test_a_pulse_that_weakens_is_told(bench, end):
+def test_pulse_that_weakens_is_reported(bench, end):
     bench.weaker[end] = 0.9
     change = bench.told()[-1].change
     assert change.name == ('drive_left', 'drive_right')[end]
     assert change.amount == pytest.approx(-0.1, abs=0.02)
 
 
-def test_a_stuck_cell_is_not_mistaken_for_a_weak_one(bench):
+def test_stuck_cell_is_not_taken_for_a_weak_one(bench):
     """No small change of one cell explains its echo; at times its place is told all the same."""
     bench.set_faults(stuck_cell=12)
     told = bench.told()[-1]
     assert 'not as forecast' in told.text or 'cell 12 is not what it was' in told.text
 
 
-def test_where_the_wall_is_after_a_write_that_failed_is_not_known():
+def test_wall_after_a_failed_write_is_not_known():
     """Compared with where it was before, a healthy element would seem to have changed."""
     unclear = Reading(UNDECODABLE, '', 'both', None, 0.0, 0.0, math.inf)
     clear = replace(unclear, level=1)
@@ -147,9 +147,3 @@ def test_where_the_wall_is_after_a_write_that_failed_is_not_known():
     assert locate_wall(DESIGN, unclear, before, moved=False) == before  # a stuck cell hides it
     assert locate_wall(DESIGN, clear, before, moved=True) == there
     assert locate_wall(DESIGN, replace(unclear, level=BLANK), before, moved=False) == 0.0
-
-
-def test_every_kind_has_words_for_both_ways():
-    for kind in SHARED_KINDS.values():
-        assert all('%' in words for words in kind.words)
-        assert 0.0 < kind.least < 1.0
