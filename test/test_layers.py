@@ -4,10 +4,7 @@
 
 import ast
 from functools import cache
-from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).parent.parent
 
@@ -79,43 +76,3 @@ def test_library_imports_no_ros():
                 if isinstance(node, ast.ImportFrom) and not node.level:
                     modules = [node.module]
                 assert not [m for m in modules if m.split('.')[0] in ros], name
-
-
-def list_cycles(files):
-    """Return a cycle of imports among some files, or None; late imports count."""
-    graph = {
-        name: {
-            each
-            for found in list_imports(file)
-            for each in (found, found.rpartition('.')[0])
-            if each in files and each != name
-        }
-        for name, file in files.items()
-    }
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError as error:
-        return error.args[1]
-    return None
-
-
-def test_no_file_of_the_library_imports_itself():
-    files = {name: f for name, f in list_files().items() if name.startswith('mlmem.')}
-    files.pop('mlmem.__init__')
-    assert list_cycles(files) is None
-
-
-@pytest.mark.parametrize(
-    ('text', 'expected'),
-    [
-        ('from ..physics import Design', {'mlmem.physics.Design'}),
-        ('from .echo import Shape', {'mlmem.readers.echo.Shape'}),
-        ('def late():\n    from mlmem_ros.bag import reader', {'mlmem_ros.bag.reader'}),
-        ('import numpy', set()),
-    ],
-)
-def test_import_is_found(tmp_path, text, expected):
-    file = tmp_path / 'mlmem' / 'readers' / 'made.py'
-    file.parent.mkdir(parents=True)
-    file.write_text(text)
-    assert list_imports(file, tmp_path) == expected

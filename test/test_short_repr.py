@@ -34,16 +34,11 @@ HUGE = {
 
 
 @pytest.mark.parametrize('kind', HUGE)
-def test_a_huge_value_is_clipped(kind):
+def test_huge_value_is_clipped(kind):
     assert 3 <= len(short_repr(HUGE[kind]())) <= 80
 
 
-def test_a_short_value_is_its_repr():
-    for value in (None, 1.5, 'level', [1, 2], {'tick': None}):
-        assert short_repr(value) == repr(value)
-
-
-def test_a_long_text_keeps_its_start_and_end():
+def test_long_text_keeps_its_start_and_end():
     assert short_repr('a' * 50 + 'z' * 50, 20).startswith("'aaa")
     assert short_repr('a' * 50 + 'z' * 50, 20).endswith("zzz'")
 
