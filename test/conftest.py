@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import hashlib
 import importlib.util
@@ -11,6 +12,8 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from contextlib import suppress
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -33,6 +36,23 @@ ROOT = Path(__file__).parent
 HAVE_ROS = importlib.util.find_spec('rclpy') is not None
 NEED_ROS = {'ros', 'view', 'docs', 'test_reference.py'}
 
+
+def remove_stale_memory():
+    """Remove the shared memory of killed nodes, of which Fast DDS complains on standard output.
+
+    A living process holds the lock of the file with `_el` at its end; a new one gets it at once.
+    """
+    for path in Path('/dev/shm').glob('fast[dr]*'):
+        lock = path.with_name(f'{path.name.removesuffix("_el")}_el')
+        with suppress(OSError):  # the lock is held, or the file has gone meanwhile
+            if time.time() - path.stat().st_mtime < 60.0:
+                continue
+            if lock.exists():
+                with lock.open() as file:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            path.unlink()
+
+
 if HAVE_ROS:
     from nodes import starting
 
@@ -40,6 +60,7 @@ if HAVE_ROS:
     from mlmem_ros.testing import isolate
 
     isolate()
+    remove_stale_memory()
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
 
