@@ -54,31 +54,3 @@ def test_malformed_parameter_file_ends_the_start(refused, tmp_path):
     line = refused(file=file)
     assert str(file) in line
     assert 'line 3' in line or 'line 4' in line
-
-
-def test_unwritable_record_path_ends_the_start(refused, tmp_path):
-    """Below a file, since root can write everywhere else."""
-    file = tmp_path / 'file'
-    file.write_text('kept')
-    path = file / 'session'
-    line = refused({'record.path': str(path)})
-    assert str(path) in line
-    assert file.read_text() == 'kept'
-
-
-def test_existing_record_path_ends_the_start(refused, tmp_path):
-    path = tmp_path / 'session'
-    path.mkdir()
-    (path / 'metadata.yaml').write_text('kept')
-    line = refused({'record.path': str(path), 'record.add_time': False})
-    assert str(path) in line
-    assert 'exists' in line
-    assert [(file.name, file.read_text()) for file in path.iterdir()] == [
-        ('metadata.yaml', 'kept')
-    ]
-
-
-def test_design_that_fails_its_check_ends_the_start(refused):
-    line = refused({'probe.omega_c': 2.4})
-    for word in ['carrier_left', '2.4 is in neither band', 'mlmem design check', 'design.check']:
-        assert word in line

@@ -189,12 +189,15 @@ def test_bank_serves_actions_only_on_request():
 @pytest.mark.parametrize('wanted', [True, False])
 def test_node_serves_actions_unless_disabled(start, wanted):
     start({'autostart': False, 'actions': wanted})
+    built = {'write': load_action_types(), 'simulate_steps': simulator.load_types()}
+    names = {f'/mlmem/{name}/_action/send_goal' for name, types in built.items() if types}
     with Robot() as robot:
         assert robot.get('actions') == wanted
-        services = dict(robot.node.get_service_names_and_types())
-    for name, built in (
-        ('write', load_action_types()),
-        ('simulate_steps', simulator.load_types()),
-    ):
-        served = f'/mlmem/{name}/_action/send_goal' in services
-        assert served == (wanted and bool(built)), name
+
+        def served():
+            return names & dict(robot.node.get_service_names_and_types()).keys()
+
+        if wanted:
+            robot.wait(lambda: served() == names, 'all actions')
+        else:
+            assert not served()

@@ -16,8 +16,8 @@ from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.serialization import serialize_message
 from robot import RELIABLE, Robot
-from std_srvs.srv import SetBool, Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
 
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.client.client import wait_until
@@ -156,19 +156,6 @@ def test_impossible_path_is_rejected_when_set(robot, parameter, path, why):
         assert robot.get('record.path') == ''
 
 
-def test_one_of_many_record_requests_succeeds(robot, tmp_path):
-    robot.set(record__path=str(tmp_path / 'session'))
-    for on in (True, False):
-        sent = [robot.send('record', SetBool.Request(data=on)) for _ in range(20)]
-        answers = [robot.answer(future) for future in sent]
-        (done,) = [answer for answer in answers if answer.success]
-        assert done == {'recording': on, 'path': str(tmp_path / 'session')}
-        why = 'busy: recording into' if on else 'nothing is being recorded'
-        assert all(why in answer['error'] for answer in answers if not answer.success)
-    assert [path.name for path in tmp_path.iterdir()] == ['session']
-    robot.set(record__path='')
-
-
 def test_undecodable_messages_do_not_stop_the_node(robot):
     """A text that is not UTF-8, a length beyond the end, a truncated message."""
     message = JointTrajectory()
@@ -185,13 +172,6 @@ def test_undecodable_messages_do_not_stop_the_node(robot):
     ):
         publisher.publish(bad)
     assert robot.trigger('read').success
-
-
-def test_trajectory_with_malformed_points_is_rejected(robot, node):
-    message = JointTrajectory(joint_names=['substrate'])
-    message.points = [JointTrajectoryPoint(positions=[0.0, 0.0]), JointTrajectoryPoint()]
-    robot.send_message('strain_trajectory', message)
-    robot.wait(lambda: 'one position' in node.output, 'the refusal in the log')
 
 
 def test_node_ends_well_after_all_that(node):

@@ -22,7 +22,6 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.middleware import create_events_executor
 
 
@@ -132,13 +131,6 @@ def test_client_without_actions_gets_the_same_answer(client, memory):
     written = client.write(2).wait()
     assert plain.read().wait().level == written.level == 2
     assert set(plain.write(2).wait().details) <= {*written.details, 'asked'}
-
-
-def test_answer_names_the_requested_level(robot):
-    robot.set(target_level=3)
-    assert robot.trigger('write')['asked'] == 3
-    rejected = robot.answer(robot.ask('write', level=9))
-    assert (rejected.success, rejected['asked']) == (False, 9)
 
 
 # Parameters
@@ -436,11 +428,3 @@ def test_client_begins_and_ends_a_session(client, tmp_path):
     ended = client.record(False).wait()
     assert (ended.recording, ended.path) == (False, bag)
     assert client.parameters('record.path').wait() == {'record.path': ''}  # given once
-
-
-def test_two_clients_write_one_after_the_other(memory, client):
-    with standalone(memory.element) as other:
-        other.ready().wait()
-        replies = {1: client.write(1), 2: other.write(2)}
-        wait_until(lambda: all(reply.done() for reply in replies.values()), 'both', SOON)
-        assert {level: reply.wait().level for level, reply in replies.items()} == {1: 1, 2: 2}

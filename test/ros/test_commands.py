@@ -59,20 +59,6 @@ def test_commands_write_read_and_erase(memory, robot, inside):
     robot.latest('level', lambda level: level.data == BLANK)
 
 
-def test_locate_is_a_command_and_a_service(memory, robot, inside):
-    assert robot.write(3).success
-    status, told, complaint = inside('locate')
-    assert (status, complaint) == (0, '')
-    content, *found = told.splitlines()
-    assert content.startswith('level 3 (code 011), echo delay ')
-    measured = dict(line.split() for line in found)
-    assert measured['walls'] == '1'
-    assert float(measured['position']) == pytest.approx(100.0, abs=1.0)
-    answer = robot.trigger('locate')
-    assert answer.success
-    assert answer['position'] == pytest.approx(100.0, abs=1.0)
-
-
 def test_calibrate_command_prints_the_delays(memory, robot, inside, monkeypatch):
     """It is awaited, whatever a client would wait."""
     monkeypatch.setattr(MemoryClient.calibrate, '__defaults__', (0.01,))

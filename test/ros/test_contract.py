@@ -119,13 +119,6 @@ def test_write_of_a_higher_level_is_read_back(robot):
     assert delays[1] - delays[0] > 2 * 3 * PERIOD
 
 
-def test_write_of_a_lower_level_is_read_back(robot):
-    assert robot.write(4)['level'] == 4
-    written = robot.write(1)
-    assert (written.success, written['level'], written['code']) == (True, 1, '001')
-    assert robot.trigger('read')['level'] == 1
-
-
 def test_erase_leaves_the_element_blank(robot):
     assert robot.write(0)['level'] == 0
     erased = robot.trigger('erase')

@@ -96,15 +96,6 @@ def test_two_walls_at_rest_are_a_warning(element):
     assert diagnostics.report_material(element).level == OK  # not while it is driven
 
 
-def test_missed_samples_of_a_real_element_are_a_warning():
-    reports = [Health(OK, 'a real element', {'missed_samples': missed}) for missed in (0, 3, 3)]
-    compared = map(
-        diagnostics.warn_missed_samples, reports, [diagnostics.INACTIVE_HEALTH, *reports]
-    )
-    assert [health.level for health in compared] == [OK, WARN, OK]
-    assert diagnostics.warn_missed_samples(reports[1], reports[0]).text == '3 samples were missed'
-
-
 def test_a_fault_that_is_set_is_a_warning(element):
     assert diagnostics.report_faults(element) == Health(OK, 'healthy')
     element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.4, seed=3)))

@@ -3,16 +3,13 @@
 """The executor survives undecodable messages, can be interrupted, and answers late requests."""
 
 import logging
-import threading
 import time
-from concurrent.futures import Future
 
 import pytest
 import rclpy
 from std_srvs.srv import Trigger
 
 from mlmem_ros.host import ThrottledLog
-from mlmem_ros.ros.node.callback_guard import CallbackGuard, await_future
 from mlmem_ros.ros.node.run import GuardedExecutor
 
 SOON = 30.0
@@ -77,22 +74,3 @@ def test_requests_next_to_an_undecodable_one_are_served(executor, node, client):
     sent = [client.call_async(Trigger.Request()) for _ in range(3)]
     assert responses(executor, client, sent) == 3 * ['served']
     assert service.srv_type.failures > 1
-
-
-def test_request_is_answered_from_another_thread(executor, node, client):
-    waits = Future()
-
-    async def answer(_, response):
-        response.message = await await_future(waits)
-        return response
-
-    node.create_service(Trigger, '/ask', answer)
-    callback_guard = CallbackGuard(node, ThrottledLog(logging.getLogger()))
-    callback_guard.guard_services()
-    assert client.wait_for_service(SOON)
-    sent = client.call_async(Trigger.Request())
-    while not callback_guard.waiting:
-        executor.turn(0.01)
-    threading.Timer(0.02, waits.set_result, ['settled']).start()
-    assert responses(executor, client, [sent]) == ['settled']
-    assert not callback_guard.waiting

@@ -47,18 +47,6 @@ def mean(field):
     return sum(field.data) / len(field.data)
 
 
-def test_fault_is_set_and_removed_while_running(robot):
-    assert robot.write(2).success
-    robot.set(faults__actuator_stuck=True)
-    robot.set(target_level=3)
-    failed = robot.trigger('write')
-    assert not failed.success
-    assert 'the actuator does not follow' in failed['error']
-    assert robot.trigger('read')['level'] == 2
-    robot.set(faults__actuator_stuck=False)
-    assert robot.write(3)['level'] == 3
-
-
 @pytest.mark.parametrize(
     ('name', 'value', 'reason'),
     [

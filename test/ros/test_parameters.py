@@ -46,14 +46,6 @@ def test_shipped_name_gives_the_whole_element(declared, name):
     assert given.values().specimen is None
 
 
-def test_element_file_gives_the_whole_element(declared, file):
-    node, given = declared({'element': str(file)})
-    assert given.values().design == preset('bits_4').design
-    assert given.values().settings.write.hold == 60.0
-    described = element_file.parse(node.get_parameter('element_description').value, 'it')
-    assert described.settings == given.values().settings
-
-
 def test_element_change_keeps_parameters_of_the_robot(declared):
     node, given = declared({'publish.frame_id': 'leg', 'write.attempts': 7})
     for name in PRESETS:
@@ -109,14 +101,6 @@ def test_element_is_set_only_while_unconfigured(declared):
     refused = set_all(node, {'element': 'bits_4'})
     assert 'element may be set only while the node is unconfigured' in refused.reason
     assert (given.values().design, given.values().settings) == preset('case_2')
-
-
-def test_hash_interval_is_fixed_while_configured(declared, tmp_path):
-    node, given = declared()
-    given.lock(8)
-    assert set_all(node, {'record.path': str(tmp_path / 'session')}).successful
-    refused = set_all(node, {'record.hash_every': 30})
-    assert 'record.hash_every may be set only while the node is unconfigured' in refused.reason
 
 
 def test_present_values_may_be_set_while_configured(declared):
@@ -204,12 +188,6 @@ def test_element_of_the_other_kind_unsets_the_target(declared):
     assert set_all(node, {'element': 'byte'}).successful
     given.lock(256)
     assert node.get_parameter('target_level').value == -1
-
-
-def test_file_that_is_no_element_is_rejected(declared, tmp_path):
-    for path, why in ((tmp_path / 'none.yaml', 'must be one of'), (tmp_path, 'Is a directory')):
-        with pytest.raises(SettingsError, match=rf'^element.*{why}'):
-            declared({'element': str(path)})
 
 
 # --- every one is declared once, with a legal default ----------------------------------------

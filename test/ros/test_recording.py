@@ -8,7 +8,6 @@ subscriber received over DDS.
 
 import shutil
 import signal
-import time
 
 import pytest
 from nodes import arrived
@@ -17,7 +16,6 @@ from rosbags.highlevel import AnyReader
 
 from mlmem import UNDECODABLE
 from mlmem.instrument.end import End
-from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
@@ -207,19 +205,3 @@ def test_session_is_started_and_stopped_by_service(start, tmp_path):
     report = run_replay(load_session(bag))  # begun with the wall at level 1
     assert report.exact
     assert report.levels == [1, 1]
-
-
-def test_session_begins_before_its_request(start, tmp_path):
-    bag = tmp_path / 'session'
-    start({'record.last_seconds': 60.0, 'publish.field_every': 20})
-    with Robot() as robot:
-        assert robot.write(4).success
-        robot.set(record__path=str(bag))
-        asked = time.time_ns()
-        assert robot.record(True).success
-        assert robot.record(False).success
-    session = load_session(bag)
-    assert BagReader(bag).span[0] < asked
-    assert session.outcomes[0][1]['procedure'] == 'write'
-    assert len(session.field_time) > 10  # in 300 ticks or more, though nobody subscribed
-    assert run_replay(session).exact

@@ -154,12 +154,3 @@ def test_node_that_stood_still_answers_again(start, context):
         node.signal(signal.SIGCONT)
         assert [memory.request('read').wait().details['level'] for memory in clients] == [-1] * 5
     robot.destroy_node()
-
-
-def test_node_that_is_shut_down_rejects_requests(start):
-    node = start()
-    with standalone() as memory:
-        assert MemoryClient(memory.node, '/mlmem').read().wait().blank
-        node.node.host.close()
-        with pytest.raises(Exception, match='inactive: the node is shut down'):
-            memory.read().wait()

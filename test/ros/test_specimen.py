@@ -129,11 +129,6 @@ def test_register_with_a_twin_writes_and_replays(start, byte, tmp_path):
     assert [each.reading.level for each in report.outcomes] == [64, 64]
 
 
-def test_register_with_a_plan_of_other_settings_is_rejected(refused, byte):
-    given = {'element': 'byte', 'kick.late': 0.5, 'design.check': 'skip', 'twin': str(byte)}
-    assert 'its pulses were planned with other settings' in refused(given)
-
-
 def test_twin_that_cannot_hold_every_word_is_rejected(refused, tmp_path):
     file = tmp_path / 'element.yaml'
     made = scattered(BYTE, Scatter(alpha=0.1), 3)

@@ -13,7 +13,7 @@ from nodes import QUICK, node_parameters
 from robot import Robot
 from sensor_msgs.msg import JointState
 
-from mlmem import SettingsError, preset
+from mlmem import preset
 from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 from mlmem_ros.testing.running import is_domain_used
@@ -54,17 +54,6 @@ def test_memory_node_has_name_parameters_log_and_end(tmp_path, apart):
 def node():
     with memory_node(node_parameters(QUICK), name='lasting') as node:
         yield node
-
-
-def test_failed_start_raises_and_leaves_nothing_behind():
-    reason = 'target_level must be from 0 to 7; got 9'
-    with (
-        pytest.raises(SettingsError, match=reason),
-        memory_node({'target_level': 9}, name='never'),
-    ):
-        pass
-    with Robot() as robot:
-        assert 'never' not in robot.node.get_node_names()
 
 
 def test_isolate_beside_another_user_claims_a_domain(tmp_path):

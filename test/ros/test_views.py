@@ -169,19 +169,6 @@ def test_markers_show_cells_wall_and_levels(written):
     assert labels == {format(n, '03b'): pytest.approx(0.25 * (n + 1)) for n in range(8)}
 
 
-def test_markers_of_a_strained_chain_are_longer():
-    design, strain = CASE_II, 0.04
-    V = design.end_displacement(strain)
-    element = still(design, with_wall(design, 100), V=V)
-    found = by_namespace(ChainMarkers(element, PublishSettings()).message(NOW))
-    (substrate,) = found['substrate']
-    assert substrate.scale.x == pytest.approx(2.25 * (1 + strain))
-    shift = 0.01 * V * design.strain_shape[99]
-    assert found['wall'][0].pose.position.x == pytest.approx(1.005 + shift, abs=0.006)
-    assert found['levels'][3].pose.position.x == pytest.approx(1.0 + shift)
-    assert found['level'][0].text == 'not read'
-
-
 def test_markers_of_former_walls_are_deleted():
     design = CASE_II
     element = still(design, with_wall(design, 100))
