@@ -13,6 +13,8 @@ from functools import cache, cached_property
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
@@ -295,6 +297,25 @@ class Robot:
     def write(self, level):
         self.set(target_level=level)
         return self.trigger('write')
+
+    # Life cycle
+
+    @property
+    def state(self):
+        """Label of the node's present state."""
+        answer = self.response(self.send('get_state', GetState.Request(), GetState))
+        return answer.current_state.label
+
+    def request_transition(self, name):
+        """Request a transition such as `configure`; return the future of its answer."""
+        number = getattr(Transition, f'TRANSITION_{name.upper()}')
+        request = ChangeState.Request(transition=Transition(id=number))
+        return self.send('change_state', request, ChangeState)
+
+    def change_state(self, *names):
+        """Pass transitions in turn; all must succeed."""
+        for name in names:
+            assert self.response(self.request_transition(name)).success, name
 
     # Parameters
 

@@ -11,7 +11,7 @@ import signal
 from types import SimpleNamespace
 
 import pytest
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.serialization import serialize_message
@@ -94,12 +94,6 @@ def test_dropped_answer_is_sent_again_to_its_own_client(monkeypatch, drops):
     assert sent == {'first': times * ['first'], 'second': times * ['second']}
 
 
-def state(robot):
-    return robot.response(
-        robot.send('get_state', GetState.Request(), GetState)
-    ).current_state.label
-
-
 def change(robot, **transition):
     request = ChangeState.Request()
     for name, value in transition.items():
@@ -116,7 +110,7 @@ def test_transition_that_is_not_available_is_rejected(robot, node):
         assert not change(robot, id=number), number
     assert not change(robot, label='activate')
     assert not change(robot, label='no such transition')
-    assert state(robot) == 'active'
+    assert robot.state == 'active'
     assert 'Traceback' not in node.output
 
 

@@ -7,8 +7,6 @@ from unittest.mock import ANY
 
 import numpy as np
 import pytest
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from robot import Robot, values
 
 from mlmem import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
@@ -240,8 +238,7 @@ def test_inactive_node_reports_every_component(start):
     start(name='idle')
     with Robot('/idle', 'idle_robot') as robot:
         robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= WARN)
-        request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))
-        assert robot.response(robot.send('change_state', request, ChangeState)).success
+        robot.change_state('deactivate')
         array = robot.next('/diagnostics', lambda a: reported(a)['loop'].message == 'inactive')
         for name, status in reported(array).items():
             text = {'recorder': 'not recording', 'twin': 'no twin'}.get(name, 'inactive')

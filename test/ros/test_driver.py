@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node over a driver that wants to end the process: everybody is told, and nobody waits."""
 
-from lifecycle_msgs.msg import State
-from lifecycle_msgs.srv import GetState
 from robot import Robot
 
 DRIVER = """\
@@ -34,11 +32,7 @@ def test_driver_that_quits_stops_the_device(start, tmp_path, monkeypatch):
         assert not failed.success
         assert failed['error'].startswith(why)
 
-        def state():
-            answer = robot.send('get_state', GetState.Request(), GetState)
-            return robot.response(answer).current_state.id
-
-        robot.wait(lambda: state() == State.PRIMARY_STATE_UNCONFIGURED, 'the end of the device')
+        robot.wait(lambda: robot.state == 'unconfigured', 'the end of the device')
         refused = robot.trigger('read')
         assert refused['error'].startswith(f'inactive: {why}')
         loop = lambda report: report.status[0]  # noqa: E731

@@ -8,8 +8,6 @@ from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FuturesTimeout
 
 import pytest
-from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
 from nodes import QUICK, SOON, element_file
 from robot import Robot
 from rosgraph_msgs.msg import Clock
@@ -20,15 +18,6 @@ from mlmem_ros.host import Host, state_file
 BY_HAND = {'autostart': False}
 
 
-def change(robot, transition):
-    request = ChangeState.Request(transition=Transition(id=transition))
-    return robot.response(robot.send('change_state', request, ChangeState)).success
-
-
-def state(robot):
-    return robot.response(robot.send('get_state', GetState.Request(), GetState)).current_state.id
-
-
 def wall(robot):
     return list(robot.next('wall').data)
 
@@ -36,46 +25,45 @@ def wall(robot):
 def test_managed_node_passes_through_its_states(start):
     start(BY_HAND)
     with Robot() as robot:
-        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+        assert robot.state == 'unconfigured'
         robot.set(target_level=1)
         for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
             assert 'inactive' in robot.trigger(service)['error']
         tested = robot.response(robot.send('self_test'))
         assert (tested.passed, len(tested.status)) == (b'\0', 1)
         assert 'inactive' in tested.status[0].message
-        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        robot.change_state('configure')
         assert 'inactive' in robot.trigger('read')['error']
-        assert change(robot, Transition.TRANSITION_ACTIVATE)
-        assert state(robot) == State.PRIMARY_STATE_ACTIVE
+        robot.change_state('activate')
+        assert robot.state == 'active'
         assert robot.write(1)['level'] == 1
-        assert change(robot, Transition.TRANSITION_DEACTIVATE)
+        robot.change_state('deactivate')
         assert 'inactive' in robot.trigger('read')['error']
-        assert change(robot, Transition.TRANSITION_ACTIVATE)
+        robot.change_state('activate')
         assert robot.trigger('read')['level'] == 1  # held in between
-        assert change(robot, Transition.TRANSITION_DEACTIVATE)
-        assert change(robot, Transition.TRANSITION_CLEANUP)
-        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+        robot.change_state('deactivate', 'cleanup')
+        assert robot.state == 'unconfigured'
 
 
 def test_element_is_changed_only_while_unconfigured(start):
     start(BY_HAND | {'element': 'bits_4', 'write.method': 'strain'})
     with Robot() as robot:
-        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        robot.change_state('configure')
         before = robot.get('element')
         refused = robot.try_set('element', 'bits_2')
         assert not refused.successful
         assert 'unconfigured' in refused.reason
         assert robot.get('element') == before
-        assert change(robot, Transition.TRANSITION_CLEANUP)
+        robot.change_state('cleanup')
         robot.set(element='bits_2')
-        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        robot.change_state('configure')
         (levels,) = robot.describe(['target_level'])['target_level'].integer_range
         assert levels.to_value == 3
-        assert change(robot, Transition.TRANSITION_CLEANUP)
+        robot.change_state('cleanup')
         short = element_file('bits_2', {'design.N': 60})  # shorter than a level and the tail
         assert 'J must be at most N - tail - 1 = 5' in robot.try_set('element', short).reason
         robot.set(element='case_2')
-        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        robot.change_state('configure')
 
 
 def test_deactivation_during_a_write_releases_the_strain(start):
@@ -84,9 +72,9 @@ def test_deactivation_during_a_write_releases_the_strain(start):
         robot.set(target_level=3)
         written = robot.send('write')
         robot.next('joint_states', lambda message: abs(message.position[0]) > 0.02)
-        assert change(robot, Transition.TRANSITION_DEACTIVATE)
+        robot.change_state('deactivate')
         assert 'aborted' in robot.answer(written)['error']
-        assert change(robot, Transition.TRANSITION_ACTIVATE)
+        robot.change_state('activate')
         assert robot.next('joint_states').position[0] == 0.0
         robot.set(time__speed=40.0)
         assert robot.write(0)['level'] == 0
@@ -195,11 +183,11 @@ def test_design_that_fails_its_check_is_rejected_or_named(start):
     node = start(BY_HAND | {'element': 'case_2', 'design.check': 'refuse'})
     with Robot() as robot:
         robot.set(element=element_file('case_2', {'design.gamma': -6e-5}))
-        assert not change(robot, Transition.TRANSITION_CONFIGURE)
+        assert not robot.response(robot.request_transition('configure')).success
         assert 'cannot configure: the design fails its check (peierls_nabarro' in node.output
         assert not robot.try_set('design.check', 'perhaps').successful
         robot.set(design__check='warn')
-        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        robot.change_state('configure')
         assert 'design check: peierls_nabarro' in node.output
 
 
@@ -221,16 +209,14 @@ def test_preparing_node_answers_get_state_at_once(start, slow_build):
     """nav2's lifecycle manager waits 5 s for the state; kernels take longer to compile."""
     start({'autostart': False})
     with Robot() as robot:
-        configure = Transition(id=Transition.TRANSITION_CONFIGURE)
-        request = ChangeState.Request(transition=configure)
-        configured = robot.send('change_state', request, ChangeState)
+        configured = robot.request_transition('configure')
         begun = time.monotonic()
-        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+        assert robot.state == 'unconfigured'
         assert time.monotonic() - begun < 5.0
         assert not configured.done()
         slow_build.set()
         assert robot.response(configured).success
-        assert state(robot) == State.PRIMARY_STATE_INACTIVE
+        assert robot.state == 'inactive'
 
 
 def test_request_to_a_preparing_node_waits(start, slow_build, capfd):

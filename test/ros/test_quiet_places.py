@@ -4,8 +4,6 @@
 
 import re
 
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from robot import Robot
 
 
@@ -22,10 +20,7 @@ def test_log_lists_transitions_settings_and_rejections(start):
         assert not robot.answer(robot.ask('write', level=9)).success
         assert not robot.answer(robot.ask('write')).success
         assert not robot.trigger('step').success
-        transitions = (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP)
-        for transition in transitions:
-            request = ChangeState.Request(transition=Transition(id=transition))
-            assert robot.response(robot.send('change_state', request, ChangeState)).success
+        robot.change_state('deactivate', 'cleanup')
         assert not robot.trigger('read').success
     others = re.compile('preparing|ready|.* ticks of time were skipped')  # on a loaded machine
     lines = [line.partition(' [told]: ')[::2] for line in node.output.splitlines()]

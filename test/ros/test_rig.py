@@ -15,8 +15,6 @@ from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
-from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import ChangeState, GetState
 from nodes import QUICK
 from robot import Robot, values
 
@@ -74,18 +72,12 @@ def test_node_over_a_rig_writes_records_and_reconnects(server, start, tmp_path):
         assert not refused.success
         assert 'the device has stopped: ' in refused['error']
 
-        def unconfigured():
-            answer = robot.send('get_state', GetState.Request(), GetState)
-            return robot.response(answer).current_state.id == State.PRIMARY_STATE_UNCONFIGURED
-
-        robot.wait(unconfigured, 'the node unconfigured')
+        robot.wait(lambda: robot.state == 'unconfigured', 'the node unconfigured')
         told = robot.next('/diagnostics', lambda report: told_of(report, 'loop').level == b'\2')
         assert told_of(told, 'loop').message.startswith('the device has stopped: tcp://127.0.0.1')
         refused = robot.try_set('device.driver', 'this:Zen')
         assert 'must be one of sim, rig; got ' in (refused.reason)
-        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
-            request = ChangeState.Request(transition=Transition(id=transition))
-            assert robot.response(robot.send('change_state', request, ChangeState)).success
+        robot.change_state('configure', 'activate')
         assert robot.latest('level', lambda level: level.data == UNKNOWN)
         assert robot.write(0)['level'] == 0
     assert 'its content is in the element' in node.output
@@ -150,8 +142,7 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
         robot.next('/diagnostics', fits)
 
     def active():
-        answer = robot.send('get_state', GetState.Request(), GetState)
-        return robot.response(answer).current_state.id == State.PRIMARY_STATE_ACTIVE
+        return robot.state == 'active'
 
     with Robot(node.element) as robot:
         loop(b'\2', 'waiting for the element since ')
@@ -167,9 +158,7 @@ def test_rig_that_was_off_or_lost_is_taken_back(start, monkeypatch):
             assert robot.trigger('read')['level'] == 0
             assert asked(node, lambda element: element.statistics.writes) == 1
             assert server.clients == 1
-            for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP):
-                request = ChangeState.Request(transition=Transition(id=transition))
-                assert robot.response(robot.send('change_state', request, ChangeState)).success
+            robot.change_state('deactivate', 'cleanup')
             loop(b'\0', 'inactive')  # as was asked: nothing is waited for
             assert not active()
     assert node.output.count('the element is back after ') == 2
@@ -186,10 +175,10 @@ def test_node_answers_while_it_tries_to_reach_a_rig(start, monkeypatch):
         'device.address': f'tcp://127.0.0.1:{address[1]}?lead=0.002&patience=5',
     })  # fmt: skip
     with Robot(node.element) as robot:
-        robot.response(robot.send('get_state', GetState.Request(), GetState))
+        assert robot.state
         with socket.create_server(address) as silent, silent.accept()[0]:
             begun = time.monotonic()
-            robot.response(robot.send('get_state', GetState.Request(), GetState))
+            assert robot.state
             assert time.monotonic() - begun < 2.5  # half the time that the attempt takes
 
 
