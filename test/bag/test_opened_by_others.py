@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Other readers open our bags, with every message of every topic."""
 
-from importlib import import_module
-
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
@@ -100,16 +98,6 @@ def test_rosbags_finds_qos_and_custom_data(bag):
         assert latched.durability == QosDurability.TRANSIENT_LOCAL
         assert reliable.reliability == QosReliability.RELIABLE
         assert reader.readers[0].storage.metadata.custom == {'a': '1'}
-
-
-def test_rclpy_reads_our_cdr_and_its_is_read():
-    serialization = pytest.importorskip('rclpy.serialization')
-    for item in PUBLISHED.values():
-        package, _, name = item.__msgtype__.split('/')
-        kind = getattr(import_module(f'{package}.msg'), name)
-        ours = jazzy.serialize_message(item)
-        theirs = serialization.serialize_message(serialization.deserialize_message(ours, kind))
-        assert jazzy.serialize_message(jazzy.deserialize_message(theirs, item.__msgtype__)) == ours
 
 
 def test_stray_bytes_of_rclpy_are_cut_off():

@@ -85,25 +85,6 @@ def test_idle_recording_is_synced(make):
     assert recorder.status.state == 'recording'
 
 
-def test_sync_begins_at_half_the_interval(make, monkeypatch):
-    """With our own clock: of the 10 s from put to disk, 5 s pass before the sync."""
-    clock = SimpleNamespace(now=0.0)
-    monkeypatch.setattr('mlmem.threads.monotonic', lambda: clock.now)
-    recorder = make(sync_interval=10.0)
-    recorder.put('/level', level(1), 1)
-    wait_for(lambda: recorder.status.messages == 1)
-    clock.now = 4.9
-    recorder.put('/level', level(2), 2)
-    wait_for(lambda: recorder.status.messages == 2)
-    assert recorder.status.longest_wait == 4.9  # the first is not safe yet
-    assert BagReader(recorder.status.path).message_count == 0
-    clock.now = 5.1
-    wait_for(lambda: BagReader(recorder.status.path).message_count == 2)
-    assert recorder.close(60).longest_wait == 5.1
-    clock.now = 100.0
-    assert recorder.status.longest_wait == 5.1
-
-
 def test_longest_wait_shows_a_disk_that_hangs(make, monkeypatch):
     clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr('mlmem.threads.monotonic', lambda: clock.now)

@@ -15,7 +15,7 @@ import time
 
 import pytest
 
-from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write, snapshot
+from mlmem import Faults, Read, Refused, SetStrain, SettingsError, Write
 from mlmem.physics import StateError
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.host import Overdue, State, state_file
@@ -132,13 +132,6 @@ def test_later_save_clears_an_earlier_failure(serve, file, kept, monkeypatch):
     host.close()
     assert not host.lost
     assert state_file.load_snapshot(file)['reading']['level'] == 0
-
-
-def test_command_with_a_state_file_may_be_rejected(serve, kept):
-    host = serve(**kept).activate()
-    with pytest.raises(Refused, match='level must be'):
-        host.submit(Write(8)).answer.result(SOON)
-    assert host.refused == 1
 
 
 def test_second_element_on_a_state_file_is_rejected(serve, kept):
@@ -264,17 +257,6 @@ def test_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
     assert not any((tmp_path / 'session').iterdir())
 
 
-def test_existing_path_without_added_time_is_rejected(serve, record, tmp_path):
-    (tmp_path / 'session').mkdir()
-    exactly = dataclasses.replace(record, add_time=False)
-    service = serve()
-    host = service.activate()
-    with pytest.raises(BagError, match='exists already'):
-        host.record(service.plan(exactly)).result(SOON)
-    assert host.sessions.current is None
-    assert [path.name for path in tmp_path.iterdir()] == ['session']
-
-
 def test_recording_that_cannot_open_prevents_activation(serve, record, tmp_path):
     (tmp_path / 'session').mkdir()
     service = serve(record=dataclasses.replace(record, add_time=False))
@@ -368,24 +350,6 @@ def test_path_that_is_no_file_is_rejected_at_once(serve, tmp_path, parameter, ki
     assert time.monotonic() - begun < 5.0  # the worker's patience is 10 s
     assert len(str(refusal.value)) < 600
     assert service.host.element is None
-
-
-def test_impossible_faults_prevent_the_configuration(serve):
-    service = serve(faults=Faults(stuck_cell=10_000))
-    with pytest.raises(ValueError, match='parameters faults'):
-        service.activate()
-    assert service.host.element is None
-
-
-def test_content_survives_release_and_configuration(serve, kept):
-    service = serve(**kept)
-    host = service.activate()
-    assert host.submit(Write(0)).answer.result(SOON).success
-    host.deactivate()
-    digest = snapshot.hash_state(host.element)
-    host.release()
-    assert snapshot.hash_state(service.host.configure(service.given)) == digest
-    assert not host.lost
 
 
 def test_initial_content_of_a_simulated_element_is_read(serve):

@@ -99,12 +99,6 @@ def test_damaged_calibrations_are_rejected_and_kept(path, text):
     assert path.read_text() == text
 
 
-def test_calibration_of_other_levels_is_rejected(path):
-    state_file.save_calibration(path, 'a', THIRDS)
-    with pytest.raises(StateError, match='must have 8 levels, like the design; got 2'):
-        state_file.load_calibration(path, 'a', 8)
-
-
 def test_file_that_cannot_be_read_or_written_is_reported(path, tmp_path):
     path.mkdir(parents=True)
     with pytest.raises(StateError, match=r'calibrations cannot be read from .*directory'):

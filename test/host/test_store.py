@@ -9,11 +9,9 @@ import threading
 import pytest
 
 from mlmem import DelayTable, Settings, factory, new_element, snapshot
-from mlmem.instrument.drivers import Simulation
 from mlmem.physics import CASE_II, StateError
 from mlmem.settings import ProbeSettings
 from mlmem_ros.host import ThrottledLog, state_file
-from mlmem_ros.host.building import NullStore
 from mlmem_ros.host.settings import FileSettings, StateSettings
 from mlmem_ros.host.store import Store
 from mlmem_ros.host.worker import Worker
@@ -138,16 +136,6 @@ def test_design_is_calibrated_once(file, counted, kept):
     for settings in (Settings(), other):
         kept(file).new_element(CASE_II, settings)
     assert len(counted) == 2
-
-
-def test_without_a_state_file_nothing_is_kept(tmp_path, counted):
-    driver = Simulation.of(CASE_II, Settings().time)
-    store = NullStore(Worker('test-store', ThrottledLog(logging.getLogger('test'))))
-    element = store.new_element(CASE_II, Settings(), driver)
-    assert store.keep(element).result() is None
-    assert store.close()
-    assert len(counted) == 1
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_learnt_calibration_outlives_the_state(file, kept):

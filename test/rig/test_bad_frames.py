@@ -9,7 +9,6 @@ import json
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -106,32 +105,6 @@ def test_rig_element_that_fails_when_idle_sends_one_fault():
     rig.begin(sent.append)
     rig.take(HELLO)
     assert Parser().feed(sent[-1])[0].kind == Kind.HELLO
-
-
-def seconds_to_parse(data):
-    parser, begun = Parser(), time.process_time()
-    found = parser.feed(data)
-    return time.process_time() - begun, parser, found
-
-
-@pytest.mark.parametrize(
-    'payload',
-    [
-        b'm' * (1 << 20),
-        b'mR' * (1 << 16),
-        encode_frame(Kind.SAMPLES, 1, bytes(1 << 18))[:17] * 4096,  # headers that promise 256 KiB
-    ],
-    ids=['half magics', 'magics', 'headers'],
-)
-def test_parser_damaged_frame_takes_linear_time(payload):
-    """A core of a slow machine parses over 50 kB/s; quadratic time is 2 to 2000 times as long."""
-    damaged = encode_frame(Kind.SAMPLES, 0, payload)[:-1] + b'?'
-    good = encode_frame(Kind.SAMPLES, 1, b'abc')
-    filler = bytes(1 << 19)  # as long as what the last of the headers promises
-    seconds, parser, found = seconds_to_parse(damaged + filler + good)
-    assert seconds < len(damaged) / 5e4
-    assert found == [(Kind.SAMPLES, 1, b'abc')]
-    assert parser.skipped == len(damaged) + len(filler)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ The rig plays by its own sample clock, and samples carry its numbers; no time of
 
 import dataclasses
 import random
-import time
 
 import numpy as np
 import pytest
@@ -185,23 +184,6 @@ def test_echo_across_a_break_is_not_used(number):
         element.advance()
     assert len(asked) == 4  # both ends, twice
     assert element.reading.delay == pytest.approx(reading.delay, abs=2.0)
-
-
-def test_driver_that_was_held_up_reads_what_has_come():
-    """Its host stopped for twice its patience: that was no silence of the rig."""
-    line, stops = Line(emulated()), [0.1]
-    element = driven(line)
-    receive = line.receive
-
-    def held_up(seconds):
-        if stops:
-            time.sleep(stops.pop())
-            return b''
-        return receive(seconds)
-
-    line.receive = held_up
-    assert element.perform(Read()).reading.level == -1
-    assert not stops
 
 
 def test_command_that_needs_a_simulation_is_rejected():

@@ -175,12 +175,6 @@ def test_bag_of_several_nodes_needs_a_name(tmp_path):
     assert len(load_session(tmp_path / 'bag', '/b').commands) == 1
 
 
-def test_repair_rejects_an_existing_destination(tmp_path, capsys):
-    (tmp_path / 'there').mkdir()
-    assert main(['inspect', str(DATA / 'life'), '--repair', str(tmp_path / 'there')]) == 2
-    assert 'exists' in capsys.readouterr().err
-
-
 def trajectory(*points, joint='substrate'):
     """Return the values of a JointTrajectory of points (seconds, positions, velocities)."""
     point, duration = (

@@ -9,11 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem import new_element, preset
-from mlmem.moves.corrections import PulseCorrection, PulseCorrections
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.session import records
 from mlmem_tools.view import session_frame
 from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, scale_configuration
 from mlmem_tools.view.session_frame import MAX_LISTED_LINES, Columns, compare_sessions, load_frame
@@ -47,19 +43,6 @@ def test_configuration_is_sent_as_integers(life):
     assert abs(held[:65].mean() / ACTIVE_PHASE_COUNT - 1.0) < 0.01
     assert abs(held[85:].mean() / ACTIVE_PHASE_COUNT) < 0.01
     assert abs(columns[-1].mean() / ACTIVE_PHASE_COUNT) < 0.01
-
-
-def test_delays_of_a_calibration_with_corrections_are_sent(tmp_path):
-    """Its right end alone is read from."""
-    element = new_element(preset('bits_1'))
-    corrections = PulseCorrections((PulseCorrection(),) * element.design.levels, 'a schedule')
-    element.calibration = replace(element.calibration, left=None, pulse_corrections=corrections)
-    with BagWriter(tmp_path / 'bag') as writer:
-        writer.add_topic(f'/mlmem/{records.HEADER_TOPIC}', records.STRING_TYPE)
-        header = records.build_header(element, '/mlmem', {})
-        writer.write(f'/mlmem/{records.HEADER_TOPIC}', header, 0)
-    head, _ = unpacked(load_frame(tmp_path / 'bag').frame)
-    assert head['delays'] == {'right': list(element.calibration.right.delays)}
 
 
 def test_long_session_is_thinned_out_evenly():
