@@ -7,6 +7,7 @@ import io
 import json
 import zipfile
 from contextlib import asynccontextmanager
+from functools import wraps
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,16 @@ class Element:
         return {'ok': True}
 
 
+def in_event_loop(test):
+    """Run an asynchronous test."""
+
+    @wraps(test)
+    def run(*arguments, **named):
+        asyncio.run(test(*arguments, **named))
+
+    return run
+
+
 @asynccontextmanager
 async def serving(element, token='', sessions=()):
     """Serve an element; yields a client and the server's address."""
@@ -72,147 +83,124 @@ FOREIGN = 'http://example.com'
 
 
 @pytest.mark.parametrize('origin', [FOREIGN, 'null', 'http://127.0.0.1:1', None])
-def test_no_other_site_drives_the_element(origin):
+@in_event_loop
+async def test_no_other_site_drives_the_element(origin):
     """A page of another site, of no site, of another port; and a client without an origin."""
+    element = Element()
+    async with serving(element) as (client, address):
+        headers = {} if origin is None else {'Origin': origin}
+        with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+            await client.ws_connect(f'{address}/live', headers=headers)
+        assert refused.value.status == 403
+        assert not element.asked
 
-    async def run():
-        element = Element()
-        async with serving(element) as (client, address):
-            headers = {} if origin is None else {'Origin': origin}
-            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
-                await client.ws_connect(f'{address}/live', headers=headers)
-            assert refused.value.status == 403
-            assert not element.asked
-
-            async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
-                await own.send_json({'id': 1, 'do': 'read'})
-                assert unpacked(await own.receive_bytes())['ok']
-            assert element.asked == [{'id': 1, 'do': 'read'}]
-
-    asyncio.run(run())
+        async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
+            await own.send_json({'id': 1, 'do': 'read'})
+            assert unpacked(await own.receive_bytes())['ok']
+        assert element.asked == [{'id': 1, 'do': 'read'}]
 
 
 @pytest.mark.parametrize('host', ['example.com', 'mlmem.example.com:8742', '192.0.2.1'])
-def test_foreign_host_name_is_rejected(host):
+@in_event_loop
+async def test_foreign_host_name_is_rejected(host):
     """DNS rebinding: for the browser, the page and the server are one site."""
-
-    async def run():
-        async with serving(Element()) as (client, address):
-            for path in ('/', '/about', '/live'):
-                headers = {'Host': host, 'Origin': f'http://{host}'}
-                async with client.get(address + path, headers=headers) as response:
-                    assert response.status == 403
-
-    asyncio.run(run())
+    async with serving(Element()) as (client, address):
+        for path in ('/', '/about', '/live'):
+            headers = {'Host': host, 'Origin': f'http://{host}'}
+            async with client.get(address + path, headers=headers) as response:
+                assert response.status == 403
 
 
-def test_no_other_site_frames_the_page():
-    async def run():
-        async with serving(Element()) as (client, address):
-            for path in ('/', '/about', '/static/js/main.js'):
-                async with client.get(address + path) as response:
-                    assert response.status == 200
-                    assert "frame-ancestors 'none'" in response.headers['Content-Security-Policy']
-                    assert "default-src 'self'" in response.headers['Content-Security-Policy']
-                    assert response.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
-                    assert 'Access-Control-Allow-Origin' not in response.headers
-
-    asyncio.run(run())
+@in_event_loop
+async def test_no_other_site_frames_the_page():
+    async with serving(Element()) as (client, address):
+        for path in ('/', '/about', '/static/js/main.js'):
+            async with client.get(address + path) as response:
+                assert response.status == 200
+                assert "frame-ancestors 'none'" in response.headers['Content-Security-Policy']
+                assert "default-src 'self'" in response.headers['Content-Security-Policy']
+                assert response.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
+                assert 'Access-Control-Allow-Origin' not in response.headers
 
 
-def test_public_page_requires_the_token():
+@in_event_loop
+async def test_public_page_requires_the_token():
     """First in the address, then in a cookie that no script can read."""
-
-    async def run():
-        async with serving(Element(), token='secret') as (client, address):
-            for path in ('/', '/about', '/live', '/?token=wrong', '/static/js/main.js'):
-                async with client.get(address + path) as response:
-                    assert response.status == 403, path
-            async with client.get(f'{address}/?token=secret') as response:
-                assert response.status == 200
-                assert 'token' not in str(response.url)
-                cookie = response.history[0].headers['Set-Cookie']
-                assert 'HttpOnly' in cookie
-                assert 'SameSite=Strict' in cookie
-            async with client.get(f'{address}/about') as response:
-                assert response.status == 200
-            with pytest.raises(aiohttp.WSServerHandshakeError):
-                await client.ws_connect(f'{address}/live', headers={'Origin': FOREIGN})
-
-    asyncio.run(run())
+    async with serving(Element(), token='secret') as (client, address):
+        for path in ('/', '/about', '/live', '/?token=wrong', '/static/js/main.js'):
+            async with client.get(address + path) as response:
+                assert response.status == 403, path
+        async with client.get(f'{address}/?token=secret') as response:
+            assert response.status == 200
+            assert 'token' not in str(response.url)
+            cookie = response.history[0].headers['Set-Cookie']
+            assert 'HttpOnly' in cookie
+            assert 'SameSite=Strict' in cookie
+        async with client.get(f'{address}/about') as response:
+            assert response.status == 200
+        with pytest.raises(aiohttp.WSServerHandshakeError):
+            await client.ws_connect(f'{address}/live', headers={'Origin': FOREIGN})
 
 
 @pytest.mark.parametrize('said', ['x' * 5000, 'no JSON', '[1]', '[' * 4000, b'\0\1'])
-def test_page_that_sends_nonsense_is_disconnected(said):
-    async def run():
-        element = Element()
-        async with serving(element) as (client, address):
-            async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
-                await (own.send_bytes if isinstance(said, bytes) else own.send_str)(said)
-                message = await own.receive(5.0)
-                assert message.type in (aiohttp.WSMsgType.CLOSE, aiohttp.WSMsgType.CLOSED)
-            assert not element.asked
-            assert not element.pages
-
-    asyncio.run(run())
+@in_event_loop
+async def test_page_that_sends_nonsense_is_disconnected(said):
+    element = Element()
+    async with serving(element) as (client, address):
+        async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
+            await (own.send_bytes if isinstance(said, bytes) else own.send_str)(said)
+            message = await own.receive(5.0)
+            assert message.type in (aiohttp.WSMsgType.CLOSE, aiohttp.WSMsgType.CLOSED)
+        assert not element.asked
+        assert not element.pages
 
 
-def test_page_with_too_many_requests_is_limited():
+@in_event_loop
+async def test_page_with_too_many_requests_is_limited():
     """So many requests are under way, and so many taken a second."""
-
-    async def run():
-        element = Element()
-        element.idle.clear()
-        async with (
-            serving(element) as (client, address),
-            client.ws_connect(f'{address}/live', headers={'Origin': address}) as own,
-        ):
-            begun = asyncio.get_running_loop().time()
-            for number in range(served.MAX_OPEN_REQUESTS + 3):
-                await own.send_json({'id': number, 'do': 'read'})
-            answers = [unpacked(await own.receive_bytes()) for _ in range(3)]
-            took = asyncio.get_running_loop().time() - begun
-            assert [asked['id'] for asked in element.asked] == list(
-                range(served.MAX_OPEN_REQUESTS)
-            )
-            assert {answer['text'] for answer in answers} == {'too many requests at once'}
-            assert took > (served.MAX_OPEN_REQUESTS + 1) / served.MAX_REQUEST_RATE_HZ
-            element.idle.set()
-            assert unpacked(await own.receive_bytes())['ok']
-
-    asyncio.run(run())
+    element = Element()
+    element.idle.clear()
+    async with (
+        serving(element) as (client, address),
+        client.ws_connect(f'{address}/live', headers={'Origin': address}) as own,
+    ):
+        begun = asyncio.get_running_loop().time()
+        for number in range(served.MAX_OPEN_REQUESTS + 3):
+            await own.send_json({'id': number, 'do': 'read'})
+        answers = [unpacked(await own.receive_bytes()) for _ in range(3)]
+        took = asyncio.get_running_loop().time() - begun
+        assert [asked['id'] for asked in element.asked] == list(range(served.MAX_OPEN_REQUESTS))
+        assert {answer['text'] for answer in answers} == {'too many requests at once'}
+        assert took > (served.MAX_OPEN_REQUESTS + 1) / served.MAX_REQUEST_RATE_HZ
+        element.idle.set()
+        assert unpacked(await own.receive_bytes())['ok']
 
 
-def test_slow_page_misses_pictures_but_no_news():
+@in_event_loop
+async def test_slow_page_misses_pictures_but_no_news():
     """Its queue is bounded; it holds the newest picture and the newest news."""
-
-    async def run():
-        page = Page()
-        for number in range(1000):
-            page.show(pack_frame({'picture': number}))
-            page.tell(pack_frame({'news': number}))
-        found = []
-        async for frame in page.iterate_frames():
-            found.append(unpacked(frame))
-            if len(found) == MAX_QUEUED_NEWS + 1:
-                break
-        assert found[-1] == {'picture': 999}
-        assert [each['news'] for each in found[:-1]] == list(range(1000 - MAX_QUEUED_NEWS, 1000))
-
-    asyncio.run(run())
+    page = Page()
+    for number in range(1000):
+        page.show(pack_frame({'picture': number}))
+        page.tell(pack_frame({'news': number}))
+    found = []
+    async for frame in page.iterate_frames():
+        found.append(unpacked(frame))
+        if len(found) == MAX_QUEUED_NEWS + 1:
+            break
+    assert found[-1] == {'picture': 999}
+    assert [each['news'] for each in found[:-1]] == list(range(1000 - MAX_QUEUED_NEWS, 1000))
 
 
-def test_session_is_fetched_whole_and_no_other_file():
-    async def run():
-        async with serving(None, sessions=[str(LIFE)]) as (client, address):
-            async with client.get(f'{address}/sessions/0/bag.zip') as response:
-                names = zipfile.ZipFile(io.BytesIO(await response.read())).namelist()
-                assert 'life/metadata.yaml' in names
-                assert 'life/life_0.mcap' in names
-            for number in ('1', '-1', 'r0', 'x', '..%2f..', '0%2f..'):
-                async with client.get(f'{address}/sessions/{number}/bag.zip') as response:
-                    assert response.status == 404, number
-            async with client.get(f'{address}/static/../server.py') as response:
-                assert response.status == 404
-
-    asyncio.run(run())
+@in_event_loop
+async def test_session_is_fetched_whole_and_no_other_file():
+    async with serving(None, sessions=[str(LIFE)]) as (client, address):
+        async with client.get(f'{address}/sessions/0/bag.zip') as response:
+            names = zipfile.ZipFile(io.BytesIO(await response.read())).namelist()
+            assert 'life/metadata.yaml' in names
+            assert 'life/life_0.mcap' in names
+        for number in ('1', '-1', 'r0', 'x', '..%2f..', '0%2f..'):
+            async with client.get(f'{address}/sessions/{number}/bag.zip') as response:
+                assert response.status == 404, number
+        async with client.get(f'{address}/static/../server.py') as response:
+            assert response.status == 404
