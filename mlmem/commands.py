@@ -117,6 +117,7 @@ class Outcome:
         reading: The last reading it made, or None.
         delays: Echo delay of every level in time units, by end, from a calibration.
         found: What else was measured, by name: as `contract.answers` declares it.
+        content_name: What the content in the reading is called, `level` or `word`.
     """
 
     procedure: str
@@ -129,6 +130,22 @@ class Outcome:
     checks: tuple[Check, ...] = ()
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
     found: dict[str, float | str] = field(default_factory=dict)
+    content_name: str = 'level'
+
+    @property
+    def level(self) -> int | None:
+        """The content of one wall as last read; None without a reading, or of a register."""
+        return self._find_content('level')
+
+    @property
+    def word(self) -> int | None:
+        """The content of a register as last read; None without a reading, or of one wall."""
+        return self._find_content('word')
+
+    def _find_content(self, name: str) -> int | None:
+        if self.reading is None or self.content_name != name:
+            return None
+        return self.reading.content
 
     @property
     def code(self) -> str:

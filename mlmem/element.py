@@ -390,12 +390,10 @@ class MemoryElement(Memory):
     def _end_procedure(self, success: bool, error: str, result: Result) -> Outcome:
         run, self._running = self._running, None
         assert run is not None
-        found = dict(result.found)
-        if result.reading is not None and (word := self.find_word(result.reading)) is not None:
-            found['word'] = word
         run.outcome = Outcome(
             self.progress.procedure, success, error, result.reading, result.attempts,
-            self.progress.start_tick, self.ticks, result.checks, result.delays, found,
+            self.progress.start_tick, self.ticks, result.checks, result.delays,
+            dict(result.found), self.content_name,
         )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome

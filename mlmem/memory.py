@@ -19,12 +19,11 @@ from .instrument.drivers import Driver
 from .instrument.end import End, Shot
 from .instrument.instrument import Instrument
 from .physics import Design, Specimen
-from .procedure_table import describe_word
+from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration
 from .readers.decoding import decode_echoes, make_undecodable, primary_end
 from .readers.echo import Echo
-from .readers.reader import choose_reader
-from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown, describe_level
+from .readers.reading import UNDECODABLE, Reading, Unknown
 from .schema import describe_field
 from .settings import Settings
 
@@ -141,15 +140,19 @@ class Memory(Instrument):
         self.reader = self.reader.adopt(twin, self.settings)
         self.twin = twin
 
-    def find_word(self, reading: Reading) -> int | None:
-        """Return the word in a reading; None if it holds one wall, or the word is not known."""
-        known = self.reader.holds_words and reading.level != UNDECODABLE
-        return reading.level if known else None
+    @property
+    def words(self) -> int:
+        """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
+        return self.design.levels if self.register is None else self.register.code.words
+
+    @property
+    def content_name(self) -> str:
+        """What its content is called: `level` of one wall, or `word` of a register."""
+        return CONTENT_NAMES[self.register is not None]
 
     def describe_content(self, content: int) -> str:
         """Return a content in words: a word of a register, or a level."""
-        known = self.reader.holds_words and content != UNDECODABLE
-        return describe_word(content) if known else describe_level(content)
+        return describe_content(self.content_name, content)
 
     def _prove_reading(self, reading: Reading) -> Reading:
         """Return a reading, undecodable if the wall may have moved since the pulse."""

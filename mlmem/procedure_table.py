@@ -45,6 +45,11 @@ def describe_word(word: int) -> str:
     return f'word {word} ({word:#x})'
 
 
+def describe_content(name: str, content: int) -> str:
+    """Return a content in words, by its name: `level` of one wall, the `word` of a register."""
+    return describe_word(content) if name == 'word' and content >= 0 else describe_level(content)
+
+
 @dataclass(frozen=True)
 class Write:
     """Write a level, or a word of a register, and verify it."""

@@ -77,7 +77,7 @@ class Mind:
                 self._wake(time, self._reading.wait())
         elif self._writing is not None:
             if self._writing.done():
-                self.falls, self.gait = divmod(self._writing.wait().level, FALLS)
+                self.falls, self.gait = divmod(self._writing.wait().content, FALLS)
                 self._writing = None
                 self._say(time, f'{GAITS[self.gait].name} is written; falls: {self.falls}')
         elif wanted != self.gait:
@@ -86,7 +86,7 @@ class Mind:
 
     def _wake(self, time: float, content: Any) -> None:
         self._reading = None
-        falls, gait = divmod(max(0, content.level), FALLS)
+        falls, gait = divmod(max(0, content.content), FALLS)
         if gait == 0:
             self._say(time, 'the memory says stand: a new robot')
             return

@@ -79,14 +79,17 @@ class Done(Answer):
 class Decoded(Done):
     """The answer of write, read and erase: the content as decoded from its echo."""
 
-    level: int = declare_field(
+    level: int | None = declare_field(
         'int64',
-        'content as last read: a level from 0 to p - 1, or a word; -1 blank; -2 undecodable or '
-        'unknown',
+        'content of one wall as last read, from 0 to p - 1; -1 blank; -2 undecodable or unknown',
+        default=None,
         absent=UNDECODABLE,
     )
     word: int | None = declare_field(
-        'int64', 'the content of a register, if it is known', default=None, absent=-1
+        'int64',
+        'in its place, content of a register as last read; -2 undecodable or unknown',
+        default=None,
+        absent=UNDECODABLE,
     )
     code: str = declare_field('string', 'binary code of the level; empty without a level')
     end: str = declare_field('string', 'the end that was probed: left, right or both')
@@ -115,6 +118,12 @@ class Decoded(Done):
     reason: str = declare_field(
         'string', 'why the echo could not be decoded; empty if it could', default=''
     )
+
+    @property
+    def content(self) -> int:
+        """The level of one wall or the word of a register; -2 if it is not known."""
+        known = self.word if self.level is None else self.level
+        return UNDECODABLE if known is None else known
 
     @property
     def blank(self) -> bool:
@@ -238,7 +247,7 @@ def _select_fields(kind: type[Answer]) -> Iterator[dataclasses.Field[Any]]:
 # --- the node's side --------------------------------------------------------------------------
 
 
-OUTCOME_FIELDS = 'attempts', 'ticks', 'delays'
+OUTCOME_FIELDS = 'level', 'word', 'attempts', 'ticks', 'delays'
 """What an outcome holds itself; all else is of its reading, as its binary `code`."""
 
 

@@ -263,14 +263,14 @@ def extract_status_values(status: Any) -> dict[str, str]:
     return {pair.key: pair.value for pair in status.values}
 
 
-def parse_level(values: Mapping[str, Any]) -> int:
-    """Return the content that an outcome tells.
+def parse_content(values: Mapping[str, Any]) -> int:
+    """Return the content that an outcome tells: a word, or a level.
 
     Raises:
         KeyError: It tells none.
         ValueError: It is no number.
     """
-    return int(values['level'])
+    return int(values['word'] if 'word' in values else values['level'])
 
 
 def parse_echo(message: Any) -> NDArray[np.float64]:

@@ -125,14 +125,14 @@ CONTENT_TOPIC = Topic(
     'diagnostic_msgs/msg/DiagnosticStatus',
     LATCHED_QOS,
     'what `~/level` or `~/word` says, as text: a level or word, or why it is not known and since '
-    'which tick; keys: level, word (of a register), reason, since',
+    'which tick; keys: level or word, reason, since',
 )
 OUTCOME_TOPIC = Topic(
     'outcome',
     'diagnostic_msgs/msg/DiagnosticStatus',
     LATCHED_QOS,
-    'how the last procedure ended, with keys and values (level, code, delay, margins, attempts, '
-    'ticks)',
+    'how the last procedure ended, with keys and values (level or word, code, delay, margins, '
+    'attempts, ticks)',
 )
 ECHO_TOPIC = Topic(
     'echo',

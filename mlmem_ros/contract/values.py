@@ -49,14 +49,12 @@ def describe_content(element: MemoryElement) -> tuple[str, dict[str, str]]:
     """Return the content in words and its values as texts, or why it is not known."""
     reading, unknown = element.reading, element.unknown
     if reading is not None:
-        found = {'level': str(reading.level)}
-        if (word := element.find_word(reading)) is not None:
-            found['word'] = str(word)
+        found = {element.content_name: str(reading.content)}
         if reading.reason:
             found['reason'] = reading.reason
         why = f': {reading.reason}' if reading.level == UNDECODABLE else ''
-        return element.describe_content(reading.level) + why, found
-    found = {'level': str(UNDECODABLE)}
+        return element.describe_content(reading.content) + why, found
+    found = {element.content_name: str(UNDECODABLE)}
     if unknown is None:
         return 'not read yet', found
     return str(unknown), found | {'reason': unknown.reason, 'since': str(unknown.since)}

@@ -292,7 +292,7 @@ def _format_outcome(outcome: Outcome, element: MemoryElement) -> str:
     ticks = outcome.end_tick - outcome.start_tick
     if not outcome.success:
         return f'{outcome.procedure} failed after {ticks} ticks: {outcome.error}'
-    found = f': {element.describe_content(outcome.reading.level)}' if outcome.reading else ''
+    found = f': {element.describe_content(outcome.reading.content)}' if outcome.reading else ''
     return f'{outcome.procedure} succeeded after {ticks} ticks{found}'
 
 

@@ -223,7 +223,7 @@ class ChainMarkers:
         if reading is None:
             return str(self._element.unknown or 'not read')
         code = f' ({reading.code})' if reading.code else ''
-        return self._element.describe_content(reading.level) + code
+        return self._element.describe_content(reading.content) + code
 
 
 def _create_marker(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mlmem import Command, End, Refused, Settings, Shot
 from mlmem.instrument.instrument import Units
 from mlmem.physics import Design
+from mlmem.procedure_table import CONTENT_NAMES
 from mlmem.schema import short_repr
 
 from ..bag.contents import LOST_KEY, Message
@@ -50,14 +51,14 @@ class RecordedEcho:
         t: Times since the pulse began in time units, shape (n,).
         v_m: Displacement magnitude, shape (n,).
         v_c: Its moving average, shape (n,).
-        level: The level published with it by `~/level` or `~/outcome`, or None.
+        content: The content published with it by `~/level`, `~/word` or `~/outcome`, or None.
     """
 
     time: float
     t: Array
     v_m: Array
     v_c: Array
-    level: int | None
+    content: int | None
 
 
 @dataclass
@@ -103,6 +104,12 @@ class SessionData:
         return self.require_header().design
 
     @property
+    def content_name(self) -> str:
+        """What the content is called: `word` of a register, else `level`."""
+        register = self.header is not None and self.header.settings.register.spacing
+        return CONTENT_NAMES[bool(register)]
+
+    @property
     def settings(self) -> Settings:
         """The instrument's settings, from the header; raises as `design` does."""
         return self.require_header().settings
@@ -133,7 +140,7 @@ class SessionData:
 
 def _is_decoded(values: Mapping[str, str]) -> bool:
     try:
-        calls.parse_level(values)
+        calls.parse_content(values)
     except (KeyError, ValueError):
         return False
     return 'error' not in values
@@ -200,7 +207,7 @@ class _Collector:
 
     def __init__(self, session: SessionData) -> None:
         self._session = session
-        self._level_is_due = False  # for the last echo
+        self._content_is_due = False  # for the last echo
         self._dropped = 0
 
     def list_handlers(self) -> dict[str, tuple[str, Handler]]:
@@ -217,8 +224,8 @@ class _Collector:
                     (topics.JOINT_STATES_TOPIC, self._take_joint_states),
                     (topics.ECHO_TOPIC, self._take_echo),
                     (topics.WAVEFORM_TOPIC, self._take_waveform),
-                    (topics.LEVEL_TOPIC, self._take_level),
-                    (topics.WORD, self._take_level),
+                    (topics.LEVEL_TOPIC, self._take_number),
+                    (topics.WORD, self._take_number),
                     (topics.CONTENT_TOPIC, self._take_content),
                     (topics.OUTCOME_TOPIC, self._take_outcome),
                     *(
@@ -258,20 +265,20 @@ class _Collector:
     def _take_echo(self, seconds: float, message: Any) -> None:
         t, v_m, v_c = calls.parse_echo(message)
         self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, None))
-        self._level_is_due = True
+        self._content_is_due = True
 
     def _take_waveform(self, _: float, message: Any) -> None:
         shot = _parse_shot(np.asarray(message.data, dtype=np.float64), message.layout.data_offset)
         self._session.shots.append(shot)
 
-    def _take_level(self, _: float, message: Any) -> None:
-        self._set_level(int(message.data))
+    def _take_number(self, _: float, message: Any) -> None:
+        self._set_content(int(message.data))
 
-    def _set_level(self, level: int) -> None:
+    def _set_content(self, content: int) -> None:
         echoes = self._session.echoes
-        if self._level_is_due:
-            echoes[-1] = replace(echoes[-1], level=level)
-            self._level_is_due = False
+        if self._content_is_due:
+            echoes[-1] = replace(echoes[-1], content=content)
+            self._content_is_due = False
 
     def _take_content(self, seconds: float, message: Any) -> None:
         values = calls.extract_status_values(message)
@@ -280,9 +287,9 @@ class _Collector:
     def _take_outcome(self, seconds: float, message: Any) -> None:
         values = calls.extract_status_values(message)
         if _is_decoded(values):  # from the echo just before
-            self._set_level(calls.parse_level(values))
+            self._set_content(calls.parse_content(values))
         self._session.outcomes.append((seconds, values))
-        self._level_is_due = False
+        self._content_is_due = False
 
     def _count_dropped(self, _: float, message: Any) -> None:
         self._dropped = max(self._dropped, int(message.data))

@@ -196,7 +196,7 @@ class _Player:
             raise BagError(f'tick {self._element.ticks} cannot be replayed: {error}') from error
         for event in events:
             if isinstance(event, EchoReceived):
-                self._report.levels.append(event.reading.level)
+                self._report.levels.append(event.reading.content)
             elif isinstance(event, Outcome):
                 self._report.outcomes.append(event)
             self._compare_event(event)
@@ -264,7 +264,7 @@ def find_difference(recorded: Any, computed: Any) -> float:
 def _create_report(session: SessionData) -> ReplayReport:
     """Return a report that holds only what was recorded and what is missing."""
     return ReplayReport(
-        recorded_levels=[echo.level for echo in session.echoes],
+        recorded_levels=[echo.content for echo in session.echoes],
         recorded_endings=[describe_ending(values) for _, values in session.outcomes],
         lost=session.lost,
         missing_parts=session.missing_parts,

@@ -246,10 +246,9 @@ def describe_ending(values: Mapping[str, Any]) -> str:
     procedure = str(values.get('procedure', 'a procedure'))
     if 'error' in values:
         return f'{procedure} failed'
-    level = str(values.get('level', ''))
+    content = str(values.get('word', values.get('level', '')))
     named = {str(BLANK): 'blank', str(UNDECODABLE): 'undecodable'}
-    words = named.get(level, level)
-    return f'{procedure} {words}'.rstrip()
+    return f'{procedure} {named.get(content, content)}'.rstrip()
 
 
 def count_comparable(recorded: Sequence[object]) -> int:

@@ -201,7 +201,7 @@ class MemoryBank:
         for name, reply in zip(self._names, replies, strict=True):
             try:
                 answer = reply.result(0)
-                contents.append(answer.level if isinstance(answer, Decoded) else None)
+                contents.append(answer.content if isinstance(answer, Decoded) else None)
             except RequestError as error:
                 errors[name] = error
                 contents.append(None)

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mlmem.procedure_table import describe_content
 from mlmem.schema import make_printable
 
 from . import laboratory
@@ -158,7 +159,7 @@ def _list_commands(console: Console, session: SessionData) -> None:
         table = create_table(*head)
         for when, command in rows:
             if not isinstance(command, Disturb):
-                _add_row(table, when, _describe_command(command))
+                _add_row(table, when, _describe_command(command, session.content_name))
         console.print(table)
     shakes = [command.acceleration for _, command in rows if isinstance(command, Disturb)]
     if shakes:  # too many for a table
@@ -166,10 +167,12 @@ def _list_commands(console: Console, session: SessionData) -> None:
         console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}')
 
 
-def _describe_command(command: Command) -> str:
+def _describe_command(command: Command, content_name: str) -> str:
     """Return a command in words, with active faults only."""
-    from mlmem import SetFaults
+    from mlmem import SetFaults, Write
 
+    if isinstance(command, Write) and content_name == 'word':
+        return f'Write({describe_content(content_name, command.level)})'
     if isinstance(command, SetFaults):
         return f'SetFaults({command.faults.list_active() or "healthy"})'
     return str(command)
@@ -181,7 +184,8 @@ def _list_procedures(console: Console, session: SessionData) -> None:
 
     table = create_table(
         'procedures',
-        '>time', 'procedure', '>level', 'code', '>delay', '>margins', '>tries', '>ticks', 'error',
+        '>time', 'procedure', f'>{session.content_name}', 'code', '>delay', '>margins', '>tries',
+        '>ticks', 'error',
     )  # fmt: skip
     for seconds, values in session.outcomes:
         margins = [
@@ -191,7 +195,7 @@ def _list_procedures(console: Console, session: SessionData) -> None:
             table,
             f'{seconds:.3f} s',
             values.get('procedure', ''),
-            values.get('level', ''),
+            values.get(session.content_name, ''),
             values.get('code', ''),
             _round_text(values.get('delay', '')),
             ' '.join(margins),
@@ -220,16 +224,15 @@ def _round_text(text: str) -> str:
 
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
-    """List the level that was published with every echo."""
-    from mlmem import describe_level
-
-    table = create_table('echoes', '>time', '>level')
+    """List the content that was published with every echo."""
+    name = session.content_name
+    table = create_table('echoes', '>time', f'>{name}')
     for echo in session.echoes:
-        level = 'no level' if echo.level is None else describe_level(echo.level)
-        table.add_row(f'{echo.time:.3f} s', level)
+        known = f'no {name}' if echo.content is None else describe_content(name, echo.content)
+        table.add_row(f'{echo.time:.3f} s', known)
     if session.echoes:
         console.print(table)
-    return [{'time': echo.time, 'level': echo.level} for echo in session.echoes]
+    return [{'time': echo.time, name: echo.content} for echo in session.echoes]
 
 
 def _add_row(table: Any, *cells: str) -> None:

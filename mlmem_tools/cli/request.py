@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mlmem.procedure_table import PROCEDURES, Procedure, describe_level, describe_word
+from mlmem.procedure_table import PROCEDURES, Procedure, describe_content
 
 from .command import (
     JSON_OPTION,
@@ -88,15 +88,19 @@ def _as_dict(answer: Answer) -> dict[str, Any]:
 
 
 def _format_decoded(answer: Decoded) -> str:
-    text = describe_level(answer.level) if answer.word is None else describe_word(answer.word)
+    text = describe_content('level' if answer.word is None else 'word', answer.content)
     if answer.code:
         text += f' (code {answer.code})'
     if answer.delay is not None:
         text += f', echo delay {answer.delay:.2f}'
     return (
-        f'{text}, level margin {answer.level_margin:.2f}, '
+        f'{text}, margin {answer.level_margin:.2f}, '
         f'threshold margin {answer.threshold_margin:.2f}, confidence {answer.confidence:.2f}'
     )
+
+
+def _format_written(answer: Decoded) -> str:
+    return f'wrote {_format_decoded(answer)}'
 
 
 def _format_stopped(answer: Done) -> str:
@@ -143,6 +147,7 @@ ANSWER_FORMATTERS: dict[str, Callable[[Any], str]] = {
     'abort': _format_stopped,
     'calibrate': _format_calibrated,
     'self_test': _format_tested,
+    'write': _format_written,
 }
 """How answers are put into words, by procedure; others by `_format_found`."""
 

@@ -90,8 +90,8 @@ class Activity:
             self._doing = {}
             self._ended = time.monotonic()
 
-    def _begin_procedure(self, name: str, level: Any = None) -> None:
-        self._doing = {'name': name, 'level': level if isinstance(level, int) else None}
+    def _begin_procedure(self, name: str, content: Any = None) -> None:
+        self._doing = {'name': name, 'content': content if isinstance(content, int) else None}
         self._begun = time.monotonic()
 
 

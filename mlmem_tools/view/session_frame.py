@@ -26,7 +26,7 @@ from mlmem import (
     SetStrain,
     Write,
 )
-from mlmem.procedure_table import describe_level, describe_word
+from mlmem.procedure_table import CONTENT_NAMES, describe_content
 from mlmem.schema import short_repr
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
@@ -151,8 +151,8 @@ class _Collector:
             topics.FIELD_TOPIC.name: self._take_field,
             topics.JOINT_STATES_TOPIC.name: self._take_joints,
             topics.WALL_TOPIC.name: self._take_wall,
-            topics.LEVEL_TOPIC.name: self._take_level,
-            topics.WORD.name: self._take_level,
+            topics.LEVEL_TOPIC.name: self._take_content_number,
+            topics.WORD.name: self._take_content_number,
             topics.CONTENT_TOPIC.name: self._take_content,
             topics.ECHO_TOPIC.name: self._take_echo,
             topics.OUTCOME_TOPIC.name: self._take_outcome,
@@ -189,7 +189,7 @@ class _Collector:
     def _take_wall(self, t: float, message: Any) -> None:
         self._walls.add(t, [round(float(site), 3) for site in message.data])
 
-    def _take_level(self, t: float, message: Any) -> None:
+    def _take_content_number(self, t: float, message: Any) -> None:
         if len(self._levels) < MAX_EVENTS:
             self._levels.append((t, int(message.data)))
 
@@ -212,7 +212,12 @@ class _Collector:
     def _take_command(self, t: float, message: Any) -> None:
         _, command = read_command(message.data)
         if not isinstance(command, Disturb):  # there are too many
-            self._add_event(t, 'command', _describe_command(command))
+            text, more = _describe_command(command), {}
+            if isinstance(command, Write):
+                more['content'] = command.level
+                if self._about.json['code']:
+                    text = f'write {describe_content("word", command.level)}'
+            self._add_event(t, 'command', text, **more)
 
     def _add_event(self, t: float, kind: str, text: str, **more: Any) -> None:
         if len(self.events) < MAX_EVENTS:
@@ -277,14 +282,13 @@ def compare_sessions(left: SessionFrame, right: SessionFrame) -> dict[str, Any]:
 def _format_event(event: dict[str, Any]) -> str:
     """Return the part of an event that must agree: not its time or its delay."""
     values = event.get('values', {})
-    kept = [values[key] for key in ('level', 'attempts') if key in values]
+    kept = [values[key] for key in (*CONTENT_NAMES, 'attempts') if key in values]
     return ' '.join([event['kind'], event['text'], *kept])
 
 
 def _shorten_event(event: dict[str, Any]) -> dict[str, Any]:
     values, text = event.get('values', {}), event['text']
-    if 'word' in values:
-        text = f'{text}, {describe_word(int(values["word"]))}'
-    elif 'level' in values:
-        text = f'{text}, {describe_level(calls.parse_level(values))}'
+    for name in CONTENT_NAMES:
+        if name in values:
+            text = f'{text}, {describe_content(name, int(values[name]))}'
     return {'t': event['t'], 'kind': event['kind'], 'text': text}

@@ -110,12 +110,24 @@ def test_result_of_an_action_says_what_the_service_says(reading, delays):
     assert said.items() >= (
         json.loads(answers.format_answer(outcome)).items() if reading else set()
     )
-    assert said['level'] == (5 if reading else -2)
+    assert said.get('level') == (5 if reading else None)
+
+
+def test_an_outcome_of_a_register_has_a_word_and_no_level():
+    outcome = Outcome('read', True, '', READING, 1, 0, 60, content_name='word')
+    assert (outcome.word, outcome.level) == (5, None)
+    by_service = calls.parse_answer(Decoded, True, answers.format_answer(outcome))
+    result = answers.build_result(result_type(Decoded), outcome, 0)
+    assert (result.word, result.level) == (5, -2)
+    by_action = calls.parse_result('read', Decoded, result, SimpleNamespace())
+    for answer in (by_service, by_action):
+        assert (answer.word, answer.level, answer.content) == (5, None, 5)
+        assert request._format_found(answer).startswith('word 5 (0x5) (code 101)')
 
 
 def test_value_absent_from_a_result_is_none():
     result = answers.build_failed_result(result_type(Decoded), 1, 'no echo')
-    assert (result.level, result.walls) == (-2, -1)
+    assert (result.level, result.word, result.walls) == (-2, -2, -1)
     assert math.isnan(result.delay)
     assert math.isnan(result.right_delay)
     assert (

@@ -45,7 +45,7 @@ def test_commands_write_read_and_erase(memory, robot, inside):
     status, written, complaint = inside('write', '3')
     assert (status, complaint) == (0, '')
     (line,) = written.splitlines()
-    assert line.startswith('level 3 (code 011), echo delay ')
+    assert line.startswith('wrote level 3 (code 011), echo delay ')
     assert robot.latest('level').data == 3
 
     status, read, complaint = inside('read')

@@ -118,7 +118,7 @@ def test_register_with_a_twin_writes_and_replays(start, byte, tmp_path):
     with Robot() as robot:
         robot.set(target_word=64)
         assert robot.trigger('write')['attempts'] == 1
-        assert robot.trigger('read')['level'] == 64
+        assert robot.trigger('read')['word'] == 64
         told = of_the_twin(robot.next('/diagnostics')).message
         assert told == 'no read compared yet'  # a register does so itself, in every read
         node.terminate()

@@ -42,8 +42,9 @@ def trigger(node, service):
 
 def test_client_reads_the_word_it_wrote(memory):
     read = memory.read().wait()
-    assert (read.level, read.word, int(read.code, 2)) == (WORD, WORD, WORD)
+    assert (read.level, read.word, read.content, int(read.code, 2)) == (None, WORD, WORD, WORD)
     assert read.details['word'] == WORD
+    assert 'level' not in read.details
 
 
 @pytest.mark.parametrize('name', ['level', 'word'])
@@ -85,14 +86,15 @@ def test_topics_speak_of_a_word(node):
         node.memory.write(OTHER).wait()
         status = robot.latest('content', lambda status: values(status).get('word') == str(OTHER))
         assert status.message == f'word {OTHER} ({OTHER:#x})'
-        robot.latest('outcome', lambda status: values(status).get('word') == str(OTHER))
+        outcome = robot.latest('outcome', lambda status: values(status).get('word') == str(OTHER))
+        assert 'level' not in {**values(status), **values(outcome)}
         robot.latest('word', lambda message: message.data == OTHER)
         assert robot.node.count_publishers(f'{node.element}/level') == 0
 
 
 def test_commands_take_hexadecimal_and_print_the_word(node, capsys):
     assert main(['write', f'{WORD:#x}', '--node', node.element]) == 0
-    assert capsys.readouterr().out.startswith(f'word {WORD} ({WORD:#x}) (code {WORD:08b}), ')
+    assert capsys.readouterr().out.startswith(f'wrote word {WORD} ({WORD:#x}) (code {WORD:08b}), ')
     assert main(['read', '--json', '--node', node.element]) == 0
     assert json.loads(capsys.readouterr().out)['word'] == WORD
 
@@ -108,8 +110,30 @@ def test_session_of_a_register_is_replayed_and_shown(node, memory, capsys):
     assert report.recorded_endings == [f'write {OTHER}', f'read {OTHER}']
     assert report.recorded_levels == report.levels == [OTHER, OTHER]
     assert main(['inspect', path]) == 0
-    assert f'{OTHER:08b}' in capsys.readouterr().out
+    listed = capsys.readouterr().out
+    assert f'{OTHER:08b}' in listed
+    assert f'Write(word {OTHER} ({OTHER:#x}))' in listed
+    assert main(['inspect', path, '--json']) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [each['word'] for each in found['echoes']] == [OTHER, OTHER]
+    assert [each['word'] for each in found['procedures']] == [str(OTHER), str(OTHER)]
     frame = session_frame.load_frame(path).frame
     head = json.loads(frame[4 : 4 + int.from_bytes(frame[:4], 'little')])
     assert head['element']['code']['tops'][3] == 8
     assert head['levels'][-1][1] == OTHER
+
+
+def test_page_writes_a_word(memory):
+    requests = Requests(memory, Activity())
+    assert requests.send({'do': 'write', 'word': OTHER}).wait().word == OTHER
+    with pytest.raises(ValueError, match='level must be a whole number'):
+        requests.send({'do': 'write', 'word': '0x7'})
+
+
+def test_session_page_writes_a_word_as_word():
+    event = {'t': 0.0, 'kind': 'outcome', 'text': 'write succeeded'}
+    event['values'] = {'word': str(OTHER)}
+    assert (
+        session_frame._shorten_event(event)['text']
+        == f'write succeeded, word {OTHER} ({OTHER:#x})'
+    )

@@ -215,12 +215,27 @@ def test_outcomes_in_another_recorders_bag_are_compared(tmp_path, capsys, level,
         assert told.endswith('the levels agree\n')
 
 
+def test_outcomes_also_give_levels(session, tmp_path, capsys):
+    made = session.copy()
+    made.messages = [m for m in made.messages if m.topic != '/mlmem/level']
+    made.write(tmp_path / 'bag')
+    assert [echo.content for echo in load_session(tmp_path / 'bag').echoes] == [
+        *6 * [None],
+        3,
+        None,
+        3,
+    ]
+    status, told = replayed(capsys, tmp_path / 'bag')
+    assert status == 0
+    assert 'procedures  4 of 4 agree' in told
+
+
 def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsys):
     made = session.copy()
     untold = '/mlmem/level', '/mlmem/outcome'
     made.messages = [m for m in made.messages if m.topic not in untold]
     made.write(tmp_path / 'bag')
-    assert {echo.level for echo in load_session(tmp_path / 'bag').echoes} == {None}
+    assert {echo.content for echo in load_session(tmp_path / 'bag').echoes} == {None}
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 0
     assert 'levels      none recorded; here -1, -2, -2, 2, 2, 3, 3, 3, 3' in told

@@ -140,7 +140,7 @@ def test_activity_follows_requests_and_diagnostics():
     assert activity.now() == {}
     assert activity.asked({'do': 'write', 'level': 3})
     assert activity.now()['doing']['name'] == 'write'
-    assert activity.now()['doing']['level'] == 3
+    assert activity.now()['doing']['content'] == 3
     assert not activity.asked({'do': 'erase'})  # it will be refused: a write runs
     activity.ended('write')
     assert activity.now() == {}

@@ -142,8 +142,7 @@ def report_memory(element: MemoryElement) -> Health:
             WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
         )
     values = {
-        'level': reading.level,
-        **({} if (word := element.find_word(reading)) is None else {'word': word}),
+        element.content_name: reading.content,
         'end': reading.end,
         'delay': 'none' if reading.delay is None else reading.delay,
         'level_margin': reading.level_margin,
@@ -153,7 +152,7 @@ def report_memory(element: MemoryElement) -> Health:
     }
     if reading.level == UNDECODABLE:
         return Health(WARN, reading.reason, values)
-    return Health(OK, element.describe_content(reading.level), values)
+    return Health(OK, element.describe_content(reading.content), values)
 
 
 def report_faults(element: MemoryElement) -> Health:

@@ -35,7 +35,7 @@ export class Chain {
 
   show(state) {
     this.state = state;
-    const held = this.levels(state.level), wanted = state.doing?.name === 'write' ? this.levels(state.doing.level) : [];
+    const held = this.levels(state.level), wanted = state.doing?.name === 'write' ? this.levels(state.doing.content) : [];
     for (const [level, button] of this.buttons.entries()) {
       button.classList.toggle('held-here', held.includes(level));
       button.classList.toggle('wanted', wanted.includes(level));

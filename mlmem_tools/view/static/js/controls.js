@@ -41,7 +41,7 @@ export class Controls {
 
   /** Write a level, or a word. */
   write(content, control) {
-    return this.ask(control, { do: 'write', level: content });
+    return this.ask(control, { do: 'write', [this.isRegister ? 'word' : 'level']: content });
   }
 
   /** Choose the cell whose faults are set. */
@@ -52,6 +52,7 @@ export class Controls {
 
   /** Show the node's procedures and parameters. */
   set(about) {
+    this.isRegister = Boolean(about.code);
     for (const [name, { takes, title }] of Object.entries(about.procedures)) {
       const known = document.querySelector(`.actions [data-do="${name}"]`);
       if (known) known.title = title;

@@ -42,8 +42,11 @@ export const facts = ({ levels, words, cells, substrate }) => [
   `${levels} levels`, ...(words === levels ? [] : [`${words} words`]), `${cells} cells`, `${substrate} substrate`,
 ].join(', ');
 
-/** Return a level in words. */
-export const describe = (level) => (level >= 0 ? `level ${level}` : level === -1 ? 'blank' : 'unknown');
+/** Return a content in words: the word of a register, or the level of one wall. */
+const describe = (content, isWord) => (content >= 0 ? (isWord ? `word ${spell(content)}` : `level ${content}`) : content === -1 ? 'blank' : 'unknown');
+
+/** Return a word in decimal and in hexadecimal. */
+export const spell = (word) => `${word} (0x${word.toString(16)})`;
 
 /** Return a number with its sign, with a true minus. */
 export const signed = (value, digits) => (value < 0 ? '−' : '+') + Math.abs(value).toFixed(digits);
@@ -51,13 +54,13 @@ export const signed = (value, digits) => (value < 0 ? '−' : '+') + Math.abs(va
 /** Return a number from the values of an outcome; null if it is not there. */
 export const number = (values, name) => (Number.isFinite(parseFloat(values[name])) ? Number(values[name]) : null);
 
-/** Return the content in the values of an outcome; null without one. */
-export const content = (values) => number(values, 'level');
+/** Return the content in the values of an outcome, a word or a level; null without one. */
+export const content = (values) => number(values, 'word') ?? number(values, 'level');
 
-/** Return what an outcome found in words: where the wall is, or the level; empty for nothing. */
+/** Return what an outcome found in words: where the wall is, or the content; empty for nothing. */
 export function found(values, withDelay = false) {
   const [walls, position, deviation, delay] = ['walls', 'position', 'position_std', 'delay'].map((key) => number(values, key));
-  const level = content(values);
+  const known = content(values);
   if (values.procedure === 'locate') {
     const count = walls === 0 ? 'no wall' : walls === 1 ? '1 wall' : `${walls} walls`;
     if (values.cells) return `${count}, at ${walls > 1 ? 'cells' : 'cell'} ${values.cells.replaceAll(' ', ', ')}`;
@@ -65,8 +68,7 @@ export function found(values, withDelay = false) {
     if (cell != null) return `${count}, cell ${cell} is stuck`;
     return position == null ? count : `${count}, at cell ${position.toFixed(2)} ± ${(deviation ?? 0).toFixed(2)}`;
   }
-  const held = level == null ? '' : values.word == null ? describe(level) : `word ${values.word}`;
-  return level == null ? '' : held + (!withDelay || delay == null ? '' : `, delay ${delay.toFixed(2)}`);
+  return known == null ? '' : describe(known, values.word != null) + (!withDelay || delay == null ? '' : `, delay ${delay.toFixed(2)}`);
 }
 
 /** A small text beside the pointer. */

@@ -5,7 +5,7 @@
 import { Bands } from './bands.js';
 import { Chain } from './chain.js';
 import { Echo } from './echo.js';
-import { find, put, signed } from './page.js';
+import { find, put, signed, spell } from './page.js';
 import { Picture } from './picture.js';
 import { Twin } from './twin.js';
 
@@ -37,7 +37,7 @@ export class Panel {
     this.chain.show(state);
     const { level, confidence, doing, why } = state;
     const content = this.find('.level');
-    put(content, level == null ? 'not read' : level >= 0 ? level : level === -1 ? 'blank' : 'unknown');
+    put(content, level == null ? 'not read' : level >= 0 ? this.spell(level) : level === -1 ? 'blank' : 'unknown');
     content.classList.toggle('word', !(level >= 0));
     content.classList.toggle('past', Boolean(this.about.procedures[doing?.name]?.changes)); // it is the last one
     put(this.find('.code'), level >= 0 ? this.about.codes[level] ?? '' : '');
@@ -45,12 +45,15 @@ export class Panel {
     this.find('.confidence i').style.width = known ? `${100 * confidence}%` : '0';
     put(this.find('.confidence span'), known ? `confidence ${confidence.toFixed(2)}` : level === -2 && why || 'confidence –');
     this.find('.activity').classList.toggle('idle', !doing);
-    put(this.find('.what'), activity(state));
+    put(this.find('.what'), activity(state, (content) => this.spell(content)));
     const bar = this.find('.progress');
     bar.classList.toggle('off', !doing);
     bar.classList.toggle('unknown', Boolean(doing) && doing.share == null); // it moves
     bar.firstElementChild.style.width = doing?.share == null ? '' : `${100 * doing.share}%`;
   }
+
+  /** Return a content: the word of a register in hexadecimal, too. */
+  spell(content) { return this.about.code ? spell(content) : content; }
 
   /** Magnify small waves about the phases, in the chain and over time. */
   magnify(gain) {
@@ -71,11 +74,11 @@ export class Panel {
 }
 
 /** Return what the element does in words. */
-function activity({ doing, strain }) {
+function activity({ doing, strain }, spelt) {
   if (!doing) return Math.abs(strain) > 5e-4 ? `held at strain ${signed(strain, 3)}` : 'idle';
   const name = doing.name.replace('_', '-');
   return [
-    doing.level == null ? name : `${name} ${doing.level}`,
+    doing.content == null ? name : `${name} ${spelt(doing.content)}`,
     doing.phase,
     doing.attempts > 1 && `try ${doing.attempts}`,
     `${doing.for.toFixed(1)} s`,

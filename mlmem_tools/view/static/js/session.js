@@ -147,8 +147,8 @@ function runs(events, procedures) {
   let open = null;
   for (const event of events) {
     if (event.kind === 'command') {
-      const [name, level] = event.text.split(' ');
-      if (name in procedures) open = { from: event.t, name, level: name === 'write' ? Number(level) : null };
+      const [name] = event.text.split(' ');
+      if (name in procedures) open = { from: event.t, name, content: event.content ?? null };
     } else if (open && event.kind === 'outcome') {
       found.push({ ...open, to: event.t });
       open = null;
@@ -170,7 +170,7 @@ function show(session, time) {
     level,
     why: level === -2 ? events.findLast((event) => event.t <= time && event.kind !== 'command')?.text : '',
     confidence: content(values) === level ? number(values, 'confidence') : null,
-    doing: run && { name: run.name, level: run.level, for: time - run.from, share: (time - run.from) / (run.to - run.from) },
+    doing: run && { name: run.name, content: run.content, for: time - run.from, share: (time - run.from) / (run.to - run.from) },
   });
   panel.picture.draw(time);
   const heard = last(echoes.map(({ t }) => t), time);
