@@ -17,7 +17,9 @@ from reference_pages.problems import standard_problems_page
 from reference_pages.rig import rig_page
 
 from mlmem_ros.contract import services
+from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.services import ACTION_TYPE_NAMES
+from mlmem_ros.contract.streams import STREAMS
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / 'docs' / 'reference'
@@ -46,7 +48,7 @@ def pages() -> dict[str, str]:
 
 
 def policy() -> str:
-    """Return the SROS 2 policy, with the present services and actions of node and client."""
+    """Return the SROS 2 policy with the present topics, services and actions."""
     text = POLICY.read_text(encoding='utf-8')
     served = *services.NODE_SERVICES, *services.SIMULATOR_SERVICES
     own = ''.join(f'            <service>~/{name}</service>\n' for name, *_ in served)
@@ -57,6 +59,18 @@ def policy() -> str:
         count=1,
         flags=re.DOTALL,
     )
+    for rule, topics, end in (
+        ('publish', STREAMS, 'alive'),
+        ('subscribe', [topic.name for topic in COMMAND_TOPICS], 'clients'),
+    ):
+        listed = ''.join(f'            <topic>~/{name}</topic>\n' for name in topics)
+        text = re.sub(
+            rf'(<topics {rule}="ALLOW">\n).*?( *<topic>~/{end}</topic>)',
+            lambda found, listed=listed: found[1] + listed + found[2],
+            text,
+            count=1,
+            flags=re.DOTALL,
+        )
     for rule, above in (('execute', '~'), ('call', '/mlmem')):
         names = (
             [*ACTION_TYPE_NAMES, services.STEPS_ACTION] if rule == 'execute' else ACTION_TYPE_NAMES

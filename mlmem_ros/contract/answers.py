@@ -271,6 +271,27 @@ def outcome_to_dict(outcome: Outcome) -> dict[str, Any]:
     }
 
 
+def format_values(values: Mapping[str, Any]) -> dict[str, str]:
+    """Return values as the texts that diagnostics carry.
+
+    Lists are separated by spaces, and a mapping is one text for each of its keys, such as
+    `delays_left`. None has none.
+    """
+    found: dict[str, str] = {}
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            found |= format_values({f'{key}_{name}': item for name, item in value.items()})
+        elif isinstance(value, list | tuple):
+            found[key] = ' '.join(map(_format_value, value))
+        elif value is not None:
+            found[key] = _format_value(value)
+    return found
+
+
+def _format_value(value: Any) -> str:
+    return f'{value:.6g}' if isinstance(value, float) else str(value)
+
+
 def format_answer(outcome: Outcome, **asked: Any) -> str:
     """Return the JSON object that answers a service, along with what was asked for."""
     return json.dumps(outcome_to_dict(outcome) | asked)

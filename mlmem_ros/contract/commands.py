@@ -15,8 +15,8 @@ from mlmem.instrument.instrument import Units
 from mlmem.procedure_table import CONTENT_NAMES, JOINT_NAME, PROCEDURES, UNSET_CONTENT
 from mlmem.schema import short_repr
 
-from . import topics
 from .services import DEADLINE_ARGUMENT, DOUBLE, NAME_ARGUMENT, REQUEST_ARGUMENTS, STRING
+from .topics import RELIABLE_QOS, SENSOR_DATA_QOS, Topic
 
 
 @dataclass(frozen=True)
@@ -102,15 +102,69 @@ def parse_acceleration(message: Any, units: Units) -> Disturb:
     return Disturb(float(message.linear_acceleration.x) / units.acceleration)
 
 
-TOPIC_PARSERS: dict[str, Make] = {
-    topics.STRAIN_TOPIC.name: lambda message, _: SetStrain(float(message.data)),
-    topics.STRAIN_TRAJECTORY_TOPIC.name: parse_trajectory,
-    topics.JOINT_COMMANDS_TOPIC.name: parse_joint_state,
-    topics.PROBE_TOPIC.name: lambda message, _: Read(),
-    topics.WRITE_LEVEL_TOPIC.name: lambda message, _: Write(int(message.data)),
-    topics.DISTURBANCE_TOPIC.name: parse_acceleration,
-}
-"""How the messages of `topics.COMMAND_TOPICS` become commands."""
+@dataclass(frozen=True)
+class CommandTopic(Topic):
+    """A topic that the node subscribes to.
+
+    Attributes:
+        parse: Turns a message into a command.
+        is_in_metres: Whether its strains are displacements of the substrate's end in m.
+    """
+
+    parse: Make
+    is_in_metres: bool = False
+
+
+COMMAND_TOPICS = (
+    CommandTopic(
+        'strain',
+        'std_msgs/msg/Float64',
+        RELIABLE_QOS,
+        'strain set-point, tension positive. The actuator slews to it within '
+        '`actuator.hand_rate`. Refused while a procedure runs',
+        lambda message, _: SetStrain(float(message.data)),
+    ),
+    CommandTopic(
+        'strain_trajectory',
+        'trajectory_msgs/msg/JointTrajectory',
+        RELIABLE_QOS,
+        'a timed strain profile for the joint `substrate`, in m and s',
+        parse_trajectory,
+        is_in_metres=True,
+    ),
+    CommandTopic(
+        'joint_commands',
+        'sensor_msgs/msg/JointState',
+        RELIABLE_QOS,
+        'as `~/strain`, but a position of the joint `substrate` in m: what a hardware interface '
+        'of ros2_control sends',
+        parse_joint_state,
+        is_in_metres=True,
+    ),
+    CommandTopic(
+        'probe',
+        'std_msgs/msg/Empty',
+        RELIABLE_QOS,
+        'fire one probe pulse',
+        lambda message, _: Read(),
+    ),
+    CommandTopic(
+        'write_level',
+        'std_msgs/msg/UInt8',
+        RELIABLE_QOS,
+        'write this level now',
+        lambda message, _: Write(int(message.data)),
+    ),
+    CommandTopic(
+        'disturbance',
+        'sensor_msgs/msg/Imu',
+        SENSOR_DATA_QOS,  # also matches reliable publishers
+        'acceleration of the base along the chain (`linear_acceleration.x`, in m/s^2), which '
+        'shakes the element; accepted at any time',
+        parse_acceleration,
+    ),
+)
+"""What the node subscribes to."""
 
 
 REQUEST_COMMANDS: dict[str, type[Any]] = {

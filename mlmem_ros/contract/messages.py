@@ -1,70 +1,100 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The device's values as messages, in SI units where the message type requires them."""
+"""The values of streams as messages, by the type of the message, and those of a self-test."""
 
 from __future__ import annotations
 
 import array
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from sensor_msgs.msg import JointState, Range
-from std_msgs.msg import (
-    Float32MultiArray,
-    Float64MultiArray,
-    Int16,
-    Int64,
-    MultiArrayDimension,
-    MultiArrayLayout,
-)
+from std_msgs.msg import MultiArrayDimension, MultiArrayLayout
 
-from mlmem import UNDECODABLE, MemoryElement, Outcome, Reading, Shot
+from mlmem import Outcome
 from mlmem.physics.potential import Array
 from mlmem.procedure_table import JOINT_NAME
-from mlmem.readers.echo import Echo
 
-from . import values
-
-
-def build_level(reading: Reading | None) -> Int16:
-    """Return the content; see `values.encode_level`."""
-    return Int16(data=values.encode_level(reading))
+from . import answers
+from .streams import Joints, Status, Stream
 
 
-def word(reading: Reading | None) -> Int64:
-    """Return the content of a register; see `values.encode_level`."""
-    return Int64(data=values.encode_level(reading))
+@dataclass(frozen=True)
+class Publication:
+    """What a message says besides its values.
 
-
-def build_content(element: MemoryElement, name: str) -> DiagnosticStatus:
-    """Return the content in words; a warning if it is not known. `name` is the node's full
-    name.
+    Attributes:
+        node: The node's full name.
+        frame_id: The frame of stamped messages.
+        now: Returns the time of stamped messages.
     """
-    text, found = values.describe_content(element)
-    known = element.reading is not None and element.reading.level != UNDECODABLE
+
+    node: str
+    frame_id: str
+    now: Callable[[], Time]
+
+
+def build_message(stream: Stream, values: Any, publication: Publication) -> Any:
+    """Return the message of a stream with its values: a `Status`, `Joints`, a distance with its
+    maximum, an integer, or an array.
+    """
+    if isinstance(values, Status):
+        return build_status(values, publication.node)
+    if isinstance(values, Joints):
+        return _stamp_message(_build_joint_state(values), publication)
+    if stream.kind is Range:
+        return _stamp_message(_build_range(values), publication)
+    if not stream.dimensions:
+        return stream.kind(data=values)
+    return _build_array(stream, values)
+
+
+def build_status(status: Status, node: str) -> DiagnosticStatus:
+    """Return a status of the node of this full name."""
     return DiagnosticStatus(
-        level=DiagnosticStatus.OK if known else DiagnosticStatus.WARN,
-        name=name.rpartition('/')[2],
-        message=text,
-        hardware_id=name,
-        values=[KeyValue(key=key, value=value) for key, value in found.items()],
+        level=bytes([status.severity]),
+        name=node.rpartition('/')[2],
+        message=status.text,
+        hardware_id=node,
+        values=[KeyValue(key=key, value=value) for key, value in status.values.items()],
     )
 
 
-def build_outcome(outcome: Outcome, name: str) -> DiagnosticStatus:
-    """Return the outcome of a procedure; `name` is the node's full name."""
-    level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
-    text, found = values.describe_outcome(outcome)
-    return DiagnosticStatus(
-        level=level,
-        name=name.rpartition('/')[2],
-        message=text,
-        hardware_id=name,
-        values=[KeyValue(key=key, value=value) for key, value in found.items()],
-    )
+def _build_joint_state(joints: Joints) -> JointState:
+    position, velocity, effort = (array.array('d', each) for each in joints)
+    names = [JOINT_NAME, 'transducer']
+    return JointState(name=names, position=position, velocity=velocity, effort=effort)
+
+
+def _build_range(values: Array) -> Range:
+    distance, longest = map(float, values)
+    return Range(radiation_type=Range.ULTRASOUND, min_range=0.0, max_range=longest, range=distance)
+
+
+def _stamp_message(message: Any, publication: Publication) -> Any:
+    message.header.stamp = publication.now()
+    message.header.frame_id = publication.frame_id
+    return message
+
+
+def _build_array(stream: Stream, values: Array) -> Any:
+    """Return an array with its layout, in the only type that rclpy does not check by element."""
+    sizes = [size for _, size in stream.dimensions]
+    shape = values.reshape(-1)[stream.offset :].reshape(sizes).shape
+    dimensions: list[MultiArrayDimension] = []
+    stride = 1
+    for (label, _), size in reversed(list(zip(stream.dimensions, shape, strict=True))):
+        stride *= size
+        dimensions.insert(0, MultiArrayDimension(label=label, size=size, stride=stride))
+    single = 'Float32' in stream.type
+    data = array.array('f' if single else 'd')
+    data.frombytes(values.astype(np.float32 if single else np.float64).tobytes())
+    layout = MultiArrayLayout(dim=dimensions, data_offset=stream.offset)
+    return stream.kind(layout=layout, data=data)
 
 
 def build_test_statuses(outcome: Outcome, name: str) -> list[DiagnosticStatus]:
@@ -93,83 +123,5 @@ def _build_test_status(
 
 
 def build_key_values(found: Mapping[str, Any]) -> list[KeyValue]:
-    """Return values as diagnostics carry them; see `values.format_values`."""
-    return [KeyValue(key=key, value=text) for key, text in values.format_values(found).items()]
-
-
-def build_echo(heard: Echo) -> Float32MultiArray:
-    """Return an echo: channels t, v_m and v_c (time units and cells) by sample."""
-    rows = np.stack((heard.t, heard.v_m, heard.v_c))
-    return Float32MultiArray(
-        layout=_build_layout(channel=len(rows), sample=rows.shape[1]), data=_to_float_array(rows)
-    )
-
-
-def build_field(element: MemoryElement) -> Float32MultiArray:
-    """Return the configuration Delta_j by cell."""
-    configuration = element.chain.configuration
-    return Float32MultiArray(
-        layout=_build_layout(cell=len(configuration)), data=_to_float_array(configuration)
-    )
-
-
-def build_wall_positions(element: MemoryElement) -> Float64MultiArray:
-    """Return the true positions of all walls in sites, from left to right."""
-    found = values.find_wall_positions(element)
-    return Float64MultiArray(layout=_build_layout(wall=len(found)), data=array.array('d', found))
-
-
-def build_waveform(shot: Shot) -> Float64MultiArray:
-    """Return a shot of a survey: numbers that describe it, then rows v_1 and v_N by sample."""
-    layout = _build_layout(end=2, sample=shot.samples.shape[1])
-    layout.data_offset = values.SHOT_HEAD_SIZE
-    return Float64MultiArray(
-        layout=layout, data=array.array('d', values.encode_shot(shot).tobytes())
-    )
-
-
-def build_range(reading: Reading, element: MemoryElement, stamp: Time, frame_id: str) -> Range:
-    """Return the distance from the probed end to the wall in metres, +inf when there is none."""
-    length = element.settings.scale.length
-    message = Range(
-        radiation_type=Range.ULTRASOUND,
-        min_range=0.0,
-        max_range=float(element.design.N * length),
-        range=values.compute_distance(reading, element),
-    )
-    message.header.stamp = stamp
-    message.header.frame_id = frame_id
-    return message
-
-
-def build_joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointState:
-    """Return the substrate's end and the transducer cell v_1: m, m/s and N.
-
-    There are no forces if the driver measures none.
-    """
-    position, velocity, effort = (
-        array.array('d', each) for each in values.measure_joints(element)
-    )
-    message = JointState(
-        name=[JOINT_NAME, 'transducer'], position=position, velocity=velocity, effort=effort
-    )
-    message.header.stamp = stamp
-    message.header.frame_id = frame_id
-    return message
-
-
-def _build_layout(**sizes: int) -> MultiArrayLayout:
-    """Return the layout of an array with these dimensions, the last one contiguous."""
-    dimensions: list[MultiArrayDimension] = []
-    stride = 1
-    for label, size in reversed(sizes.items()):
-        stride *= size
-        dimensions.insert(0, MultiArrayDimension(label=label, size=size, stride=stride))
-    return MultiArrayLayout(dim=dimensions)
-
-
-def _to_float_array(values: Array) -> array.array[float]:
-    """Return the values in the only type that rclpy does not check element by element."""
-    result = array.array('f')
-    result.frombytes(values.astype(np.float32).tobytes())
-    return result
+    """Return values as diagnostics carry them; see `answers.format_values`."""
+    return [KeyValue(key=key, value=text) for key, text in answers.format_values(found).items()]

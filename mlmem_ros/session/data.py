@@ -22,9 +22,9 @@ from mlmem.schema import short_repr
 from ..bag.contents import LOST_KEY, Message
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
-from ..contract import calls, topics
-from ..contract.commands import TOPIC_PARSERS, Make, NoCommand
-from ..contract.values import SHOT_HEAD_SIZE
+from ..contract import calls
+from ..contract.commands import COMMAND_TOPICS, Make, NoCommand
+from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Stream, parse_message
 from .records import (
     COMMAND_TOPIC,
     DROPPED_TOPIC,
@@ -76,6 +76,7 @@ class SessionData:
         strain_time: Seconds of every `end_displacement`.
         end_displacement: Displacement of the substrate's end in metres.
         contents: What the content was, in words: seconds, text, and its keys and values.
+        recorded: The values of all event streams, by name: what a replay compares.
         lost: What cannot be read, or was dropped from the recording: one line each.
         missing_parts: Numbers, from 0, of the missing files of a split recording. What follows the
             first gap is not read.
@@ -95,6 +96,7 @@ class SessionData:
     shots: list[Shot] = field(default_factory=list)
     contents: list[tuple[float, str, dict[str, str]]] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
+    recorded: dict[str, list[Any]] = field(default_factory=dict)
     lost: list[str] = field(default_factory=list)
     missing_parts: tuple[int, ...] = ()
 
@@ -177,8 +179,8 @@ def load_session(
     collector = _Collector(session)
     handlers = {f'{node}/{name}': handler for name, handler in collector.list_handlers().items()}
     if not motion:
-        for topic in (topics.FIELD_TOPIC, topics.JOINT_STATES_TOPIC):
-            del handlers[f'{node}/{topic.name}']
+        for name in ('field', 'joint_states'):
+            del handlers[f'{node}/{name}']
     held = 0
     for seconds, message in iterate_timed(reader, node, handlers):
         held += len(message.cdr)
@@ -217,22 +219,16 @@ class _Collector:
             COMMAND_TOPIC: (STRING_TYPE, self._take_stamped),
             STATE_HASH_TOPIC: (STRING_TYPE, self._take_hash),
             DROPPED_TOPIC: ('std_msgs/msg/UInt64', self._count_dropped),
+            'field': (STREAMS['field'].type, self._take_field),
+            'joint_states': (STREAMS['joint_states'].type, self._take_joint_states),
             **{
-                topic.name: (topic.type, handler)
-                for topic, handler in (
-                    (topics.FIELD_TOPIC, self._take_field),
-                    (topics.JOINT_STATES_TOPIC, self._take_joint_states),
-                    (topics.ECHO_TOPIC, self._take_echo),
-                    (topics.WAVEFORM_TOPIC, self._take_waveform),
-                    (topics.LEVEL_TOPIC, self._take_number),
-                    (topics.WORD, self._take_number),
-                    (topics.CONTENT_TOPIC, self._take_content),
-                    (topics.OUTCOME_TOPIC, self._take_outcome),
-                    *(
-                        (topic, self._create_command_handler(TOPIC_PARSERS[topic.name]))
-                        for topic in topics.COMMAND_TOPICS
-                    ),
-                )
+                stream.name: (stream.type, self._create_event_handler(stream))
+                for stream in STREAMS.values()
+                if not stream.is_periodic
+            },
+            **{
+                topic.name: (topic.type, self._create_command_handler(topic.parse))
+                for topic in COMMAND_TOPICS
             },
         }
 
@@ -294,6 +290,25 @@ class _Collector:
     def _count_dropped(self, _: float, message: Any) -> None:
         self._dropped = max(self._dropped, int(message.data))
 
+    def _create_event_handler(self, stream: Stream) -> Handler:
+        """Return what keeps the values of a stream for a replay, and takes them further."""
+        take = {
+            'echo': self._take_echo,
+            'waveform': self._take_waveform,
+            'level': self._take_number,
+            'word': self._take_number,
+            'content': self._take_content,
+            'outcome': self._take_outcome,
+        }.get(stream.name)
+
+        def take_event(seconds: float, message: Any) -> None:
+            values = parse_message(stream, message)
+            self._session.recorded.setdefault(stream.name, []).append(values)
+            if take is not None:
+                take(seconds, message)
+
+        return take_event
+
     def _create_command_handler(self, make: Make) -> Handler:
         def take_command(seconds: float, message: Any) -> None:
             header = self._session.header  # the first message of a session
@@ -309,7 +324,7 @@ class _Collector:
 
 
 def _parse_shot(data: Array, offset: int) -> Shot:
-    """Return the shot that `values.encode_shot` describe, `offset` of them before the samples."""
+    """Return the shot that `streams.encode_shot` gives, `offset` of them before the samples."""
     head, rows = data[:SHOT_HEAD_SIZE], data[SHOT_HEAD_SIZE:]
     if offset != SHOT_HEAD_SIZE or len(rows) < 2 or len(rows) % 2:
         raise ValueError(
@@ -343,7 +358,7 @@ def _list_losses(reader: BagReader, node: str) -> Iterator[str]:
 
 def _find_only_node(reader: BagReader) -> str:
     marks = {HEADER_TOPIC: STRING_TYPE}
-    marks |= {topic.name: topic.type for topic in topics.COMMAND_TOPICS}
+    marks |= {topic.name: topic.type for topic in COMMAND_TOPICS}
     found = {
         name.removesuffix(f'/{mark}')
         for name, info in reader.topics.items()

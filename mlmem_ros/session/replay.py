@@ -29,8 +29,7 @@ from mlmem.instrument.instrument import MAX_RUN_TICKS
 from mlmem.physics import StateError
 
 from ..bag.errors import BagError
-from ..contract import topics, values
-from ..contract.answers import outcome_to_dict
+from ..contract.streams import STREAMS
 from .data import SessionData
 from .records import MAX_HASH_INTERVAL_TICKS, Header, StateHash, collect_versions, name_errors
 from .report import ComparedEvents, Difference, ReplayReport, describe_ending
@@ -43,15 +42,6 @@ MAX_REPLAY_TICKS = 10**9
 
 PROGRESS_PERIOD_TICKS = 500
 """Ticks between two calls of a progress callback."""
-
-
-COMPARED_CONTENTS: dict[topics.Topic, Callable[[Any], Any]] = {
-    topics.ECHO_TOPIC: lambda echo: np.stack((echo.t, echo.v_m, echo.v_c)).astype(np.float32),
-    topics.WAVEFORM_TOPIC: values.encode_shot,
-    topics.OUTCOME_TOPIC: lambda outcome: values.format_values(outcome_to_dict(outcome)),
-    topics.CONTENT_TOPIC: values.describe_content,
-}
-"""What is compared of the events on each topic: numbers, or texts."""
 
 
 def build_element(session: SessionData) -> MemoryElement:
@@ -137,11 +127,17 @@ class _Player:
     def __init__(self, element: MemoryElement, report: ReplayReport, session: SessionData) -> None:
         self._element = element
         self._report = report
-        self._events = _recorded_events(session, texts=not report.other_build)
+        # another build may word and round texts otherwise
+        self._recorded = {
+            name: session.recorded[name]
+            for name in STREAMS
+            if name in session.recorded
+            and not (report.other_build and is_text(session.recorded[name][0]))
+        }
         self._hashes = {recorded.tick: recorded for recorded in session.hashes}
         self._stops = sorted(self._hashes)
         report.events = {
-            topic.name: ComparedEvents(len(recorded)) for topic, recorded in self._events.items()
+            name: ComparedEvents(len(recorded)) for name, recorded in self._recorded.items()
         }
 
     def play(
@@ -210,13 +206,13 @@ class _Player:
             self._compare_state(recorded)
 
     def _compare_event(self, event: Event) -> None:
-        """Compare what an event publishes with the next of the recording on each topic."""
-        for topic, content in values.collect_published(event, self._element).items():
-            compared = self._report.events.get(topic.name)
-            if compared is None or compared.compared == compared.recorded:
+        """Compare what an event publishes with the next of the recording on each stream."""
+        for name, recorded in self._recorded.items():
+            stream, compared = STREAMS[name], self._report.events[name]
+            if compared.compared == compared.recorded or not stream.reports(event):
                 continue
-            recorded = self._events[topic][compared.compared]
-            difference = find_difference(recorded, COMPARED_CONTENTS[topic](content))
+            values = stream.values(self._element, event)
+            difference = find_difference(recorded[compared.compared], values)
             compared.compared += 1
             compared.equal += difference == 0.0
             compared.difference = max(compared.difference, difference)
@@ -232,26 +228,16 @@ class _Player:
             self._report.difference = Difference(self._element.ticks, by)
 
 
-def _recorded_events(session: SessionData, texts: bool) -> dict[topics.Topic, list[Any]]:
-    """Return the recorded contents of the topics that have events.
-
-    Args:
-        texts: Whether to return texts, which another build may word or round otherwise.
-    """
-    found: dict[topics.Topic, list[Any]] = {
-        topics.ECHO_TOPIC: [np.stack((echo.t, echo.v_m, echo.v_c)) for echo in session.echoes],
-        topics.WAVEFORM_TOPIC: [values.encode_shot(shot) for shot in session.shots],
-    }
-    if texts:
-        found[topics.OUTCOME_TOPIC] = [dict(each) for _, each in session.outcomes]
-        found[topics.CONTENT_TOPIC] = [(text, each) for _, text, each in session.contents]
-    return {topic: recorded for topic, recorded in found.items() if recorded}
+def is_text(values: Any) -> bool:
+    """Return whether values are texts or integers, not numbers that may be rounded."""
+    return not isinstance(values, np.ndarray)
 
 
 def find_difference(recorded: Any, computed: Any) -> float:
-    """Return the greatest difference of numbers; infinite for other texts or another shape."""
-    if not isinstance(recorded, np.ndarray):
+    """Return the greatest difference of numbers; infinite for other texts or another size."""
+    if is_text(recorded):
         return 0.0 if recorded == computed else math.inf
+    recorded, computed = recorded.ravel(), computed.ravel()
     if recorded.shape != computed.shape:
         return math.inf
     if np.array_equal(recorded, computed, equal_nan=True):

@@ -74,9 +74,10 @@ def view(arguments: argparse.Namespace) -> int:
 async def _serve_page(arguments: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C, or the end of the node that we started; return its status."""
     from mlmem.element_file import element_path
-    from mlmem_ros.contract import topics
+    from mlmem_ros.contract.streams import STREAMS
     from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
 
+    from ..view.frames import PICTURED_STREAMS
     from ..view.server import LOOPBACK_HOSTS, Guard, Server, run_server
 
     over = asyncio.Event()
@@ -103,7 +104,7 @@ async def _serve_page(arguments: argparse.Namespace) -> int:
         node = None
         if arguments.start is not None:
             given: dict[str, Any] = {
-                topic.interval: PICTURE_INTERVAL_TICKS for topic in topics.PERIODIC_TOPICS
+                str(STREAMS[name].when): PICTURE_INTERVAL_TICKS for name in PICTURED_STREAMS
             }
             if arguments.start:
                 given['element'] = element_path(arguments.start)

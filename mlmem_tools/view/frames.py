@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mlmem_ros.contract import calls, topics
+from mlmem_ros.contract import calls
 
 from .about import About
 
@@ -80,6 +80,9 @@ def thin_echo(message: Any) -> NDArray[np.float32]:
     return np.stack((t, v_c)).astype(np.float32)
 
 
+PICTURED_STREAMS = ('field', 'wall', 'joint_states')
+"""Streams that a picture shows."""
+
 PICTURE_PERIOD_S = 0.03
 """Least seconds between two pictures."""
 
@@ -105,15 +108,15 @@ class Pictures:
         self._loop = loop
         self._due = due
         self._stamp = time.monotonic()
-        self._newest: dict[topics.Topic, Any] = {}
+        self._newest: dict[str, Any] = {}
         self._fresh = False
         self._history: deque[tuple[float, float, Any]] = deque(maxlen=MAX_HISTORY_PICTURES)
         self._shown: tuple[dict[str, Any], bytes] = ({}, b'')  # without its time
         self._held = 0.0  # until when nothing has changed since
 
-    def take(self, topic: topics.Topic, message: Any) -> None:
-        """Take a message of a stream."""
-        self._newest[topic] = message
+    def take(self, name: str, message: Any) -> None:
+        """Take a message of one of `PICTURED_STREAMS`."""
+        self._newest[name] = message
         if not self._fresh:
             self._fresh = True
             self._loop.call_soon_threadsafe(self._schedule_picture)
@@ -124,10 +127,7 @@ class Pictures:
 
     def make(self, about: About, doing: dict[str, Any]) -> bytes | None:
         """Return a picture of the newest messages; None if it is like that of a moment ago."""
-        field, joints = (
-            self._newest.get(topics.FIELD_TOPIC),
-            self._newest.get(topics.JOINT_STATES_TOPIC),
-        )
+        field, joints = self._newest.get('field'), self._newest.get('joint_states')
         strain = 0.0 if joints is None else calls.parse_displacement(joints) / about.length
         column = None  # a real element publishes none
         if field is not None and len(field.data) == about.design.N:
@@ -158,7 +158,7 @@ class Pictures:
         return pack_frame(head, np.stack([column for _, column in columns]) if columns else None)
 
     def _walls(self) -> list[float]:
-        walls = self._newest.get(topics.WALL_TOPIC)
+        walls = self._newest.get('wall')
         return [] if walls is None else list(walls.data)
 
     def _schedule_picture(self) -> None:

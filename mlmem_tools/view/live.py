@@ -15,15 +15,16 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from mlmem import element_file
-from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import load_action_types
+from mlmem_ros.contract.streams import STREAMS
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, KEEP_ALL_QOS, Topic
 from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE
 from mlmem_tools.view.monitor import Status, parse_components, subscribe_topic
 
 from .about import PAGE_PARAMETERS, About
-from .frames import Pictures, pack_frame, thin_echo
+from .frames import PICTURED_STREAMS, Pictures, pack_frame, thin_echo
 from .requests import Activity, Requests
 
 if TYPE_CHECKING:
@@ -87,10 +88,10 @@ class Pages(set[Page]):
             page.show(frame)
 
 
-PARAMETER_EVENTS_TOPIC = topics.Topic(
+PARAMETER_EVENTS_TOPIC = Topic(
     '/parameter_events',
     'rcl_interfaces/msg/ParameterEvent',
-    topics.KEEP_ALL_QOS,
+    KEEP_ALL_QOS,
     'parameters that were set',
 )
 
@@ -152,12 +153,12 @@ class Live:
 
     def _subscribe_topics(self) -> None:
         for topic, take in (
-            (topics.LEVEL_TOPIC, self._on_level),
-            (topics.WORD, self._on_level),
-            (topics.CONTENT_TOPIC, self._on_content),
-            (topics.OUTCOME_TOPIC, self._on_outcome),
-            (topics.ECHO_TOPIC, self._on_echo),
-            (topics.DIAGNOSTICS_TOPIC, self._on_diagnostics),
+            (STREAMS['level'], self._on_level),
+            (STREAMS['word'], self._on_level),
+            (STREAMS['content'], self._on_content),
+            (STREAMS['outcome'], self._on_outcome),
+            (STREAMS['echo'], self._on_echo),
+            (DIAGNOSTICS_TOPIC, self._on_diagnostics),
             (PARAMETER_EVENTS_TOPIC, self._on_parameters),
         ):
             subscribe_topic(self._client, topic, self._wrap_for_loop(take))
@@ -180,8 +181,8 @@ class Live:
     def _watch_streams(self, on: bool) -> None:
         if on and not self._streams:
             self._streams = [
-                subscribe_topic(self._client, topic, partial(self._pictures.take, topic))
-                for topic in topics.PERIODIC_TOPICS
+                subscribe_topic(self._client, STREAMS[name], partial(self._pictures.take, name))
+                for name in PICTURED_STREAMS
             ]
         elif not on:
             while self._streams:

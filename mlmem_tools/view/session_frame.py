@@ -30,7 +30,7 @@ from mlmem.procedure_table import CONTENT_NAMES, describe_content
 from mlmem.schema import short_repr
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.contract import calls, topics
+from mlmem_ros.contract import calls
 from mlmem_ros.contract.commands import REQUEST_COMMANDS
 from mlmem_ros.session.data import iterate_timed
 from mlmem_ros.session.records import (
@@ -148,14 +148,14 @@ class _Collector:
     def take(self, reader: BagReader) -> None:
         """Take all messages."""
         takers = {
-            topics.FIELD_TOPIC.name: self._take_field,
-            topics.JOINT_STATES_TOPIC.name: self._take_joints,
-            topics.WALL_TOPIC.name: self._take_wall,
-            topics.LEVEL_TOPIC.name: self._take_content_number,
-            topics.WORD.name: self._take_content_number,
-            topics.CONTENT_TOPIC.name: self._take_content,
-            topics.ECHO_TOPIC.name: self._take_echo,
-            topics.OUTCOME_TOPIC.name: self._take_outcome,
+            'field': self._take_field,
+            'joint_states': self._take_joints,
+            'wall': self._take_wall,
+            'level': self._take_content_number,
+            'word': self._take_content_number,
+            'content': self._take_content,
+            'echo': self._take_echo,
+            'outcome': self._take_outcome,
             COMMAND_TOPIC: self._take_command,
         }
         node = self._about.json['node']

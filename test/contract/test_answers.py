@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem import Outcome, Reading
-from mlmem_ros.contract import answers, calls, values
+from mlmem import Outcome, Reading, describe_level
+from mlmem_ros.contract import answers, calls
 from mlmem_ros.contract.answers import (
     Calibrated,
     Decoded,
@@ -21,6 +21,7 @@ from mlmem_ros.contract.answers import (
 )
 from mlmem_ros.contract.calls import convert_field
 from mlmem_ros.contract.services import ACTION_TYPE_NAMES
+from mlmem_ros.contract.streams import describe_outcome
 from mlmem_tools.cli import request
 
 DEFINITIONS = Path(__file__).parents[2] / 'mlmem_interfaces' / 'action'
@@ -49,7 +50,7 @@ def test_failure_is_reported_without_infinity():
     assert found['error'] == found['reason'] == 'no echo came back'
     assert found['delay'] is None
     json.dumps(found, allow_nan=False)
-    assert 'delay' not in values.describe_outcome(outcome)[1]
+    assert 'delay' not in describe_outcome(None, outcome).values
 
 
 # --- a field more -----------------------------------------------------------------------------
@@ -86,7 +87,7 @@ def test_field_declared_once_is_in_every_answer(monkeypatch):
     monkeypatch.setitem(answers.ANSWER_TYPES, 'read', Warmed)
     measured = {'warmth': 293.5, 'warmths': {'left': [1.0, 2.0], 'right': [3.0]}}
     outcome = Outcome('read', True, '', READING, 1, 0, 60, found=measured)
-    _, texts = values.describe_outcome(outcome)
+    texts = describe_outcome(None, outcome).values
     assert (texts['warmth'], texts['warmths_left']) == ('293.5', '1 2')
     by_service = calls.parse_answer(Warmed, True, answers.format_answer(outcome))
     result = answers.build_result(result_type(Warmed), outcome, 0)

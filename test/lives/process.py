@@ -7,14 +7,15 @@ from dataclasses import replace
 from mlmem import Outcome, threads
 from mlmem.physics import StateError
 from mlmem_ros.bag import jazzy
-from mlmem_ros.contract import topics, values
+from mlmem_ros.contract.streams import STREAMS, find_content
+from mlmem_ros.contract.topics import RELIABLE_QOS
 from mlmem_ros.host import Host, SessionPlan
 
 from .node import Executor, Node
 from .script import SESSION
 
-LEVEL = topics.LEVEL_TOPIC._replace(name='/mlmem/level', qos=topics.RELIABLE_QOS)
-BEAT = LEVEL._replace(name='/mlmem/beat')
+LEVEL = replace(STREAMS['level'], name='/mlmem/level', qos=RELIABLE_QOS)
+BEAT = replace(LEVEL, name='/mlmem/beat')
 """Something to record, every few ticks."""
 
 FLAT_OUT = 2e-3
@@ -149,7 +150,7 @@ class Process:
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
         self.oracles.truth.ticked(element, events)
         if (recording := host.recording) is not None:
-            level = jazzy.make_message(LEVEL.type, data=values.encode_level(element.reading))
+            level = jazzy.make_message(LEVEL.type, data=find_content(element, None))
             ended = [LEVEL for event in events if isinstance(event, Outcome)]
             for topic in (*ended, *([BEAT] if element.ticks % 4 == 0 else ())):
                 recording.put(topic.name, jazzy.serialize_message(level))

@@ -15,12 +15,13 @@ from visualization_msgs.msg import MarkerArray
 
 from mlmem import Settings, new_element
 from mlmem.physics import CASE_II
-from mlmem_ros.contract import topics
+from mlmem_ros.contract.streams import STREAMS
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.views import ChainMarkers
 
-CONFIG = Path(__file__).parents[2] / 'config'
-TYPES = {f'/mlmem/{topic.name}': topic.kind for topic in topics.STREAM_TOPICS + topics.VIEW_TOPICS}
+ROOT = Path(__file__).parents[2]
+CONFIG = ROOT / 'config'
+TYPES = {f'/mlmem/{name}': stream.kind for name, stream in STREAMS.items()}
 TYPES['/diagnostics'] = DiagnosticArray
 
 

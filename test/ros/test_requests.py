@@ -9,10 +9,10 @@ from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, Write
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
-from mlmem_ros.contract import topics
 from mlmem_ros.contract.calls import build_request
 from mlmem_ros.contract.commands import (
-    TOPIC_PARSERS,
+    COMMAND_TOPICS,
+    REQUEST_COMMANDS,
     Record,
     parse_request,
 )
@@ -43,11 +43,19 @@ def test_request_is_decoded_as_it_was_encoded(name, arguments, command):
     assert parse_request(build_request(name, **arguments).parameters) == command
 
 
-def test_imu_becomes_a_disturbance_in_element_units():
+TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
+
+
+def test_strain_message_becomes_its_command():
+    message = TOPICS['strain'].kind(data=0.02)
+    assert TOPICS['strain'].parse(message, Units()) == SetStrain(0.02)
+
+
+def test_imu_message_becomes_a_disturbance_in_units_of_the_element():
     units = Units(CASE_II, ScaleSettings(time=1e-5))
-    message = topics.DISTURBANCE_TOPIC.kind()
+    message = TOPICS['disturbance'].kind()
     message.linear_acceleration.x = 1e-7 * units.acceleration
-    command = TOPIC_PARSERS[topics.DISTURBANCE_TOPIC.name](message, units)
+    command = TOPICS['disturbance'].parse(message, units)
     assert command.acceleration == pytest.approx(1e-7)
 
 

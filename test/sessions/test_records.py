@@ -13,7 +13,7 @@ from mlmem.instrument.end import End, Shot
 from mlmem.physics import CASE_II
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.contract.values import SHOT_HEAD_SIZE, encode_shot
+from mlmem_ros.contract.streams import SHOT_HEAD_SIZE, encode_shot
 from mlmem_ros.session import records
 from mlmem_ros.session.data import RecordedEcho, SessionData, _parse_shot
 from mlmem_ros.session.records import name_errors, read_command, read_header, read_state_hash
@@ -235,8 +235,8 @@ SAMPLES = np.array([[1e-5, -2e-5, np.nan], [3e-7, 0.0, np.nan]])
 TAKEN = Shot(End.RIGHT, 0.7, 1e-3, 40.0, 62.0, -0.009, 0.5, np.array([0.1, -0.2]), SAMPLES)
 
 
-def test_shot_comes_back_with_its_gaps():
-    found = _parse_shot(encode_shot(TAKEN), SHOT_HEAD_SIZE)
+def test_a_shot_comes_back_with_its_gaps():
+    found = _parse_shot(encode_shot(None, TAKEN), SHOT_HEAD_SIZE)
     for name in ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt'):
         assert getattr(found, name) == getattr(TAKEN, name)
     assert np.array_equal(found.rest, TAKEN.rest)
@@ -253,8 +253,8 @@ def test_shot_comes_back_with_its_gaps():
         (SHOT_HEAD_SIZE, np.inf, 'must be finite'),
     ],
 )
-def test_impossible_shot_is_rejected(place, value, named):
-    data = encode_shot(TAKEN)
+def test_an_impossible_shot_is_refused(place, value, named):
+    data = encode_shot(None, TAKEN)
     data[place] = value
     with pytest.raises(ValueError, match=named):
         _parse_shot(data, SHOT_HEAD_SIZE)
@@ -265,4 +265,4 @@ def test_impossible_shot_is_rejected(place, value, named):
 )
 def test_shot_without_two_whole_rows_is_rejected(kept, offset):
     with pytest.raises(ValueError, match='2 rows of samples'):
-        _parse_shot(encode_shot(TAKEN)[:kept], offset)
+        _parse_shot(encode_shot(None, TAKEN)[:kept], offset)

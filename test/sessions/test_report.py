@@ -71,7 +71,8 @@ def test_replay_says_what_it_compared(capsys, monkeypatch):
     assert re.sub(' +', ' ', told).splitlines() == [
         'replayed 9180 ticks, 4 commands',
         'states 19 of 19 equal',
-        'events ~/echo 9 of 9, ~/outcome 4 of 4, ~/content 4 of 4 equal',
+        'events ~/echo 9 of 9, ~/range 9 of 9, ~/outcome 4 of 4, ~/level 4 of 4, '
+        '~/content 4 of 4 equal',
         'levels 2 of 2 agree: 3, 3',
         'procedures 4 of 4 agree: write failed, abort, write 3, read 3',
         'exact: the same bits',
@@ -269,7 +270,7 @@ def test_edited_settings_are_not_another_build(tmp_path, capsys, edited):
     assert 'build       numpy was 1.0' in told
     assert 'THE BITS DIFFER by more than rounding' in told
     assert 'inf' not in told
-    assert re.search(r'~/echo \d of 10 equal', told)
+    assert re.search(r'~/echo \d of 10, ~/range', told)
 
 
 def _margin(message):

@@ -12,7 +12,6 @@ import pytest
 
 from mlmem import Settings
 from mlmem.physics import CASE_II
-from mlmem_ros.contract import topics
 from mlmem_tools.view.about import About
 from mlmem_tools.view.frames import ACTIVE_PHASE_COUNT, Pictures
 
@@ -32,22 +31,22 @@ def taken(**messages):
     async def run():
         pictures = Pictures(asyncio.get_running_loop(), lambda: None)
         for name, message in messages.items():
-            pictures.take(getattr(topics, name), message)
+            pictures.take(name, message)
         return unpacked(pictures.make(ABOUT, {})), unpacked(pictures.pack_history())
 
     return asyncio.run(run())
 
 
-def test_picture_holds_configuration_and_strain():
-    (head, column), (history, columns) = taken(FIELD_TOPIC=ACTIVE, JOINT_STATES_TOPIC=STRAINED)
+def test_configuration_and_strain():
+    (head, column), (history, columns) = taken(field=ACTIVE, joint_states=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
     assert (column == ACTIVE_PHASE_COUNT).all()
     assert history['t'] == history['strain'][0] == [head['t']]
     assert columns.tolist() == column.tolist()
 
 
-def test_picture_of_a_real_element_has_no_cells():
-    (head, column), (history, columns) = taken(JOINT_STATES_TOPIC=STRAINED)
+def test_a_real_element_shows_its_strain_alone():
+    (head, column), (history, columns) = taken(joint_states=STRAINED)
     assert head['strain'] == pytest.approx(0.02)
     assert history['strain'] == [[head['t']], [head['strain']]]
     assert history['t'] == []
@@ -62,8 +61,8 @@ def test_idle_element_is_shown_rarely_a_change_at_once():
         pictures, seen = Pictures(asyncio.get_running_loop(), lambda: None), []
         for step in range(12):
             pictures.clock = 0.03 * step
-            pictures.take(topics.FIELD_TOPIC, ACTIVE)
-            pictures.take(topics.JOINT_STATES_TOPIC, strained if step == 11 else STRAINED)
+            pictures.take('field', ACTIVE)
+            pictures.take('joint_states', strained if step == 11 else STRAINED)
             frame = pictures.make(ABOUT, {})
             if frame is not None:
                 head, _ = unpacked(frame)

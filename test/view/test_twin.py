@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.contract.values import format_values
+from mlmem_ros.contract.answers import format_values
 from mlmem_tools import view
 
 NODE = shutil.which('node')

@@ -16,9 +16,11 @@ from mlmem.loop.loop import Loop
 from mlmem.procedure_table import PROCEDURES
 from mlmem_ros.bag.queued_writer import QueuedWriter
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.contract import answers, services, topics
+from mlmem_ros.contract import answers, services
+from mlmem_ros.contract.commands import COMMAND_TOPICS
 from mlmem_ros.contract.services import ACTION_TYPE_NAMES
-from mlmem_ros.contract.topics import Topic
+from mlmem_ros.contract.streams import STREAMS
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, Topic
 from mlmem_ros.host import ThrottledLog
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
@@ -39,12 +41,12 @@ def topics_page() -> str:
             name = topic.name if topic.name.startswith('/') else f'~/{topic.name}'
             yield [f'`{name}`', _type(topic.type), _qos(topic), topic.meaning]
 
-    published = (*topics.STREAM_TOPICS, *topics.VIEW_TOPICS, topics.DIAGNOSTICS_TOPIC)
+    published = (*STREAMS.values(), DIAGNOSTICS_TOPIC)
     return (
         '# Topics\n\n'
         'All topics but `/diagnostics` are below the name of the node: `~/level` is '
         '`/mlmem/level` by default.\n\n'
-        f'## The node listens to\n\n{table(head, rows(topics.COMMAND_TOPICS))}\n\n'
+        f'## The node listens to\n\n{table(head, rows(COMMAND_TOPICS))}\n\n'
         '## The node publishes\n\n'
         f'{table(head, rows(published))}\n\n'
         'Images and markers are made only while somebody subscribes to them.\n'

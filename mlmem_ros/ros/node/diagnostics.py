@@ -19,8 +19,8 @@ from mlmem.physics import find_walls, stable_step
 from mlmem.physics.energy import energy
 
 from ...contract.messages import build_key_values
+from ...contract.streams import describe_content
 from ...contract.topics import DIAGNOSTICS_TOPIC
-from ...contract.values import describe_content
 from ...host import Host
 from ..middleware import build_qos_profile
 from .callback_guard import CallbackGuard
@@ -137,7 +137,7 @@ def report_memory(element: MemoryElement) -> Health:
     if element.settings.element.bad_cells:
         wear['bad_cells'] = element.reader.limits
     if reading is None:
-        text, found = describe_content(element)
+        _, text, found = describe_content(element)
         return Health(
             WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
         )

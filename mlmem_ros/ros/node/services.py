@@ -21,14 +21,16 @@ from mlmem import Command, Refused, SelfTest, Write
 from mlmem.instrument import drivers
 from mlmem.procedure_table import PROCEDURES, Procedure
 
-from ...contract import answers, messages, topics
+from ...contract import answers, messages
 from ...contract.commands import (
+    COMMAND_TOPICS,
     Record,
     build_command,
     find_request_name,
     parse_deadline,
     parse_request,
 )
+from ...contract.streams import select_streams
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
 from ..middleware import CLIENTS, HEARTBEAT_PROFILE, KEEP_ALL_PROFILE
@@ -192,17 +194,16 @@ def build_session_plan(node: Node, given: Parameters, path: str = '') -> Session
     theirs.
     """
     settings = replace(given.record, path=path) if path else given.record
-    published = topics.published_topics(
+    streams = select_streams(
         bool(given.settings.register.spacing), given.device.driver == drivers.SIMULATION_NAME
     )
-    if not settings.views:
-        published = tuple(topic for topic in published if topic not in topics.VIEW_TOPICS)
+    recorded = [stream for stream in streams if settings.views or not stream.is_view]
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,
         [
-            topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
-            for topic in (*topics.COMMAND_TOPICS, *published)
+            replace(topic, name=node.resolve_topic_name(f'~/{topic.name}'))
+            for topic in (*COMMAND_TOPICS, *recorded)
         ],
         {name: node.get_parameter(name).value for name in node.list_parameters([], 0).names},
         given.files,

@@ -1,0 +1,308 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The streams of a memory node: all that it publishes below its name, each described once.
+
+Publishing, recording, a replay's comparison, the reference page and the SROS2 policy follow from
+`STREAMS`. A stream gives values without ROS; `messages.build_message` makes the message of its
+type of them, and `parse_message` returns them from a recorded one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mlmem import UNDECODABLE, EchoReceived, Event, MemoryElement, Outcome, Shot, Unknown
+from mlmem.physics import find_walls
+from mlmem.physics.potential import Array
+
+from .answers import format_values, outcome_to_dict
+from .topics import LATCHED_QOS, RELIABLE_QOS, STREAM_QOS, Topic
+
+SHOT_HEAD_SIZE = 9
+"""Numbers that describe a shot, before its samples."""
+
+OK, WARN, ERROR = range(3)
+"""Levels of diagnostic_msgs/msg/DiagnosticStatus."""
+
+
+class Status(NamedTuple):
+    """The values of a DiagnosticStatus.
+
+    Attributes:
+        severity: `OK`, `WARN` or `ERROR`.
+        text: In words.
+        values: Values as texts, by key.
+    """
+
+    severity: int
+    text: str
+    values: Mapping[str, str]
+
+
+class Joints(NamedTuple):
+    """The values of a JointState: of the substrate's end, and of the transducer cell v_1.
+
+    Attributes:
+        positions: In m.
+        speeds: In m/s.
+        efforts: In N; empty if the driver measures none.
+    """
+
+    positions: tuple[float, ...]
+    speeds: tuple[float, ...]
+    efforts: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Stream(Topic):
+    """What a node publishes on one topic.
+
+    Attributes:
+        when: Types of the events that it reports, or the parameter with the ticks between two of
+            its messages.
+        values: Returns what it says of an element and the event, or of None between events, in
+            the form that the type of its messages takes (see `messages.build_message`).
+        of: The elements that have it: `wall` (of one wall), `register`, `simulated`; empty: all.
+        dimensions: Labels and sizes of the dimensions of an array; -1 is the size that follows.
+        offset: Numbers before the array.
+        is_view: Whether it is a picture for people, made only for a subscriber.
+    """
+
+    when: tuple[type[Event], ...] | str = ()
+    values: Callable[[MemoryElement, Any], Any] = lambda element, event: None
+    of: str = ''
+    dimensions: tuple[tuple[str, int], ...] = ()
+    offset: int = 0
+    is_view: bool = False
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether it is published every few ticks."""
+        return isinstance(self.when, str)
+
+    def reports(self, event: Event) -> bool:
+        """Return whether it is published at an event."""
+        return not isinstance(self.when, str) and isinstance(event, self.when)
+
+
+# --- values -----------------------------------------------------------------------------------
+
+
+def find_content(element: MemoryElement, _: Any) -> int:
+    """Return the content: a level or word from 0, -1 blank, -2 undecodable or unknown."""
+    return UNDECODABLE if element.reading is None else element.reading.content
+
+
+def describe_content(element: MemoryElement, _: Any = None) -> Status:
+    """Return the content in words, a warning if it is not known, and why."""
+    reading, unknown = element.reading, element.unknown
+    if reading is not None:
+        found = {element.content_name: str(reading.content)}
+        if reading.reason:
+            found['reason'] = reading.reason
+        text = element.describe_content(reading.content)
+        if reading.content == UNDECODABLE:
+            return Status(WARN, f'{text}: {reading.reason}', found)
+        return Status(OK, text, found)
+    found = {element.content_name: str(UNDECODABLE)}
+    if unknown is None:
+        return Status(WARN, 'not read yet', found)
+    since = {'reason': unknown.reason, 'since': str(unknown.since)}
+    return Status(WARN, str(unknown), found | since)
+
+
+def describe_outcome(_: MemoryElement | None, outcome: Outcome) -> Status:
+    """Return how a procedure ended in words, and its values as texts."""
+    found = format_values(outcome_to_dict(outcome))
+    if outcome.success:
+        return Status(OK, f'{outcome.procedure} succeeded', found)
+    return Status(ERROR, outcome.error, found)
+
+
+def encode_echo(_: MemoryElement | None, event: EchoReceived) -> Array:
+    """Return the rows t, v_m and v_c of an echo (time units and cells)."""
+    echo = event.echo
+    return np.stack((echo.t, echo.v_m, echo.v_c)).astype(np.float32)
+
+
+def encode_shot(_: MemoryElement | None, shot: Shot) -> Array:
+    """Return a shot as the numbers of its message, `SHOT_HEAD_SIZE` of them before its samples."""
+    head = (
+        shot.end.row, shot.omega_c, shot.A, shot.sigma, shot.wall, shot.strain, shot.dt, *shot.rest
+    )  # fmt: skip
+    return np.concatenate((head, shot.samples.ravel()))
+
+
+def measure_distance(element: MemoryElement, event: EchoReceived) -> Array:
+    """Return the distance from the probed end to the wall, infinite without an echo, and the
+    length of the element, in m.
+    """
+    length = element.settings.scale.length
+    return np.array([event.reading.distance * length, element.design.N * length], np.float32)
+
+
+def measure_joints(element: MemoryElement, _: Any) -> Joints:
+    """Return displacements, speeds and forces of the substrate's end and of v_1."""
+    units, driver = element.units, element.driver
+    force = driver.force()
+    return Joints(
+        (driver.V_N * units.length, driver.end(1) * units.length),
+        (element.substrate_speed * units.speed, element.transducer.speed * units.speed),
+        () if force is None else (force * units.force, 0.0),
+    )
+
+
+def find_wall_positions(element: MemoryElement, _: Any) -> Array:
+    """Return the true positions of all walls in sites, from left to right."""
+    found = find_walls(element.design, element.chain.configuration)
+    return np.array([wall.position for wall in found], np.float64)
+
+
+# --- the table --------------------------------------------------------------------------------
+
+_TABLE = (
+    Stream(
+        'echo',
+        'std_msgs/msg/Float32MultiArray',
+        RELIABLE_QOS,
+        'one message for each probe pulse; rows: time, displacement v_m, demodulated signal v_c. '
+        'Not latched: subscribe before the pulse',
+        when=(EchoReceived,),
+        values=encode_echo,
+        dimensions=(('channel', 3), ('sample', -1)),
+    ),
+    Stream(
+        'range',
+        'sensor_msgs/msg/Range',
+        STREAM_QOS,
+        'distance from the probed end to the domain wall in m; +inf when no echo came back',
+        when=(EchoReceived,),
+        values=measure_distance,
+    ),
+    Stream(
+        'waveform',
+        'std_msgs/msg/Float64MultiArray',
+        RELIABLE_QOS,
+        'one message for each pulse of a survey. The numbers before `data_offset`: end (0 left, 1 '
+        'right), carrier, amplitude, sigma, supposed site of the wall (0: blank), strain, time '
+        'between samples, displacement of both ends at rest; then rows v_1 and v_N by sample, NaN '
+        'where none was taken',
+        when=(Shot,),
+        values=encode_shot,
+        dimensions=(('end', 2), ('sample', -1)),
+        offset=SHOT_HEAD_SIZE,
+    ),
+    Stream(
+        'outcome',
+        'diagnostic_msgs/msg/DiagnosticStatus',
+        LATCHED_QOS,
+        'how the last procedure ended, with keys and values (level or word, code, delay, margins, '
+        'attempts, ticks)',
+        when=(Outcome,),
+        values=describe_outcome,
+    ),
+    Stream(
+        'level',
+        'std_msgs/msg/Int16',
+        LATCHED_QOS,
+        'the level of one wall as last decoded, published when a procedure ends; -1: blank; -2: '
+        'undecodable or unknown, published at once when something may have moved the wall',
+        when=(Outcome, Unknown),
+        values=find_content,
+        of='wall',
+    ),
+    Stream(
+        'word',
+        'std_msgs/msg/Int64',
+        LATCHED_QOS,
+        'of a register, in place of `~/level`: the word as last decoded; -1 and -2 as there',
+        when=(Outcome, Unknown),
+        values=find_content,
+        of='register',
+    ),
+    Stream(
+        'content',
+        'diagnostic_msgs/msg/DiagnosticStatus',
+        LATCHED_QOS,
+        'what `~/level` or `~/word` says, as text: a level or word, or why it is not known and '
+        'since which tick; keys: level or word, reason, since',
+        when=(Outcome, Unknown),
+        values=describe_content,
+    ),
+    Stream(
+        'joint_states',
+        'sensor_msgs/msg/JointState',
+        STREAM_QOS,
+        '`substrate`: displacement (m), speed (m/s) and force (N) of its end; `transducer`: '
+        'displacement of the driven cell',
+        when='publish.joint_states_every',
+        values=measure_joints,
+    ),
+    Stream(
+        'field',
+        'std_msgs/msg/Float32MultiArray',
+        STREAM_QOS,
+        'the configuration Delta_j of every cell',
+        when='publish.field_every',
+        values=lambda element, _: element.chain.configuration,
+        of='simulated',
+        dimensions=(('cell', -1),),
+    ),
+    Stream(
+        'wall',
+        'std_msgs/msg/Float64MultiArray',
+        STREAM_QOS,
+        'true positions of the domain walls, in sites: ground truth that the device never uses',
+        when='publish.wall_every',
+        values=find_wall_positions,
+        of='simulated',
+        dimensions=(('wall', -1),),
+    ),
+    Stream(
+        'image',
+        'sensor_msgs/msg/Image',
+        STREAM_QOS,
+        'the configuration over the last seconds: site upward, time to the right (rgb8)',
+        when='publish.image_every',
+        of='simulated',
+        is_view=True,
+    ),
+    Stream(
+        'markers',
+        'visualization_msgs/msg/MarkerArray',
+        STREAM_QOS,
+        'the chain for RViz and Foxglove: cells by phase, substrate, levels, walls, content',
+        when='publish.markers_every',
+        of='simulated',
+        is_view=True,
+    ),
+)
+
+STREAMS = {stream.name: stream for stream in _TABLE}
+"""All streams by name, in the order in which they are published."""
+
+
+def select_streams(register: bool, simulated: bool) -> list[Stream]:
+    """Return the streams of an element: of a register, or else of one wall."""
+    kinds = {'', 'register' if register else 'wall', 'simulated' if simulated else ''}
+    return [stream for stream in STREAMS.values() if stream.of in kinds]
+
+
+def parse_message(stream: Stream, message: Any) -> Any:
+    """Return the values of a recorded message, as `Stream.values` returns them.
+
+    Raises:
+        ValueError: They are not values of its type.
+    """
+    if hasattr(message, 'hardware_id'):
+        pairs = {pair.key: pair.value for pair in message.values}
+        return Status(int(message.level), message.message, pairs)
+    if hasattr(message, 'radiation_type'):
+        return np.array([message.range, message.max_range], np.float32)
+    if not stream.dimensions:
+        return int(message.data)
+    return np.asarray(message.data)

@@ -1,0 +1,63 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A stream is described once: publishing, recording, replay, page and policy follow."""
+
+import numpy as np
+import pytest
+import reference
+from nodes import QUICK
+from robot import Robot
+from std_msgs.msg import Float64MultiArray
+
+from mlmem import Outcome
+from mlmem_ros.contract.streams import STREAMS, Stream
+from mlmem_ros.contract.topics import LATCHED_QOS
+from mlmem_ros.ros.middleware import LATCHED_PROFILE
+from mlmem_ros.session.data import load_session
+from mlmem_ros.session.replay import run_replay
+from mlmem_ros.testing import memory_node
+
+
+@pytest.fixture
+def energies(monkeypatch):
+    """A stream of two numbers for each procedure that ends, the only entry that it needs."""
+    stream = Stream(
+        'energies',
+        'std_msgs/msg/Float64MultiArray',
+        LATCHED_QOS,
+        'two numbers',
+        when=(Outcome,),
+        values=lambda element, outcome: np.array([float(outcome.ticks), element.chain.v[0]]),
+        dimensions=(('number', -1),),
+    )
+    monkeypatch.setitem(STREAMS, stream.name, stream)
+    return stream
+
+
+def test_a_new_stream_is_published_recorded_and_compared(energies, tmp_path):
+    path = str(tmp_path / 'session')
+    with memory_node(QUICK | {'record.path': path}, name='streams') as node:
+        written = node.memory.write(1).wait()
+        with Robot(node.element) as robot:
+            got = []
+            robot.node.create_subscription(
+                Float64MultiArray, f'{node.element}/energies', got.append, LATCHED_PROFILE
+            )
+            robot.wait(lambda: got, 'the latched message')
+            assert got[0].data[0] == written.ticks
+            assert got[0].layout.dim[0].label == 'number'
+        node.memory.read().wait()
+    session = load_session(path)
+    report = run_replay(session)
+    assert report.exact
+    assert (report.events['energies'].recorded, report.events['energies'].equal) == (2, 2)
+    session.recorded['energies'][1] = session.recorded['energies'][1] + 1e-3
+    changed = run_replay(session)
+    assert changed.other_events == ['~/energies']
+    assert not changed.passed
+
+
+def test_a_new_stream_is_in_the_page_and_the_policy(energies):
+    assert '| `~/energies` | std_msgs/Float64MultiArray |' in reference.pages()['topics.md']
+    assert '<topic>~/energies</topic>' in reference.policy()
+    assert 'energies' not in reference.POLICY.read_text(encoding='utf-8')
