@@ -29,18 +29,20 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Told(Description):
-    """The description of what an answer holds.
+class ResultField(Description):
+    """One value of a result, wherever it appears.
 
     Attributes:
         wire: Type of its field in an action's result; empty if it has none of this name.
         absent: What stands there for none; None: what its type has by default.
         short: Another name that it goes by as well, in messages.
+        default: What an answer has where it is not known; `MISSING` if it is always there.
     """
 
     wire: str = ''
     absent: Any = None
     short: str = ''
+    default: Any = field(default_factory=lambda: MISSING)
 
 
 def declare_field(
@@ -52,7 +54,7 @@ def declare_field(
     one of what its procedure has `found`. A mapping is by end, and one field for each of them in
     an action's result.
     """
-    row = Told(text, unit, wire=wire, **more)
+    row = ResultField(text, unit, wire=wire, default=default, **more)
     return field(default=default, metadata={'description': row}, kw_only=True)
 
 
@@ -232,16 +234,20 @@ ANSWER_TYPES: dict[str, type[Answer]] = {
 """Types of successful answers by procedure; those of all others are `Decoded`."""
 
 
-def describe_fields(kind: type[Answer]) -> Iterator[tuple[str, Told]]:
+def describe_fields(kind: type[Answer]) -> Iterator[tuple[str, ResultField]]:
     """Yield name and description of what an answer holds, in the order of an action's result."""
-    rows = {each.name: each.metadata['description'] for each in _select_fields(kind)}
+    rows = _select_fields(kind)
     always = [name for name in rows if name in Done.__annotations__]
     first = [name for name in rows if name in Decoded.__annotations__]
     yield from ((name, rows[name]) for name in dict.fromkeys((*first, *always, *rows)))
 
 
-def _select_fields(kind: type[Answer]) -> Iterator[dataclasses.Field[Any]]:
-    return (each for each in dataclasses.fields(kind) if 'description' in each.metadata)
+def _select_fields(kind: type[Answer]) -> dict[str, ResultField]:
+    return {
+        each.name: each.metadata['description']
+        for each in dataclasses.fields(kind)
+        if 'description' in each.metadata
+    }
 
 
 # --- the node's side --------------------------------------------------------------------------
@@ -266,7 +272,7 @@ def outcome_to_dict(outcome: Outcome) -> dict[str, Any]:
     values |= outcome.found
     return values | {
         row.short: values[name]
-        for name, row in _collect_descriptions().items()
+        for name, row in list_all_fields().items()
         if row.short and name in values
     }
 
@@ -308,7 +314,7 @@ def build_result(kind: Any, outcome: Outcome, error_code: int) -> Any:
     """
     result = build_failed_result(kind, error_code, outcome.error if error_code else '')
     values = outcome_to_dict(outcome)
-    for name, row in _collect_descriptions().items():
+    for name, row in list_all_fields().items():
         if values.get(name) is None:
             continue
         for field_name, end in wire_fields(name, row):
@@ -321,27 +327,23 @@ def build_result(kind: Any, outcome: Outcome, error_code: int) -> Any:
 def build_failed_result(kind: Any, error_code: int, error: str) -> Any:
     """Return the result of an action with nothing but an error."""
     result = kind.Result(error_code=error_code, error=error)
-    for name, row in _collect_descriptions().items():
+    for name, row in list_all_fields().items():
         if row.absent is not None and hasattr(result, name):
             setattr(result, name, row.absent)
     return result
 
 
-def list_all_fields() -> Mapping[str, dataclasses.Field[Any]]:
-    """Return all that any answer holds."""
+def list_all_fields() -> Mapping[str, ResultField]:
+    """Return all that any answer holds, by name."""
     return _merge_fields((Decoded, *ANSWER_TYPES.values()))
 
 
 @cache
-def _merge_fields(kinds: tuple[type[Answer], ...]) -> Mapping[str, dataclasses.Field[Any]]:
-    return {each.name: each for kind in kinds for each in _select_fields(kind)}
+def _merge_fields(kinds: tuple[type[Answer], ...]) -> Mapping[str, ResultField]:
+    return {name: row for kind in kinds for name, row in _select_fields(kind).items()}
 
 
-def _collect_descriptions() -> dict[str, Told]:
-    return {name: each.metadata['description'] for name, each in list_all_fields().items()}
-
-
-def wire_fields(name: str, row: Told) -> Iterator[tuple[str, str]]:
+def wire_fields(name: str, row: ResultField) -> Iterator[tuple[str, str]]:
     """Yield the fields of an action's result, with the end that each is of."""
     if row.wire.endswith('[]'):
         yield from ((f'{end}_{name}', end) for end in ('left', 'right'))

@@ -26,6 +26,7 @@ from mlmem.schema import short_repr
 
 from .answers import Answer, SelfTested, list_all_fields, wire_fields
 from .services import DEADLINE_ARGUMENT, DOUBLE, NAME_ARGUMENT, REQUEST_ARGUMENTS, STRING
+from .streams import OK, parse_status
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 
@@ -217,14 +218,13 @@ def extract_values(name: str, result: Any) -> Mapping[str, Any]:
     if result.error_code == result.REFUSED:
         return values
     values['procedure'] = name
-    for key, each in list_all_fields().items():
-        row = each.metadata['description']
+    for key, row in list_all_fields().items():
         there = {end: field for field, end in wire_fields(key, row) if hasattr(result, field)}
         if not there:
             continue
         found = {end: _convert_received(getattr(result, field)) for end, field in there.items()}
         value = found[''] if '' in found else {end: each for end, each in found.items() if each}
-        if value in (each.default, {}) or (each.default is None and value == row.absent):
+        if value in (row.default, {}) or (row.default is None and value == row.absent):
             continue
         values |= dict.fromkeys(filter(None, (key, row.short)), value)
     return values
@@ -243,24 +243,18 @@ def parse_self_test(response: Any) -> SelfTested:
     Raises:
         RequestRefused: The test did not run.
     """
-    found = {status.name.rpartition(': ')[2]: status for status in response.status}
+    found = {each.name.rpartition(': ')[2]: parse_status(each) for each in response.status}
     if 'self_test' in found:
-        raise RequestRefused({'error': found['self_test'].message})
-    values = {name: extract_status_values(status) for name, status in found.items()}
+        raise RequestRefused({'error': found['self_test'].text})
     return SelfTested(
-        MappingProxyType(values),
+        MappingProxyType({name: status.values for name, status in found.items()}),
         passed=response.passed not in (False, b'\0'),
-        checks=MappingProxyType({name: status.message for name, status in found.items()}),
-        failed=tuple(name for name, status in found.items() if status.level != b'\0'),
+        checks=MappingProxyType({name: status.text for name, status in found.items()}),
+        failed=tuple(name for name, status in found.items() if status.severity != OK),
     )
 
 
 # --- topics -----------------------------------------------------------------------------------
-
-
-def extract_status_values(status: Any) -> dict[str, str]:
-    """Return the keys and values of a DiagnosticStatus."""
-    return {pair.key: pair.value for pair in status.values}
 
 
 def parse_content(values: Mapping[str, Any]) -> int:

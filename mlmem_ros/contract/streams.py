@@ -292,6 +292,13 @@ def select_streams(register: bool, simulated: bool) -> list[Stream]:
     return [stream for stream in STREAMS.values() if stream.of in kinds]
 
 
+def parse_status(message: Any) -> Status:
+    """Return the values of a DiagnosticStatus, from rclpy or from a bag."""
+    severity = message.level[0] if isinstance(message.level, bytes) else int(message.level)
+    pairs = {pair.key: pair.value for pair in message.values}
+    return Status(severity, message.message, pairs)
+
+
 def parse_message(stream: Stream, message: Any) -> Any:
     """Return the values of a recorded message, as `Stream.values` returns them.
 
@@ -299,8 +306,7 @@ def parse_message(stream: Stream, message: Any) -> Any:
         ValueError: They are not values of its type.
     """
     if hasattr(message, 'hardware_id'):
-        pairs = {pair.key: pair.value for pair in message.values}
-        return Status(int(message.level), message.message, pairs)
+        return parse_status(message)
     if hasattr(message, 'radiation_type'):
         return np.array([message.range, message.max_range], np.float32)
     if not stream.dimensions:

@@ -24,7 +24,7 @@ from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import calls
 from ..contract.commands import COMMAND_TOPICS, Make, NoCommand
-from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Stream, parse_message
+from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Status, Stream, parse_message
 from .records import (
     COMMAND_TOPIC,
     DROPPED_TOPIC,
@@ -267,8 +267,8 @@ class _Collector:
         shot = _parse_shot(np.asarray(message.data, dtype=np.float64), message.layout.data_offset)
         self._session.shots.append(shot)
 
-    def _take_number(self, _: float, message: Any) -> None:
-        self._set_content(int(message.data))
+    def _take_number(self, _: float, content: int) -> None:
+        self._set_content(content)
 
     def _set_content(self, content: int) -> None:
         echoes = self._session.echoes
@@ -276,12 +276,11 @@ class _Collector:
             echoes[-1] = replace(echoes[-1], content=content)
             self._content_is_due = False
 
-    def _take_content(self, seconds: float, message: Any) -> None:
-        values = calls.extract_status_values(message)
-        self._session.contents.append((seconds, message.message, values))
+    def _take_content(self, seconds: float, content: Status) -> None:
+        self._session.contents.append((seconds, content.text, dict(content.values)))
 
-    def _take_outcome(self, seconds: float, message: Any) -> None:
-        values = calls.extract_status_values(message)
+    def _take_outcome(self, seconds: float, outcome: Status) -> None:
+        values = dict(outcome.values)
         if _is_decoded(values):  # from the echo just before
             self._set_content(calls.parse_content(values))
         self._session.outcomes.append((seconds, values))
@@ -292,20 +291,21 @@ class _Collector:
 
     def _create_event_handler(self, stream: Stream) -> Handler:
         """Return what keeps the values of a stream for a replay, and takes them further."""
-        take = {
-            'echo': self._take_echo,
-            'waveform': self._take_waveform,
+        of_message: dict[str, Handler] = {'echo': self._take_echo, 'waveform': self._take_waveform}
+        of_values: dict[str, Handler] = {
             'level': self._take_number,
             'word': self._take_number,
             'content': self._take_content,
             'outcome': self._take_outcome,
-        }.get(stream.name)
+        }
 
         def take_event(seconds: float, message: Any) -> None:
             values = parse_message(stream, message)
             self._session.recorded.setdefault(stream.name, []).append(values)
-            if take is not None:
-                take(seconds, message)
+            if stream.name in of_message:
+                of_message[stream.name](seconds, message)
+            elif stream.name in of_values:
+                of_values[stream.name](seconds, values)
 
         return take_event
 

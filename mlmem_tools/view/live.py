@@ -10,18 +10,17 @@ import asyncio
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Callable
-from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from mlmem import element_file
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import load_action_types
-from mlmem_ros.contract.streams import STREAMS
+from mlmem_ros.contract.streams import STREAMS, Status, parse_status
 from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, KEEP_ALL_QOS, Topic
 from mlmem_ros.host.settings import DESCRIPTION
 from mlmem_ros.ros.middleware import RELIABLE_PROFILE
-from mlmem_tools.view.monitor import Status, parse_components, subscribe_topic
+from mlmem_tools.view.monitor import parse_components, subscribe_topic
 
 from .about import PAGE_PARAMETERS, About
 from .frames import PICTURED_STREAMS, Pictures, pack_frame, thin_echo
@@ -194,15 +193,17 @@ class Live:
 
     def _on_content(self, message: Any) -> None:
         self._note_message()
-        self._announce_frame('content', {**asdict(Status.of(message)), 't': self._pictures.clock})
+        self._announce_frame(
+            'content', {**parse_status(message)._asdict(), 't': self._pictures.clock}
+        )
 
     def _on_outcome(self, message: Any) -> None:
         self._note_message()
-        self._loop.call_later(OUTCOME_DELAY_S, self._end_procedure, Status.of(message))
+        self._loop.call_later(OUTCOME_DELAY_S, self._end_procedure, parse_status(message))
 
     def _end_procedure(self, outcome: Status) -> None:
         self._activity.ended(outcome.values.get('procedure', ''))
-        self._announce_frame('outcome', {**asdict(outcome), 't': self._pictures.clock})
+        self._announce_frame('outcome', {**outcome._asdict(), 't': self._pictures.clock})
 
     def _on_echo(self, message: Any) -> None:
         self._note_message()
@@ -229,7 +230,7 @@ class Live:
             self._schedule_meeting()
         self._ticks = ticks
         self._announce_frame(
-            'health', {'parts': {name: asdict(part) for name, part in parts.items()}}
+            'health', {'parts': {name: part._asdict() for name, part in parts.items()}}
         )
 
     def _note_message(self) -> None:

@@ -32,6 +32,7 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import calls
 from mlmem_ros.contract.commands import REQUEST_COMMANDS
+from mlmem_ros.contract.streams import OK, parse_status
 from mlmem_ros.session.data import iterate_timed
 from mlmem_ros.session.records import (
     COMMAND_TOPIC,
@@ -194,9 +195,9 @@ class _Collector:
             self._levels.append((t, int(message.data)))
 
     def _take_content(self, t: float, message: Any) -> None:
-        values = calls.extract_status_values(message)
+        _, text, values = parse_status(message)
         if 'since' in values:
-            self._add_event(t, 'content', message.message, ok=False, values=values)
+            self._add_event(t, 'content', text, ok=False, values=values)
 
     def _take_echo(self, t: float, message: Any) -> None:
         x, y = thin_echo(message)
@@ -205,9 +206,10 @@ class _Collector:
             del self._echoes[1::2]
 
     def _take_outcome(self, t: float, message: Any) -> None:
-        values, ok = calls.extract_status_values(message), message.level == 0
-        text = message.message if ok else f'{values["procedure"]} failed: {message.message}'
-        self._add_event(t, 'outcome', text, ok=ok, values=values)
+        severity, text, values = parse_status(message)
+        if severity != OK:
+            text = f'{values["procedure"]} failed: {text}'
+        self._add_event(t, 'outcome', text, ok=severity == OK, values=values)
 
     def _take_command(self, t: float, message: Any) -> None:
         _, command = read_command(message.data)
