@@ -166,20 +166,13 @@ LATCHED_QOS = format_qos(durability='transient_local')
 
 def renew_qos(text: str) -> str:
     """Return the QoS that any version of rosbag2 wrote as Jazzy writes it; empty if damaged."""
-    from rosbags.rosbag2.metadata import parse_qos
+    from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 
     try:
-        return format_profiles(parse_qos(text))
+        renewed: str = yaml.safe_dump(dump_qos_v9(parse_qos(text)), sort_keys=False)
     except Exception:  # rosbags raises whatever a wrong type raises; messages do not need it
         return ''
-
-
-def format_profiles(profiles: Sequence[Any]) -> str:
-    """Return profiles of `rosbags` as Jazzy writes them."""
-    from rosbags.rosbag2.metadata import dump_qos_v9
-
-    text: str = yaml.safe_dump(dump_qos_v9(list(profiles)), sort_keys=False)
-    return text.rstrip('\n')
+    return renewed.rstrip('\n')
 
 
 @dataclass

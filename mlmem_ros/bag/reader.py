@@ -7,16 +7,12 @@ from __future__ import annotations
 import heapq
 import itertools
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from itertools import islice
 from operator import attrgetter
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
-
-from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat
+from typing import Any
 
 from mlmem.parsing import require_regular
 from mlmem.schema import short_repr
@@ -31,101 +27,15 @@ from .contents import (
     Message,
     TopicInfo,
     add_root_key,
-    format_profiles,
     parse_metadata,
     read_metadata_text,
 )
 from .errors import BagError, storage_errors
-from .mcap_part import MAX_HELD_BYTES, McapPart
-
-if TYPE_CHECKING:
-    from rosbags.rosbag2 import Reader
-
-_ENCODING_NAMES = {
-    MessageDefinitionFormat.NONE: '',
-    MessageDefinitionFormat.MSG: 'ros2msg',
-    MessageDefinitionFormat.IDL: 'ros2idl',
-}
-
-
-class RosbagsPart:
-    """An SQLite file, or a bag compressed as a whole, read by `rosbags`, as a `McapPart`."""
-
-    def __init__(self, path: Path) -> None:
-        """Read an SQLite file or a bag directory once, to learn what is there.
-
-        Raises:
-            BagError: It cannot be read to its end.
-        """
-        self.path = path
-        self.topics: dict[str, TopicInfo] = {}
-        self.definitions: dict[str, Definition] = {}
-        self.losses: list[Loss] = []
-        self.span: tuple[int, int] | None = None
-        self.metadata_text: str | None = None
-        self._readable = 0  # messages before any damage
-        try:
-            with _open_reader(path) as reader:
-                for connection in reader.connections:
-                    self._collect_topic(connection)
-                for connection, log_time, _ in reader.messages():
-                    self._count_message(connection.topic, log_time)
-        except BagError as error:
-            if not self._readable:
-                raise
-            self.losses.append(Loss.of(path, error))
-
-    def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of their log times alone.
-
-        Raises:
-            BagError: The file has changed since it was opened.
-        """
-        with _open_reader(self.path) as reader:
-            for connection, log_time, cdr in islice(reader.messages(), self._readable):
-                if connection.topic in topics:
-                    yield Message(connection.topic, connection.msgtype, log_time, log_time, cdr)
-
-    def _collect_topic(self, connection: Connection) -> None:
-        extension = cast('ConnectionExtRosbag2', connection.ext)
-        self.topics.setdefault(
-            connection.topic,
-            TopicInfo(
-                name=connection.topic,
-                type=connection.msgtype,
-                serialization_format=extension.serialization_format,
-                offered_qos=format_profiles(extension.offered_qos_profiles),
-                type_hash=connection.digest,
-            ),
-        )
-        self.definitions[connection.msgtype] = Definition(
-            connection.msgtype, connection.msgdef.data, _ENCODING_NAMES[connection.msgdef.format]
-        )
-
-    def _count_message(self, topic: str, log_time: int) -> None:
-        self._readable += 1
-        info = self.topics[topic]
-        self.topics[topic] = replace(info, message_count=info.message_count + 1)
-        start, end = self.span or (log_time, log_time)
-        self.span = min(start, log_time), max(end, log_time)
-
-
-@contextmanager
-def _open_reader(path: Path) -> Iterator[Reader]:
-    from rosbags.rosbag2 import Reader  # takes a tenth of a second, and most bags are MCAP
-
-    try:
-        with Reader(path) as reader:
-            yield reader
-    except Exception as error:  # SQLite, zstd and rosbags each raise their own errors
-        raise BagError(f'Cannot read {path}: {error}') from error
-
-
-Part = McapPart | RosbagsPart
+from .mcap_part import McapPart
 
 
 class BagReader:
-    """Reads a bag directory, a single ``.mcap`` file or a single ``.db3`` file.
+    """Reads a bag directory, or a single ``.mcap`` file.
 
     Opening the bag reads all of it once, a few chunks at a time; after that `topics` and `losses`
     are exact. Whatever cannot be read is left out and listed in `losses`.
@@ -195,18 +105,15 @@ class BagReader:
         Args:
             topics: Names of the wanted topics; all by default. Unknown names are ignored.
             as_written: In the order in which they were written, which differs if the clock went
-                back. SQLite files, and bags compressed as a whole, do not tell it.
+                back.
 
         Yields:
             Messages; those with equal log times in the order they were written.
 
         Raises:
-            BagError: The bag has changed since it was opened, or its chunks overlap in time so
-                much that more than `MAX_HELD_BYTES` would be held at once.
+            BagError: The bag has changed since it was opened.
         """
         wanted = self.topics.keys() if topics is None else set(topics)
-        if not as_written:
-            self._check_overlap()
         parts = (part.messages(wanted, as_written) for part in self._parts)
         if as_written:
             return itertools.chain.from_iterable(parts)
@@ -216,21 +123,6 @@ class BagReader:
         """Read messages in the order in which they were written, up to the first missing file."""
         for part in self._parts[: self._parts_before_gap]:
             yield from part.messages(topics, as_written=True)
-
-    def _check_overlap(self) -> None:
-        """Raise `BagError` if chunks that are read at the same time take too much memory."""
-        blocks = [
-            block for part in self._parts if isinstance(part, McapPart) for block in part.blocks
-        ]
-        changes = [(block.earliest, 0, block.size) for block in blocks]
-        changes += [(block.latest, 1, -block.size) for block in blocks]
-        held = max(itertools.accumulate(change for *_, change in sorted(changes)), default=0)
-        if held > MAX_HELD_BYTES:
-            raise BagError(
-                f'{self.path} must not take more than {MAX_HELD_BYTES} bytes at once; its chunks '
-                f'overlap in time and take {held}',
-                'too_large',
-            )
 
     def definition(self, topic: str) -> Definition:
         """Return the definition of a topic's type as the bag holds it, perhaps without a text."""
@@ -270,25 +162,22 @@ class BagReader:
             files = [file for file in self.path.iterdir() if file.suffix == suffix]
             if files:
                 return sorted(files, key=_natural_order)
-        raise BagError(
-            f'{self.path} must be a bag; it has no {METADATA_FILE}, .mcap or .db3 file.'
-        )
+        raise BagError(f'{self.path} must be a bag; it has no {METADATA_FILE} and no .mcap file.')
 
-    def _open(self, files: list[Path], metadata: BagMetadata | None) -> list[Part]:
-        compressed = metadata is not None and metadata.compressed
-        if not compressed and files[0].suffix != '.db3':
-            return self._read_parts(McapPart, files)
-        return self._read_parts(RosbagsPart, [self.path] if compressed else files)
-
-    def _read_parts(self, kind: Callable[[Path], Part], files: list[Path]) -> list[Part]:
+    def _open(self, files: list[Path], metadata: BagMetadata | None) -> list[McapPart]:
         """Open the files; raise the first error if none can be read."""
+        if (metadata is not None and metadata.compressed) or files[0].suffix == '.db3':
+            raise BagError(
+                f'{self.path} must be MCAP that is not compressed as a whole: `ros2 bag convert` '
+                'makes such a bag of it',
+                'other_storage',
+            )
         parts, errors = [], []
         for file in files:
             try:
                 with storage_errors(f'read {file}'):
-                    for each in file.iterdir() if file.is_dir() else [file]:
-                        require_regular(each)
-                parts.append(kind(file))
+                    require_regular(file)
+                parts.append(McapPart(file))
             except BagError as error:
                 errors.append(error)
                 self._losses.append(Loss.of(file, error))
@@ -298,7 +187,7 @@ class BagReader:
 
     def _find_missing_parts(self, metadata: BagMetadata | None) -> tuple[int, ...]:
         """Return the numbers of missing files of a bag that we wrote, and list them as lost."""
-        numbers = [part.number for part in self._parts if isinstance(part, McapPart)]
+        numbers = [part.number for part in self._parts]
         known = [number for number in numbers if number is not None]
         if len(known) < len(self._parts):
             return ()
@@ -315,11 +204,7 @@ class BagReader:
     def _check_metadata(self) -> None:
         """Compare ``metadata.yaml`` with the copy in the last file, if we wrote and closed it."""
         text, last = self._metadata_text, self._parts[-1]
-        ours = (
-            isinstance(last, McapPart)
-            and last.library.startswith(LIBRARY_NAME)
-            and not last.losses
-        )
+        ours = last.library.startswith(LIBRARY_NAME) and not last.losses
         if text and ours and last.metadata_text and text != add_root_key(last.metadata_text):
             reason = 'it has changed: the bag holds another copy'
             self._losses.append(Loss(self.path / METADATA_FILE, 0, 0, reason))

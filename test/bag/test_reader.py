@@ -2,14 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags are read whoever recorded them and however the recording ended."""
 
-import tracemalloc
-from contextlib import suppress
-
 import mcap.writer
 import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.rosbag2.metadata import parse_qos
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag import jazzy, mcap_part
@@ -90,31 +86,6 @@ def test_chunk_is_read_when_its_time_has_come(record, monkeypatch):
     assert len(read) == 30
 
 
-def test_chunks_that_overlap_in_time_are_bounded(tmp_path):
-    """Each of 30 chunks of zeros has its last message after the first of every other."""
-    path = tmp_path / 'small.mcap'
-    with path.open('wb') as file:
-        writer = mcap.writer.Writer(file, chunk_size=2**25)
-        writer.start('ros2')
-        channel = writer.register_channel('/n', 'cdr', writer.register_schema('a/b', '', b''))
-        for number in range(30):
-            for log_time in (number, 1000 + number):
-                writer.add_message(channel, log_time, bytes(2**22), log_time)
-            writer.flush()
-        writer.finish()
-    assert path.stat().st_size < 100_000
-    tracemalloc.start()
-    try:
-        reader = BagReader(path)
-        with pytest.raises(BagError) as caught:
-            list(reader)
-        assert tracemalloc.get_traced_memory()[1] < mcap_part.MAX_HELD_BYTES
-    finally:
-        tracemalloc.stop()
-    assert caught.value.code == 'too_large'
-    assert sum(1 for _ in reader.messages(as_written=True)) == 60
-
-
 def test_equal_times_keep_the_order_of_writing(tmp_path):
     with BagWriter(tmp_path / 'bag', max_bytes=4096) as writer:
         writer.add_topic('/n', 'std_msgs/msg/UInt8')
@@ -165,28 +136,19 @@ def test_foreign_file_among_others_is_reported(record, messages):
     assert reader.losses[0].size == len(b'something else')
 
 
-@pytest.mark.parametrize('storage', list(StoragePlugin))
-def test_bags_of_rosbags_are_read(record_by_rosbags, storage):
-    reader = BagReader(record_by_rosbags(storage))
+def test_a_bag_of_rosbags_is_read(record_by_rosbags):
+    reader = BagReader(record_by_rosbags(StoragePlugin.MCAP))
     assert values(reader) == [i / 4 for i in range(10)]
     assert [m.log_time for m in reader] == [*range(10)]
     assert reader.topics['/x'].message_count == 10
     assert reader.losses == ()
 
 
-@pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_compressed_bags_are_read(record_by_rosbags, mode):
-    reader = BagReader(record_by_rosbags(StoragePlugin.SQLITE3, mode))
-    assert values(reader) == [i / 4 for i in range(10)]
-
-
-def test_truncated_sqlite_bag_has_losses(record_by_rosbags):
-    path = record_by_rosbags(StoragePlugin.SQLITE3)
-    content = (path / 'other.db3').read_bytes()
-    for size in range(0, len(content), 4000):
-        (path / 'other.db3').write_bytes(content[:size])
-        with suppress(BagError):
-            assert BagReader(path).losses
+@pytest.mark.parametrize('mode', [CompressionMode.NONE, CompressionMode.FILE])
+def test_another_storage_is_rejected(record_by_rosbags, mode):
+    with pytest.raises(BagError, match='ros2 bag convert') as caught:
+        BagReader(record_by_rosbags(StoragePlugin.SQLITE3, mode))
+    assert caught.value.code == 'other_storage'
 
 
 @pytest.mark.parametrize('name', [FLOAT, 'demo_msgs/msg/Graded'])
@@ -215,29 +177,28 @@ def test_big_endian_messages_are_read(tmp_path):
 def test_path_without_a_bag_is_rejected(tmp_path):
     with pytest.raises(BagError, match='does not exist'):
         BagReader(tmp_path / 'none')
-    with pytest.raises(BagError, match=r'has no metadata\.yaml, \.mcap or \.db3 file'):
+    with pytest.raises(BagError, match=r'has no metadata\.yaml and no \.mcap file'):
         BagReader(tmp_path)
     (tmp_path / 'text').write_text('hello')
     with pytest.raises(BagError, match='must be an MCAP file'):
         BagReader(tmp_path / 'text')
 
 
-def test_qos_of_an_sqlite_bag_is_understood(tmp_path):
-    """rosbags parses it."""
-    profile = parse_qos(format_qos('best_effort'))
-    store = get_typestore(Stores.ROS2_JAZZY)
-    with Writer(tmp_path / 'other', version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        for topic in ('/x', '/y'):
-            connection = writer.add_connection(
-                topic, FLOAT, typestore=store, offered_qos_profiles=profile
-            )
-            writer.write(connection, 1, store.serialize_cdr(store.types[FLOAT](data=2.0), FLOAT))
-    reader = BagReader(tmp_path / 'other')
-    assert reader.topics['/x'].offered_qos == format_qos('best_effort')
-    assert [message.topic for message in reader.messages(['/y'])] == ['/y']
+def test_a_channel_with_qos_that_cannot_be_parsed_is_read(tmp_path):
+    path = tmp_path / 'other.mcap'
+    with path.open('wb') as stream:
+        writer = mcap.writer.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(FLOAT, 'ros2msg', b'float64 data')
+        channel = writer.register_channel('/x', 'cdr', schema, {'offered_qos_profiles': '- {'})
+        writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
+        writer.finish()
+    reader = BagReader(path)
+    assert renew_qos(reader.topics['/x'].offered_qos) == ''
+    assert values(reader) == [0.0]
 
 
-def test_file_without_messages_spans_no_time(tmp_path):
+def test_a_file_without_messages_spans_no_time(tmp_path):
     path = tmp_path / 'empty.mcap'
     with path.open('wb') as stream:
         writer = mcap.writer.Writer(stream)
