@@ -4,7 +4,7 @@
 
 - `fit`, `plans`, `twins`: an individual element from its echoes, pulses for it, their worth.
 - `landscapes`: the energy of a wall, and the wall as a particle.
-- `designer`, `studies`: new elements; campaigns, margins, tolerance, proofs.
+- `designer`, `studies`: new elements; tolerance, proofs.
 - `windows`, `reads`, `times`, `validity`, `forecasts`: counts of the presets.
 - `paper`, `bench`: the paper's figures and claims; benchmarks.
 - `lattices`, `measured`, `standard_problems`: chains of other laws, real ones.

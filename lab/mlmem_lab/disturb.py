@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read disturb: the loudest pulse that moves nothing, over the loudest that is used.
 
-python3 -m mlmem_lab.disturb [PRESET ...] makes lab/results/disturb.json. Pulses of growing
-amplitude, a tenth louder each, are fired from rest at every level and at a blank element, from
-either end: those of a read, which self-tests and `locate` use too, and those of a survey. At the
-first that moves the wall the series ends.
+Pulses of growing amplitude, a tenth louder each, are fired from rest at every level and at a blank
+element, from either end: those of a read, which self-tests and `locate` use too, and those of a
+survey. At the first that moves the wall the series ends.
 """
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 from mlmem import End, preset
@@ -20,7 +18,7 @@ from mlmem.procedures import surveying
 from mlmem.settings import ProbeSettings
 from mlmem_tools.checks import check, disturb
 
-from .results import run
+from .study import Study
 
 AMPLITUDE_STEPS = tuple(1.1**k for k in range(50))
 """Amplitudes over that of the pulse."""
@@ -72,5 +70,9 @@ def _disturb_ratio(chain: Chain, level: int, end: End, probe: ProbeSettings) -> 
     return round(disturb.find_safe_limit(chain, [level], end, probe, AMPLITUDE_STEPS) / probe.A, 2)
 
 
-if __name__ == '__main__':
-    sys.exit(run('disturb', __doc__, measure_ratios))
+STUDY = Study(
+    'disturb',
+    measure_ratios,
+    ('kick_2', 'case_1', 'case_2', 'bits_1', 'bits_2'),
+    ('lab/mlmem_lab/disturb.py',),
+)

@@ -1,20 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the design check forecasts, for the pages.
-
-python3 -m mlmem_lab.forecasts [PRESET ...] makes lab/results/forecasts.json: the values of every
-finding, by preset.
-"""
+"""The values of every finding of the design check, for the pages."""
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 from mlmem import preset
 from mlmem_tools.checks import check
 
-from .results import run
+from .study import Study
 
 
 def forecast_preset(name: str) -> dict[str, Any]:
@@ -22,5 +17,9 @@ def forecast_preset(name: str) -> dict[str, Any]:
     return {found.name: found.values for found in check(*preset(name)).findings}
 
 
-if __name__ == '__main__':
-    sys.exit(run('forecasts', __doc__, forecast_preset, modules=['mlmem_tools/checks']))
+STUDY = Study(
+    'forecasts',
+    forecast_preset,
+    ('case_2',),
+    ('lab/mlmem_lab/forecasts.py', 'mlmem_tools/checks'),
+)

@@ -10,12 +10,6 @@ The paper leaves three things open. We settle them so that the pieces fit:
   is the equilibrium of the element that is inactive throughout, which contains D_s1.
 - The Fourier terms need a wavelength. A free end bends v_0 within a few cells, which is not
   periodic over the element, so we take twice its length.
-
-`KickedWall` says by energy alone where a kicked wall stops: a particle in its own landscape U(X),
-the energy of a wall held at X. In a medium where waves run at speed 1, a wall of momentum p has
-the energy sqrt(U^2 + p^2) and the speed p over that, and damping takes eta p of its momentum. What
-a kick puts in, and where the wall then is, come from a simulation up to the release; from there on
-nothing is simulated, and nothing fitted.
 """
 
 from __future__ import annotations
@@ -27,18 +21,11 @@ import numpy as np
 
 from mlmem.physics.design import Design
 from mlmem.physics.equilibrium import (
-    compute_energies,
-    find_pinned_wall,
-    make_blank,
     relax_to_equilibrium,
-    stiffness_diagonal,
 )
 from mlmem.physics.held_wall import hold_walls, make_uniform
 from mlmem.physics.potential import Array, StateError
 from mlmem.physics.specimen import Specimen
-from mlmem.physics.waves import group_velocity, pass_band, wavenumber
-from mlmem.readers.reading import BLANK
-from mlmem.settings import ProbeSettings
 
 MAX_FIT_ERROR = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""
@@ -232,101 +219,3 @@ def compute_landscape(
 
 def _root_mean_square(residual: Array) -> float:
     return float(np.sqrt(np.mean(residual**2)))
-
-
-POSITION_STEP_CELLS = 0.25
-"""Positions at which the landscape is tabulated, in cells."""
-
-FIRST_POSITION = 4.0
-"""Position from which it is: nearer to the free end there is no wall."""
-
-
-@dataclass(frozen=True)
-class KickedWall:
-    """The landscape of an element.
-
-    Attributes:
-        made: The element.
-        positions: X in sites, shape (m,).
-        energy: U over that of the blank element, shape (m,).
-    """
-
-    made: Specimen
-    positions: Array
-    energy: Array
-
-    @classmethod
-    def of(cls, made: Specimen) -> KickedWall:
-        """Tabulate the landscape of an element, without strain."""
-        design, still = made.design, np.zeros(made.design.N)
-        positions = np.arange(FIRST_POSITION, design.N - FIRST_POSITION, POSITION_STEP_CELLS)
-        parts = np.array_split(positions, math.ceil(len(positions) / 100))
-        held = np.concatenate([hold_walls(made, part, still).energy for part in parts])
-        coupling, on_site, _ = compute_energies(made, make_blank(made), still)
-        return cls(made, positions, held - float(coupling + on_site))
-
-    def level(self, stored: float, start: float) -> int:
-        """Return at which level a wall stops that has an energy where it is let go; `BLANK` if it
-        turns back, the number of levels if it runs out at the right.
-        """
-        design, dt = self.made.design, 0.5
-        slope = np.gradient(self.energy, POSITION_STEP_CELLS)
-        x = max(FIRST_POSITION, start)
-        rest = float(np.interp(x, self.positions, self.energy))
-        p = math.sqrt(max(0.0, stored**2 - rest**2))
-        for _ in range(round(12.0 / design.eta / dt)):
-            at = (x - FIRST_POSITION) / POSITION_STEP_CELLS
-            k = min(max(int(at), 0), len(slope) - 2)
-            force = slope[k] + (at - k) * (slope[k + 1] - slope[k])
-            U = self.energy[k] + (at - k) * (self.energy[k + 1] - self.energy[k])
-            whole = math.hypot(U, p)
-            p += dt * (-force * U / whole - design.eta * p)
-            x += dt * p / math.hypot(U, p)
-            if x < FIRST_POSITION:
-                return BLANK
-            if x > self.positions[-1]:
-                return design.levels
-        return min(max(0, round(x / design.J) - 1), design.levels)
-
-
-def lowest_modes(made: Specimen, level: int, count: int = 3) -> Array:
-    """Return the lowest angular frequencies of an element with its wall at a level."""
-    design = made.design
-    v = find_pinned_wall(made, level)
-    off = -np.asarray(made.k_r)
-    matrix = (
-        np.diag(stiffness_diagonal(made, v, np.zeros(design.N)))
-        + np.diag(off, 1)
-        + np.diag(off, -1)
-    )
-    root = 1.0 / np.sqrt(made.masses)
-    values = np.linalg.eigvalsh(root[:, None] * matrix * root)
-    return np.asarray(np.sqrt(np.maximum(values[:count], 0.0)))
-
-
-def band_edges(made: Specimen) -> tuple[float, float]:
-    """Return the lower edges of the bands of both phases."""
-    return pass_band(made.design.k_s1)[0], pass_band(made.design.k_s2)[0]
-
-
-def packet_energy(pulse: ProbeSettings, stiffness: float) -> float:
-    """Return the energy of the wave packet that a driven end sends into a phase.
-
-    It radiates omega A^2 sin(kappa) / 2: the energy of the wave times its speed.
-    """
-    wave = pulse.omega_c**2 * float(group_velocity(pulse.omega_c, stiffness))
-    return 0.5 * pulse.A**2 * wave * math.sqrt(math.pi) * pulse.sigma
-
-
-def wave_momentum(made: Specimen, omega: float) -> float:
-    """Return the momentum that a wave gives a wall which it passes without reflection, for a unit
-    of the wave's energy: negative, to the left, from either end.
-
-    A wave of energy E carries the momentum E kappa / omega. In the soft phase, right of the wall,
-    kappa is greater: a wave from the right leaves the difference at the wall, one from the left
-    takes it along. (One that is reflected pushes the wall ahead of it.)
-    """
-    soft, stiff = (
-        float(wavenumber(omega, each).real) for each in (made.design.k_s1, made.design.k_s2)
-    )
-    return (stiff - soft) / omega

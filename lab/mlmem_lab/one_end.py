@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Count what becomes of reads when one end is wrong, over presets, levels and `read.end`.
 
-python3 -m mlmem_lab.one_end [PRESET ...] makes lab/results/one_end.json.
-
 Every level is probed once with its wall at rest. The echo of one end is then spoiled: late or
 early, on another clock, louder or weaker, silent, or behind a burst; the other one's is as it was.
 Reads with eight times the damping are probed anew.
@@ -11,7 +9,6 @@ Reads with eight times the damping are probed anew.
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -28,7 +25,8 @@ from mlmem.readers.decoding import decode_echoes
 from mlmem.readers.echo import Echo, blanking_time, detection_threshold
 from mlmem.readers.reading import UNDECODABLE
 
-from .results import STRAINED_PRESETS, run
+from .results import STRAINED_PRESETS
+from .study import Study
 
 SEED, DRAWS = 1, 8
 """Of all chance; of every error, level and end."""
@@ -150,5 +148,6 @@ def _sum_counts(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
     return dict(total)
 
 
-if __name__ == '__main__':
-    sys.exit(run('one_end', __doc__, count_reads, SEED, merge_counts, STRAINED_PRESETS))
+STUDY = Study(
+    'one_end', count_reads, STRAINED_PRESETS, ('lab/mlmem_lab/one_end.py',), SEED, merge_counts
+)

@@ -6,19 +6,14 @@ A result also names the modules that it measured: files and folders of the check
 study lists, and for each entry one hash of their contents. If the contents have changed, the
 entry is stale: `make figures-stale` lists it. `PICTURES_FILE` has the same for every picture of
 the pages, and a hash of its bytes.
-
-`run` is the command line of the studies that measure presets one by one.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
-import shlex
-import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -152,90 +147,6 @@ def _read_content(file: Path) -> bytes:
         return file.read_bytes()
     numbers = {key: value for key, value in load_result(file).items() if key not in ORIGIN_KEYS}
     return json.dumps(numbers, sort_keys=True).encode()
-
-
-Measure = Callable[[str], Any]
-"""Returns what a study finds of an entry."""
-
-Joined = Callable[[Mapping[str, Any], str, Any], dict[str, Any]]
-"""Returns the result of a file after one entry was measured anew."""
-
-Draw = Callable[[Mapping[str, Any]], Any]
-"""Returns a Matplotlib figure of a result."""
-
-
-def run(
-    module: str,
-    about: str | None,
-    measure: Measure,
-    seed: int | None = None,
-    joined: Joined | None = None,
-    entries: Iterable[str] = tuple(PRESETS),
-    draw: Draw | None = None,
-    modules: Sequence[str] = (),
-    arguments: Sequence[str] | None = None,
-) -> int:
-    """Measure entries by name, and keep each in the result file as soon as it is done.
-
-    Args:
-        module: The name of the study, such as `times`; its last part names the result file.
-        measure: The function that measures one entry.
-        joined: By default, `presets` in the file holds each entry by name.
-        entries: The names of what can be measured.
-        modules: Files of the checkout that the study measures, in addition to the device and its
-            own file.
-
-    Returns:
-        0; 1 if the file cannot be read or written.
-    """
-    path = RESULT_FOLDER / f'{module.rpartition(".")[2]}.json'
-    known = list(entries)
-    parser = argparse.ArgumentParser(f'python3 -m mlmem_lab.{module}', description=about)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument(
-        'entries', nargs='*', metavar='ENTRY',
-        help=f'of {", ".join(known)}; none: all that the file has. The file keeps the others',
-    )  # fmt: skip
-    if draw is not None:
-        parser.add_argument('--figure', type=Path, metavar='PNG', help='only draw the file')
-    options = parser.parse_args(arguments)
-    if unknown := sorted(set(options.entries) - set(known)):
-        parser.error(f'an entry must be one of {", ".join(known)}; got {unknown[0]}')
-    own_file = f'lab/mlmem_lab/{module.replace(".", "/")}.py'
-    if draw is not None and options.figure is not None:
-        command = f'{parser.prog} --figure {options.figure}'
-        _draw_picture(draw, path, options.figure, command, own_file)
-        return 0
-    measured = [*DEVICE_MODULES, own_file, *modules]
-    try:
-        for name in options.entries or _list_entries(load_kept(path), known):
-            found = measure(name)
-            print(name, found, flush=True)
-            kept = load_kept(path)
-            result = (joined or _join_by_name)(kept, name, found)
-            names = shlex.join(dict.fromkeys([*_list_entries(kept, known), name]))
-            save_result(path, result, f'{parser.prog} {names}', measured, [name], seed, kept)
-    except (OSError, ValueError) as error:
-        print(f'{parser.prog}: {path} could not be made; {error}', file=sys.stderr)
-        return 1
-    return 0
-
-
-def _list_entries(result: Mapping[str, Any], known: Iterable[str]) -> list[str]:
-    """Return the entries of a result file that can be measured."""
-    return [name for name in result.get('hashes', {}) if name in known]
-
-
-def _draw_picture(draw: Draw, path: Path, picture: Path, command: str, own_file: str) -> None:
-    from .studies.style import style_context
-
-    with style_context():
-        draw(load_result(path)).savefig(picture, metadata={'Software': None})
-    keep_picture(picture, command, [own_file, find_in_checkout(path)])
-
-
-def _join_by_name(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
-    return {'presets': kept.get('presets', {}) | {name: found}}
 
 
 def load_result(path: Path) -> dict[str, Any]:

@@ -10,7 +10,6 @@ farther than 1.5 cells from its level, or a quarter of J if that is less.
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, find_walls, scattered
 from mlmem.physics.wall import arrival_tolerance
 
-from .results import run
+from .study import Study
 
 SEED = 700
 SCATTERS = (0.0, 0.01, 0.02, 0.03, 0.05)
@@ -73,10 +72,10 @@ def _count_scatter(name: str, scatter: float) -> dict[str, Any]:
     }
 
 
-if __name__ == '__main__':
-    sys.exit(
-        run(
-            'robust_writes', __doc__, count_writes, SEED,
-            entries=ELEMENT_NAMES, modules=['config/robust_2.yaml', 'config/robust_3.yaml'],
-        )
-    )  # fmt: skip
+STUDY = Study(
+    'robust_writes',
+    count_writes,
+    ELEMENT_NAMES,
+    ('lab/mlmem_lab/robust_writes.py', 'config/robust_2.yaml', 'config/robust_3.yaml'),
+    SEED,
+)

@@ -1,18 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads of an element on a shaking base or with noisy sensors: right, undecodable, wrong.
-
-python3 -m mlmem_lab.shaken [PRESET ...] makes lab/results/shaken.json.
-"""
+"""Reads of an element on a shaking base or with noisy sensors: right, undecodable, wrong."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
 import math
-import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,9 +17,9 @@ from mlmem import Disturb, Event, Faults, MemoryElement, Outcome, Read, SetFault
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
-from .results import run
 from .studies.bench import Bench
 from .studies.tolerance.estimate import Rate
+from .study import Study
 
 RANDOM_SEED = 1
 
@@ -39,10 +35,6 @@ IMU_RATE = 200.0
 STEPS_PER_SECOND = 2.0
 HARMONIC_COUNT = 8
 SLAM_EVERY = 0.3
-
-
-CONFIDENCE_BINS = 10
-"""Bins of the confidence, from 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +122,6 @@ class Counts:
         blocks: Rows of reads; those of a row depend on each other.
         wrong_blocks: Rows with a wrong read.
         moved: Reads that were not counted because the wall had moved.
-        confidences: Wrong and right reads by confidence, shape (2, BINS).
     """
 
     right: int = 0
@@ -140,9 +131,6 @@ class Counts:
     wrong_blocks: int = 0
     moved: int = 0
     ticks: int = 0
-    confidences: np.ndarray = field(
-        default_factory=lambda: np.zeros((2, CONFIDENCE_BINS), dtype=int)
-    )
 
     @property
     def reads(self) -> int:
@@ -154,22 +142,10 @@ class Counts:
         """The fraction of blocks with a wrong read."""
         return Rate(self.wrong_blocks, self.blocks)
 
-    @property
-    def spoiled(self) -> Rate:
-        """The fraction that were not right."""
-        return Rate(self.undecodable + self.wrong, self.reads)
-
     def add(self, other: Counts) -> None:
         """Add the counts of other reads."""
         for each in dataclasses.fields(self):
             setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
-
-    def calibrated(self) -> list[tuple[float, float]]:
-        """Return the upper end of every bin that has reads, and the fraction that is right."""
-        right, reads = self.confidences[1], self.confidences.sum(axis=0)
-        return [
-            ((n + 1) / CONFIDENCE_BINS, float(right[n] / reads[n])) for n in np.flatnonzero(reads)
-        ]
 
 
 def count(
@@ -207,9 +183,6 @@ def count(
         right = outcome.reading.level == level
         counts.right += right
         counts.wrong += not right
-        counts.confidences[
-            int(right), min(CONFIDENCE_BINS - 1, int(CONFIDENCE_BINS * outcome.reading.confidence))
-        ] += 1
     if find_level(design, element.chain.configuration, 0.5 * design.J) != level:
         return Counts(moved=reads)
     counts.blocks, counts.wrong_blocks = 1, int(counts.wrong > 0)
@@ -277,6 +250,11 @@ def merge_cases(kept: Mapping[str, Any], name: str, found: Sequence[Any]) -> dic
     return {'cases': [*cases, {'end': 'all', 'shaking': 'all of these', **total}]}
 
 
-if __name__ == '__main__':
-    modules = ['lab/mlmem_lab/studies']
-    sys.exit(run('shaken', __doc__, count_reads, RANDOM_SEED, merge_cases, modules=modules))
+STUDY = Study(
+    'shaken',
+    count_reads,
+    ('case_2',),
+    ('lab/mlmem_lab/shaken.py', 'lab/mlmem_lab/studies'),
+    RANDOM_SEED,
+    merge_cases,
+)

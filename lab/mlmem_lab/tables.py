@@ -8,31 +8,11 @@ the name of the result file.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from .windows.window import UNIT_DIRECTIONS
-
 Rows = list[Sequence[str]]
-
-
-def windows(result: Mapping[str, Any]) -> Rows:
-    """Return the nearest failure of the steps up, by preset."""
-    rows: Rows = [['preset', 'step up']]
-    for name, preset in result['presets'].items():
-        failed = [move for move in preset['moves'] if move['distance'] is not None]
-        near = min(failed, key=lambda move: move['distance'], default=None)
-        if preset['moves']:
-            rows.append([f'`{name}`', _describe_nearest(near) if near else 'none'])
-    return rows
-
-
-def _describe_nearest(move: Mapping[str, Any]) -> str:
-    direction = move['failures'][0][1]
-    told = direction if direction in UNIT_DIRECTIONS else 'a random point'
-    return f'{move["distance"]:.2g}: {move["from"]}, {told}'
 
 
 def kicks(result: Mapping[str, Any]) -> Rows:
@@ -77,39 +57,6 @@ def kicks_least_rooms(result: Mapping[str, Any]) -> Rows:
         kicks = [each['rooms'] for each in preset['levels']]
         cells = [min(each[key] for each in of) for of in (kicks, preset['erases']) for key in told]
         rows.append([f'`{name}`', *(f'{least:.3g}' for least in cells)])
-    return rows
-
-
-SCATTER_LABELS = {
-    'alpha': 'alpha scatters', 'k_r': 'springs scatter', 'mass': 'masses scatter',
-    'damping': 'damping is off', 'half steps': 'half steps', 'shaking': 'the base swings',
-    'ringing': 'kick after a share of `kick.erase_settle`',
-}  # fmt: skip
-"""What is not as designed, as the pages call it."""
-
-
-def kicks_astray(result: Mapping[str, Any]) -> Rows:
-    """Return how many kicks end elsewhere, and how many erases leave the wall there, on elements
-    that are not as designed.
-    """
-    presets = result['presets']
-    rows: Rows = [['', 'by', *(f'`{name}`' for name in presets)]]
-    for what, told in SCATTER_LABELS.items():
-        for of_all in zip(*(each['astray'][what] for each in presets.values()), strict=True):
-            cells = [f'{row["astray"]} of {row["kicks"]}' for row in of_all]
-            for k, row in enumerate(of_all):
-                if row.get('stayed'):
-                    cells[k] += f'; {row["stayed"]} of {row["erases"]}'
-            rows.append([told, f'{of_all[0]["amount"]:g}', *cells])
-    return rows
-
-
-def one_transducer(result: Mapping[str, Any]) -> Rows:
-    """Return what one end and both say with a bad cell."""
-    rows: Rows = [['preset', 'reads with a bad cell', 'wrong: left end', 'both ends']]
-    for name, bad in result['presets'].items():
-        cells = [bad['left']['reads'], *(bad[end].get('wrong', 0) for end in ('left', 'both'))]
-        rows.append([f'`{name}`', *(f'{cell:g}' for cell in cells)])
     return rows
 
 
@@ -158,19 +105,6 @@ def _greatest_amount(amounts: Sequence[float]) -> str:
     return f'{max(amounts):g}' if amounts else 'none'
 
 
-def paper_energy(result: Mapping[str, Any]) -> Rows:
-    """Return the books of every command."""
-    keys = ('actuator', 'transducer', 'heat', 'stored')
-    rows: Rows = [['what', 'time', *keys]]
-    for told, book in result['energy']['commands'].items():
-        rows.append([told, f'{book["time"]:.0f}', *(_format_decimals(book[key]) for key in keys)])
-    return rows
-
-
-def _format_decimals(value: float) -> str:
-    return f'{value:.4f}'.replace('-0.0000', '0.0000')
-
-
 def paper_claims(result: Mapping[str, Any]) -> Rows:
     """Return the claims that no print contradicts, with our verdict and finding."""
     rows: Rows = [['verdict', 'the paper says', 'we find']]
@@ -198,15 +132,6 @@ def paper_disagreements(result: Mapping[str, Any]) -> Rows:
 
 def _escape_cell(text: str) -> str:
     return text.replace('|', r'\|')
-
-
-def paper_check(result: Mapping[str, Any]) -> Rows:
-    """Return every quantity by two routes."""
-    rows: Rows = [['quantity', 'ours', 'second route', 'difference', 'route']]
-    for row in result['check']:
-        numbers = f'{row["ours"]:.7g}', f'{row["theirs"]:.7g}', f'{row["difference"]:.1e}'
-        rows.append([row['quantity'], *numbers, row['route']])
-    return rows
 
 
 def paper_delays(result: Mapping[str, Any]) -> Rows:
@@ -293,47 +218,9 @@ def tolerance_words(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def tolerance_blind(result: Mapping[str, Any]) -> Rows:
-    """Return how words fail that are kicked in and not verified, how reads of them fail, and
-    what capacity is kept.
-    """
-    ways = 'far', 'short', 'annihilated', 'lost'
-    found = result['designs']['byte']['alpha']
-    rows: Rows = [[
-        'scatter of alpha', 'words written', *ways, 'written and read', 'undecodable',
-        'another word', 'by pairs', 'bits kept',
-    ]]  # fmt: skip
-    written = {one['amount']: one for one in found['word']['how']}
-    for read in found['blind']['how']:
-        if (wrote := written.get(read['amount'])) is None or read['bits'] == 0.0:
-            continue
-        rows.append([
-            f'{read["amount"]:.2g}', str(wrote['tried']), *(str(wrote[way]) for way in ways),
-            *(str(read[name]) for name in ('tried', 'undecodable', 'silent', 'paired')),
-            f'{read["bits"]:.2f}',
-        ])  # fmt: skip
-    return rows
-
-
 def words_reads(result: Mapping[str, Any]) -> Rows:
     """Return how many reads tell the word, of how many."""
     return _word_rows(result, 'reads', 'none', ('0.001', '0.003', '0.01'))
-
-
-def fitted_words(result: Mapping[str, Any]) -> Rows:
-    """Return how many words are written by what is known of an element, by scatter of alpha."""
-    ways = ('as designed', 'read by the twin', 'and kicked as planned')
-    rows: Rows = [['element', 'scatter of alpha', 'twin off by', 'kicks found', *ways]]
-    for name, found in result['presets'].items():
-        for scatter, row in found.items():
-            told = (row['ways'][way] for way in ways)
-            kicks = f'{row["kicks"] - row["not found"]} of {row["kicks"]}'
-            written = (
-                f'{each["right"]} of {each["right"] + each["not written"] + each["wrong"]}'
-                for each in told
-            )
-            rows.append([f'`{name}`', scatter, f'{row["alpha off by"]:.2g}', kicks, *written])
-    return rows
 
 
 def words_writes(result: Mapping[str, Any]) -> Rows:
@@ -362,57 +249,6 @@ def _word_rows(result: Mapping[str, Any], what: str, healthy: str, sizes: Sequen
 def _has_words(design: Mapping[str, Mapping[str, Any]]) -> bool:
     """Return whether words were tried."""
     return any({'word', 'hear', 'blind'} & each.keys() for each in design.values())
-
-
-def costs(result: Mapping[str, Any]) -> Rows:
-    """Return what a bit costs in time and heat."""
-    rows: Rows = [['', 'bits', 'ticks of a write', 'bits/s', 'heat of a bit', 'bits/J']]
-    for name, each in result['presets'].items():
-        seconds, heat = each['bits a second'], each['energy of a bit']
-        joule = f'{each["bits a joule"]:.2g}'.replace('e+0', 'e')
-        rows.append([f'`{name}`', f'{each["bits"]:.0f}', f'{each["ticks"]:.0f}', f'{seconds:.2g}',
-                     f'{heat:.2g}', joule])  # fmt: skip
-    return rows
-
-
-def costs_reads(result: Mapping[str, Any]) -> Rows:
-    """Return what reads take: of an element at rest, and right after another one."""
-    rows: Rows = [['', 'listening', 'at rest', 'again at once', 'ms of decoding']]
-    for name, each in result['presets'].items():
-        if 'listening' in each:
-            ticks = (each[kind] for kind in ('listening', 'ticks of a read', 'of another'))
-            decoding = f'{1e3 * each["seconds of decoding"]:.2g}'
-            rows.append([f'`{name}`', *map(str, ticks), decoding])
-    return rows
-
-
-def bench_steps(result: Mapping[str, Any]) -> Rows:
-    """Return the errors of both integrators, the step halved from row to row.
-
-    Where the echo does not reach the threshold, there is no delay.
-    """
-    quantities = dict.fromkeys(row['contender'] for row in result['tables']['step_pefrl'])
-    rows: Rows = [['integrator', 'step', *quantities]]
-    for told, name in (('Noh-Bathe', 'step_noh_bathe'), ('PEFRL', 'step_pefrl')):
-        found = result['tables'][name]
-        steps = dict.fromkeys(row['step'] for row in found)
-        for step in (step for step in steps if math.log2(float(step)).is_integer()):
-            some = {row['contender']: row['error'] for row in found if row['step'] == step}
-            each = (some.get(name, '').replace('nan', 'no echo') for name in quantities)
-            rows.append([told, f'{float(step):.3g}', *each])
-    return rows
-
-
-def measured_speeds(result: Mapping[str, Any]) -> Rows:
-    """Return measured and predicted speeds of the real lattices."""
-    head = ('rail / spacing', 'measured', 'ours', 'seen by the fit', 'damping alone', 'authors')
-    rows: Rows = [head]
-    for case in result['cases']:
-        seen = 'yes' if case['fitted'] else 'no'
-        others = (f'{case[key]:.2f}' if case[key] else '' for key in ('viscous', 'authors'))
-        ours = f'{case["speed"]:.2f}' if case['speed'] else 'none'
-        rows.append([*_lattice_row(case), ours, seen, *others])
-    return rows
 
 
 def unseen_speeds(result: Mapping[str, Any]) -> Rows:

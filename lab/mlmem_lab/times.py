@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long procedures take, and what reads do to the wall.
 
-python3 -m mlmem_lab.times [PRESET ...] makes lab/results/times.json: for every preset random
-writes in a row, erases from random levels, reads, a self-test, and how far a thousand reads move
-the wall. Times are in time units.
+Every preset makes random writes in a row, erases from random levels, reads, a self-test, and a
+thousand reads, which may move the wall. Times are in time units.
 """
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable
 from typing import Any
 
@@ -19,7 +17,8 @@ from mlmem import Erase, MemoryElement, Read, SelfTest, Write, new_element, pres
 from mlmem.moves.planner import disable_kicks
 from mlmem.physics import find_level, find_walls
 
-from .results import run
+from .results import STRAINED_PRESETS
+from .study import Study
 
 RANDOM_SEED = 1
 WRITE_COUNT = 100
@@ -108,5 +107,4 @@ def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     }
 
 
-if __name__ == '__main__':
-    sys.exit(run('times', __doc__, measure_times, RANDOM_SEED))
+STUDY = Study('times', measure_times, STRAINED_PRESETS, ('lab/mlmem_lab/times.py',), RANDOM_SEED)

@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the model of the memory ends: what it leaves out, tried on the presets.
 
-python3 -m mlmem_lab.validity [PRESET ...] makes lab/results/validity.json. The element is
-`Rk4Element`, changed in one way each; the device does not know.
+The element is `Rk4Element`, changed in one way each; the device does not know.
 """
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -19,8 +17,8 @@ from mlmem import MemoryElement, Write, factory_calibration
 from mlmem.physics import Design, Specimen, find_level
 from mlmem.presets import preset
 
-from .results import run
 from .rk4 import Rk4Element
+from .study import Study
 
 TRIED_AMOUNTS: Mapping[str, tuple[float, ...]] = {
     'relative damping': (1.0,),
@@ -130,7 +128,10 @@ def merge_trials(kept: Mapping[str, Any], name: str, found: Sequence[Trial]) -> 
     return result
 
 
-if __name__ == '__main__':
-    sys.exit(
-        run('validity', __doc__, try_preset, joined=merge_trials, modules=['lab/mlmem_lab/rk4.py'])
-    )
+STUDY = Study(
+    'validity',
+    try_preset,
+    ('case_2', 'bits_2', 'bits_4', 'case_1', 'bits_1', 'kick_2', 'kick_4'),
+    ('lab/mlmem_lab/validity.py', 'lab/mlmem_lab/rk4.py'),
+    add=merge_trials,
+)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What many walls bear: python3 -m mlmem_lab.words [PRESET ...] makes results/words.json.
+"""Count reads and writes of the words of a register, with faults and scatter.
 
 Random words of a register are read ten times in a row with every kind of fault, and words are
 written, each after the one before, on specimens whose alpha or coupling springs scatter. A read is
@@ -11,7 +11,6 @@ so. Nothing is discarded.
 from __future__ import annotations
 
 import itertools
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -29,7 +28,7 @@ from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
 from mlmem.readers.words import make_code
 
 from .reads.count import READS_PER_MOVE, build_device, true_level
-from .results import run
+from .study import Study
 
 SEED, READS, BETWEEN, WRITES, COUNT, SPECIMENS = 1, 2000, 500, 2600, 200, 10
 """Reads of every kind; of a wall between levels; writes as designed; writes of each scatter; and
@@ -270,7 +269,11 @@ def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, An
     return {'all': {'reads': read, **total}, 'presets': presets}
 
 
-if __name__ == '__main__':
-    registers = [name for name, (_, settings) in PRESETS.items() if settings.register.spacing]
-    modules = ['lab/mlmem_lab/reads/count.py']
-    sys.exit(run('words', __doc__, count_preset, SEED, merge_counts, registers, modules=modules))
+STUDY = Study(
+    'words',
+    count_preset,
+    tuple(name for name, (_, settings) in PRESETS.items() if settings.register.spacing),
+    ('lab/mlmem_lab/words.py', 'lab/mlmem_lab/reads/count.py'),
+    SEED,
+    merge_counts,
+)

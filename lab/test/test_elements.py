@@ -21,19 +21,6 @@ CHOSEN = preset('bits_1')
 JUDGES = {
     'check': ['design', 'check', 'bits_1'],
     'prove': ['design', 'prove', 'bits_1', '--jobs', '1'],
-    'margins': ['margins', '--design', 'bits_1', '--point', '5', '--size', '4'],
-    'windows': [
-        'windows',
-        'bits_1',
-        '--method',
-        'strain',
-        '--radii',
-        '0.1',
-        '--points',
-        '0',
-        '--workers',
-        '1',
-    ],
 }
 
 

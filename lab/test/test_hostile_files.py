@@ -36,7 +36,6 @@ from mlmem.element_file import Element, ElementFileError
 from mlmem.instrument.end import End, Shot
 from mlmem.parsing import MAX_MESSAGE_CHARS, DecodeError
 from mlmem.physics import CASE_II, Specimen, StateError
-from mlmem_lab.chains.tracked import load_coupling, load_film
 from mlmem_lab.fit import csv_shots
 from mlmem_lab.standard_problems.verdict import read_others
 from mlmem_ros.bag.errors import BagError
@@ -49,10 +48,7 @@ from mlmem_tools.law.curves import average_runs, load_run, save_law
 from mlmem_tools.view import session_frame
 
 ROOT = Path(__file__).parents[2]
-CURVE, FILM, MAGNETS = (
-    ROOT / 'examples' / name
-    for name in ('law/shell_run1.csv', 'chain/film.csv', 'chain/magnets.csv')
-)
+CURVE = ROOT / 'examples/law/shell_run1.csv'
 SESSION = ROOT / 'test/data/aborted_write'
 
 PARAMETERS = """\
@@ -178,8 +174,6 @@ KINDS = {
         errors=(argparse.ArgumentTypeError,),
     ),
     'curve': Kind('mlmem_tools.law.curves', load_run, copied(CURVE), '.csv'),
-    'film': Kind('mlmem_tools.law.curves', load_film, copied(FILM), '.csv'),
-    'magnets': Kind('mlmem_tools.law.curves', load_coupling, copied(MAGNETS), '.csv'),
     'shot': Kind(
         'mlmem_lab.fit.csv_shots',
         csv_shots.load_shot,
@@ -356,7 +350,7 @@ def test_an_endless_file_is_refused_or_read(kind, path, content):
     refusal(kind, path, 20.0)
 
 
-COLUMNS = {'curve': (0, 1), 'magnets': (0, 1), 'answers': (2,)}
+COLUMNS = {'curve': (0, 1), 'answers': (2,)}
 """What is read of a table."""
 
 NUMBER = re.compile(r'(?<=[ ,:\[\n])-?\d+\.?\d*(?:[eE][-+]?\d+)?(?=[,\]}\n])')
@@ -421,14 +415,9 @@ COMMANDS = {
     'fit design': 'fit {shot} --design {}',
     'plan element': 'plan {} --output {new}',
     'plan design': 'plan {element} --design {} --output {new}',
-    'margins design': 'margins --design {} --output {new}',
-    'margins element': 'margins --element {} --output {new}',
     'tolerance design': 'tolerance --design {} --output {new}',
-    'windows presets': 'windows {} --output {new}',
-    'windows element': 'windows case_2 --element {} --output {new}',
-    'chain law': 'chain {} --track {film} --spring 5 --spacing 0.06 --mass 0.02',
-    'chain track': 'chain {law} --track {} --spring 5 --spacing 0.06 --mass 0.02',
-    'chain coupling': 'chain {law} --track {film} --coupling {} --spacing 0.06 --mass 0.02',
+    'windows presets': 'windows {}',
+    'windows element': 'windows case_2 --element {}',
     'standard_problems file': 'standard_problems {}',
 }
 """The options that read a file, by command and name."""
@@ -438,7 +427,7 @@ COMMANDS = {
 def laid(tmp_path, tmp_path_factory):
     """Return the words of a command, by what they name."""
     base = tmp_path_factory.getbasetemp()
-    found = {'new': tmp_path / 'new', 'film': FILM}
+    found = {'new': tmp_path / 'new'}
     for name in ('law', 'element', 'shot'):
         found[name] = tmp_path / f'good_{name}{KINDS[name].suffix}'
         found[name].write_bytes(good(name, base))

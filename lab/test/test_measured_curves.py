@@ -9,23 +9,52 @@ import pytest
 
 from mlmem.physics import NOH_BATHE, HeldCell, substep_times
 from mlmem.physics.curve import Curve
-from mlmem_lab.chains.tracked import Measured
-from mlmem_lab.lattices import Friction, Lattice, PowerLaw
+from mlmem_lab.lattices import Lattice, OnSite, PowerLaw
 from mlmem_lab.measured.curves import compare_speeds, draw_speeds, summarise_speeds
 from mlmem_lab.measured.posterior import Model
-from mlmem_lab.measured.runs import ALL_CASES, SILENT_CASES, Case, first_crossing, mean_speed
+from mlmem_lab.measured.runs import (
+    ALL_CASES,
+    SILENT_CASES,
+    Case,
+    first_crossing,
+    load_runs,
+    mean_speed,
+)
 from mlmem_lab.measured.shells import (
+    ELEMENT_MASS,
     FAR_REPULSION,
     KNOTS,
+    TOUCH,
     Chains,
     fit_magnets,
     launch_waves,
     load_force_table,
     tabulate_repulsion,
 )
-from mlmem_lab.measured.wave import ELEMENT_MASS, MIN_MAGNET_DISTANCE_CM, _hand_motion
 from mlmem_lab.results import RESULT_FOLDER, load_result
 from mlmem_tools.cli.main import main
+
+
+class CurveLaw(OnSite):
+    """A curve of force as the law of a cell."""
+
+    def __init__(self, curve):
+        self.curve, self.origin = curve, curve.origin
+
+    def energy(self, x):
+        return np.asarray(self.curve.energy(x))
+
+    def slope(self, x):
+        return np.asarray(self.curve.slope(x))
+
+    def constants(self, n):
+        return self.curve.constants(np.full(n, self.curve.d))
+
+
+def hand_motion(t, hand, well):
+    """Where the hand holds the first element, and how fast it moves it."""
+    x = np.minimum(t / hand, 1.0)
+    return np.array((well * x * x * (3.0 - 2.0 * x), well * 6.0 * x * (1.0 - x) / hand))
 
 
 def chains(name, spacing, tilt=0.01, damping=0.01):
@@ -35,6 +64,21 @@ def chains(name, spacing, tilt=0.01, damping=0.01):
         law[None], well * one, spacing * one, tilt * one, damping * one, 0.0 * one, 0.0 * one, one,
         25.0 * one,
     )  # fmt: skip
+
+
+def test_the_data_have_two_runs_of_each_wave():
+    assert [len(load_runs(case)) for case in ALL_CASES] == [
+        0 if case in SILENT_CASES else 2 for case in ALL_CASES
+    ]
+
+
+@pytest.mark.parametrize(
+    ('case', 'speed', 'spread'),
+    [((22.5, 6.0), 2.85, 0.05), ((22.5, 7.0), 1.88, 0.03), ((21.5, 8.0), 2.318, 0.005)],
+)
+def test_measured_speeds_are_those_of_the_readme(case, speed, spread):
+    found = np.mean([run.speed for run in load_runs(Case(*case))])
+    assert found == pytest.approx(speed, abs=spread)
 
 
 @pytest.mark.parametrize(
@@ -58,19 +102,18 @@ def test_a_wave_is_that_of_the_lattice(name, spacing):
     curve = Curve(-well, 2.0 * well, tuple((law - 0.01).tolist()))
     A, b, p = fit_magnets()
     lattice = Lattice(
-        Measured(curve, 1.0),
-        PowerLaw(A, -p, spacing + b, b + MIN_MAGNET_DISTANCE_CM),
+        CurveLaw(curve),
+        PowerLaw(A, -p, spacing + b, b + TOUCH),
         np.full(26, ELEMENT_MASS),
         0.2,
         damping=0.01 * ELEMENT_MASS,
-        friction=Friction(0.0, 1.0),
         held=(26,),
     )
     lattice.place(np.full(26, curve.ground_states[0]))
     u = [lattice.displacement.copy()]
     while lattice.time < 700.0:
         t = substep_times(5, 0.2, NOH_BATHE, lattice.steps_done)
-        lattice.advance(5, HeldCell(1, _hand_motion(t, 25.0, well)))
+        lattice.advance(5, HeldCell(1, hand_motion(t, 25.0, well)))
         u.append(lattice.displacement.copy())
     u, t = np.array(u), np.arange(len(u), dtype=float)
     arrivals = np.array([first_crossing(t, u[:, j], 0.5 * well) for j in range(7, 11)])
@@ -130,7 +173,7 @@ def test_unseen_speeds_are_compared():
 @pytest.mark.slow
 def test_the_command(tmp_path, capsys):
     """With few particles: nine rows, and what the data of a lattice add to it."""
-    given = ['measured', '--curves', '--particles', '20', '--output', str(tmp_path), '--json']
+    given = ['measured', '--particles', '20', '--output', str(tmp_path), '--json']
     assert main(given) == 0
     told = json.loads(capsys.readouterr().out)
     assert set(told['evidence']) == {'viscous', 'snap', 'friction'}
@@ -143,5 +186,5 @@ def test_the_command(tmp_path, capsys):
     assert [row['unseen']['silent'] <= 1.0 for row in left['cases']] == [True] * 9
     draw_speeds(told, left, tmp_path)
     assert (tmp_path / 'measured_curves.png').stat().st_size > 10_000
-    assert main(['measured', '--curves', '--particles', '3']) == 2
+    assert main(['measured', '--particles', '3']) == 2
     assert '--particles must be' in capsys.readouterr().err

@@ -147,46 +147,6 @@ def test_picture_with_other_bytes_is_named(checkout, capsys):
     assert 'stranger.png: pictures.json names no command' in found
 
 
-@pytest.fixture
-def study(tmp_path, monkeypatch):
-    """A module that finds the length of a name, run from the command line."""
-    monkeypatch.setattr(results, 'RESULT_FOLDER', tmp_path)
-    monkeypatch.setattr(results, 'hash_modules', lambda modules: ' '.join(modules))
-
-    def run(*arguments):
-        return results.run('lengths', 'Measure names.', len, seed=3, arguments=arguments)
-
-    return run
-
-
-def test_study_of_some_entries_keeps_the_others(study, tmp_path):
-    assert study('case_2', 'bits_1') == study('bits_1') == 0
-    found = results.load_result(tmp_path / 'lengths.json')
-    assert found['presets'] == {'case_2': 6, 'bits_1': 6}
-    modules = [*results.DEVICE_MODULES, 'lab/mlmem_lab/lengths.py']
-    assert found['modules'] == modules
-    assert found['hashes'] == dict.fromkeys(['case_2', 'bits_1'], ' '.join(modules))
-    assert found['command'] == 'python3 -m mlmem_lab.lengths case_2 bits_1'
-    assert found['seed'] == 3
-
-
-def test_study_without_arguments_measures_what_its_file_has(study, tmp_path, capsys):
-    study('case_2', 'bits_1')
-    before = results.load_result(tmp_path / 'lengths.json')
-    capsys.readouterr()
-    assert study() == 0
-    assert capsys.readouterr().out == 'case_2 6\nbits_1 6\n'
-    now = results.load_result(tmp_path / 'lengths.json')
-    assert now == before | {'seconds': now['seconds']}  # of the longest run of the program
-
-
-def test_study_of_an_unknown_preset_is_rejected(capsys):
-    with pytest.raises(SystemExit) as end:
-        results.run('times', 'What it measures.', len, arguments=['bits_99'])
-    assert end.value.code == 2
-    assert 'bits_99' in capsys.readouterr().err
-
-
 def test_table_of_a_node_marks_a_missed_goal():
     result = {
         'rows': [

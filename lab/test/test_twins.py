@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What fits and twins are worth, counted in small, and what is kept of it."""
 
-import argparse
-import json
 from copy import deepcopy
 from functools import cache
 
@@ -13,18 +11,10 @@ import pytest
 from mlmem import preset
 from mlmem.physics import HeldCell, Specimen
 from mlmem_lab.rk4 import Rk4Element
-from mlmem_lab.twins import command, surveyed, watched
-from mlmem_lab.twins.command import Part, twins
+from mlmem_lab.twins import surveyed, watched
 from mlmem_lab.twins.sensed import HiddenElement
+from mlmem_lab.twins.study import STUDY, add_entry, name_case
 from mlmem_tools.rig.emulated import Sensors
-
-
-def mlmem_twins(*arguments):
-    parser = argparse.ArgumentParser()
-    for add in twins.options:
-        add(parser)
-    return twins.run(parser.parse_args([str(each) for each in arguments]))
-
 
 calibrated = cache(watched.Bench)
 
@@ -107,92 +97,12 @@ def test_a_hidden_element_is_heard_as_late_as_its_line_is(late):
     assert heard == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.fixture
-def quick(monkeypatch):
-    """Rows that take no time."""
-    part = Part(row_of, lambda rows: {'elements': len(rows)}, ('elements',), ('bits_1',))
-    monkeypatch.setitem(command.STUDY_PARTS, 'healthy', part)
-
-
-def row_of(preset, scatter, seed):
-    return {'seed': seed}
-
-
-def test_the_command_keeps_what_the_file_has_of_others(tmp_path, capsys, quick):
-    path = tmp_path / 'twin.json'
-    for scatter in ('0.01', '0.003', '0.01'):
-        arguments = 'healthy', '--scatter', scatter, '--elements', 2, '--workers', 1
-        assert mlmem_twins(*arguments, '--output', path) == 0
-    kept = json.loads(path.read_text())
-    assert [entry['scatter'] for entry in kept['healthy']] == [0.01, 0.003]
-    assert kept['healthy'][0] == {
-        'preset': 'bits_1', 'scatter': 0.01, 'seed': 0, 'elements': 2,
-        'rows': [{'seed': 0}, {'seed': 1}],
-    }  # fmt: skip
-    assert list(kept['hashes']) == ['healthy bits_1 0.01', 'healthy bits_1 0.003']
-    assert 'bits_1' in capsys.readouterr().out
-
-
-COUNTED: list[int] = []
-
-
-def counted_row_of(preset, scatter, seed):
-    COUNTED.append(seed)
-    return row_of(preset, scatter, seed)
-
-
-def test_a_count_goes_on_where_it_was_stopped(tmp_path, monkeypatch, quick):
-    path, part = tmp_path / 'twin.json', command.STUDY_PARTS['healthy']
-    monkeypatch.setitem(command.STUDY_PARTS, 'healthy', part._replace(one=counted_row_of))
-    COUNTED.clear()
-    for elements in (1, 3):
-        arguments = 'healthy', '--elements', elements, '--workers', 1, '--output', path
-        assert mlmem_twins(*arguments) == 0
-    assert COUNTED == [0, 1, 2]
-    [entry] = json.loads(path.read_text())['healthy']
-    assert entry['elements'] == 3
-
-
-def test_the_commands_of_a_file_make_all_its_entries_again():
-    """Kinds and presets that are counted alike share one."""
-    entries = [
-        {'preset': preset, 'scatter': 0.01, 'kind': kind, 'elements': elements, 'seed': 7}
-        for preset, elements in (('bits_1', 2), ('bits_4', 2), ('case_2', 1))
-        for kind in ('alpha', 'damping 20 %')
-    ]
-    changes = [{'preset': 'bits_4', 'scatter': 0.01, 'change': c, 'elements': 4, 'seed': 0}
-               for c in ('a', 'b')]  # fmt: skip
-    alike = "--kinds alpha 'damping 20 %'"
-    assert command.join_commands({'fits': entries, 'changes': changes}, 'twin.json').split(
-        ' && '
-    ) == [
-        f'mlmem twins {words} --output lab/results/twin.json'
-        for words in (
-            f'fits --presets bits_1 bits_4 --scatter 0.01 {alike} --elements 2 --seed 7',
-            f'fits --presets case_2 --scatter 0.01 {alike} --elements 1 --seed 7',
-            'changes --presets bits_4 --scatter 0.01 --elements 4 --seed 0',
-        )
-    ]
-
-
-@pytest.mark.parametrize(
-    ('wrong', 'said'),
-    [
-        (['twins'], 'a part must be one of fits, healthy, changes; got twins'),
-        (['--presets', 'bits_7'], 'got bits_7'),
-        (['--kinds', 'beta'], 'a kind must be one of alpha, of mlmem rig, springs'),
-        (['--elements', '0'], '--elements and --workers must be at least 1'),
-        (['--scatter', '0'], '--scatter must be above 0'),
-    ],
-)
-def test_misuse_is_named(wrong, said, capsys):
-    assert mlmem_twins(*wrong) == 2
-    assert said in capsys.readouterr().err
-
-
-def test_a_result_that_cannot_be_read_is_left_as_it_is(tmp_path, capsys, quick):
-    path = tmp_path / 'twin.json'
-    path.write_text('{"healthy": ')
-    assert mlmem_twins('healthy', '--elements', 1, '--workers', 1, '--output', path) == 1
-    assert 'the result could not be written' in capsys.readouterr().err
-    assert path.read_text() == '{"healthy": '
+def test_entries_of_a_part_are_in_the_order_of_the_cases():
+    first, later = STUDY.cases[0], STUDY.cases[3]
+    kept: dict = {}
+    for case in (later, first, later):
+        _, preset_name, kind = case.split(', ', 2)
+        entry = {'preset': preset_name, 'kind': kind, 'rows': []}
+        kept = add_entry(kept, case, entry)
+    assert [name_case('fits', entry) for entry in kept['fits']] == [first, later]
+    assert kept['healthy'] == kept['changes'] == []

@@ -4,7 +4,7 @@
 
 A louder one pulls the wall to the left, or starts one at a blank end.
 Found by simulation from rest on the bare chain, for the waveform of either end's own pulse. The
-nearer the wall, the less it takes (`python3 -m mlmem_lab.disturb` tries every level), so here it
+nearer the wall, the less it takes (`mlmem study disturb` tries every level), so here it
 is at the two levels nearest to the end: one of either kind of site.
 """
 

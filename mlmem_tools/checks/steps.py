@@ -54,7 +54,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         names = ', '.join(f'{c:.2f} and {t:.2f}' for c, t in off)
         text = (
             f'the steps succeed, but not with the peaks at {names} times their values '
-            '(compression and tension): `mlmem margins` shows how far off they may be'
+            '(compression and tension)'
         )
     else:
         verdict = Verdict.PASS

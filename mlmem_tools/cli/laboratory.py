@@ -18,8 +18,8 @@ PICTURE_PART = 'session_figure'
 """Draws a session to a file: `draw(session, path)`."""
 
 LABORATORY_COMMANDS = (
-    'bench', 'chain', 'figures', 'fit', 'kicks', 'margins', 'measured', 'plan', 'reads',
-    'standard_problems', 'tolerance', 'twins', 'windows',
+    'bench', 'figures', 'fit', 'measured', 'plan', 'standard_problems', 'study', 'tolerance',
+    'windows',
 )  # fmt: skip
 """Its commands, so that we can say what to install."""
 

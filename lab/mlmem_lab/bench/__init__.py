@@ -8,7 +8,7 @@ import importlib
 from collections.abc import Sequence
 from types import ModuleType
 
-BENCHMARK_NAMES = ('kernel', 'solvers', 'step', 'recorder', 'node')
+BENCHMARK_NAMES = ('kernel', 'recorder', 'node')
 """Those modules of this package, in the order they run."""
 
 

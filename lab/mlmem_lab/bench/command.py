@@ -17,7 +17,7 @@ from mlmem_tools.cli.output import create_console, print_failure, print_json
 
 
 @declare_command(
-    'measure kernel, solvers, step, recorder and node, beside their peers',
+    'measure kernel, recorder and node, beside their peers',
     declare_option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
     declare_option('--list', action='store_true', help='list the benchmarks'),
     declare_option('--repeats', type=int, default=7, help='rounds per comparison'),

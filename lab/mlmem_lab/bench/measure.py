@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 
 REPORTED_PACKAGES = (
-    'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'scipy', 'heyoka', 'jax', 'diffrax',
-    'mujoco', 'mcap', 'rosbags', 'rclpy',
+    'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'mcap', 'rosbags', 'rclpy',
 )  # fmt: skip
 
 
@@ -144,7 +143,7 @@ class Contender:
     """One way to do the work.
 
     Attributes:
-        values: Other numbers to report, such as the error it was run at.
+        values: Other numbers to report.
     """
 
     name: str
@@ -158,14 +157,12 @@ class Entry:
     """The measurements of one contender.
 
     Attributes:
-        x: Its place along the axis of a comparison, or None.
         verdict: Whether it reaches its goal, in words; empty without one.
         key: What it is called in a result file; empty for its name.
     """
 
     name: str
     samples: tuple[float, ...]
-    x: float | None = None
     values: dict[str, float] = field(default_factory=dict)
     verdict: str = ''
     key: str = ''
@@ -232,7 +229,6 @@ class Comparison:
     Attributes:
         terms: What is equal for all contenders, and what each was given.
         entries: What was measured; ratios are to the first.
-        axis: What `x` of the entries is; empty if they have none.
         measured: Whether the entries are costs, with a spread and ratios, or plain results.
     """
 
@@ -242,7 +238,6 @@ class Comparison:
     terms: str
     entries: Sequence[Entry]
     skipped: dict[str, str] = field(default_factory=dict)
-    axis: str = ''
     measured: bool = True
 
     def ratio_to_first(self, entry: Entry) -> Spread:
@@ -279,8 +274,6 @@ class Comparison:
     def _cells(self, entry: Entry) -> dict[str, str]:
         """Return what the table says of an entry, by heading."""
         cells = {'contender': entry.name}
-        if self.axis:
-            cells[self.axis] = f'{entry.x:,g}'
         if self.measured:
             cells[self.unit] = str(entry.spread)
             cells[f'over {self.entries[0].name}'] = str(self.ratio_to_first(entry))

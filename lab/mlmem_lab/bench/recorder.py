@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
@@ -118,27 +117,21 @@ def _joint_states(chain: Chain, time: int) -> dict[str, Any]:
     }
 
 
-TITLE = 'recording at four times the default rates: throughput and share of a processor'
+TITLE = 'recording at four times the default rates'
 
 SESSION_TIME_S = 20.0
 """Seconds of session in the throughput comparison."""
-
-PACED_TIME_S = 3.0
-"""Seconds of real time in each sample of the processor share."""
 
 Put = Callable[[Message], object]
 Opened = Callable[[Path], AbstractContextManager[Put]]
 
 
 def run(repeats: int) -> list[Comparison]:
-    """Measure throughput and processor share."""
+    """Measure the throughput of every writer."""
     messages = build_traffic(SESSION_TIME_S)
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder) / 'bag'
-        return [
-            _compare_throughput(messages, bag, repeats),
-            _compare_share(messages, bag, max(3, repeats // 2)),
-        ]
+        return [_compare_throughput(messages, bag, repeats)]
 
 
 def _compare_throughput(messages: list[Message], bag: Path, repeats: int) -> Comparison:
@@ -163,44 +156,12 @@ def _compare_throughput(messages: list[Message], bag: Path, repeats: int) -> Com
     )
 
 
-def _compare_share(messages: list[Message], bag: Path, repeats: int) -> Comparison:
-    """Feed the messages in real time and read the process's clock, less the feeding."""
-    part = [message for message in messages if message.time <= PACED_TIME_S * 1e9]
-    contenders = [
-        Contender(name, partial(_write_bag, part, opened, bag, paced=True), PACED_TIME_S)
-        for name, opened in {'nobody': _open_null_writer, **WRITERS_BY_NAME}.items()
-    ]
-    nobody, *others = measure_contenders(contenders, repeats, scale=100.0, clock=time.process_time)
-    entries = [
-        replace(entry, samples=tuple(np.subtract(entry.samples, nobody.samples).clip(1e-3)))
-        for entry in others
-    ]
-    return Comparison(
-        'recorder_share',
-        'Recorder: share of one processor at four times the default rates',
-        '% of a core',
-        f'{len(part)} messages fed in {PACED_TIME_S:g} s of real time; processor time of the '
-        f'whole '
-        'process, all threads, opening and closing included, less that of the feeding alone',
-        entries,
-    )
-
-
-def _write_bag(messages: list[Message], opened: Opened, bag: Path, paced: bool = False) -> None:
-    """Write a bag, as fast as possible or in real time, and remove it."""
-    start = time.monotonic()
+def _write_bag(messages: list[Message], opened: Opened, bag: Path) -> None:
+    """Write a bag, as fast as possible, and remove it."""
     with opened(bag) as put:
         for message in messages:
-            delay = message.time / 1e9 - (time.monotonic() - start) if paced else 0.0
-            if delay > 0.0:
-                time.sleep(delay)
             put(message)
     shutil.rmtree(bag, ignore_errors=True)
-
-
-@contextmanager
-def _open_null_writer(path: Path) -> Iterator[Put]:
-    yield lambda message: None
 
 
 @contextmanager

@@ -25,9 +25,8 @@ from mlmem_tools.cli.design import print_capacity, print_report
 from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
 from ..results import DEVICE_MODULES, load_kept, save_result
-from ..studies.campaign import CampaignError
-from ..studies.campaign.terminal import evaluate_missing
-from ..studies.proof import Proof, Tally
+from ..studies.proof import Proof, Tally, evaluate_run
+from ..study import compute_rows
 from . import DesignNotFound, Proposal, propose_design
 from .pulses import dynamic_range
 
@@ -45,7 +44,7 @@ def find(arguments: argparse.Namespace) -> int:
         return _run_find(arguments)
     except DesignNotFound as error:
         return print_failure('design', error, 2)
-    except CampaignError as error:
+    except (OSError, ValueError) as error:
         return print_failure('design', error, 1)
 
 
@@ -63,7 +62,7 @@ def prove(arguments: argparse.Namespace) -> int:
             arguments.output,
             element,
         )
-    except CampaignError as error:
+    except (OSError, ValueError) as error:
         return print_failure('design', error, 1)
 
 
@@ -146,11 +145,14 @@ def _show_proofs(
     proofs, passed = [], True
     for name, design, settings in designs:
         with console.status(f'{name}: calibrating {design.levels} levels'):
-            study = Proof(design, settings, arguments.sample, element=element).campaign()
-        ledger = arguments.folder / f'{name}.jsonl'
-        tally = Tally.of(
-            evaluate_missing(console, study, ledger, arguments.jobs, what=f'{name}: runs')
+            proof = Proof(design, settings, arguments.sample, element=element)
+            shared = proof.prepare_bench()
+        runs = {f'{k}': (shared, point) for k, point in enumerate(proof.points())}
+        file = arguments.folder / f'{name}.jsonl'
+        rows = compute_rows(
+            console, f'{name}: runs', evaluate_run, runs, arguments.jobs, file, shared
         )
+        tally = Tally.of(rows.values())
         proofs.append(table_cells(name, design, settings, tally))
         passed = passed and not tally.errors
         for error in tally.errors:

@@ -28,7 +28,7 @@ from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, print_failure, print_json
 from mlmem_tools.twin.unknowns import SHARED_UNKNOWNS
 
-from ..studies.campaign.terminal import Bar
+from ..study import Bar
 from . import csv_shots
 from .fit import Misfitting, fit_element
 from .fitted import ADDED_TERMS, TERM_DESCRIPTIONS, Fit, has_term

@@ -3,10 +3,7 @@
 """Chains of other laws than a memory's, stepped by the same two loops."""
 
 from .couplings import Linear, PowerLaw, Toda
-from .lattice import Coupling, Friction, Lattice, OnSite
-from .on_site import Phi4, Pieces, Wells
+from .lattice import Coupling, Lattice, OnSite
+from .on_site import Phi4
 
-__all__ = [
-    'Coupling', 'Friction', 'Lattice', 'Linear', 'OnSite', 'Phi4', 'Pieces', 'PowerLaw', 'Toda',
-    'Wells',
-]  # fmt: skip
+__all__ = ['Coupling', 'Lattice', 'Linear', 'OnSite', 'Phi4', 'PowerLaw', 'Toda']

@@ -4,7 +4,7 @@
 have in common.
 
 `Chain` is the material of a memory; a lattice is what the same loops do with another law: a
-measured potential, magnets between the cells, dry friction. A law is a value. It knows its energy
+measured potential, magnets between the cells. A law is a value. It knows its energy
 and force for arrays, and its constants, whose type chooses the scalar formula of its force in the
 loops (`mlmem.physics.jit.register_formula`).
 """
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -66,26 +65,6 @@ class Coupling(Law):
         """Return what the formula takes."""
 
 
-@dataclass(frozen=True)
-class Friction:
-    """Dry friction, regularised: -force v / sqrt(v^2 + creep^2).
-
-    Attributes:
-        force: Its limit.
-        creep: Velocity below which it is viscous, above 0. A cell under less than the limit still
-            creeps, at less than about this velocity.
-    """
-
-    force: float
-    creep: float
-
-    def __post_init__(self) -> None:
-        if not (self.force >= 0.0 and self.creep > 0.0):
-            raise ValueError(
-                f'force must be at least 0, creep above 0; got {self.force}, {self.creep}'
-            )
-
-
 class Lattice:
     """The state of a chain, and how it advances. Its ends are free unless they are held or driven.
 
@@ -103,7 +82,6 @@ class Lattice:
         dt: float,
         *,
         damping: float = 0.0,
-        friction: Friction | None = None,
         held: Sequence[int] = (),
         integrator: Integrator = NOH_BATHE,
     ) -> None:
@@ -122,7 +100,7 @@ class Lattice:
             raise StateError(f'masses and dt must be above 0, damping at least 0; got dt = {dt:g}')
         n = len(masses)
         self.on_site, self.coupling, self.masses = on_site, coupling, masses
-        self.damping, self.friction = damping, friction
+        self.damping = damping
         self.dt, self.integrator, self.steps_done = dt, integrator, 0
         self._arrays = integrator.make_arrays(n)
         mobility = align_array(1.0 / masses)
@@ -132,7 +110,6 @@ class Lattice:
             mobility, align_array(np.zeros(n)), np.flatnonzero(mobility == 0.0), damping,
         )  # fmt: skip
         self._constants = integrator.constants(dt, mobility, damping)
-        self._rub = None if friction is None else (friction.force, friction.creep)
 
     @property
     def displacement(self) -> Array:
@@ -154,10 +131,7 @@ class Lattice:
         u, du, acceleration, *_ = self._arrays
         u[1:-1], du[:] = displacement, velocity
         if self.integrator.keeps_accelerations:
-            drag = self.damping * du
-            if self.friction is not None:
-                drag = drag + self.friction.force * du / np.hypot(du, self.friction.creep)
-            acceleration[:] = self._cells.mobility * (self.force() - drag)
+            acceleration[:] = self._cells.mobility * (self.force() - self.damping * du)
 
     def force(self) -> Array:
         """Return the force of the laws on every cell, shape (n,)."""
@@ -193,8 +167,7 @@ class Lattice:
         forcing = Forcing(still, still, given.site, motion.shape[1], motion, steps + 1)
         ends = np.empty((2, steps))
         self.integrator.advance(
-            steps, self._arrays, None, self._cells, forcing, self._constants, ends, self._rub,
-            None,
+            steps, self._arrays, None, self._cells, forcing, self._constants, ends, None, None,
         )  # fmt: skip
         self.steps_done += steps
         if not np.isfinite(self.velocity).all():

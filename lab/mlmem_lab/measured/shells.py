@@ -3,8 +3,8 @@
 """Waves of shells as their force curves have them: laws, magnets, and a loop for many chains.
 
 A posterior needs some hundred thousand waves. `launch_waves` steps chains of equal shells, with
-laws and magnets from tables, in half a millisecond each; `test_measured.py` compares it with a
-`Lattice`. Units: g, cm, ms; force in 10 N.
+laws and magnets from tables, in half a millisecond each; `test_measured_curves.py` compares it
+with a `Lattice`. Units: g, cm, ms; force in 10 N.
 """
 
 from __future__ import annotations
@@ -19,7 +19,11 @@ from mlmem.physics.jit import compile_kernel
 from mlmem.physics.potential import Array
 
 from .runs import DATA_FOLDER
-from .wave import ELEMENT_COUNT, ELEMENT_MASS, FIRST, LAST
+
+ELEMENT_COUNT = 25
+ELEMENT_MASS = 21.0
+FIRST, LAST = 7, 10
+"""The tracked elements, 8 to 11 counting the driven one as 1; from 0 here."""
 
 FORCE_FOLDER = DATA_FOLDER / 'force'
 TESTS_BY_RAIL = {

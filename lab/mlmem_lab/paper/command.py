@@ -18,14 +18,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mlmem_tools.cli.command import JOBS_OPTION, JSON_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
 from ..results import CHECKOUT_ROOT, DEVICE_MODULES, PICTURE_FOLDERS, keep_picture, save_result
-from ..studies.campaign import count_cores
-from ..studies.campaign.terminal import map_calls
+from ..study import count_cores, map_calls
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
 from .gallery import ALL_CLAIMS, ALL_FIGURES, OUTPUT_FOLDER
 
@@ -59,7 +56,7 @@ def keep_figure_picture(figure: Figure, output: Path) -> None:
 
 
 def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
-    """Return claims, their counts, the independent check, and what figures keep, from all data."""
+    """Return claims, their counts, and what figures keep, from all data."""
     claims = {claim.key: _summarise_claim(claim, data) for claim in ALL_CLAIMS}
     count = Counter(claim['verdict'] for claim in claims.values())
     kept = [figure for figure in ALL_FIGURES if figure.summary is not None]
@@ -69,7 +66,6 @@ def judge_claims(data: Mapping[str, Data]) -> dict[str, Any]:
             **{judgement.value: count[judgement.value] for judgement in Judgement},
         },
         'claims': claims,
-        'check': _summarise_check(data['check']),
         **{figure.name: figure.summary(data[figure.name]) for figure in kept if figure.summary},
     }
 
@@ -84,20 +80,6 @@ def _summarise_claim(claim: Claim, data: Mapping[str, Data]) -> dict[str, str]:
         'printed': claim.printed,
         'replaced': claim.replaced,
     }
-
-
-def _summarise_check(data: Data) -> list[dict[str, Any]]:
-    columns = (data[name] for name in ('quantity', 'ours', 'theirs', 'route'))
-    return [
-        {
-            'quantity': str(quantity),
-            'ours': float(ours),
-            'theirs': float(theirs),
-            'difference': float(np.abs(ours - theirs)),
-            'route': str(route),
-        }
-        for quantity, ours, theirs, route in zip(*columns, strict=True)
-    ]
 
 
 @declare_command(

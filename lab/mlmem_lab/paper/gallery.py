@@ -12,9 +12,8 @@ from .figure import Claim, Figure, Quality
 
 FIGURE_FILES = (
     'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
-    'mov_s1', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design', 'retention',
-    'kicked', 'mov_kicks', 'byte', 'mov_bytes', 'walls', 'tolerated', 'energy_use',
-    'check',
+    'mov_s1', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design',
+    'kicked', 'byte',
 )  # fmt: skip
 """Those of the folder `figures`, each with a `FIGURE`."""
 

@@ -28,7 +28,7 @@ from mlmem.presets import load_preset
 from mlmem_tools.cli.command import JSON_OPTION, declare_command, declare_option
 from mlmem_tools.cli.output import create_console, print_failure, print_json
 
-from ..studies.campaign.terminal import Bar
+from ..study import Bar
 from .plan import Plan, Step
 from .plan import plan_pulses as planned
 

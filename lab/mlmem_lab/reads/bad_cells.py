@@ -1,19 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is left with a known bad cell: python3 -m mlmem_lab.reads.bad_cells [PRESET ...].
+"""Count the levels, reads and writes that are left with a known bad cell.
 
 A blank element gets one bad cell, at every so many sites, and is told of it (`element.bad_cells`).
 Every level that can be used is written from below and once more in random order, erased too, and
 read each time. At every second site the element is then told wrongly, of no cell, of one elsewhere
 or of one that is sound, and read with its wall at rest at every level. A read or a write is wrong
 if it succeeds and the wall is at another level. Nothing is discarded.
-
-python3 -m mlmem_lab.reads.bad_cells [PRESET ...] makes lab/results/bad_cells.json.
 """
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -37,7 +34,7 @@ from mlmem.physics import StateError
 from mlmem.readers.register import pin_walls
 from mlmem.settings import ElementSettings
 
-from ..results import run
+from ..study import Study
 from .count import true_level
 
 SITE_SPACINGS = {'bits_1': 2, 'bits_2': 2, 'case_2': 12}
@@ -162,7 +159,11 @@ def merge_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, An
     }
 
 
-if __name__ == '__main__':
-    sys.exit(
-        run('reads.bad_cells', __doc__, measure_element, RANDOM_SEED, merge_counts, SITE_SPACINGS)
-    )
+STUDY = Study(
+    'bad_cells',
+    measure_element,
+    tuple(SITE_SPACINGS),
+    ('lab/mlmem_lab/reads/bad_cells.py',),
+    RANDOM_SEED,
+    merge_counts,
+)

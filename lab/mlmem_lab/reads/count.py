@@ -1,7 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads and writes of an element, counted by what is true of its wall: presets, designs, other
-steps, specimens with scatter or one bad cell.
+"""Count wrong reads and writes of everything that ships or can be designed.
+
+Every element is moved at random (written, erased, strained by hand, aborted) and read ten times in
+a row after each move, from either end and both; also at half and a quarter of its step, and on
+scattered specimens. Or one cell is stuck, weak, strong, light or heavy. A read or a write is wrong
+if it succeeds and the wall is nearest to another level, or to none. Nothing is discarded.
 """
 
 from __future__ import annotations
@@ -23,11 +27,12 @@ from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import pin_walls
-from mlmem.readers.words import count_words, make_code
-from mlmem_lab.designer import propose_design
-from mlmem_lab.studies.tolerance.estimate import Rate
+from mlmem.readers.words import count_words
 
+from ..designer import propose_design
 from ..results import STRAINED_PRESETS
+from ..studies.tolerance.estimate import Rate
+from ..study import Study
 
 SCATTER_BY_SPACING = {25: 8e-5, 9: 4e-3}
 """Scatter of alpha at which one step in a thousand fails, by cells per level (tolerance.md)."""
@@ -289,6 +294,69 @@ def sum_counts(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def list_designs(fewest: int, most: int) -> list[str]:
-    """Return the presets that are written by strain, and the designs with so many levels."""
-    return [*STRAINED_PRESETS, *(f'levels_{levels}' for levels in range(fewest, most + 1))]
+ROWS, SPECIMENS, SPECIMEN_ROWS = 100, 20, 4
+"""Rows of an element as designed, fewer at finer steps; scattered specimens, and rows of each."""
+
+BAD_CELL_KINDS = ('stuck', 'alpha 0.3', 'alpha 3', 'mass 0.3', 'mass 3')
+
+BAD_CELL_SITES = {
+    'case_1': (14, math.inf), 'case_2': (12, math.inf), 'bits_1': (14, math.inf),
+    'bits_2': (14, math.inf), 'bits_4': (14, math.inf), 'byte': (4, math.inf),
+    'levels_24': (16, 20.0), 'levels_48': (16, 20.0),
+}  # fmt: skip
+"""Distance of the sites of the bad cell, and how far from it the walls are that are read."""
+
+
+def count_element(name: str) -> dict[str, Any]:
+    """Return the counts of an element, and of its scattered specimens."""
+    whole, scatter = Counts(), Counts()
+    for finer in (1, 2, 4):
+        whole.add(count_rows(name, math.ceil(ROWS / finer**2), SEED, finer))
+    if name.startswith(DESIGN_PREFIX):
+        return {name: whole.as_dict()}
+    for number in range(SPECIMENS):
+        scatter.add(count_rows(name, SPECIMEN_ROWS, SEED, 1, number))
+    return {name: whole.as_dict(), f'{name}, scattered': scatter.as_dict()}
+
+
+def count_bad_cells(name: str) -> dict[str, Any]:
+    """Return the counts of an element with one bad cell, by what is wrong with it."""
+    every, reach = BAD_CELL_SITES[name]
+    found = {}
+    for kind in BAD_CELL_KINDS:
+        counts = Counts()
+        for site in range(2, find_preset(name)[0].N, every):
+            counts.add(bad_cells(name, kind, site, site % (7 * every) == 2, reach))
+        found[f'{name}, {kind}'] = counts.as_dict()
+    return found
+
+
+def add_counts(kept: Mapping[str, Any], name: str, found: Any) -> dict[str, Any]:
+    """Return the counts of all elements, and their sum."""
+    others = {
+        key: each
+        for key, each in kept.get('elements', {}).items()
+        if key != 'all' and key.partition(',')[0] != name
+    }
+    return {'elements': others | found | {'all': sum_counts(others | found)}}
+
+
+SEED = 1
+
+STUDY = Study(
+    'reads',
+    count_element,
+    ('case_1', *STRAINED_PRESETS, 'byte', *(f'{DESIGN_PREFIX}{n}' for n in range(2, 65))),
+    ('lab/mlmem_lab/reads/count.py',),
+    SEED,
+    add_counts,
+)
+
+CELLS_STUDY = Study(
+    'cells',
+    count_bad_cells,
+    tuple(BAD_CELL_SITES),
+    ('lab/mlmem_lab/reads/count.py',),
+    SEED,
+    add_counts,
+)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem standard_problems`: judge the answers of any code to standard problems of domain walls.
 
-docs/reference/standard_problems.md states eight problems. Solve some of them with your own code,
+docs/reference/standard_problems.md states the problems. Solve some of them with your own code,
 write a CSV file with the columns problem, quantity, value, and get a verdict on each quantity. An
 answer is right within 0.1 % of ours, or within ten times our own error.
 """

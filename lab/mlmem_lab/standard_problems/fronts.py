@@ -7,8 +7,6 @@ import numpy as np
 from mlmem.physics import Integrator
 
 from ..lattices import Coupling, Lattice, Linear, Phi4, PowerLaw, Toda
-from ..measured.runs import ALL_CASES
-from ..measured.wave import MEASURED_SHELLS, Losses, launch_wave
 from .problem import Answers, crossing_site, define_problem, passage_time
 
 
@@ -74,23 +72,3 @@ def speed_law(integrator: Integrator, dt: float) -> Answers:
         answers[f'{name}: kinetic energy'] = kinetic
         answers[f'{name}: over the law'] = float(kinetic / (gain * speed / (2.0 * damping)))
     return answers
-
-
-@define_problem('real lattice', 0.05)
-def real_lattice(integrator: Integrator, dt: float) -> Answers:
-    """Nine measured lattices.
-
-    The chain and shells of `lab/mlmem_lab/measured/data/README.md`, 26th element held. The first
-    is moved along 3 x^2 - 2 x^3 to its second well in 25 ms and held. Damping 0.0186 per ms, dry
-    friction 0.0146 (10 N) times v / sqrt(v^2 + 0.002^2). Magnets closer than 0.3 cm push as at 0.3
-    cm. *21.5/6* etc.: three spacings over the time between half-way points of elements 8 and 11,
-    in m/s; displacements every 2 ms, linear in between. Steps are in ms. Where no wave was
-    measured, equal elements still propagate one.
-    """
-    losses = Losses(damping=0.0186, friction=0.0146)
-    return {
-        str(case): launch_wave(
-            case, MEASURED_SHELLS[case.rail], losses, integrator=integrator, dt=dt
-        ).speed
-        for case in ALL_CASES
-    }

@@ -18,7 +18,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import random
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,9 +34,10 @@ from mlmem.readers.register import pin_walls
 from mlmem.readers.words import make_code
 
 from .bench import Bench
-from .campaign import Campaign, Row
-from .campaign.campaign import Values
 from .trace import least_margins, write_upward
+
+Values = Mapping[str, Any]
+"""Numbers and strings by name: what JSON can hold."""
 
 RUN_KINDS = ('upward', 'down', 'erase', 'read')
 
@@ -64,8 +65,8 @@ class Proof:
     seed: int = 0
     element: Element | None = None
 
-    def campaign(self) -> Campaign:
-        """Return the runs, with the calibration that all share.
+    def prepare_bench(self) -> dict[str, Any]:
+        """Return what all runs share: the bench, its calibration, and the contents.
 
         Raises:
             SettingsError: A level gives no echo, or levels cannot be told apart.
@@ -74,10 +75,9 @@ class Proof:
             self.settings, write=dataclasses.replace(self.settings.write, attempts=1)
         )
         bench = Bench(self.design, settings, self.element)
-        common = bench.as_dict() | {
+        return bench.as_dict() | {
             'calibration': bench.calibration.as_dict(), 'contents': self._written_contents(),
         }  # fmt: skip
-        return Campaign('proof', evaluate_run, common, self.points(), self.seed)
 
     def points(self) -> list[dict[str, Any]]:
         """Return the runs: kind, the level begun at and the level asked for (-1 for blank)."""
@@ -109,8 +109,8 @@ class Proof:
         return [whole[i] for i in sorted({0, len(whole) - 1, *map(int, inner)})]
 
 
-def evaluate_run(common: Values, values: Values, seed: int) -> Row:
-    """Return how one run went.
+def evaluate_run(common: Values, values: Values) -> dict[str, Any]:
+    """Return how one run went, of `Proof.prepare_bench` and one of `Proof.points`.
 
     Returns:
         done: Levels written and read back upward, or right reads; for other runs 1 on success,
@@ -144,7 +144,7 @@ def evaluate_run(common: Values, values: Values, seed: int) -> Row:
         error = next((each.error for each in outcomes if each.error), '')
         if not passed and not error:
             error = f'the wall is at level {true}'
-    return {
+    return dict(values) | {
         'done': done, 'passed': passed, 'error': error, **least_margins(outcomes),
         'time': element.ticks * element.tick,
     }  # fmt: skip
@@ -178,8 +178,8 @@ class Tally:
     errors: tuple[str, ...]
 
     @classmethod
-    def of(cls, rows: Iterable[Row]) -> Tally:
-        """Add up the rows of a campaign; one of them is the upward run."""
+    def of(cls, rows: Iterable[Values]) -> Tally:
+        """Add up the rows of all runs; one of them is the upward run."""
         rows = list(rows)
         of_kind = {kind: [row for row in rows if row['kind'] == kind] for kind in RUN_KINDS}
         done = {kind: sum(row['done'] for row in some) for kind, some in of_kind.items()}

@@ -1,33 +1,31 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem windows`: measure how far every move may be off.
+"""`mlmem windows`: measure how far every kick may be off.
 
-Every move is run on a bare chain, from rest, from every level. Of a kick one quantity
-after the other is off, by up to 0.3, until the wall ends elsewhere. Steps up are run as shipped,
-and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions; then with peak
-and times off by changes up to 0.1 that are drawn at random. A step fails if the wall does not end
-within a cell of its place; its distance is the least of these changes at which it fails. The
-result file has the steps; `mlmem kicks` keeps the others.
+A kick to every level begins at a blank element at rest, a kick that erases at a wall that rests at
+a level. Each is run on a bare chain as shipped, and with one quantity off by more and more, up to
+0.3, until the wall ends elsewhere.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from mlmem.element_file import Element
-from mlmem.moves.kick import Kick, KickOut
-from mlmem.physics import INTEGRATORS
-from mlmem.presets import PRESETS, load_preset
+from mlmem.moves.kick import Kick, KickOut, kick_into, kick_out_of
+from mlmem.moves.planner import find_moves
+from mlmem.physics import Specimen
+from mlmem.presets import load_preset
+from mlmem.readers.reading import BLANK
+from mlmem.settings import RegisterSettings
 from mlmem_tools.cli.command import (
     ELEMENT_OPTION,
+    JOBS_OPTION,
     JSON_OPTION,
     declare_command,
     declare_option,
@@ -35,160 +33,139 @@ from mlmem_tools.cli.command import (
 )
 from mlmem_tools.cli.output import create_console, create_table, print_failure, print_json
 
-from ..results import DEVICE_MODULES, STRAINED_PRESETS, load_kept, save_result
-from ..studies.campaign.terminal import map_calls
-from . import sent
-from .sent import Sent
-from .window import (
-    CHANGE_RADII,
-    UNIT_DIRECTIONS,
-    Window,
-    bound_failures,
-    describe_settings,
-    list_moves,
-    measure_window,
+from ..study import count_cores, map_calls
+from .flight import (
+    FARTHEST,
+    KICK_QUANTITIES,
+    after_erase,
+    after_kick,
+    build_chain,
+    erase_margins,
+    kick_margins,
 )
 
-WRITE_METHODS = ('strain', 'kick', 'auto')
-"""Of writing, whose moves are measured."""
+NO_MARGINS = dict.fromkeys(KICK_QUANTITIES, 0.0)
+"""Of a kick that fails as shipped."""
+
+
+@dataclass(frozen=True)
+class KickWindow:
+    """A kick and its window.
+
+    Attributes:
+        how: Name of the move.
+        level: Level to which the kick leads, or which it erases.
+        speed: Its mean speed.
+        duration: Of the motion, in time units.
+        used: Whether writes use it.
+        rooms: Least change of each of `KICK_QUANTITIES` at which it fails, `FARTHEST` if none was
+            seen; all are 0 if it fails as shipped.
+    """
+
+    how: str
+    level: int
+    speed: float
+    duration: float
+    used: bool
+    rooms: dict[str, float]
+
+    @property
+    def fails(self) -> bool:
+        """Whether it fails as shipped."""
+        return not any(self.rooms.values())
 
 
 @declare_command(
-    'measure how far every move may be off',
-    declare_option('presets', nargs='*', metavar='FILE|PRESET', help='element files, or presets; '
-           f'none: {", ".join(STRAINED_PRESETS)}'),
-    declare_option('--method', choices=WRITE_METHODS, default='auto',
-        help='moves by strain, kicks, '
-           'or both'),
+    'measure how far every kick may be off',
+    declare_option('presets', nargs='+', metavar='FILE|PRESET', help='element files, or presets'),
     ELEMENT_OPTION,
-    declare_option('--radii', type=float, nargs='+', default=CHANGE_RADII,
-        help='relative changes to try'),
-    declare_option('--points', type=int, default=100,
-        help='random changes of every move, up to 0.1'),
-    declare_option('--seed', type=int, default=5, help='of these'),
-    declare_option('--integrator', choices=tuple(INTEGRATORS),
-        help="in place of the preset's own"),
-    declare_option('--workers', type=int, default=2, help='processes'),
-    declare_option('--output', type=Path,
-        help='result file; what it has of other presets is kept'),
+    JOBS_OPTION,
     JSON_OPTION,
     text=__doc__,
-)  # fmt: skip
+)
 def windows(arguments: argparse.Namespace) -> int:
-    """Measure; return 0, 1 if a move fails as shipped or a file was not written, 2 if misused."""
-    output: Path | None = arguments.output
-    presets = arguments.presets or list(STRAINED_PRESETS)
+    """Measure; return 0, 1 if a kick fails as shipped, 2 if misused."""
+    presets = arguments.presets
     try:
         first, *_ = [load_preset(name) for name in presets]
         element = load_element_option(arguments, *first)
     except ValueError as error:
         return print_failure('windows', error, 2)
-    if output is not None and (arguments.method == 'kick' or not set(presets) <= set(PRESETS)):
-        return print_failure('windows', '--output is for moves of presets that strain them', 2)
-    if arguments.workers < 1:
-        return print_failure('windows', '--workers must be at least 1', 2)
-    if min(arguments.points, arguments.seed) < 0:
-        return print_failure('windows', '--points and --seed must be at least 0', 2)
-    radii = tuple(sorted(arguments.radii))
-    if not all(0.0 < radius < 1.0 for radius in radii):
-        return print_failure('windows', '--radii must be above 0 and below 1', 2)
-    if arguments.element is not None and (len(arguments.presets) != 1 or arguments.output):
-        return print_failure(
-            'windows', '--element needs the one preset that it is of, and no --output', 2
-        )
+    if element is not None and len(presets) != 1:
+        return print_failure('windows', '--element needs the one preset that it is of', 2)
+    tasks = [(name, move) for name in presets for move in list_kicks(name)]
+    if not tasks:
+        return print_failure('windows', f'{presets[0]} has no kicks', 2)
     console = create_console(aside=arguments.json)
-    others = _measure_unstrained(arguments, presets, element, console)
-    strained = presets if arguments.method != 'kick' else []
-    tasks = [(name, move) for name in strained for move in list_moves(name)]
-    asked = [name for name, _ in tasks], [move for _, move in tasks]
-    found: dict[str, list[Window]] = {name: [] for name in strained}
-    integrator = arguments.integrator or ''
-    points, seed = arguments.points, arguments.seed
-    measure = partial(
-        measure_window,
-        integrator=integrator,
-        radii=radii,
-        element=element,
-        points=points,
-        seed=seed,
+    measure = partial(measure_window, element=element)
+    done = map_calls(
+        console, arguments.jobs or count_cores(), 'kicks', measure, *zip(*tasks, strict=True)
     )
-    done = map_calls(console, arguments.workers, 'moves', measure, *asked) if tasks else []
+    found: dict[str, list[KickWindow]] = {name: [] for name in presets}
     for (name, _), window in zip(tasks, done, strict=True):
         found[name].append(window)
-    if tasks:
-        console.print(_build_table(found, radii))
-    integrator = arguments.integrator or "the preset's"
-    result: dict[str, Any] = {
-        name: {
-            'integrator': integrator,
-            'radii': radii,
-            'seed': seed,
-            'settings': describe_settings(name),
-            'moves': [each.as_dict() for each in some],
-        }
-        for name, some in found.items()
-    }
-    if output is not None:
-        try:
-            kept = load_kept(output)
-            both = kept.get('presets', {}) | result
-            made = ' '.join(['mlmem windows', *both])
-            whole = {'drawn': bound_failures(both), 'presets': both}
-            modules = [*DEVICE_MODULES, 'lab/mlmem_lab/windows']
-            console.print(save_result(output, whole, made, modules, presets, seed, kept))
-        except (OSError, ValueError) as error:
-            return print_failure('windows', f'the result could not be written; {error}', 1)
-    if arguments.json:
-        for name, some in others.items():
-            result.setdefault(name, {})['sent'] = [each.as_dict() for each in some]
-        print_json(result)
-    failed = any(window.distance == 0.0 for some in found.values() for window in some)
-    return int(failed or any(each.fails for some in others.values() for each in some))
-
-
-def _measure_unstrained(
-    arguments: argparse.Namespace, presets: list[str], element: Element | None, console: Console
-) -> dict[str, list[Sent]]:
-    """Measure and print the kicks that are asked for, by preset."""
-    found: dict[str, list[Sent]] = {name: [] for name in presets}
-    tasks = [(name, move) for name in presets for move in sent.list_kicks(name)]
-    if arguments.method == 'strain' or not tasks:
-        return found
-    names, kicks = zip(*tasks, strict=True)
-    measure = partial(sent.measure_window, integrator=arguments.integrator or '', element=element)
-    done = map_calls(console, arguments.workers, 'kicks', measure, names, kicks)
-    for name, each in zip(names, done, strict=True):
-        found[name].append(each)
     for name, some in found.items():
         for how in (Kick.name, KickOut.name):
             if of_kind := [each for each in some if each.how == how]:
-                console.print(sent.build_table(name, how, of_kind))
+                console.print(build_table(name, how, of_kind))
+    if arguments.json:
+        print_json({name: [vars(each) for each in some] for name, some in found.items()})
+    return int(any(each.fails for each in done))
+
+
+def list_kicks(source: str) -> list[Kick | KickOut]:
+    """Return all kicks of a preset or an element file, whether or not writes use them."""
+    design, settings = load_preset(source)
+    kick, levels = settings.kick, range(design.levels)
+    found: list[Kick | KickOut] = [
+        kick_into(design, settings, level)
+        for level, speed in zip(levels, kick.wall_speeds, strict=False)
+        if speed
+    ]
+    if found and kick.erase_speed:
+        found += [kick_out_of(design, settings, level) for level in levels]
     return found
 
 
-def _build_table(found: dict[str, list[Window]], radii: tuple[float, ...]) -> Table:
-    """Return a row for every preset: its nearest failure, and how many fail."""
-    table = create_table(
-        'Windows of steps up', 'preset', '>levels', '>least', 'where', *(f'>{r:g}' for r in radii),
-        '>drawn',
+def measure_window(
+    source: str, move: Kick | KickOut, element: Element | None = None
+) -> KickWindow:
+    """Return the window of a kick.
+
+    Args:
+        source: The preset or element file.
+        element: An element of it with its plan; None for one exactly as designed.
+    """
+    design, settings = load_preset(source)
+    write, one_wall = replace(settings.write, method='kick'), RegisterSettings()
+    settings = replace(settings, write=write, register=one_wall)
+    chain = build_chain(Specimen(design) if element is None else element.timed_specimen, settings)
+    kick, stroke = settings.kick, abs(design.D_s2 - design.D_s1)
+    used = move in find_moves(design, settings, move.start)
+    if move.start != BLANK:
+        level, speed = move.start, kick.erase_speed
+        sound = after_erase(chain, level, kick) == BLANK
+        rooms = erase_margins(chain, level, kick) if sound else NO_MARGINS
+    else:
+        level = move.target
+        factor = 1.0 if element is None else element.corrections_by_level(settings)[level].speed
+        speeds = [factor * speed for speed in kick.wall_speeds]
+        kick, speed = replace(kick, speeds=' '.join(f'{one:.6g}' for one in speeds)), speeds[level]
+        sound = after_kick(chain, speed, kick) == level
+        rooms = kick_margins(chain, level, kick) if sound else NO_MARGINS
+    return KickWindow(move.name, level, speed, stroke / speed + kick.hold, used, rooms)
+
+
+def build_table(name: str, how: str, some: Iterable[KickWindow]) -> Table:
+    """Return a row for every kick of a preset: those that write, or those that erase."""
+    told = ['stroke' if each == 'gain' else each for each in KICK_QUANTITIES]
+    kind = 'kicks' if how == Kick.name else 'kicks that erase'
+    made = create_table(
+        f'{name}: {kind}, and the changes they bear', '>level', '>mean speed', '>duration',
+        *(f'>± {each}' for each in told), 'used',
     )  # fmt: skip
-    for name, some in found.items():
-        all_failed = [f for window in some for f in window.failures]
-        failed = [sum(f.radius == r for f in all_failed) for r in radii]
-        failed.append(sum(f.direction not in ('', *UNIT_DIRECTIONS) for f in all_failed))
-        if some:
-            table.add_row(name, str(len(some)), *_describe_nearest(some), *map(str, failed))
-    return table
-
-
-def _describe_nearest(some: Iterable[Window]) -> tuple[str, str]:
-    """Return the least distance and where it is, as text."""
-    near = min(some, key=lambda window: window.distance)
-    if math.isinf(near.distance):
-        return 'none', ''
-    first = near.failures[0]
-    return f'{first.radius:g}', f'{near.start} {first.direction}: {_describe_level(first.ended)}'
-
-
-def _describe_level(level: int) -> str:
-    return {-1: 'blank', -2: 'lost'}.get(level, str(level))
+    for each in some:
+        rooms = (f'{"> " * (room >= FARTHEST)}{room:g}' for room in each.rooms.values())
+        used = 'fails' if each.fails else 'yes' if each.used else 'no'
+        made.add_row(str(each.level), f'{each.speed:.4g}', f'{each.duration:.0f}', *rooms, used)
+    return made

@@ -48,44 +48,20 @@ def build_chain(made: Specimen, settings: Settings, finer: int = 1) -> Chain:
 def drive_end(
     chain: Chain,
     site: int,
-    motion: BoundaryMotion | Course,
+    motion: BoundaryMotion,
     rest: float,
-    shake: Callable[[Array], Array] | None = None,
 ) -> int:
     """Drive an end of an unstrained chain, let it rest, and return the level where the wall is:
     `BLANK` for none, `UNDECODABLE` for a wall elsewhere, or several.
-
-    `shake` is the acceleration of the base at times from the beginning.
     """
     steps = math.ceil((motion.duration + rest) / chain.dt)
     times = substep_times(steps, chain.dt, chain.integrator)
     held = HeldCell(site, motion.at(times[times <= motion.duration]))
     try:
-        chain.advance(np.zeros(len(times)), held, None if shake is None else shake(times))
+        chain.advance(np.zeros(len(times)), held)
     except StateError:  # driven so hard that the chain diverges
         return UNDECODABLE
     return find_level(chain.design, chain.configuration, arrival_tolerance(chain.specimen))
-
-
-@dataclass(frozen=True)
-class Course:
-    """Motions of an end, one after the other."""
-
-    parts: tuple[BoundaryMotion, ...]
-
-    @property
-    def duration(self) -> float:
-        """Time for which the end is held."""
-        return sum(part.duration for part in self.parts)
-
-    def at(self, t: Array) -> Array:
-        """Return displacement and velocity at times t."""
-        ends = np.cumsum([part.duration for part in self.parts])
-        found = self.parts[0].at(t)
-        for begin, part in zip(ends[:-1], self.parts[1:], strict=True):
-            later = t > begin
-            found[:, later] = part.at(t[later] - begin)
-        return found
 
 
 def rest_time(chain: Chain) -> float:

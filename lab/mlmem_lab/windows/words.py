@@ -1,7 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How exact the kicks of a register must be: python3 -m mlmem_lab.windows.words makes
-lab/results/word_kicks.json.
+"""Measure how exact the kicks of a register must be.
 
 A wall or a kink is sent to every level, as shipped and faster or slower, with nothing ahead, with
 the next ones as near as they may rest, and with one at the last level. The room of a level is the
@@ -11,7 +10,6 @@ least relative change of the speed that leads elsewhere, or moves what rests alr
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -22,12 +20,10 @@ from mlmem.move_settings import KickSettings
 from mlmem.physics import Chain, Specimen, StateError
 from mlmem.readers.register import find_wall_levels, pin_walls
 
-from ..results import DEVICE_MODULES, RESULT_FOLDER, save_result
+from ..study import Study
 from .flight import drive_end, rest_time
 
-REGISTER_PRESETS = ('byte',)
 STEP_KINDS = ('wall', 'kink')
-RESULT_FILE = RESULT_FOLDER / 'word_kicks.json'
 
 STEP, FINE, FARTHEST = 1.04, 0.003, 2.0
 """Ratio of speeds that are tried, relative error of an edge, and the widest window looked for."""
@@ -100,24 +96,17 @@ def measure_windows(name: str) -> list[dict[str, Any]]:
                 'low': round(low, 5), 'high': round(high, 5), 'cases': len(cases),
                 'room': round(min(speed / low, high / speed) - 1.0, 3),
             })  # fmt: skip
-            print(name, found[-1], flush=True)
     return found
 
 
-def main() -> int:
-    """Measure, and write the result; return the exit status."""
-    result = {'presets': {name: {'kicks': measure_windows(name)} for name in REGISTER_PRESETS}}
-    command = 'python3 -m mlmem_lab.windows.words'
-    save_result(
-        RESULT_FILE,
-        result,
-        command,
-        [*DEVICE_MODULES, 'lab/mlmem_lab/windows'],
-        REGISTER_PRESETS,
-        seed=0,
-    )
-    return 0
+def measure_preset(name: str) -> dict[str, Any]:
+    """Return the windows of a register as its result file has them."""
+    return {'kicks': measure_windows(name)}
 
 
-if __name__ == '__main__':
-    sys.exit(main())
+STUDY = Study(
+    'word_kicks',
+    measure_preset,
+    ('byte',),
+    ('lab/mlmem_lab/windows/words.py', 'lab/mlmem_lab/windows/flight.py'),
+)

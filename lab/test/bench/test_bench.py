@@ -5,19 +5,17 @@
 import itertools
 import json
 import shutil
-import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench import BENCHMARK_NAMES, import_benchmark, recorder, select_benchmarks, solvers
+from mlmem_lab.bench import BENCHMARK_NAMES, import_benchmark, recorder, select_benchmarks
 from mlmem_lab.bench.kernel import TIME_STEP, NoCompiler, Problem, c_runner, numpy_runner
 from mlmem_lab.bench.measure import Comparison, Contender, Entry, Spread, measure_contenders
 from mlmem_lab.bench.node_process import NodeProcess
 from mlmem_lab.bench.recorder import build_traffic
-from mlmem_lab.bench.solvers import build_verlet
 from mlmem_ros.bag.reader import BagReader
 from mlmem_tools.cli.main import main
 
@@ -51,41 +49,6 @@ def test_without_a_compiler_the_c_program_says_so(monkeypatch, problem):
         c_runner(problem)
 
 
-def test_velocity_verlet_solves_the_same_problem_to_second_order(problem):
-    exact = solvers.PEERS_BY_NAME['SciPy DOP853'](problem, 20.0).solve(1e-13)
-    solve = build_verlet(problem, 20.0)
-    coarse, fine = (np.abs(solve(dt) - exact).max() for dt in (0.25, 0.125))
-    assert coarse < 1e-2
-    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
-
-
-@pytest.mark.parametrize('name', ['SciPy DOP853', 'SciPy DOP853, NumPy'])
-def test_scipy_solves_the_same_problem(problem, name):
-    chain = problem.chain(dt=0.01)
-    chain.rest(2000)
-    solution = solvers.PEERS_BY_NAME[name](problem, 20.0).solve(1e-9)
-    np.testing.assert_allclose(solution, chain.v, rtol=0, atol=1e-5)
-
-
-def test_a_peer_that_is_not_installed_is_named(problem, monkeypatch):
-    for package in ('heyoka', 'diffrax', 'mujoco'):
-        monkeypatch.setitem(sys.modules, package, None)
-    entrants, skipped = solvers.build_solvers(problem)
-    assert list(entrants)[-2:] == ['SciPy DOP853', 'SciPy DOP853, NumPy']
-    assert list(skipped) == ['heyoka', 'diffrax Dopri8', 'MuJoCo']
-    assert skipped['MuJoCo'].startswith('mujoco is not installed')
-
-
-def test_a_ladder_begins_with_a_stable_step(problem):
-    exact, entrants = (
-        solvers.PEERS_BY_NAME['SciPy DOP853'](problem, solvers.PROBLEM_DURATION).solve(1e-9),
-        solvers.build_solvers(problem)[0],
-    )
-    for name in ('ours, Noh-Bathe', 'ours, PEFRL', 'velocity Verlet'):
-        ladder, solve = entrants[name]
-        assert np.abs(solve(ladder[0]) - exact).max() < 0.05, name  # cells; the wall is 5 wide
-
-
 @pytest.mark.parametrize('name', recorder.WRITERS_BY_NAME)
 def test_every_writer_records_all_messages(tmp_path, name):
     messages = build_traffic(1.0)
@@ -114,9 +77,9 @@ def test_a_ratio_is_taken_round_by_round():
 
 
 def test_a_comparison_is_kept_whole(tmp_path, monkeypatch):
-    entries = [Entry('a', (1.0, 2.0, 3.0), x=1.0), Entry('b', (2.0, 4.0, 6.0), x=2.0)]
-    for axis, measured in itertools.product(('', 'length'), (True, False)):
-        made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, axis, measured)
+    entries = [Entry('a', (1.0, 2.0, 3.0)), Entry('b', (2.0, 4.0, 6.0))]
+    for measured in (True, False):
+        made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, measured)
         assert made.table().row_count == 2
         ours = SimpleNamespace(TITLE='C', run=lambda repeats, made=made: [made])
         monkeypatch.setattr(bench, 'import_benchmark', lambda name, ours=ours: ours)
@@ -130,17 +93,17 @@ def test_a_comparison_is_kept_whole(tmp_path, monkeypatch):
 
 def test_benchmarks_are_found_by_name(capsys):
     assert select_benchmarks([]) == list(BENCHMARK_NAMES)
-    assert select_benchmarks(['step', 'kernel']) == ['kernel', 'step']
+    assert select_benchmarks(['recorder', 'kernel']) == ['kernel', 'recorder']
     with pytest.raises(KeyError, match=r"benchmark must be one of .*; got 'x'"):
         select_benchmarks(['x'])
     for name in BENCHMARK_NAMES:
         module = import_benchmark(name)
         assert module.TITLE
         assert callable(module.run)
-    assert main(['bench', '--list', 'step', 'kernel']) == 0
+    assert main(['bench', '--list', 'recorder', 'kernel']) == 0
     listed = ' '.join(capsys.readouterr().out.split())  # rich folds long lines
     assert (
-        f'kernel {import_benchmark("kernel").TITLE} step {import_benchmark("step").TITLE}'
+        f'kernel {import_benchmark("kernel").TITLE} recorder {import_benchmark("recorder").TITLE}'
         == listed
     )
     assert main(['bench', 'x']) == 2

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from mlmem_lab.lattices import Lattice, Linear, Pieces, PowerLaw, Wells
+from mlmem_lab.lattices import Lattice, Linear, Phi4, PowerLaw
 
 TILT = 0.08
 """Of a double well (x^2 - 1)^2 / 4, whose left side becomes the lower one."""
@@ -19,7 +19,7 @@ TILT = 0.08
 MAGNETS = PowerLaw(432.0, -3.0, 6.0)
 """Whose stiffness at rest, A |p| r^(p - 1), is that of the springs: 1."""
 
-SITES = Wells(Pieces(np.array([[0.25, 0.0, -0.5, 0.0, 0.25]]), np.array([])), TILT)
+SITES = Phi4(0.25, -TILT)
 N = 200
 FROM, TO = 110, 170
 """Cells between which the front is steady: it has begun at 40."""

@@ -17,32 +17,21 @@ from mlmem.physics.jit import compile_kernel
 from mlmem_lab import lattices
 from mlmem_lab.lattices import (
     Coupling,
-    Friction,
     Lattice,
     Linear,
     OnSite,
     Phi4,
-    Pieces,
     PowerLaw,
     Toda,
-    Wells,
 )
 
 N = 6
-TABLE = Pieces(
-    np.array([[0.0, 0.0, -0.5, 0.0, 0.25], [0.0, 0.0, -0.5, 0.4, 0.1]]), np.array([0.0])
-)
-"""A double well, softer on the right than on the left."""
-
 EXAMPLES = [
     Phi4(0.3, 0.02),
-    Wells(TABLE, 0.1),
-    Wells([TABLE] * N, np.linspace(-0.1, 0.1, N)),
     Linear(),
     Toda(0.8, 0.7),
     PowerLaw(17.5, -3.27, 6.0),
 ]
-BOTH = pytest.mark.parametrize('integrator', [NOH_BATHE, PEFRL], ids=lambda each: each.name)
 ALL = pytest.mark.parametrize('law', EXAMPLES, ids=lambda law: type(law).__name__)
 
 
@@ -102,13 +91,6 @@ def test_a_spring_at_rest_has_no_energy_and_no_force(law):
     assert law.slope(0.0) == pytest.approx(0.0, abs=1e-15)
 
 
-def test_pieces_that_do_not_fit():
-    with pytest.raises(ValueError, match='must have shapes'):
-        Pieces(np.zeros((2, 5)), np.zeros(3))
-    with pytest.raises(ValueError, match='must rise'):
-        Pieces(np.zeros((3, 5)), np.array([1.0, 0.0]))
-
-
 SPRING, STIFF = Toda(0.8, 0.7), PowerLaw(500.0, -3.27, 6.0)
 
 
@@ -116,7 +98,7 @@ SPRING, STIFF = Toda(0.8, 0.7), PowerLaw(500.0, -3.27, 6.0)
     ('integrator', 'on_site', 'coupling'),
     [
         (NOH_BATHE, Phi4(0.3), SPRING),
-        (PEFRL, Wells(TABLE), STIFF),
+        (PEFRL, Phi4(0.25), STIFF),
     ],
 )
 def test_a_lattice_without_losses_keeps_its_energy(integrator, on_site, coupling):
@@ -127,21 +109,3 @@ def test_a_lattice_without_losses_keeps_its_energy(integrator, on_site, coupling
     lattice.advance(5_000)
     drift = 1e-4 if integrator is PEFRL else 0.02
     assert lattice.energy() == pytest.approx(before, abs=drift)
-
-
-@BOTH
-def test_friction_takes_its_work(integrator):
-    """Free masses that slide to a stop: m v^2 / 2 = F way, 2 % for the creep at the end."""
-    flat, friction = Phi4(0.0), Friction(0.05, 1e-3)
-    lattice = Lattice(flat, SPRING, np.ones(2), 0.01, friction=friction, integrator=integrator)
-    lattice.place(np.zeros(2), 1.0)
-    lattice.advance(3_000)
-    assert 0.05 * lattice.displacement[0] == pytest.approx(0.5, rel=0.02)
-
-
-def test_friction_holds_what_pulls_less():
-    """It creeps, at less than the creep velocity."""
-    slope, friction = Phi4(0.0, 0.03), Friction(0.05, 1e-3)
-    lattice = Lattice(slope, SPRING, np.ones(2), 0.01, friction=friction)
-    lattice.advance(10_000)
-    assert lattice.displacement[0] < 100.0 * 1e-3

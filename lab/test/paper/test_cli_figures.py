@@ -12,10 +12,10 @@ from contextlib import nullcontext
 
 import pytest
 
+from mlmem_lab import study
 from mlmem_lab.paper.figure import Quality
 from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME, make_figure
 from mlmem_lab.results import find_stale_entries
-from mlmem_lab.studies.campaign import terminal
 from mlmem_tools.cli.main import main
 
 ENDINGS = ('npz', 'png', 'svg')
@@ -45,7 +45,7 @@ def test_two_figures_side_by_side_and_their_claims_are_told(
     tmp_path, capsys, monkeypatch, sketched
 ):
     monkeypatch.setattr(
-        terminal, 'provide_workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
+        study, 'provide_workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
     )
     options = ['--draft', '--jobs', '2', '--output', str(tmp_path), '--json']
     assert main(['figures', '1c', '3a', *options]) == 0

@@ -12,10 +12,16 @@ from small_register import first_levels
 from mlmem import Settings, preset
 from mlmem.element_file import parse
 from mlmem.presets import load_preset
-from mlmem_lab.studies.proof import Proof, Tally
+from mlmem_lab.studies.proof import Proof, Tally, evaluate_run
 from mlmem_tools.checks import Verdict, check
 from mlmem_tools.checks.bare import scale_peaks
 from mlmem_tools.cli.main import main
+
+
+def prove(proof, *numbers):
+    """Return the rows of some runs of a proof; of all by default."""
+    shared, points = proof.prepare_bench(), proof.points()
+    return [evaluate_run(shared, points[number]) for number in numbers or range(len(points))]
 
 
 @pytest.fixture(autouse=True)
@@ -26,8 +32,7 @@ def proposed_once(monkeypatch, proposed):
 def test_four_levels_are_found_and_proven(proposed):
     """Every level up, every downward write, every erase, each at the first attempt."""
     found = proposed(4)
-    study = Proof(found.design, found.settings).campaign()
-    tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
+    tally = Tally.of(prove(Proof(found.design, found.settings)))
     assert tally.errors == ()
     assert tally.upward == (4, 4)
     assert tally.down == (6, 6)  # 1 + 2 + 3
@@ -38,11 +43,11 @@ def test_four_levels_are_found_and_proven(proposed):
 
 def test_words_of_many_walls_are_proven_too():
     """As many random ones as the element has levels, here the first two of a byte."""
-    study = Proof(*first_levels(2), sample=1).campaign()
-    *words, blank = study.common['contents']
+    proof = Proof(*first_levels(2), sample=1)
+    *words, blank = proof.prepare_bench()['contents']
     assert (len(words), blank) == (2, 0)
     assert 0 < min(words) < max(words) < 4
-    rows = [study.evaluate_point(point) for point in (0, 2, 4, 5)]
+    rows = prove(proof, 0, 2, 4, 5)
     assert [row['kind'] for row in rows] == ['upward', 'erase', 'read', 'down']
     assert [row['done'] for row in rows] == [2, 1, 10, 1]
 
@@ -59,18 +64,16 @@ def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels, proposed):
 def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
     """A cheap look at each: the last level is erased, the longest way, written down, and read."""
     design, settings = load_preset(f'bits_{bits}')
-    study = Proof(design, settings, sample=2).campaign()
-    last = [point for point, run in enumerate(study.points) if run['start'] == design.levels - 1]
+    proof = Proof(design, settings, sample=2)
+    last = [k for k, run in enumerate(proof.points()) if run['start'] == design.levels - 1]
     assert len(last) == 3
-    for point in last:
-        assert study.evaluate_point(point)['error'] == ''
+    assert [row['error'] for row in prove(proof, *last)] == ['', '', '']
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('bits', [1, 2, 4])
 def test_a_shipped_element_is_proven(bits):
-    study = Proof(*load_preset(f'bits_{bits}')).campaign()
-    tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
+    tally = Tally.of(prove(Proof(*load_preset(f'bits_{bits}'))))
     assert tally.errors == ()
     assert tally.upward == (2**bits, 2**bits)
 
@@ -92,14 +95,15 @@ def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above()
 def test_the_wall_decides_whether_a_read_is_right():
     """Both tables are told the delays of one level further: every read names that one."""
     design, settings = load_preset('bits_2')
-    study = Proof(design, settings, sample=1).campaign()
+    proof = Proof(design, settings, sample=1)
+    shared = proof.prepare_bench()
     for end in ('left', 'right'):
-        table = study.common['calibration'][end]
+        table = shared['calibration'][end]
         delays, shapes = table['delays'], table['shapes']
         table['delays'] = [2.0 * delays[0] - delays[1], *delays[:-1]]
         table['shapes'] = [shapes[0], *shapes[:-1]]
-    reads = [number for number, run in enumerate(study.points) if run['kind'] == 'read']
-    row = study.evaluate_point(reads[1])
+    reads = [run for run in proof.points() if run['kind'] == 'read']
+    row = evaluate_run(shared, reads[1])
     assert (row['done'], row['passed'], row['error']) == (0, False, 'the wall is at level 1')
 
 
@@ -112,9 +116,7 @@ def test_a_design_that_does_not_work_fails_its_proof():
         erase=dataclasses.replace(settings.erase, tension=0.005),
     )
     assert check(design, weak).verdict is Verdict.FAIL
-    study = Proof(design, weak, sample=1).campaign()
-    rows = [study.evaluate_point(point) for point in range(len(study.points))]
-    tally = Tally.of(rows)
+    tally = Tally.of(prove(Proof(design, weak, sample=1)))
     assert tally.upward == (2, 4)
     assert 'upward from -1 to 3: level 2' in tally.errors[0]
 

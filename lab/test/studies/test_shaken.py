@@ -59,14 +59,10 @@ def test_the_seed_determines_a_course():
 
 def test_counts_add_up():
     counts = Counts(right=3, undecodable=1, blocks=1, ticks=10)
-    counts.confidences[1, 7] = 3
     other = Counts(right=1, wrong=1, blocks=1, wrong_blocks=1)
-    other.confidences[:, 7] = 1
     counts.add(other)
     assert (counts.reads, counts.ticks) == (6, 10)
-    assert counts.spoiled.value == pytest.approx(1 / 3)
     assert counts.lies.value == pytest.approx(1 / 2)  # of blocks
-    assert counts.calibrated() == [(0.8, 0.8)]
 
 
 def test_a_count_repeats_to_the_bit():
@@ -74,7 +70,6 @@ def test_a_count_repeats_to_the_bit():
     first, again = (count(CASE_II, Settings(), shaking, 'left', 7, 2, seed=5) for _ in range(2))
     assert (first.right, first.wrong, first.undecodable) == (2, 0, 0)
     assert first.ticks == again.ticks
-    np.testing.assert_array_equal(first.confidences, again.confidences)
 
 
 def test_a_short_element_is_waited_for_longer_than_its_echo_takes():
@@ -109,5 +104,3 @@ def test_no_read_of_a_shaken_element_lies(name, shaking):
             everything.add(count(design, settings, shaking, end, level, 5, seed=level))
     assert everything.wrong == 0
     assert everything.moved == 0
-    for confidence, right in everything.calibrated():
-        assert right >= confidence

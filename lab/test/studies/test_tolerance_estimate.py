@@ -11,7 +11,6 @@ from mlmem_lab.studies.tolerance.estimate import (
     RARE_RATE,
     Fragility,
     Rate,
-    bits_kept,
     fit_fragility,
     foot_length,
     pool_failures,
@@ -64,18 +63,6 @@ def test_what_fails_beyond_the_foot_does_not_bend_it():
 def test_counts_that_tell_no_curve_give_none():
     assert fit_fragility([0.1, 0.2], [Rate(0, 100), Rate(3, 100)]) is None
     assert rare_scatter([0.1, 0.2], [Rate(0, 100), Rate(100, 100)]) is None
-
-
-def test_a_channel_that_erases_and_mistakes_words_keeps_its_mutual_information():
-    """Of a channel that takes every word for every other equally often, the bound is exact."""
-    words, undecodable, wrong = 256, 0.06, 0.02
-    channel = np.full((words, words + 1), wrong / (words - 1))
-    np.fill_diagonal(channel, 1.0 - undecodable - wrong)
-    channel[:, -1] = undecodable
-    information = np.sum(channel * np.log2(channel / channel.mean(axis=0))) / words
-    assert bits_kept(words, undecodable, wrong) == pytest.approx(information, abs=1e-9)
-    assert bits_kept(words, 0.0, 0.0) == 8.0
-    assert bits_kept(words, 1.0, 0.0) == 0.0
 
 
 def test_trials_that_fail_together_count_as_one():

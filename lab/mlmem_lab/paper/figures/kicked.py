@@ -14,7 +14,7 @@ from mlmem.physics.potential import Array
 from mlmem.presets import use_kicks
 
 from ...studies import style
-from ...studies.trace import Trace, record_procedure, wall_path
+from ...studies.trace import Trace, record_procedure
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure('kicked', 'Every level written by a kick, after one that erases', seconds=15)
@@ -27,29 +27,20 @@ LEVEL_ORDER = (7, 0, 6, 1, 5, 2, 4, 3)
 def compute_data(quality: Quality) -> Data:
     """Return frames of the configuration, and how the ends move, while all levels are written."""
     element, trace = new_element(use_kicks(preset('case_2'))), Trace()
-    captions: list[str] = []
     levels = LEVEL_ORDER[: quality.pick(2, len(LEVEL_ORDER))]
-    begins, speeds = [], []
+    begins = []
     for level in levels:
         begins.append(element.ticks * element.tick)
-        speeds.append(element.settings.kick.wall_speeds[level])
         record_procedure(element, Write(level), trace)
-        told = f'level {level}  ({CASE_II.code(level)}): kicked at {speeds[-1]:g}'
-        captions += [told] * (len(trace.t) - len(captions))
     begins.append(element.ticks * element.tick)
     record_procedure(element, Erase(), trace)
-    captions += ['erase: a kick'] * (len(trace.t) - len(captions))
     frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 280)).astype(int)
     field = np.array(trace.configuration, dtype=np.float32)
     return {
         't': np.array(trace.t)[frames],
         'field': field[frames],
-        'caption': np.array(captions)[frames],
         'begins': np.array(begins),
         'levels': np.array(levels),
-        'path': wall_path(CASE_II, trace.configuration)[frames],
-        'success': [outcome.success for outcome in trace.outcomes],
-        'strained': float(np.abs(trace.strain).max()),
     }
 
 

@@ -5,18 +5,14 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from mlmem.instrument.end import Move
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.physics import CASE_II, Chain, HeldCell, find_level, find_walls, substep_times
 
-from ...studies import style
 from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
 
@@ -126,46 +122,6 @@ def threshold_velocity(data: Data, row: int = 0) -> float:
     """Return the slowest kick that leaves a kink, or none if no kick does."""
     made = ~np.isnan(data['kink'][row])
     return float(data['kick_velocity'][made].max()) if made.any() else math.nan
-
-
-@FIGURE.register_drawing
-def draw_figure(data: Data) -> Any:
-    """Draw the kink's resting place over the kick, and the level over speed and strain."""
-    figure = style.new_figure(3.6)
-    kick, move = style.axes_grid(figure, 1, 2)[0]
-    rows = zip(
-        data['kick_strain'],
-        data['kink'],
-        (style.ACTIVE_COLOUR, style.INACTIVE_COLOUR),
-        'ox',
-        strict=True,
-    )
-    for strain, kink, color, marker in rows:
-        kick.plot(data['kick_velocity'], kink, marker, color=color, ms=5, mfc='none',
-                  label=rf'$\varepsilon$ = {strain:g}')  # fmt: skip
-    kick.axvline(data['printed'], color=style.MARK_COLOUR, ls='--')
-    style.annotate_place(
-        kick, f'printed\n{data["printed"]:.2f}', (data['printed'], 215.0), (3, 0), va='top'
-    )
-    style.mark_defects(kick, CASE_II)
-    kick.set(xlabel=r'initial velocity of $v_1$', ylabel='kink rests at $j$, level',
-             ylim=(0, CASE_II.N + 5), xlim=(-3.1, 0.9))  # fmt: skip
-    kick.legend(loc='lower right', handletextpad=0.0)
-    style.label_panel(kick, 'a', 'a kicked cell')
-    levels = mpl.colormaps['viridis'](np.linspace(0.1, 1.0, CASE_II.levels))
-    mesh = move.pcolormesh(
-        data['speed'], 1e3 * data['strain'], data['level'],
-        cmap=ListedColormap([style.INK_COLOUR, style.PALE_COLOUR, *levels, style.INACTIVE_COLOUR]),
-        norm=BoundaryNorm(np.arange(-2.5, 9.0), 11), shading='nearest', edgecolors='w', lw=0.4,
-    )  # fmt: skip
-    bar = figure.colorbar(mesh, ax=move, ticks=range(-2, 9), pad=0.01)
-    bar.ax.set_yticklabels(['no level', 'blank', *range(CASE_II.levels), 'all active'])
-    move.plot(
-        data['device'][0], 1e3 * data['device'][1], '*', color='w', ms=12, mec=style.INK_COLOUR
-    )
-    move.set(xscale='log', xlabel='speed of the moved cell', ylabel=style.STRAIN_LABEL)
-    style.label_panel(move, 'b', 'a moved cell: level')
-    return figure
 
 
 @FIGURE.register_claim(

@@ -4,14 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from mlmem import Command, Erase, Write, new_element
 from mlmem.physics import CASE_II
-from mlmem.physics.potential import Array
 
 from ...studies import style
 from ...studies.trace import Trace, record_procedure
@@ -43,7 +41,7 @@ def compute_data(quality: Quality) -> Data:
     for text, command in commands.items():
         record_procedure(element, command, trace)
         captions += [text] * (len(trace.t) - len(captions))
-    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 320)).astype(int)
+    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 200)).astype(int)
     return {
         't': np.array(trace.t)[frames],
         'strain': np.array(trace.strain)[frames],
@@ -55,32 +53,25 @@ def compute_data(quality: Quality) -> Data:
 
 @FIGURE.film
 def save_movie(data: Data, stem: Path) -> list[Path]:
-    """Write the cells over the strain; return the file."""
-    return [save_film(data, 1e3 * data['strain'], style.STRAIN_LABEL, stem)]
+    """Write a film of the cells, which change their phases, over the strain; return the file.
 
-
-def save_film(data: Data, below: Array, label: str, stem: Path, names: Sequence[str] = ()) -> Path:
-    """Write a film of the cells, which change their phases, over something that changes with time,
-    `below`, as a GIF; return the file. What does not move is drawn once. Levels have their code as
-    name.
+    What does not move is drawn once.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    t, field = 1e-3 * data['t'], data['field']
+    t, field, strain = 1e-3 * data['t'], data['field'], 1e3 * data['strain']
     figure = style.new_figure(3.6)
     upper, lower = style.axes_grid(figure, 2, 1, height_ratios=(2.4, 1.0))[:, 0]
     places = [CASE_II.defect_site(level) for level in range(CASE_II.levels)]
     for place in places:
         upper.axvline(place, color=style.FAINT_COLOUR, lw=0.8, zorder=0)
-    names = names or [CASE_II.code(m) for m in range(CASE_II.levels)]
-    upper.set_xticks(
-        places, [f'{place}\n{name}' for place, name in zip(places, names, strict=True)]
-    )
+    names = [f'{place}\n{CASE_II.code(level)}' for level, place in enumerate(places)]
+    upper.set_xticks(places, names)
     upper.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
     upper.set(ylim=(-1.5, 1.5), xlabel='cell $j$, level')
-    lower.plot(t, below, color=style.FAINT_COLOUR, lw=1.0)
-    lower.set(xlabel=style.TIME_LABEL, ylabel=label)
+    lower.plot(t, strain, color=style.FAINT_COLOUR, lw=1.0)
+    lower.set(xlabel=style.TIME_LABEL, ylabel=style.STRAIN_LABEL)
 
     title = upper.set_title(' ')
     cells = upper.scatter(
@@ -102,8 +93,8 @@ def save_film(data: Data, below: Array, label: str, stem: Path, names: Sequence[
         title.set_text(str(data['caption'][frame]))
         cells.set_offsets(np.column_stack((CASE_II.sites, field[frame])))
         cells.set_array(field[frame])
-        past.set_data(t[: frame + 1], below[: frame + 1])
-        now.set_data(t[frame : frame + 1], below[frame : frame + 1])
+        past.set_data(t[: frame + 1], strain[: frame + 1])
+        now.set_data(t[frame : frame + 1], strain[frame : frame + 1])
         canvas.restore_region(still)
         for artist in moving:
             artist.axes.draw_artist(artist)
@@ -114,4 +105,4 @@ def save_film(data: Data, below: Array, label: str, stem: Path, names: Sequence[
         path, save_all=True, append_images=pictures[1:], duration=FRAME_TIME_MS, loop=0,
         optimize=True,
     )  # fmt: skip
-    return path
+    return [path]

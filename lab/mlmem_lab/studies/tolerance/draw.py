@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import LogLocator, NullLocator
 
-from ..campaign import Row
 from ..style import (
     ACTIVE_COLOUR,
     INACTIVE_COLOUR,
@@ -21,13 +20,12 @@ from ..style import (
     axes_grid,
     new_figure,
 )
-from .element import ALL_KINDS
+from .element import ALL_KINDS, Row
 from .estimate import RARE_RATE, Rate, fit_fragility, foot_length
 from .study import Tolerance
 
 TRIAL_LABELS = {
     'step': 'step up', 'kick': 'kick', 'word': 'word written', 'hear': 'word read',
-    'blind': 'word written and read',
     'left': 'read from the left', 'right': 'read from the right',
 }  # fmt: skip
 

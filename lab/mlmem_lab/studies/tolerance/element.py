@@ -5,21 +5,18 @@ walls, some random words are written or read.
 
 Each level is tried on its own: the wall is put where it rests in this element (by Newton's
 method), and read, or driven on by a write of the next level; or a word is kicked into the blank
-element, or put at rest and heard. So one element samples every step or
-read, and a failed step does not spoil the others. A point of a study counts a batch of elements
-with one kind of randomness.
+element, or put at rest and read. So one element samples every step or read, and a failed step does
+not spoil the others.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mlmem import UNDECODABLE, Faults, MemoryElement, SetFaults
 from mlmem.errors import ProcedureFailed
@@ -37,19 +34,18 @@ from mlmem.physics import (
     scattered,
 )
 from mlmem.physics.equilibrium import find_pinned_wall, make_blank
-from mlmem.physics.potential import Array
 from mlmem.procedures.driving import go_to_level
 from mlmem.readers.reading import Reading
 from mlmem.readers.register import MAX_LEVEL_OFFSET_CELLS, pin_walls
-from mlmem.readers.words import count_words, make_code
+from mlmem.readers.words import count_words
 from mlmem.rng import Stream, make_generator
 from mlmem.settings import Settings
 
 from ..bench import Bench
-from ..campaign import Row
-from ..campaign.campaign import Values
 from ..trace import wall_position
-from .particle import DRAWN_PER_SCREENED, FORECAST_KINDS, StepForecast, draw_weights
+
+Row = dict[str, Any]
+"""What was counted of a batch of elements."""
 
 SETTLE_DAMPING_TIMES = 5.0
 """Damping times after a step: the gradient may still roll the wall to its defect for two."""
@@ -90,22 +86,7 @@ WORD_TRIAL = 'word'
 READ_TRIAL = 'hear'
 """Of many walls: a random word that rests is read in one pulse."""
 
-BLIND_TRIAL = 'blind'
-"""Of many walls: as `WORD_TRIAL`, then read: what a word is that nobody verified."""
-
-WORD_TRIALS = WORD_TRIAL, READ_TRIAL, BLIND_TRIAL
-
-FAR, SHORT, ANNIHILATED, LOST = -3, -4, -5, -6
-"""How a word fails, by the first wall, from the right, that is not at its level: it ran on, or
-stopped before; or an even number of walls is missing, or anything else happened."""
-
-ASTRAY_NAMES = {FAR: 'far', SHORT: 'short', ANNIHILATED: 'annihilated', LOST: 'lost'}
-"""Their names."""
-
-MISREAD_KINDS = 'undecodable', 'silent', 'paired'
-"""How a read of a word fails: it tells nothing, or another word, which may have two walls more or
-fewer, or six: where a wall and a kink meet, both are gone.
-"""
+WORD_TRIALS = WORD_TRIAL, READ_TRIAL
 
 WORDS_PER_ELEMENT = 8
 """Words that are tried in each element."""
@@ -119,6 +100,9 @@ GLOBAL_KINDS = 'noise', 'vibration', 'damping', 'gain'
 ALL_KINDS = (*(one.name for one in dataclasses.fields(Scatter)), *GLOBAL_KINDS)
 """Names of what may be random."""
 
+BATCH_TRIALS = 64
+"""Trials of a batch: several small elements, or one tried at 64 levels."""
+
 
 def single_chance(kind: str, amount: float) -> Chance:
     """Return randomness of one kind only."""
@@ -126,37 +110,35 @@ def single_chance(kind: str, amount: float) -> Chance:
     return Chance(**changed) if kind in GLOBAL_KINDS else Chance(Scatter(**changed))
 
 
-def expected_outcomes(design: Design, tried: str) -> tuple[int, ...]:
-    """Return what `try_element` gives for an ideal element; of words, for which each is its own
-    answer, so many numbers.
-    """
+def count_trials(design: Design, tried: str) -> int:
+    """Return how many trials are made of an element."""
     if tried in WORD_TRIALS:
-        return tuple(range(WORDS_PER_ELEMENT))
-    return tuple(range(1, design.levels) if tried == STEP_TRIAL else range(design.levels))
+        return WORDS_PER_ELEMENT
+    return design.levels - (tried == STEP_TRIAL)
+
+
+def count_elements(design: Design, tried: str) -> int:
+    """Return how many elements a batch has: seconds of computing."""
+    return max(1, BATCH_TRIALS // count_trials(design, tried))
 
 
 def try_element(
-    design: Design,
-    settings: Settings,
-    by: Chance,
-    seed: int,
-    tried: str,
-    levels: Sequence[int] | None = None,
+    design: Design, settings: Settings, by: Chance, seed: int, tried: str, given: Sequence[int]
 ) -> tuple[int, ...]:
-    """Make a random element and try its steps up, or its reads from an end.
+    """Make a random element and try its steps up, its kicks, or its reads from an end.
 
     It is read with the calibration of the ideal element.
 
     Args:
         seed: Of the element: the same gives the same outcome.
         tried: `STEP_TRIAL`, `KICK_TRIAL`, one of `WORD_TRIALS`, or the end that is read from.
-        levels: The levels to step from or to read, or the words; by default all levels.
+        given: The levels to step from, to kick to or to read, or the words.
 
     Returns:
-        For every one of these levels the level to which a write of the next one took the wall, or
-        for a kick the level where it ended, or for reads the decoded level. `UNDECODABLE` if the
-        element pins no wall at the level, and for steps and kicks unless exactly one wall ends at
-        rest at a level. A word that was not written is one of `ASTRAY_NAMES`.
+        For each of these the level to which a write of the next one took the wall, the level where
+        a kick ended, the decoded level, or the word. `UNDECODABLE` if the element pins no wall at
+        the level, if a move does not end with exactly one wall at rest at a level, or if the walls
+        are not those of the word.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -166,18 +148,14 @@ def try_element(
             settings, time=dataclasses.replace(settings.time, tick=LONG_TICK)
         )
     element = Bench(design, settings).device()
-    damping, gain = 1.0 + make_generator(seed, Stream.GAIN).standard_normal(2) * (
-        by.damping,
-        by.gain,
-    )
-    faults = Faults(sensor_noise=by.noise, sensor_gain=float(gain), seed=seed % 2**31)
+    off = make_generator(seed, Stream.GAIN).standard_normal(2) * (by.damping, by.gain)
+    faults = Faults(sensor_noise=by.noise, sensor_gain=float(1.0 + off[1]), seed=seed % 2**31)
     element.apply(SetFaults(faults))
     specimen = scattered(design, by.scatter, seed)
-    specimen = dataclasses.replace(specimen, eta_factor=max(float(damping), 0.0))
+    specimen = dataclasses.replace(specimen, eta_factor=max(float(1.0 + off[0]), 0.0))
     element.chain.set_specimen(specimen)
     made = _Made(element, specimen, by.vibration, seed)
-    levels = range(len(expected_outcomes(design, tried))) if levels is None else levels
-    return tuple(made.outcome(level, tried) for level in levels)
+    return tuple(made.outcome(each, tried) for each in given)
 
 
 class _Made:
@@ -192,31 +170,39 @@ class _Made:
         self._limit = element.settings.disturbance.max_acceleration
         self._random = np.random.Generator(np.random.PCG64(seed))
 
-    def outcome(self, level: int, tried: str) -> int:
-        """Put the wall at rest at a level, and return what `try_element` says of it."""
-        if tried in WORD_TRIALS:
-            return self._try_word(level, tried)
+    def outcome(self, given: int, tried: str) -> int:
+        """Put the walls where they begin, and return what `try_element` says of it."""
+        element, register = self._element, self._element.register
+        levels = register.code.walls(given) if register and tried in WORD_TRIALS else ()
         try:
-            wall = (
-                make_blank(self._specimen)
-                if tried == KICK_TRIAL
-                else find_pinned_wall(self._specimen, level)
-            )
+            if tried in (KICK_TRIAL, WORD_TRIAL):
+                v = make_blank(self._specimen)
+            elif tried == READ_TRIAL:
+                v = pin_walls(self._specimen, levels)
+            else:
+                v = find_pinned_wall(self._specimen, given)
         except StateError:  # nothing pins it there
             return UNDECODABLE
-        self._element.chain.place(wall)
-        self._element.transducer.assume_equilibrium()
+        element.chain.place(v)
+        element.transducer.assume_equilibrium()
         if tried == STEP_TRIAL:
-            return self._moved(go_to_level(self._element, level, level + 1))
+            return self._find_moved(go_to_level(element, given, given + 1))
         if tried == KICK_TRIAL:
-            return self._moved(kick(self._element, level))
-        return self._decoded(tried)
+            return self._find_moved(kick(element, given))
+        if tried == READ_TRIAL:
+            return self._decode(read_waveforms(element))
+        if tried == WORD_TRIAL:
+            return given if self._is_written(go_to_level(element, 0, given), levels) else -2
+        return self._decode(take_reading(element, tried))
 
-    def _moved(self, move: Procedure[None]) -> int:
-        element, design = self._element, self._element.design
-        run(element, move, self._shake)
-        run(element, wait(element, SETTLE_DAMPING_TIMES / design.eta), self._shake)
-        configuration = element.chain.configuration
+    def _settle(self, move: Procedure[None]) -> None:
+        run(self._element, move, self._shake)
+        rest = wait(self._element, SETTLE_DAMPING_TIMES / self._element.design.eta)
+        run(self._element, rest, self._shake)
+
+    def _find_moved(self, move: Procedure[None]) -> int:
+        self._settle(move)
+        design, configuration = self._element.design, self._element.chain.configuration
         reached = find_level(design, configuration, design.J / 2)
         if reached < 0:
             return UNDECODABLE
@@ -227,35 +213,18 @@ class _Made:
         beside = abs(wall_position(design, configuration) - rest)
         return reached if beside < MAX_ARRIVAL_ERROR_CELLS else UNDECODABLE
 
-    def _try_word(self, word: int, tried: str) -> int:
-        """Write or read a word, and return what `try_element` says of it."""
-        element = self._element
-        levels = element.reader.list_walls(word)
-        try:
-            v = (
-                pin_walls(self._specimen, levels)
-                if tried == READ_TRIAL
-                else make_blank(self._specimen)
-            )
-        except StateError:  # nothing pins its walls there
-            return UNDECODABLE
-        element.chain.place(v)
-        element.transducer.assume_equilibrium()
-        if tried == READ_TRIAL:
-            return self._heard(element.reader.read(element))
-        run(element, go_to_level(element, 0, word), self._shake)
-        run(element, wait(element, SETTLE_DAMPING_TIMES / element.design.eta), self._shake)
-        if tried == BLIND_TRIAL:
-            return self._heard(element.reader.read(element))
+    def _is_written(self, move: Procedure[None], levels: Sequence[int]) -> bool:
+        self._settle(move)
+        design = self._element.design
         found = sorted(
-            wall.position for wall in find_walls(element.design, element.chain.configuration)
+            wall.position for wall in find_walls(design, self._element.chain.configuration)
         )
-        return count_astray(element.design, found, levels) or word
+        return len(found) == len(levels) and all(
+            abs(position - design.defect_site(level)) <= MAX_LEVEL_OFFSET_CELLS
+            for position, level in zip(found, levels, strict=True)
+        )
 
-    def _decoded(self, end: str) -> int:
-        return self._heard(self._element.reader.read(self._element, end))
-
-    def _heard(self, reading: Procedure[Reading]) -> int:
+    def _decode(self, reading: Procedure[Reading]) -> int:
         try:
             return run(self._element, reading, self._shake).level
         except ProcedureFailed:  # it does not come to rest
@@ -269,146 +238,40 @@ class _Made:
             self._element.base.disturb(min(max(drawn, -self._limit), self._limit))
 
 
-def count_astray(design: Design, found: Sequence[float], levels: Sequence[int]) -> int:
-    """Return how walls, by position from the left, are not those of a word; 0 if they are."""
-    if missing := len(levels) - len(found):
-        return ANNIHILATED if missing > 0 and missing % 2 == 0 else LOST
-    for position, level in zip(reversed(found), reversed(levels), strict=True):
-        if abs(away := position - design.defect_site(level)) > MAX_LEVEL_OFFSET_CELLS:
-            return FAR if away > 0.0 else SHORT
-    return 0
+def evaluate_batch(
+    shared: Mapping[str, Any], kind: str, tried: str, amount: float, seed: int
+) -> Row:
+    """Return the counts of a batch of elements with one kind of randomness.
 
-
-BATCH_LEVELS = 64
-"""Levels per point: several small elements, or one tried at 64 levels."""
-
-
-def is_screened(shared: Values, kind: str, tried: str) -> bool:
-    """Return whether a forecast chooses which trials to simulate."""
-    return bool(shared['screen']) and tried == STEP_TRIAL and kind in FORECAST_KINDS
-
-
-def batch_size(shared: Values, kind: str, tried: str) -> tuple[int, int]:
-    """Return the number of elements of a point, and of trials of each; seconds of computing."""
-    each = len(expected_outcomes(Design(**shared['design']), tried))
-    if shared['levels']:
-        each = min(each, shared['levels'])
-    return max(1, BATCH_LEVELS // each) * (
-        DRAWN_PER_SCREENED if is_screened(shared, kind, tried) else 1
-    ), each
-
-
-@dataclass(frozen=True)
-class TriedElement:
-    """The trials of one element.
-
-    Attributes:
-        seed: Reproduces this element alone.
-        levels: The levels stepped from, or read, rising: all, or a random sample; or random words.
-        counts: Weight of a failure of each; 0 if the screen left it out.
-        found: The results, see `try_element`; the expected one where left out.
-        wrong: Whether each result differs from the expected one.
-    """
-
-    seed: int
-    levels: NDArray[np.int_]
-    counts: Array
-    found: NDArray[np.int_]
-    wrong: NDArray[np.bool_]
-
-
-def try_elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement]:
-    """Make the elements of a point and try each.
-
-    `shared` is that of `Tolerance`, the seed that of the point.
-    """
-    design, settings = (
-        decode_value(Design, shared['design']),
-        decode_value(Settings, shared['settings']),
-    )
-    kind, tried = values['kind'], values['tried']
-    by, all_right = (
-        single_chance(kind, values['scatter']),
-        np.array(expected_outcomes(design, tried)),
-    )
-    count, each = batch_size(shared, kind, tried)
-    for one in np.random.SeedSequence(seed).generate_state(count, np.uint64).tolist():
-        drawing = make_generator(one, Stream.LEVELS)
-        if tried in WORD_TRIALS:
-            right = levels = drawing.integers(1, count_words(design, settings), each)
-        else:
-            right = all_right[
-                levels := np.sort(drawing.choice(len(all_right), each, replace=False))
-            ]
-        counts = np.ones(each)
-        if is_screened(shared, kind, tried):
-            specimen = scattered(design, by.scatter, one)
-            counts = draw_weights(_build_forecast(design, settings), specimen, levels, one)
-        found = right.copy()
-        simulated = counts > 0.0
-        if simulated.any():
-            try:
-                found[simulated] = try_element(
-                    design, settings, by, one, tried, levels[simulated].tolist()
-                )
-            except DesignError:  # a cell so light that the time step is too long for it: all lost
-                found[simulated] = UNDECODABLE
-        yield TriedElement(one, levels, counts, found, found != right)
-
-
-def evaluate_point(shared: Values, values: Values, seed: int) -> Row:
-    """Return the counts of one point; for the arguments see `try_elements`.
+    Args:
+        shared: Design and settings as plain values.
 
     Returns:
-        elements: How many were made.
-        simulated: How many trials were simulated.
+        kind, tried, amount: As given.
+        elements, trials, failures: How many.
         squares: Sum over the elements of the square of the number of their failures.
-        silent: Reads, of all levels, that were decoded as another level.
-        tried_L: Steps from level L, or reads of it; of words all under 0.
-        failed_L: How many of them failed, weighted if screened.
-        far, short, annihilated, lost: Of words that were written, how; see `ASTRAY_NAMES`.
-        undecodable, paired: Of words that were read, how; see `MISREAD_KINDS`.
+        silent: Reads that were decoded as another level or word.
     """
-    many = values['tried'] in WORD_TRIALS
-    levels = range(
-        1 if many else len(expected_outcomes(Design(**shared['design']), values['tried']))
-    )
-    tried, failed = np.zeros(len(levels), int), np.zeros(len(levels))
-    how = np.zeros(len(ASTRAY_NAMES), int)
-    made = simulated = silent = undecodable = paired = 0
-    squares = 0.0
-    for one in try_elements(shared, values, seed):
-        made += 1
-        simulated += int(np.count_nonzero(one.counts))
-        at = np.zeros_like(one.levels) if many else one.levels
-        np.add.at(tried, at, 1)
-        np.add.at(failed, at, one.wrong * one.counts)
-        how += [int((one.found == each).sum()) for each in ASTRAY_NAMES]
-        squares += float(one.wrong @ one.counts) ** 2
-        if values['tried'] != STEP_TRIAL:
-            silent += int(np.sum(misread := one.wrong & (one.found >= 0)))
-        if many:
-            undecodable += int(np.sum(one.found == UNDECODABLE))
-            paired += _count_paired(shared, one.levels[misread], one.found[misread])
-    return {
-        'elements': made, 'simulated': simulated, 'squares': squares, 'silent': silent,
-        **{f'tried_{level}': int(tried[level]) for level in levels},
-        **{f'failed_{level}': float(failed[level]) for level in levels},
-        **(dict(zip(ASTRAY_NAMES.values(), how.tolist(), strict=True)) if many else {}),
-        **({'undecodable': undecodable, 'paired': paired} if many else {}),
-    }  # fmt: skip
-
-
-def _count_paired(shared: Values, words: NDArray[np.int_], read: NDArray[np.int_]) -> int:
-    """Return how many words were read as ones with two walls more or fewer, or six."""
-    code = make_code(
-        decode_value(Design, shared['design']), decode_value(Settings, shared['settings'])
-    )
-    assert code is not None
-    pairs = zip(words.tolist(), read.tolist(), strict=True)
-    return sum((len(code.walls(one)) - len(code.walls(other))) % 4 == 2 for one, other in pairs)
-
-
-@lru_cache(maxsize=1)
-def _build_forecast(design: Design, settings: Settings) -> StepForecast:
-    return StepForecast(design, settings)
+    design = decode_value(Design, shared['design'])
+    settings = decode_value(Settings, shared['settings'])
+    each, by = count_trials(design, tried), single_chance(kind, amount)
+    counts = dict.fromkeys(('elements', 'trials', 'failures', 'squares', 'silent'), 0)
+    seeds = np.random.SeedSequence(seed).generate_state(count_elements(design, tried), np.uint64)
+    for one in seeds.tolist():
+        given = np.arange(each)
+        if tried in WORD_TRIALS:
+            drawing = make_generator(one, Stream.LEVELS)
+            given = drawing.integers(1, count_words(design, settings), each)
+        try:
+            found = np.array(try_element(design, settings, by, one, tried, given.tolist()))
+        except DesignError:  # a cell so light that the time step is too long for it: all lost
+            found = np.full(each, UNDECODABLE)
+        wrong = found != given + (tried == STEP_TRIAL)
+        failures = int(wrong.sum())
+        counts['elements'] += 1
+        counts['trials'] += each
+        counts['failures'] += failures
+        counts['squares'] += failures**2
+        if tried != STEP_TRIAL:
+            counts['silent'] += int(np.sum(wrong & (found >= 0)))
+    return {'kind': kind, 'tried': tried, 'amount': amount, **counts}

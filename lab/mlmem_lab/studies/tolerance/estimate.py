@@ -1,7 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Error rates from counts: intervals, when to stop counting, where one in a thousand fails, and
-what errors leave of the capacity.
+"""Error rates from counts: intervals, when to stop counting, and where one in a thousand fails.
 
 Failure against scatter is a fragility curve as in structural reliability: a normal distribution of
 the logarithm of the scatter. It is fitted to the lowest counts only, its foot, because the levels
@@ -16,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import betaincinv, entr, log_ndtr, ndtr, ndtri
+from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
 
 CONFIDENCE_LEVEL = 0.95
 """Confidence level of every interval."""
@@ -38,8 +37,7 @@ class Rate:
 
     Attributes:
         clustering: Variance of the count over that of independent trials (the design effect).
-            What spoils an element may spoil all its levels, and screened trials count more than
-            once.
+            What spoils an element may spoil all its levels.
     """
 
     failures: float
@@ -71,21 +69,16 @@ class Rate:
         return low, high
 
 
-def pool_failures(
-    elements: int, each: int, failures: float, squares: float, heaviest: float = 1.0
-) -> Rate:
+def pool_failures(elements: int, each: int, failures: float, squares: float) -> Rate:
     """Return the failure rate of elements that were tried several times each.
 
     Args:
         squares: Sum over the elements of the square of the number of their failures.
-        heaviest: Largest weight of a single failure if trials were screened.
     """
     trials = elements * each
     p = failures / trials
-    if p <= 0.0:  # a failure that was missed may be of the kind that is rarely simulated
-        return Rate(failures, trials, heaviest)
-    if p >= 1.0:
-        return Rate(trials, trials)
+    if p <= 0.0 or p >= 1.0:
+        return Rate(failures, trials)
     if elements == 1:  # nothing shows whether the trials of one element are dependent
         return Rate(failures, trials, float(each))
     variance = (squares - failures**2 / elements) / (elements - 1)
@@ -167,19 +160,3 @@ def rare_scatter(
     tail = 50.0 * (1.0 - CONFIDENCE_LEVEL)
     low, high = np.percentile(found, [tail, 100.0 - tail])
     return curve.sigma(RARE_RATE), float(low), float(high)
-
-
-def bits_kept(words: int, undecodable: float, wrong: float) -> float:
-    """Return the least mutual information, in bits, of a word drawn at random and what is read.
-
-    What is undecodable tells nothing; what wrong words cost is bounded by Fano's inequality.
-
-    Args:
-        undecodable: Share of the words that are read as none.
-        wrong: Share that is read as another word.
-    """
-    if (told := 1.0 - undecodable) <= 0.0:
-        return 0.0
-    p = wrong / told
-    doubt = float(np.sum(entr([p, 1.0 - p]))) / np.log(2.0)
-    return max(0.0, told * float(np.log2(words) - doubt - p * np.log2(words - 1)))

@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,23 +19,19 @@ import numpy as np
 from mlmem import Settings
 from mlmem.instrument.end import End
 from mlmem.physics import Design
-from mlmem.readers.words import count_words
 
-from ..campaign import Campaign, Ledger, Row, run
+from ...study import RowFile
 from .element import (
     ALL_KINDS,
-    ASTRAY_NAMES,
     KICK_TRIAL,
-    MISREAD_KINDS,
     STEP_TRIAL,
-    WORD_TRIAL,
     WORD_TRIALS,
-    batch_size,
-    evaluate_point,
-    is_screened,
+    Row,
+    count_elements,
+    count_trials,
+    evaluate_batch,
 )
-from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, bits_kept, pool_failures, rare_scatter
-from .particle import DRAWN_PER_SCREENED, MAX_FAILURE_WEIGHT
+from .estimate import ENOUGH_FAILURES, RARE_RATE, Rate, pool_failures, rare_scatter
 
 FIRST_RATE = 0.1
 """Rate to find first, because one batch can show it."""
@@ -101,12 +96,9 @@ class Tolerance:
 
     Attributes:
         kinds: What is random, one at a time.
-        tried: What is tried, one at a time; by default a step and a read from every end that the
-            instrument uses.
+        tried: What is tried, one at a time; by default a step and a read from every end.
         amounts: How many amounts per decade.
         most: Trials of an amount after which counting stops, however few have failed.
-        screen: Whether a forecast chooses which steps to simulate, see `screen`.
-        levels: How many levels of each element are tried, drawn anew for each; 0 for all.
     """
 
     design: Design
@@ -115,8 +107,6 @@ class Tolerance:
     tried: tuple[str, ...] = ()
     amounts: int = 10
     most: int = 3000
-    screen: bool = False
-    levels: int = 0
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -137,11 +127,9 @@ class Tolerance:
             raise ValueError(
                 f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
             )
-        if self.levels < 0:
-            raise ValueError(f'levels must be at least 1, or 0 for all; got {self.levels}')
         object.__setattr__(self, 'tried', self.tried or usual)
 
-    @cached_property
+    @property
     def curves(self) -> list[tuple[str, str]]:
         """What is counted by amount: kinds of randomness and what is tried."""
         return [(kind, tried) for kind in self.kinds for tried in self.tried]
@@ -152,112 +140,70 @@ class Tolerance:
         powers = np.arange(last + 1) / self.amounts
         return [float(f'{amount:.3g}') for amount in MIN_AMOUNT * 10.0**powers]
 
-    @cached_property
-    def cells(self) -> list[tuple[str, str, float]]:
-        """Everything that may be counted: kind, what is tried, and amount."""
-        return [(*curve, amount) for curve in self.curves for amount in self.ladder(curve[0])]
-
-    @cached_property
+    @property
     def shared(self) -> dict[str, Any]:
-        """What all points share."""
-        return {
-            'design': self.design.as_dict(), 'settings': self.settings.as_dict(),
-            'screen': self.screen, 'levels': self.levels,
-        }  # fmt: skip
+        """What all batches share."""
+        return {'design': self.design.as_dict(), 'settings': self.settings.as_dict()}
 
-    def trials(self, kind: str, tried: str) -> int:
-        """Return how many trials a batch has."""
-        elements, each = batch_size(self.shared, kind, tried)
-        return elements * each
+    @property
+    def definition(self) -> dict[str, Any]:
+        """What all counts depend on."""
+        return self.shared | {'seed': self.seed}
 
-    def limit(self, kind: str, tried: str) -> int:
-        """Return the most trials of an amount; with a screen more are drawn."""
-        return self.most * (DRAWN_PER_SCREENED if is_screened(self.shared, kind, tried) else 1)
-
-    def campaign(self) -> Campaign:
-        """Return all points that may be needed, a batch each: all amounts, then all again."""
-        points = [
-            dict(zip(('kind', 'tried', 'scatter'), cell, strict=True)) for cell in self.cells
-        ]
-        rounds = max(-(-self.limit(*curve) // self.trials(*curve)) for curve in self.curves)
-        return Campaign('tolerance', evaluate_point, self.shared, points * rounds, self.seed)
-
-    def count(self, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
-        """Evaluate batches where they are most informative, until every curve is known.
+    def count(self, file: RowFile, executor: Executor | None) -> Iterator[str]:
+        """Evaluate batches where they are most informative, until every curve is known; yield the
+        key of each.
 
         The next batch follows from earlier results alone, so a killed study continues as if it had
         never stopped.
         """
-        campaign = self.campaign()
-        seen: list[list[Row]] = [[] for _ in self.cells]
-        while points := self._next(seen):
-            yield from run(campaign, ledger, executor, points)
-            for point in points:
-                seen[point % len(seen)].append(ledger.rows[point])
+        counted: list[Row] = []
+        while tasks := self._list_next(counted):
+            yield from file.compute(evaluate_batch, tasks, executor)
+            counted += [file.rows[key] for key in tasks]
 
-    def _next(self, seen: Sequence[Sequence[Row]]) -> list[int]:
-        """Return the points to be evaluated next, of every curve at one amount."""
-        points, first = [], 0
+    def select_rows(self, file: RowFile) -> list[Row]:
+        """Return the rows of a file that belong to this study, in order of their keys."""
+        rows = (file.rows[key] for key in sorted(file.rows))
+        return [row for row in rows if (row['kind'], row['tried']) in self.curves]
+
+    def _list_next(self, rows: Sequence[Row]) -> dict[str, tuple[Any, ...]]:
+        """Return the batches to be evaluated next, of every curve at one amount, by key."""
+        tasks: dict[str, tuple[Any, ...]] = {}
         for kind, tried in self.curves:
-            rungs = len(self.ladder(kind))
-            counted = enumerate(seen[first : first + rungs])
-            rates = {rung: self.rate(rows) for rung, rows in counted if rows}
-            most = self.limit(kind, tried)
-            if (rung := next_rung(rates, rungs, most)) is not None:
-                batches = -(
-                    -count_missing_trials(rates.get(rung), most) // self.trials(kind, tried)
-                )
-                done = len(seen[first + rung])
-                points += [
-                    number * len(seen) + first + rung for number in range(done, done + batches)
-                ]
-            first += rungs
-        return points
-
-    # --- results ---------------------------------------------------------------------------
-
-    def rate(self, rows: Sequence[Row]) -> Rate:
-        """Return the rate at which steps or reads of all levels fail.
-
-        All rows have the same kind, amount and thing tried.
-        """
-        what = rows[0]['kind'], rows[0]['tried']
-        elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
-        failures = sum(row[name] for row in rows for name in row if name.startswith('failed_'))
-        heaviest = MAX_FAILURE_WEIGHT if is_screened(self.shared, *what) else 1.0
-        return pool_failures(
-            elements, batch_size(self.shared, *what)[1], failures, squares, heaviest
-        )
+            ladder = self.ladder(kind)
+            amounts, rates = self.rates(rows, kind, tried)
+            known = {ladder.index(a): rate for a, rate in zip(amounts, rates, strict=True)}
+            if (rung := next_rung(known, len(ladder), self.most)) is None:
+                continue
+            rate, amount = known.get(rung), ladder[rung]
+            batch = count_elements(self.design, tried) * count_trials(self.design, tried)
+            first = rate.trials // batch if rate else 0
+            for number in range(first, first - (-count_missing_trials(rate, self.most) // batch)):
+                key = f'{kind} {tried} {amount:g} {number:05}'
+                entropy = np.random.SeedSequence([self.seed, *key.encode()])
+                seed = int(entropy.generate_state(1, np.uint64)[0] >> np.uint64(1))
+                tasks[key] = (self.shared, kind, tried, amount, seed)
+        return tasks
 
     def rates(self, rows: Sequence[Row], kind: str, tried: str) -> tuple[list[float], list[Rate]]:
         """Return the amounts of a kind that were counted, rising, and the rates at them."""
         found: dict[float, list[Row]] = {}
         for row in rows:
             if (row['kind'], row['tried']) == (kind, tried):
-                found.setdefault(row['scatter'], []).append(row)
-        amounts = sorted(found)
-        return amounts, [self.rate(found[amount]) for amount in amounts]
-
-    def how(self, rows: Sequence[Row], kind: str, tried: str) -> list[dict[str, float]]:
-        """Return for every amount of a kind how many words were tried, and how many failed how;
-        of reads also the `bits` that are kept.
-
-        See `ASTRAY_NAMES` and `MISREAD_KINDS`.
-        """
-        names = tuple(ASTRAY_NAMES.values()) if tried == WORD_TRIAL else MISREAD_KINDS
-        found: dict[float, dict[str, float]] = {}
-        for row in rows:
-            if (row['kind'], row['tried']) == (kind, tried):
-                counts = found.setdefault(row['scatter'], dict.fromkeys(('tried', *names), 0))
-                counts['tried'] += row['tried_0']
-                for name in names:
-                    counts[name] += row[name]
-        if tried != WORD_TRIAL:
-            words = count_words(self.design, self.settings)
-            for counts in found.values():
-                failed = (counts[name] / counts['tried'] for name in MISREAD_KINDS[:2])
-                counts['bits'] = round(bits_kept(words, *failed), 3)
-        return [{'amount': amount, **found[amount]} for amount in sorted(found)]
+                found.setdefault(row['amount'], []).append(row)
+        each, amounts = count_trials(self.design, tried), sorted(found)
+        sums = (
+            [
+                sum(row[name] for row in found[amount])
+                for name in ('elements', 'failures', 'squares')
+            ]
+            for amount in amounts
+        )
+        return amounts, [
+            pool_failures(elements, each, failures, squares)
+            for elements, failures, squares in sums
+        ]
 
     def rare_amount(
         self, rows: Sequence[Row], kind: str, tried: str

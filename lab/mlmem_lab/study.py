@@ -1,0 +1,348 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem study`: measure many cases, on all cores, and keep each result as soon as it is there.
+
+A study is a function of a case, such as a preset. Its result file in lab/results holds what was
+found of every case, with the command, version, seed, processor, date and a hash of the measured
+modules. Named cases are measured; without a name, those that the file lacks or whose modules have
+changed. So a study that was stopped goes on when the command is repeated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import multiprocessing
+import os
+import shlex
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any, TypeVar
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from mlmem import parsing
+from mlmem.atomic_files import write_atomically
+from mlmem_tools.cli.command import JOBS_OPTION, declare_command, declare_option
+from mlmem_tools.cli.output import create_console, print_failure, show_progress
+
+from . import results
+
+Result = TypeVar('Result')
+
+STUDY_PLACES = {
+    'bad_cells': 'reads.bad_cells:STUDY',
+    'cells': 'reads.count:CELLS_STUDY',
+    'disturb': 'disturb:STUDY',
+    'forecasts': 'forecasts:STUDY',
+    'kicks': 'windows.kicks:STUDY',
+    'one_end': 'one_end:STUDY',
+    'reads': 'reads.count:STUDY',
+    'robust_writes': 'robust_writes:STUDY',
+    'shaken': 'shaken:STUDY',
+    'times': 'times:STUDY',
+    'twin': 'twins.study:STUDY',
+    'validity': 'validity:STUDY',
+    'word_kicks': 'windows.words:STUDY',
+    'words': 'words:STUDY',
+}
+"""Module and name of every study, by its own name, which is that of its result file."""
+
+
+def add_by_name(kept: Mapping[str, Any], case: str, found: Any) -> dict[str, Any]:
+    """Return a result that holds each case by its name under `presets`."""
+    return {'presets': kept.get('presets', {}) | {case: found}}
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is measured of which cases.
+
+    Attributes:
+        name: That of the result file.
+        measure: Returns what is found of a case. Another process must be able to import it.
+        cases: The names of all cases.
+        modules: Files of the checkout that are measured in addition to the device.
+        add: Returns the content of the result file with a case that was measured, from the former
+            content, the case, and what was found.
+        draw: Returns a Matplotlib figure of a result.
+    """
+
+    name: str
+    measure: Callable[[str], Any]
+    cases: tuple[str, ...]
+    modules: tuple[str, ...]
+    seed: int | None = None
+    add: Callable[[Mapping[str, Any], str, Any], dict[str, Any]] = add_by_name
+    draw: Callable[[Mapping[str, Any]], Any] | None = None
+
+    @property
+    def path(self) -> Path:
+        """The result file."""
+        return results.RESULT_FOLDER / f'{self.name}.json'
+
+    def list_missing(self) -> list[str]:
+        """Return the cases that the result file lacks, or whose modules have changed."""
+        kept = results.load_kept(self.path)
+        stale = set(results.find_stale_entries(kept)) if kept else set()
+        known = set(kept.get('hashes', {})) - stale
+        return [case for case in self.cases if case not in known]
+
+    def keep(self, case: str, found: Any) -> None:
+        """Put what was found of a case into the result file."""
+        kept = results.load_kept(self.path)
+        done = [each for each in self.cases if each in kept.get('hashes', {}) or each == case]
+        command = shlex.join(['mlmem', 'study', self.name, *done])
+        modules = [*results.DEVICE_MODULES, *self.modules]
+        results.save_result(
+            self.path, self.add(kept, case, found), command, modules, [case], self.seed, kept
+        )
+
+    def draw_picture(self, picture: Path) -> None:
+        """Draw the result file, and note the picture if it is on a page."""
+        from .studies.style import style_context
+
+        assert self.draw is not None
+        with style_context():
+            figure = self.draw(results.load_result(self.path))
+            figure.savefig(picture, metadata={'Software': None})
+        file = results.find_in_checkout(self.path)
+        command = f'mlmem study {self.name} --figure {picture}'
+        results.keep_picture(picture, command, [*self.modules, file])
+
+
+def load_study(name: str) -> Study:
+    """Return a study by its name, one of `STUDY_PLACES`."""
+    module, _, attribute = STUDY_PLACES[name].partition(':')
+    found: Study = getattr(importlib.import_module(f'.{module}', __package__), attribute)
+    return found
+
+
+@declare_command(
+    'measure many cases, and keep the results for the pages',
+    declare_option('name', choices=tuple(STUDY_PLACES), metavar='STUDY',
+        help=', '.join(STUDY_PLACES)),
+    declare_option('cases', nargs='*', metavar='CASE',
+        help='such as a preset; none: those that the result file lacks'),
+    declare_option('--list', action='store_true', help='list the cases and exit'),
+    declare_option('--figure', type=Path, metavar='PNG', help='only draw the result file'),
+    JOBS_OPTION,
+    text=__doc__,
+)  # fmt: skip
+def study(arguments: argparse.Namespace) -> int:
+    """Measure; return 0, 1 if the result cannot be read or written, 2 for a wrong argument."""
+    console, chosen = create_console(aside=False), load_study(arguments.name)
+    if unknown := sorted(set(arguments.cases) - set(chosen.cases)):
+        known = ', '.join(chosen.cases)
+        return print_failure('study', f'a case must be one of {known}; got {unknown[0]}', 2)
+    if arguments.figure is not None and chosen.draw is None:
+        return print_failure('study', f'{chosen.name} has no figure', 2)
+    if arguments.list:
+        console.print(*chosen.cases, sep='\n', highlight=False)
+        return 0
+    try:
+        if arguments.figure is not None:
+            chosen.draw_picture(arguments.figure)
+            return 0
+        cases = arguments.cases or chosen.list_missing()
+        found = iter(cases)
+        map_calls(
+            console, arguments.jobs or count_cores(), chosen.name, chosen.measure, cases,
+            then=lambda row: chosen.keep(next(found), row),
+        )  # fmt: skip
+    except (OSError, ValueError) as error:
+        return print_failure('study', f'{chosen.path}: {error}', 1)
+    console.print(f'{len(cases)} cases: {chosen.path}', highlight=False, soft_wrap=True)
+    return 0
+
+
+# --- many calls, on all cores ------------------------------------------------------------------
+
+
+def count_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, 'sched_getaffinity'):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def provide_workers(jobs: int) -> Iterator[Executor | None]:
+    """Provide an executor of so many processes; None, for a single job, stands for this one."""
+    if jobs <= 1:
+        yield None
+        return
+    # Spawned, not forked: a forked child could inherit a lock that numba holds.
+    context = multiprocessing.get_context('spawn')
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin_worker)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin_worker() -> None:
+    """Leave Ctrl-C to the parent, and end with it even if it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def end_with_parent() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+def map_calls(
+    console: Console,
+    jobs: int,
+    what: str,
+    function: Callable[..., Result],
+    *columns: Iterable[Any],
+    then: Callable[[Result], object] = lambda result: None,
+) -> list[Result]:
+    """Return the results of calls in their order, with a progress bar.
+
+    Args:
+        jobs: Processes side by side; 1 for this one.
+        *columns: Its arguments, as for `map`.
+        then: Is given every result in turn, while others are computed.
+    """
+    tasks = list(zip(*columns, strict=True))
+    found: list[Result] = []
+    if not tasks:
+        return found
+    with provide_workers(min(jobs, len(tasks))) as pool:
+        done = (map if pool is None else pool.map)(function, *zip(*tasks, strict=True))
+
+        def iterate_results() -> Iterator[object]:
+            for result in done:
+                found.append(result)
+                yield then(result)
+
+        show_progress(console, iterate_results(), 0, len(tasks), what)
+    return found
+
+
+class RowFile:
+    """Rows by key in a file of JSON lines, below a line that says what they belong to.
+
+    A row is written as soon as it is there. A kill can tear the last line: it is dropped when the
+    file is opened again.
+
+    Attributes:
+        rows: The rows by key.
+    """
+
+    def __init__(self, path: Path, definition: Mapping[str, Any]) -> None:
+        """Open a file, or begin it.
+
+        Raises:
+            ValueError: The file belongs to something else.
+            OSError: It cannot be read or written.
+        """
+        self.path, self.rows = path, dict[str, Any]()
+        head = json.dumps(definition, sort_keys=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        content = parsing.read_file(path) if path.exists() else ''
+        first, *lines = content[: content.rfind('\n') + 1].splitlines() or ['']
+        if first and first != head:
+            raise ValueError(
+                f'{path} has rows of another study: remove it, or name another folder'
+            )
+        for line in lines:
+            key, row = json.loads(line)
+            self.rows[key] = row
+        write_atomically(path, '\n'.join([head, *lines, '']))
+        self._stream = path.open('a', encoding='utf-8')
+
+    def __enter__(self) -> RowFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stream.close()
+
+    def compute(
+        self,
+        function: Callable[..., Any],
+        tasks: Mapping[str, tuple[Any, ...]],
+        executor: Executor | None,
+    ) -> Iterator[str]:
+        """Compute the rows that are missing; yield the key of each that was written.
+
+        Args:
+            tasks: Arguments of the function, by key.
+            executor: See `provide_workers`.
+        """
+        todo = {key: given for key, given in tasks.items() if key not in self.rows}
+        if executor is None:
+            for key, given in todo.items():
+                yield self._write(key, function(*given))
+            return
+        futures = {executor.submit(function, *given): key for key, given in todo.items()}
+        for future in as_completed(futures):
+            yield self._write(futures[future], future.result())
+
+    def _write(self, key: str, row: Any) -> str:
+        print(json.dumps([key, row]), file=self._stream, flush=True)
+        self.rows[key] = row
+        return key
+
+
+def compute_rows(
+    console: Console,
+    what: str,
+    function: Callable[..., Any],
+    tasks: Mapping[str, tuple[Any, ...]],
+    jobs: int | None,
+    path: Path,
+    definition: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return the row of every task in order; those in the file at `path` are not computed again.
+
+    Args:
+        function: Returns a row. Another process must be able to import it.
+        tasks: Its arguments, by key.
+        jobs: Processes side by side; None for one a core.
+        definition: What all rows depend on.
+
+    Raises:
+        ValueError: The file has rows of another definition.
+        OSError: It cannot be read or written.
+    """
+    with RowFile(path, definition) as file:
+        done = sum(key in file.rows for key in tasks)
+        if done < len(tasks):
+            with provide_workers(min(jobs or count_cores(), len(tasks))) as pool:
+                rows = file.compute(function, tasks, pool)
+                show_progress(console, rows, done, len(tasks), what)
+        return {key: file.rows[key] for key in tasks}
+
+
+class Bar:
+    """A progress bar that says what is being done."""
+
+    def __init__(self, console: Console) -> None:
+        columns = TextColumn('{task.description}'), BarColumn(), TimeElapsedColumn()
+        self._bar = Progress(*columns, console=console, transient=True)
+        self._task = self._bar.add_task('', total=1.0)
+
+    def __enter__(self) -> Bar:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, what: str, share: float) -> None:
+        """Show what is being done, and the fraction done."""
+        self._bar.update(self._task, description=what, completed=share)
