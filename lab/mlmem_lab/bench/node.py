@@ -4,8 +4,7 @@
 
 Requests come from another process. The time of a read beyond the ticks that the material needs is
 the latency of client, transport, command and loop; a request that is refused at once shows client
-and transport alone, and so does the same request to a node that does nothing else. That node
-receives the IMU, too: the rest of what an IMU takes is physics, and ours.
+and transport alone.
 
 Beside each figure stands which share of a core others took while it was measured. On a machine
 that was not quiet no figure is called good.
@@ -34,8 +33,6 @@ from ..results import load_kept, save_result
 from .measure import MAX_OTHER_LOAD_PERCENT, Comparison, Entry, Spread, describe_host
 from .node_process import (
     NodeProcess,
-    echo_service,
-    measure_echo_load,
     measure_overhead_ms,
     watch_streams,
     write,
@@ -87,7 +84,6 @@ MEASURED_FIGURES = {
     'share': Figure('processor at rest, nobody listens, % of a core', 1.0),
     'heard': Figure('processor at rest, somebody listens to the streams, % of a core', 3.0),
     'shaken': Figure('processor, streams listened to, an IMU of 200 Hz, % of a core'),
-    'received': Figure('processor, a node that only receives that IMU, % of a core'),
     'lost': Figure('ticks skipped with the IMU', 0.0),
     'writing': Figure('processor, one write after another, % of a core', 6.0),
     'busy': Figure('work per tick while writing, us', 60.0),
@@ -101,7 +97,6 @@ MEASURED_FIGURES = {
     'seen_p99': Figure('tick lateness p99 with a page, ms'),
     'latency': Figure('read latency beyond the physics, p50, ms', 1.0),
     'transport': Figure('latency of a refused request, p50, ms'),
-    'echo': Figure('latency of an echo service, p50, ms'),
     'ready': Figure('start-up time, warm cache, s', 1.0),
     'cold': Figure('start-up time, cold cache, s'),
     'memory': Figure('memory, MB'),
@@ -145,7 +140,6 @@ def _build_entry(key: str, seen: list[tuple[float, float]]) -> Entry:
 
 
 def _collect_reports(repeats: int) -> list[Seen]:
-    from mlmem_ros import MemoryClient
     from mlmem_ros.ros.client.client import standalone
 
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
@@ -170,15 +164,13 @@ def _collect_reports(repeats: int) -> list[Seen]:
             seen |= _extract_figures(
                 watch_streams(node, IDLE_TIME_S, shaken=True), shaken='share', lost='overruns'
             )
-            with standalone() as memory, echo_service() as service:
+            with standalone() as memory:
                 memory.ready().wait()
                 report = node.watch(IDLE_TIME_S, partial(write, memory))
                 seen |= _extract_figures(report, 'busy', writing='share')
                 read = partial(memory.request, 'read')
-                echo = MemoryClient(memory.node, 'echo', actions=False)
                 asked: dict[str, Callable[[], Any]] = {
                     'transport': memory.step,
-                    'echo': echo.step,
                     'latency': read,
                 }
                 load = node.load()
@@ -188,7 +180,6 @@ def _collect_reports(repeats: int) -> list[Seen]:
                 ]
                 for key, each in zip(asked, zip(*taken, strict=True), strict=True):  # by turns
                     seen[key] = statistics.median(each), load.others()
-                seen['received'] = measure_echo_load(echo, service, IDLE_TIME_S)
             with open_page('mlmem'):
                 node.watch(SETTLE_TIME_S)
                 page = node.watch(IDLE_TIME_S)

@@ -10,15 +10,13 @@ import random
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from .measure import Load, read_cpu_seconds
+from .measure import Load
 
 if TYPE_CHECKING:
-    from rclpy.timer import Timer
-
     from mlmem_ros.ros.client.client import MemoryClient
 
 TICK_MS = 2.0
@@ -89,21 +87,6 @@ class NodeProcess:
         raise RuntimeError('the node ended before it reported anything')
 
 
-@contextmanager
-def echo_service() -> Iterator[int]:
-    """Run the node `echo` in a process of its own; yield the process's id."""
-    command = [sys.executable, '-m', f'{__package__}.echo_service']
-    process = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
-    )
-    assert process.stdout is not None
-    process.stdout.readline()
-    try:
-        yield process.pid
-    finally:
-        process.__exit__(None, None, None)
-
-
 def measure_overhead_ms(ask: Callable[[], Any]) -> float:
     """Make a request; return the milliseconds it took beyond the ticks of its physics.
 
@@ -150,23 +133,8 @@ def watch_streams(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, 
         return node.watch(seconds, time.sleep)
 
 
-def measure_echo_load(echo: MemoryClient, process: int, seconds: float) -> tuple[float, float]:
-    """Shake the node `echo`, which only receives it.
-
-    Returns:
-        The share of a core that its process takes, and that of others, in percent.
-    """
-    timer = _start_shaking(echo)
-    time.sleep(1.0)  # they discover each other
-    load, before = Load([process]), read_cpu_seconds(process)
-    time.sleep(seconds)
-    taken = read_cpu_seconds(process) - before
-    echo.node.destroy_timer(timer)
-    return 100.0 * taken / seconds, load.others()
-
-
-def _start_shaking(memory: MemoryClient) -> Timer:
-    """Send the accelerations of a base that shakes, until the timer is destroyed."""
+def _start_shaking(memory: MemoryClient) -> None:
+    """Send the accelerations of a base that shakes, as long as the client's node lives."""
     from sensor_msgs.msg import Imu
 
     base = memory.node.create_publisher(Imu, f'{memory.name}/disturbance', 10)
@@ -176,4 +144,4 @@ def _start_shaking(memory: MemoryClient) -> Timer:
         message.linear_acceleration.x = random.uniform(-SHAKE_ACCELERATION, SHAKE_ACCELERATION)
         base.publish(message)
 
-    return memory.node.create_timer(1.0 / IMU_RATE, publish_acceleration)
+    memory.node.create_timer(1.0 / IMU_RATE, publish_acceleration)

@@ -31,7 +31,6 @@ COMPRESSION_COLOUR = '#cc79a7'
 TENSION_COLOUR = '#009e73'
 INK_COLOUR = '#222222'
 FAINT_COLOUR = '#b0b0b0'
-PALE_COLOUR = '#e8e8e8'
 MARK_COLOUR = '#e69f00'
 """Thresholds and other settings."""
 
@@ -191,27 +190,3 @@ def mark_defects(axes: Any, design: Design, origin: float = 0.0) -> None:
         axes.axhline(place, color=INK_COLOUR, lw=0.4, alpha=0.3)
     codes = [f'{place:.0f}   {design.code(m)}' for m, place in enumerate(places)]
     axes.set_yticks(places[::every], codes[::every])
-
-
-def draw_window(
-    axes: Any, factors: np.ndarray, share: np.ndarray, radius: float, cmap: Any
-) -> Any:
-    """Draw how well factors on two settings do, about an operating point at 1.
-
-    Args:
-        factors: On either setting, shape (m,).
-        share: From 0 (none) to 1 (all), shape (m, m): row y, column x.
-        radius: Of a dotted circle about the operating point; infinite for none.
-
-    Returns:
-        The mesh, for a colour bar.
-    """
-    mesh = axes.pcolormesh(factors, factors, share, cmap=cmap, vmin=0, vmax=1, shading='nearest')
-    angle = np.linspace(0.0, 2.0 * np.pi, 100)
-    if np.isfinite(radius):
-        axes.plot(
-            1.0 + radius * np.cos(angle), 1.0 + radius * np.sin(angle), ':', color=INK_COLOUR, lw=1
-        )
-    axes.plot(1.0, 1.0, '+', color=MARK_COLOUR, ms=10, mew=2.5)
-    axes.set_aspect('equal')
-    return mesh

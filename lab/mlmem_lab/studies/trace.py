@@ -147,35 +147,8 @@ class Climb:
         return self.writes[-1].failure
 
 
-class Heat:
-    """A heat bath around the metamaterial, applied between ticks.
-
-    Random kicks to the velocities return what the damping eta takes (fluctuation and dissipation):
-    normally distributed with variance 2 eta T t / m^2 after every tick t. They are white noise far
-    beyond the chain's highest frequency, and keep the mean energy of small waves at T per mode,
-    whatever the tick.
-    """
-
-    def __init__(self, element: MemoryElement, temperature: float, seed: int) -> None:
-        """Put a bath around a device.
-
-        Args:
-            element: The element; the damping and masses of its specimen are used.
-            temperature: k_B T in k_r cells^2, at least 0.
-        """
-        specimen = element.chain.specimen
-        self._velocity = element.chain.velocity
-        self._kick = np.sqrt(2.0 * specimen.eta * temperature * element.tick) / specimen.masses
-        self._random = np.random.Generator(np.random.PCG64(seed))
-
-    def kick(self) -> None:
-        """Give every cell the kicks of one tick."""
-        self._velocity += self._kick * self._random.standard_normal(len(self._velocity))
-
-
 def write_upward(
     element: MemoryElement,
-    heat: Heat | None = None,
     level: Callable[[MemoryElement], int] | None = None,
     contents: Sequence[int] = (),
 ) -> Climb:
@@ -193,7 +166,7 @@ def write_upward(
     design, writes = element.design, []
     contents = contents or range(design.levels)
     for asked in contents:
-        outcome = element.perform(Write(asked), heat.kick if heat else None)
+        outcome = element.perform(Write(asked))
         found = element.chain.configuration
         true = find_level(design, found) if level is None else level(element)
         writes.append(WrittenLevel(asked, outcome, true, wall_position(design, found)))

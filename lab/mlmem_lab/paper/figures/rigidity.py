@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 
 from mlmem.instrument.motion import Cycle
@@ -15,7 +13,6 @@ from mlmem.move_settings import CycleSettings, WriteSettings, select_peak
 from mlmem.physics import CASE_II, Chain, Design, Specimen, find_level
 from mlmem.physics.equilibrium import find_pinned_wall
 
-from ...studies import style
 from ...studies.trace import strain_chain, wall_path
 from ..echoes import PAPER_PROBE, detect_echo, record_echo
 from ..figure import Data, Figure, Judged, Quality, judge_numbers
@@ -45,13 +42,13 @@ def compute_data(quality: Quality) -> Data:
         no level); `difference` (s_min x level), the distance in cells between the mean place of
         the wall at the end of the cycle and that with the rigid substrate; `echo` (s_min), the
         greatest difference of v_1 after a pulse over its amplitude; `delay` (s_min x 2), the
-        echo's delay with the elastic and the rigid substrate; and the paths from level 1.
+        echo's delay with the elastic and the rigid substrate.
     """
     s_min = np.array(quality.pick((100.0, 1000.0), (100.0, 200.0, 400.0, 1000.0, 2000.0, 4000.0)))
     levels = range(quality.pick(2, CASE_II.levels - 1))
     rigid = [_run_cycle(CASE_II, level) for level in levels]
     v = find_pinned_wall(Specimen(CASE_II), 1)
-    moved, difference, paths, echoes, delays = [], [], [], [], []
+    moved, difference, echoes, delays = [], [], [], []
     for s in s_min:
         design = dataclasses.replace(
             CASE_II, s_min=float(s), s_max=3.0 * float(s), substrate='elastic'
@@ -64,7 +61,6 @@ def compute_data(quality: Quality) -> Data:
                 for (path, _), (ideal, _) in zip(cycles, rigid, strict=True)
             ]
         )
-        paths.append(cycles[1][0])
         other, dt = record_echo(
             design, v, PAPER_PROBE, duration=400.0, dt=None, settle=SETTLE_TIME
         )
@@ -76,14 +72,10 @@ def compute_data(quality: Quality) -> Data:
     return {
         's_min': s_min,
         'levels': levels,
-        'by_compression': [CASE_II.is_freed_by_compression(level) for level in levels],
         'moved': np.array(moved, dtype=float),
         'difference': difference,
         'echo': echoes,
         'delay': delays,
-        't': SAMPLE_PERIOD * np.arange(1, len(rigid[1][0]) + 1),
-        'path_rigid': rigid[1][0],
-        'paths': paths,
     }
 
 
@@ -98,38 +90,6 @@ def _run_cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     )
     end = find_level(design, chain.configuration)
     return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan
-
-
-@FIGURE.register_drawing
-def draw_figure(data: Data) -> Any:
-    """Draw a step's paths, and how far the elastic substrate is from the rigid one."""
-    figure = style.new_figure(3.8)
-    left, right = style.axes_grid(figure, 1, 2, width_ratios=(1.1, 1.0))[0]
-    t, s_min = data['t'] / 1e3, data['s_min']
-    shades = mpl.colormaps['viridis'](np.linspace(0.9, 0.0, len(s_min)))
-    for s, path, shade in zip(s_min, data['paths'], shades, strict=True):
-        left.plot(t, path, color=shade, label=f'{s:g}')
-    left.plot(t, data['path_rigid'], color=style.INK_COLOUR, lw=1.0, ls='--', label='rigid')
-    for level in (1, 2):
-        left.axhline(CASE_II.defect_site(level), color=style.FAINT_COLOUR, lw=0.8, zorder=0)
-    left.set(xlabel=style.TIME_LABEL, ylabel='wall $X$ (cells)', ylim=(40, 104))
-    left.legend(title=r'stiffness $s_{\min}/k_r$', ncols=2, loc='upper left')
-    style.label_panel(left, 'a', 'one cycle from level 1')
-    kinds = (('compression', data['by_compression']), ('tension', ~data['by_compression']))
-    for (text, chosen), marker in zip(kinds, 'os', strict=True):
-        good = np.all(data['moved'][:, chosen] == 1, axis=1)
-        y = np.maximum(data['difference'][:, chosen].max(axis=1), 1e-6)
-        right.loglog(s_min, y, color=style.FAINT_COLOUR, lw=1.0)
-        right.loglog(s_min[good], y[good], marker, color=style.ACTIVE_COLOUR, ms=7, label=text)
-        if not good.all():
-            failed = {'color': style.INACTIVE_COLOUR, 'mfc': 'none', 'label': f'{text} fails'}
-            right.loglog(s_min[~good], y[~good], marker, ms=7, **failed)
-    right.loglog(s_min, data['echo'], '^', color=style.MARK_COLOUR, ms=6, label='echo over pulse')
-    right.set(xlabel=r'least stiffness $s_{\min}/k_r$', ylabel='greatest difference (cells)')
-    right.set_ylim(1e-8, 30.0)
-    right.legend(loc='lower left', ncols=2, handletextpad=0.0, columnspacing=0.5)
-    style.label_panel(right, 'b', 'elastic against rigid')
-    return figure
 
 
 @FIGURE.register_claim(
