@@ -6,9 +6,7 @@ Eq. (1a) by the classical Runge-Kutta method of fourth order, at a step much fin
 package's own chains. It may rub as a real element does: dry friction, and damping of the motion
 relative to the substrate instead of the absolute one. Between two set-points it interpolates.
 
-It is the reference for everything that drives an element. Two more integrate the same equations
-because they must share nothing with the rest: `paper.equations`, by which the paper's figures are
-checked, and the solvers of `bench`, which are compared, not trusted.
+It is the reference for everything that drives an element.
 """
 
 from __future__ import annotations

@@ -44,8 +44,6 @@ def find(arguments: argparse.Namespace) -> int:
         return _run_find(arguments)
     except DesignNotFound as error:
         return print_failure('design', error, 2)
-    except (OSError, ValueError) as error:
-        return print_failure('design', error, 1)
 
 
 def prove(arguments: argparse.Namespace) -> int:
@@ -53,17 +51,14 @@ def prove(arguments: argparse.Namespace) -> int:
     designs = [(Path(source).stem, *load_preset(source)) for source in arguments.sources]
     if element := load_element_option(arguments, *designs[0][1:]):
         designs = [(f'{designs[0][0]}-{arguments.element.stem}', *designs[0][1:])]
-    try:
-        return _show_proofs(
-            create_console(aside=arguments.json),
-            designs,
-            arguments,
-            arguments.markdown,
-            arguments.output,
-            element,
-        )
-    except (OSError, ValueError) as error:
-        return print_failure('design', error, 1)
+    return _show_proofs(
+        create_console(aside=arguments.json),
+        designs,
+        arguments,
+        arguments.markdown,
+        arguments.output,
+        element,
+    )
 
 
 def _run_find(arguments: argparse.Namespace) -> int:
@@ -149,9 +144,12 @@ def _show_proofs(
             shared = proof.prepare_bench()
         runs = {f'{k}': (shared, point) for k, point in enumerate(proof.points())}
         file = arguments.folder / f'{name}.jsonl'
-        rows = compute_rows(
-            console, f'{name}: runs', evaluate_run, runs, arguments.jobs, file, shared
-        )
+        try:
+            rows = compute_rows(
+                console, f'{name}: runs', evaluate_run, runs, arguments.jobs, file, shared
+            )
+        except (OSError, ValueError) as error:
+            return print_failure('design', error, 1)
         tally = Tally.of(rows.values())
         proofs.append(table_cells(name, design, settings, tally))
         passed = passed and not tally.errors

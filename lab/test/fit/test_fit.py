@@ -111,8 +111,7 @@ def test_an_element_with_a_law_of_its_own_is_fitted():
     tell the cells to a third of their scatter.
     """
     law = Curve.of(lambda D: SMALL.potential.slope(D) / SMALL.d, -8.0, 3.0, 256)
-    element = hidden(2)
-    element.design = replace(element.design, a=SMALL.a)
+    element = hidden(2, a=SMALL.a)
     found = fit_element(replace(SMALL, law=law), measured(element, duration=200.0))
     alpha = found.x[found.unknowns.alpha]
     assert np.std(alpha / element.strength - 1.0) < 3e-3
@@ -322,7 +321,7 @@ def test_masses_that_differ_are_found_too():
     more = (End.LEFT, 1.2, 4.0, 1, 0.0), (End.RIGHT, 0.65, 6.0, 0, 0.0)
     found = fit_element(SMALL, measured(element, (*SHOTS, *more), duration=900.0))
     assert found.unknowns.masses
-    error = found.x[found.unknowns.mass] - element.mass
+    error = found.x[found.unknowns.mass] - element.specimen.masses
     assert np.std(error) < 1e-3
     assert np.std(found.x[found.unknowns.alpha] / element.strength) < 2e-3
 
@@ -342,8 +341,8 @@ def test_springs_that_differ_less_than_expected_are_found():
     more = (End.LEFT, 1.2, 4.0, 1, 0.0), (End.RIGHT, 0.65, 6.0, 0, 0.0)
     found = fit_element(SMALL, measured(element, (*SHOTS, *more), duration=300.0))
     scatter = found.misfit.scatter['k_r']
-    assert scatter == pytest.approx(np.std(element.k_r), rel=0.3)  # 35 springs: +- 12 %
-    assert np.std(found.x[found.unknowns.k_r] - element.k_r) < 0.4 * scatter
+    assert scatter == pytest.approx(np.std(element.specimen.k_r), rel=0.3)  # 35 springs: +- 12 %
+    assert np.std(found.x[found.unknowns.k_r] - element.specimen.k_r) < 0.4 * scatter
     assert np.std(found.x[found.unknowns.alpha] / element.strength) < 1e-3
 
 

@@ -2,81 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every figure, drawn from small data: a picture with ink on it, a vector file, its data."""
 
-import re
 import xml.etree.ElementTree as ElementTree
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.mathtext import MathTextParser
-from matplotlib.text import Text
-from matplotlib.ticker import FixedLocator
 from PIL import Image
-from sampled import sampled
 
 from mlmem_lab.paper.figure import load_data
 from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME, select_figures
 from mlmem_lab.studies import style
 
 STILL = [figure.name for figure in ALL_FIGURES if figure.ending == 'png']
-DOCS = Path(__file__).parents[3] / 'docs' / 'figures'
 
 
-@pytest.fixture(scope='module')
-def drawn(small):
-    """A function that draws a figure by its name, once."""
-
-    @cache
-    def draw(name):
-        with style.style_context():
-            return FIGURES_BY_NAME[name].draw(small[name])
-
-    return draw
-
-
-@pytest.mark.parametrize('name', sampled(STILL, lambda name: name in ('1c', '4a')))
-def test_a_figure_has_ink_on_it_and_paper(name, drawn):
-    """Of all where it is slow; the next test has what is drawn."""
+@pytest.mark.parametrize('name', STILL)
+def test_every_figure_has_data_in_each_panel(name, small):
     with style.style_context():
-        figure = drawn(name)
-        figure.set_dpi(60)
-        figure.set_layout_engine('none')  # which would draw every word twice
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-    picture = np.asarray(canvas.buffer_rgba())[..., :3].mean(axis=-1)
-    assert picture.shape[0] > 100
-    assert picture.shape[1] == 60 * style.FIGURE_WIDTH_INCHES
-    assert 0.005 < np.mean(picture < 200) < 0.7
-
-
-def written(artist):
-    """Yield the texts of a figure but for numbers at ticks, which are made when they are drawn."""
-    if isinstance(artist, Text):
-        yield artist.get_text()
-    elif isinstance(artist, Axis):
-        yield artist.label.get_text()
-        if isinstance(artist.get_major_locator(), FixedLocator):
-            yield from map(
-                str, artist.get_major_formatter().format_ticks(artist.get_majorticklocs())
-            )
-    else:
-        for child in artist.get_children():
-            yield from written(child)
-
-
-def test_every_figure_is_drawn_as_wide_as_a_page_and_leaves_no_axes_empty(drawn):
-    formulas = set()
-    for name in STILL:
-        figure = drawn(name)
-        assert figure.get_figwidth() == style.FIGURE_WIDTH_INCHES, name
-        assert all(axes.has_data() or axes.texts for axes in figure.axes), name
-        formulas.update(re.findall(r'\$[^$]+\$', ' '.join(written(figure))))
-    assert len(formulas) > 20
-    for formula in formulas:
-        MathTextParser('path').parse(formula)
+        figure = FIGURES_BY_NAME[name].draw(small[name])
+    assert figure.get_figwidth() == style.FIGURE_WIDTH_INCHES
+    assert all(axes.has_data() or axes.texts for axes in figure.axes)
 
 
 def test_a_figure_is_written_as_png_svg_and_data_and_the_same_from_the_same(small, tmp_path):
@@ -108,13 +53,6 @@ def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
             pictures.append(np.asarray(film.convert('L')))
     assert np.any(pictures[0] != pictures[1])
     assert np.any(pictures[1] != pictures[2])
-
-
-def test_the_committed_pictures_are_all_there_and_small():
-    for figure in filter(lambda one: one.ending, ALL_FIGURES):
-        file = DOCS / f'{figure.stem}.{figure.ending}'
-        limit = 2_000_000 if file.suffix == '.gif' else 200_000
-        assert file.stat().st_size < limit, file.name
 
 
 @pytest.mark.parametrize('text', ['2b', '2B', 'fig_2b', 'Fig. 2b', 'Fig.2b'])

@@ -11,7 +11,7 @@ from mlmem import Settings, Write, new_element
 from mlmem.instrument.end import End
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import CycleSettings, WriteSettings
-from mlmem.physics import CASE_II, Chain, Specimen, find_level, find_walls
+from mlmem.physics import CASE_II, Chain, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.readers.echo import EchoDetector
 from mlmem_lab.paper.echoes import (
@@ -51,22 +51,6 @@ def test_a_schedule_ends_where_the_device_ends():
     assert np.nanmax(np.abs(device[: len(bare) // 3] - bare[: len(bare) // 3])) < 2.0
     assert device[-1] == pytest.approx(50.0, abs=0.1)
     assert bare[-1] == pytest.approx(50.0, abs=0.3)
-
-
-def test_levels_are_told_from_everything_else():
-    blank = np.full(CASE_II.N, CASE_II.D_s1)
-    assert find_level(CASE_II, blank) == -1
-    assert find_level(CASE_II, np.full(CASE_II.N, CASE_II.D_s2)) == -2
-    for level in (0, 7):
-        assert find_level(CASE_II, find_pinned_wall(Specimen(CASE_II), level)) == level
-    between = np.where(CASE_II.sites < 37.0, CASE_II.D_s2, CASE_II.D_s1)
-    assert len(find_walls(CASE_II, between)) == 1
-    assert find_level(CASE_II, between) == -2
-    assert (
-        find_level(CASE_II, find_pinned_wall(Specimen(CASE_II), 3)[::-1]) == -2
-    )  # a kink is no level
-    at_the_end = np.where(CASE_II.sites < 225.0, CASE_II.D_s2, CASE_II.D_s1)
-    assert find_level(CASE_II, at_the_end) == -2
 
 
 @pytest.mark.parametrize(('end', 'level'), [(End.LEFT, 0), (End.LEFT, 5), (End.RIGHT, 2)])

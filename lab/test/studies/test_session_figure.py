@@ -34,11 +34,3 @@ def test_the_picture_of_one_write_shows_its_verifying_echo():
     assert measured.get_xydata().tolist() == [[2.0, float(written['delay'])]]
     assert 'left end' in panels['b'].get_title(loc='left')
     assert r'$\Delta_j$' in [axes.get_title() for axes in build_figure(session).get_axes()]
-
-
-def test_the_picture_of_a_session_without_an_echo_or_a_configuration_says_so():
-    session = load_session(DATA / 'life')
-    session.outcomes, session.configuration = [], []
-    titles = [axes.get_title(loc='left') for axes in build_figure(session).get_axes()]
-    assert any('no echo gave a level, left end' in title for title in titles)
-    assert any('configuration not recorded' in title for title in titles)
