@@ -18,12 +18,12 @@ from pathlib import Path
 
 ROOT = VENVS = Path(__file__).resolve().parent.parent
 STAGES = {
-    'demo': ('.venv', '[ros,view]', '', '800 MB in all'),
-    'test': ('.venv', '[ros,view,test,lint,docs]', '[search,cluster]', '1 GB in all'),
-    'test-kilted': ('.venv-kilted', '[kilted,view,test]', '', '900 MB in all'),
+    'demo': ('.venv', '[ros,view]', '800 MB in all'),
+    'test': ('.venv', '[ros,view,test,lint,docs]', '1 GB in all'),
+    'test-kilted': ('.venv-kilted', '[kilted,view,test]', '900 MB in all'),
 }
-"""Of a command: its environment, the extras that it needs, of the package and of its laboratory,
-and the size; each stage of an environment includes those before it."""
+"""Of a command: its environment, the extras that it needs, and the size; each stage of an
+environment includes those before it."""
 ROBOT_ROAD = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
@@ -37,7 +37,7 @@ def main(stage: str = 'demo') -> int:
     Args:
         stage: What it is for, one of `STAGES`.
     """
-    folder, extras, of_lab, size = STAGES[stage]
+    folder, extras, size = STAGES[stage]
     venv = VENVS / folder
     stamp = venv / 'mlmem_ros.stamp'
     told = b''.join((ROOT / each).read_bytes() for each in ('setup.py', 'lab/pyproject.toml'))
@@ -52,7 +52,7 @@ def main(stage: str = 'demo') -> int:
     python = str(venv / 'bin' / 'python')
     install = [python, '-m', 'pip', 'install', '--disable-pip-version-check']
     text = f'installing what "make {stage}" needs: {size}, a minute or two'
-    packages = ['--editable', f'{ROOT}{extras}', '--editable', f'{ROOT}/lab{of_lab}']
+    packages = ['--editable', f'{ROOT}{extras}', '--editable', f'{ROOT}/lab']
     steps = [(text, [*install, *packages])]
     if not current:
         steps.insert(0, (f'making {folder}', [sys.executable, '-m', 'venv', '--clear', str(venv)]))

@@ -129,12 +129,6 @@ def test_a_shell_that_sets_too_little_free_is_silent():
     assert passed[0] < 5
 
 
-def test_a_prediction_weighs_waves_and_silence():
-    told = summarise_speeds(np.array([np.nan, 1.0, 2.0, 3.0]), np.array([0.5, 0.1, 0.3, 0.1]))
-    assert told == {'silent': 0.5, 'median': 2.0, 'low': 1.0, 'high': 3.0}
-    assert summarise_speeds(np.full(2, np.nan), np.full(2, 0.5))['median'] is None
-
-
 def test_particles_of_the_prior_know_no_speed_and_moves_keep_what_is_legal():
     model = Model('viscous', np.random.default_rng(1))
     at = model.draw(6)

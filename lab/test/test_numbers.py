@@ -107,19 +107,6 @@ def test_stale_result_is_listed_with_its_command_and_time(checkout, capsys):
     assert numbers.main(['--check']) == 0
 
 
-@pytest.mark.parametrize('change', ['a new file', 'a lost module'])
-def test_result_is_stale_after_files_come_or_go(change, checkout):
-    file = results.save_result(
-        results.RESULT_FOLDER / 'r.json', {}, 'mlmem make', ['device', 'lab']
-    )
-    assert results.find_stale_entries(results.load_result(file)) == []
-    if change == 'a new file':
-        (checkout / 'device' / 'kink.py').write_text('height = 1')
-    else:
-        (checkout / 'device').rename(checkout / 'instrument')
-    assert results.find_stale_entries(results.load_result(file)) == ['all']
-
-
 def test_picture_is_stale_after_its_result_got_other_numbers(checkout, capsys):
     def save(reads, command):
         results.save_result(

@@ -49,17 +49,6 @@ def test_false_alarms_and_changes_not_told_are_counted():
     assert found['silent'] == [{'seed': 1, 'site': 4, 'wall': 9.0}]
 
 
-def test_a_hidden_element_differs_from_its_design_in_everything_shared():
-    design = preset('bits_1').design
-    found = surveyed.make_hidden_element(design, 0.01, 3)
-    for name in ('d', 'a', 'eta', 's_max', 'j_0'):
-        own = getattr(found.specimen.design, name)
-        assert own != getattr(design, name)
-        assert own == pytest.approx(getattr(design, name), rel=0.03)
-    assert np.std(found.specimen.alpha_factor) == pytest.approx(0.01, rel=0.3)
-    assert found.time_unit != 1.0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize('seed', [0, 19])
 def test_a_surveyed_element_is_found(seed):

@@ -333,8 +333,8 @@ NINE_CELL_SPEEDS = (0.002, 0.0039, 0.007, 0.0106, 0.0146, 0.0191, 0.0241)
 
 
 def nine_cell_kicks(levels: int) -> KickSettings:
-    """Return the kicks of an element of nine cells a level with eta = 1/250, as `mlmem kicks`
-    found them: the end is fastest late, which widens the windows at high speeds.
+    """Return the kicks of an element of nine cells a level with eta = 1/250, as `mlmem study
+    kicks` found them: the end is fastest late, which widens the windows at high speeds.
     """
     speeds = ' '.join(f'{speed:g}' for speed in NINE_CELL_SPEEDS[:levels])
     return KickSettings(speeds, late=0.7, erase_settle=1600.0)

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The benchmarks compare what is equal. No time is asserted here."""
 
-import itertools
 import json
 import shutil
 from types import SimpleNamespace
@@ -12,8 +11,8 @@ import pytest
 
 from mlmem_lab import bench
 from mlmem_lab.bench import BENCHMARK_NAMES, import_benchmark, recorder, select_benchmarks
-from mlmem_lab.bench.kernel import TIME_STEP, NoCompiler, Problem, c_runner, numpy_runner
-from mlmem_lab.bench.measure import Comparison, Contender, Entry, Spread, measure_contenders
+from mlmem_lab.bench.kernel import TIME_STEP, Problem, c_runner, numpy_runner
+from mlmem_lab.bench.measure import Comparison, Entry, Spread
 from mlmem_lab.bench.node_process import NodeProcess
 from mlmem_lab.bench.recorder import build_traffic
 from mlmem_ros.bag.reader import BagReader
@@ -35,20 +34,6 @@ def test_every_kernel_makes_the_same_steps(problem, make):
     np.testing.assert_allclose(other.displacements(), chain.v, rtol=0, atol=1e-12)
 
 
-@pytest.mark.skipif(shutil.which('gcc') is None, reason='gcc is missing')
-def test_the_c_program_leaves_the_processors_arithmetic_alone(problem):
-    """What -ffast-math does to denormal numbers must not reach our own kernels."""
-    c_runner(problem)
-    assert np.float64(5e-324) * np.float64(1.0) > 0.0
-    assert np.finfo(np.float64).tiny / np.float64(2.0) > 0.0
-
-
-def test_without_a_compiler_the_c_program_says_so(monkeypatch, problem):
-    monkeypatch.setattr(shutil, 'which', lambda _: None)
-    with pytest.raises(NoCompiler, match='gcc is missing'):
-        c_runner(problem)
-
-
 @pytest.mark.parametrize('name', recorder.WRITERS_BY_NAME)
 def test_every_writer_records_all_messages(tmp_path, name):
     messages = build_traffic(1.0)
@@ -59,16 +44,6 @@ def test_every_writer_records_all_messages(tmp_path, name):
     counts = {topic: info.message_count for topic, info in reader.topics.items()}
     assert sum(counts.values()) == len(messages) == 303
     assert counts['/mlmem/field'] == 100
-
-
-def test_contenders_take_turns(monkeypatch):
-    calls = []
-    ticks = itertools.count()
-    contenders = [Contender(n, lambda n=n: calls.append(n), work=2.0) for n in 'ab']
-    monkeypatch.setattr('mlmem_lab.bench.measure.LEAST_SECONDS', 0.0)
-    entries = measure_contenders(contenders, 2, scale=10.0, clock=lambda: float(next(ticks)))
-    assert ''.join(calls) == 'aabb' + 'ab' + 'ba'  # twice to warm up, then there and back
-    assert [entry.samples for entry in entries] == [(5.0, 5.0), (5.0, 5.0)]
 
 
 def test_a_ratio_is_taken_round_by_round():

@@ -47,11 +47,6 @@ def test_a_figure_is_good_only_on_a_quiet_machine():
     assert MEASURED_FIGURES['memory'].verdict(1e9, 0.0) == ''
 
 
-def test_every_figure_has_a_name_of_its_own():
-    """A result file tells them apart by it."""
-    assert len({figure.name for figure in MEASURED_FIGURES.values()}) == len(MEASURED_FIGURES)
-
-
 @pytest.fixture
 def comparison():
     entries = [
@@ -59,13 +54,6 @@ def comparison():
         _build_entry('worst', [(9, 0)]),
     ]
     return Comparison('node', '', 'value', '', entries, measured=False)
-
-
-def test_the_load_stands_beside_the_figure(comparison):
-    first, second = comparison.entries
-    assert first.values == {'others': 80.0}
-    assert first.verdict == 'not judged: the machine was busy'
-    assert second.verdict == ''
 
 
 def test_a_result_file_has_a_column_for_every_processor(comparison, tmp_path):

@@ -34,7 +34,6 @@ from mlmem_lab.fit.fitted import (
 )
 from mlmem_lab.fit.misfit import LEAST_DRIFT, WHOLE_WINDOW
 from mlmem_lab.fit.trusted import list_doubts, needs_term
-from mlmem_lab.twins.surveyed import survey_element
 
 from .truth import SHOTS, SMALL, hidden, measured
 
@@ -89,10 +88,6 @@ def test_a_fit_from_another_process_knows_its_shots_apart(fitted):
     key = id(shots[4]), 20.0, 0.0
     forward._predicted[key] = shots[0], forward.predict(shots[0], 20.0)
     assert (forward.predict(shots[4], 20.0) != forward.predict(shots[0], 20.0)).any()
-
-
-def test_what_only_alpha_d_tells_is_named(fitted):
-    assert 'only alpha_j d acts' in fitted[2].untold[0]
 
 
 def jittering(shots):
@@ -187,13 +182,6 @@ def test_gains_that_drift_are_noticed_though_cells_bend_to_them(fitted):
     assert needs_term(bent)
     assert bent.missing.term == 'drift'
     assert not needs_term(found)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(('drift', 'seed'), [('0.1', 81400), ('0.1', 81402), ('0.5', 81404)])
-def test_an_element_that_bends_to_drifting_gains_is_fitted(drift, seed):
-    """Those two behind a driver, and one that had a wall put beside its place."""
-    assert survey_element('bits_4', 0.01, seed, f'gains drift by {drift} %')['inside'] > 0.9
 
 
 def test_a_wall_is_found_before_its_phase_is_known(fitted):
@@ -307,12 +295,6 @@ def test_jitter_does_not_explain_what_the_noise_explains(fitted, monkeypatch):
     found = fitted[2]
     found = replace(found, slopes=found.misfit.slopes(found.x, WHOLE_WINDOW))
     assert missing_term(found)[1].startswith('nothing that was tried explains it')
-
-
-@pytest.mark.slow
-def test_jitter_is_named_where_the_element_is_not_known():
-    with pytest.raises(Misfitting, match=JITTER):
-        fit_element(SMALL, jittering(measured(hidden(1), duration=150.0)))
 
 
 @pytest.mark.slow

@@ -4,18 +4,13 @@
 
 import json
 import pickle
-import subprocess
-import sys
-import xml.etree.ElementTree as ElementTree
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext
 
 import pytest
 
 from mlmem_lab import study
-from mlmem_lab.paper.figure import Quality
-from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME, make_figure
-from mlmem_lab.results import find_stale_entries
+from mlmem_lab.paper.gallery import ALL_FIGURES, FIGURES_BY_NAME
 from mlmem_tools.cli.main import main
 
 ENDINGS = ('npz', 'png', 'svg')
@@ -80,21 +75,3 @@ def test_the_list_names_every_figure(capsys):
     assert main(['figures', '--list']) == 0
     names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
     assert names == [figure.name for figure in ALL_FIGURES]
-
-
-@pytest.mark.slow
-def test_all_of_them_with_their_result_file(tmp_path):
-    command = [sys.executable, '-m', 'mlmem_tools.cli.main', 'figures', '--draft']
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
-    found = json.loads((tmp_path / 'reproduction' / 'paper.json').read_text(encoding='utf-8'))
-    assert found['command'] == 'mlmem figures --draft'
-    assert find_stale_entries(found) == []
-    assert f'{len(ALL_FIGURES)}/{len(ALL_FIGURES)}' in done.stdout
-    make_figure('3a', Quality.DRAFT, tmp_path)
-    for figure in filter(lambda one: one.ending, ALL_FIGURES):
-        (drawn,) = (tmp_path / 'reproduction' / 'figures').glob(f'{figure.stem}.[gs]*')  # gif, svg
-        if drawn.suffix == '.svg':
-            assert len(list(ElementTree.parse(drawn).getroot().iter())) > 100
-        if figure.name == '3a':
-            assert drawn.read_bytes() == (tmp_path / 'figures' / drawn.name).read_bytes()

@@ -70,14 +70,6 @@ def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
     assert [row['error'] for row in prove(proof, *last)] == ['', '', '']
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize('bits', [1, 2, 4])
-def test_a_shipped_element_is_proven(bits):
-    tally = Tally.of(prove(Proof(*load_preset(f'bits_{bits}'))))
-    assert tally.errors == ()
-    assert tally.upward == (2**bits, 2**bits)
-
-
 def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above():
     sixteen = preset('bits_4').design
     thirty_two = dataclasses.replace(sixteen, N=369, tail=72)

@@ -47,16 +47,6 @@ def test_slams_are_rare_and_loud():
     assert 0.005 < loud.mean() < 0.05
 
 
-def test_sensor_noise_shakes_nothing():
-    assert not course(Shaking('noise', 1e-5), 10).any()
-
-
-def test_the_seed_determines_a_course():
-    white = Shaking('white', 1.0)
-    np.testing.assert_array_equal(course(white, 50, 3), course(white, 50, 3))
-    assert (course(white, 50, 3) != course(white, 50, 4)).any()
-
-
 def test_counts_add_up():
     counts = Counts(right=3, undecodable=1, blocks=1, ticks=10)
     other = Counts(right=1, wrong=1, blocks=1, wrong_blocks=1)
@@ -83,24 +73,3 @@ def test_a_short_element_is_waited_for_longer_than_its_echo_takes():
 def test_a_wall_that_was_shaken_off_is_not_counted():
     counts = count(CASE_II, Settings(), Shaking('sine', 400.0, 16.0), 'left', 3, 1, seed=1)
     assert (counts.reads, counts.moved) == (0, 1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize('name', ['case_2', 'bits_4', 'bits_1'])
-@pytest.mark.parametrize(
-    'shaking',
-    [
-        Shaking('white', 1.0), Shaking('white', 6.0), Shaking('sine', 3.0, 125.0),
-        Shaking('sine', 3.0, 229.0), Shaking('sine', 3.0, 247.0), Shaking('walk', 3.0),
-        Shaking('walk', 30.0), Shaking('slams', 10.0), Shaking('noise', 1e-5),
-    ],
-    ids=str,
-)  # fmt: skip
-def test_no_read_of_a_shaken_element_lies(name, shaking):
-    design, settings = load_preset(name)
-    everything = Counts()
-    for end in ('right', 'left') if name == 'case_2' else ('right',):
-        for level in range(design.levels):
-            everything.add(count(design, settings, shaking, end, level, 5, seed=level))
-    assert everything.wrong == 0
-    assert everything.moved == 0
