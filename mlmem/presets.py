@@ -1,8 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The shipped elements as designs with settings, by name; docs/presets.md says what they are for.
+"""The shipped elements as designs with settings, by name.
 
-A file is loaded when its element is first needed.
+docs/reference/elements.md says what they are for. A file is loaded when its element is first
+needed.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@
 
 They are the actions, mlmem_interfaces, and the part of the standard simulation_interfaces that a
 node serves, which is in no wheel. It needs cmake, a C++ compiler and a minute. The result is kept
-in the user's cache. A robot builds the first by colcon instead (docs/actions.md) and has the
+in the user's cache. A robot builds the first by colcon instead (docs/robot.md) and has the
 second from apt.
 """
 

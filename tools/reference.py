@@ -1,20 +1,23 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Write the pages of docs/reference and the SROS 2 policy from the code.
+"""Write the generated parts of docs/reference and the SROS 2 policy from the code.
 
 .venv/bin/python tools/reference.py
+
+A page is written by hand, but for the parts between `<!-- generated: NAME -->` and
+`<!-- /generated -->`, which the functions of `reference_pages` return by name.
 """
 
 import re
 from pathlib import Path
 
-from reference_pages.commands import commands_page
-from reference_pages.elements import checks_page, presets_page
-from reference_pages.files import files_page
-from reference_pages.interface import actions_page, diagnostics_page, services_page, topics_page
-from reference_pages.parameters import parameters_page, settings_page
-from reference_pages.problems import standard_problems_page
-from reference_pages.rig import rig_page
+from reference_pages.commands import generate_commands
+from reference_pages.elements import generate_checks, generate_elements
+from reference_pages.files import generate_files
+from reference_pages.interface import generate_interfaces
+from reference_pages.parameters import generate_parameters
+from reference_pages.problems import generate_standard_problems
+from reference_pages.rig import generate_rig
 
 from mlmem_ros.contract import services
 from mlmem_ros.contract.commands import COMMAND_TOPICS
@@ -25,26 +28,39 @@ ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / 'docs' / 'reference'
 POLICY = ROOT / 'config' / 'sros2_policy.xml'
 
-GENERATED = '<!-- Made by tools/reference.py from the code; edit that. -->\n\n'
+GENERATED_PART = re.compile(r'(<!-- generated: ([^>]+) -->\n).*?(<!-- /generated -->)', re.DOTALL)
+"""A part of a page and the comments around it."""
+
+PAGE_PARTS = {
+    'checks.md': generate_checks,
+    'commands.md': generate_commands,
+    'elements.md': generate_elements,
+    'files.md': generate_files,
+    'interfaces.md': generate_interfaces,
+    'parameters.md': generate_parameters,
+    'rig.md': generate_rig,
+    'standard_problems.md': generate_standard_problems,
+}
+"""The functions that return the parts of a page by name."""
 
 
 def pages() -> dict[str, str]:
-    """Return every page by the name of its file."""
-    made = {
-        'topics.md': topics_page(),
-        'services.md': services_page(),
-        'actions.md': actions_page(),
-        'diagnostics.md': diagnostics_page(),
-        'parameters.md': parameters_page(),
-        'settings.md': settings_page(),
-        'commands.md': commands_page(),
-        'files.md': files_page(),
-        'rig.md': rig_page(),
-        'checks.md': checks_page(),
-        'presets.md': presets_page(),
-        'standard_problems.md': standard_problems_page(),
-    }
-    return {name: GENERATED + text for name, text in made.items()}
+    """Return every page with generated parts, up to date, by the name of its file.
+
+    Raises:
+        ValueError: A page and its function have parts of different names.
+    """
+    return {name: place_parts(name, generate()) for name, generate in PAGE_PARTS.items()}
+
+
+def place_parts(name: str, parts: dict[str, str]) -> str:
+    """Return a page with these parts in place of the old ones."""
+    text = (FOLDER / name).read_text(encoding='utf-8')
+    if wrong := {found[2] for found in GENERATED_PART.finditer(text)} ^ set(parts):
+        raise ValueError(f'{name} and its function must name the same parts; got {sorted(wrong)}')
+    return GENERATED_PART.sub(
+        lambda found: f'{found[1]}\n{parts[found[2]].strip()}\n\n{found[3]}', text
+    )
 
 
 def policy() -> str:
@@ -86,7 +102,6 @@ def policy() -> str:
 
 
 if __name__ == '__main__':
-    FOLDER.mkdir(exist_ok=True)
     for name, text in pages().items():
         (FOLDER / name).write_text(text, encoding='utf-8')
         print(f'docs/reference/{name}')

@@ -101,7 +101,7 @@ def test_numbers_of_case_ii(case_ii):
     (held,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(225)).energy
     assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
     ours = case_ii['peierls_nabarro'].values
-    assert ours['barrier'] == pytest.approx(1.1669e-5, rel=0.01)  # SciPy, docs/reference/claims.md
+    assert ours['barrier'] == pytest.approx(1.1669e-5, rel=0.01)  # SciPy, lab/results/paper.json
     assert ours['gradient force'] == pytest.approx(4e-4 / 3 * energy / 2, rel=1e-6)
     bands = case_ii['bands'].values
     assert bands['s1 to'] == pytest.approx(2.0542, abs=1e-4)
@@ -178,7 +178,7 @@ def test_printed_carrier_is_in_neither_band():
 @pytest.mark.parametrize(
     ('s_min', 'substrate', 'verdict'),
     [
-        (100.0, 'elastic', Verdict.FAIL),  # a cycle makes 4 of 7 steps (docs/reference/claims.md)
+        (100.0, 'elastic', Verdict.FAIL),  # a cycle makes 4 of 7 steps (lab/results/paper.json)
         (400.0, 'elastic', Verdict.FAIL),  # so does this
         (100.0, 'rigid', Verdict.WARN),  # the model knows nothing of it, a built one would
         (1000.0, 'elastic', Verdict.PASS),  # all steps

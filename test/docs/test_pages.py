@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / 'README.md',
     ROOT / 'docs' / 'build_one.md',
-    ROOT / 'docs' / 'testing.md',
+    ROOT / 'docs' / 'faults.md',
     *sorted((ROOT / 'docs' / 'tutorials').glob('*.md')),
 ]
 

@@ -4,7 +4,8 @@
 
 import argparse
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Collection, Iterator
 
 from mlmem_ros.ros import main
 from mlmem_tools.cli import laboratory
@@ -12,27 +13,24 @@ from mlmem_tools.cli.commands import SUBCOMMAND_NAMES, build_parser
 
 from .table import table
 
+MIN_COMMON_COMMANDS = 4
+"""An option that so many commands take with the same meaning is described once."""
 
-def commands_page() -> str:
-    """Return every option of every command."""
-    own = ''.join(
-        _command(each, summary) for each, summary in _sub(build_parser(SUBCOMMAND_NAMES))
-    )
-    others = ''.join(
-        _command(each, text, 3)
-        for each, text in _sub(build_parser(laboratory.LABORATORY_COMMANDS))
-    )
-    nodes = ''.join(
-        _command(each) for each in (main.build_node_parser(), main.build_bank_parser())
-    )
-    return (
-        '# Commands\n\n'
-        'Where ROS is installed by apt, put `ros2 run mlmem_ros` before each of them. '
-        'Exit status: 0 success, 1 failure, 2 a wrong command line, '
-        '130 interrupted; of a node: 0 everything saved, 1 it could not start, 2 a wrong command '
-        f'line, 3 it could not save.\n\n{nodes}{own}'
-        f'## The laboratory\n\nCommands of the package mlmem_lab.\n\n{others}'
-    )
+
+def generate_commands() -> dict[str, str]:
+    """Return every option of every command, and those that many commands take."""
+    own = [*_sub(build_parser(SUBCOMMAND_NAMES))]
+    others = [*_sub(build_parser(laboratory.LABORATORY_COMMANDS))]
+    nodes = [(each, '') for each in (main.build_node_parser(), main.build_bank_parser())]
+    every = [command for top, _ in own + others + nodes for command in _walk(top)]
+    counts = Counter(row for command in every for row in _options(command))
+    common = {row for row, count in counts.items() if count >= MIN_COMMON_COMMANDS}
+    rows = [list(row) for row in counts if row in common]
+    return {
+        'common options': table(['option', 'meaning'], rows),
+        'commands': ''.join(_command(each, text, common) for each, text in nodes + own),
+        'laboratory': ''.join(_command(each, text, common, 3) for each, text in others),
+    }
 
 
 def _sub(parser: argparse.ArgumentParser) -> Iterator[tuple[argparse.ArgumentParser, str]]:
@@ -44,22 +42,39 @@ def _sub(parser: argparse.ArgumentParser) -> Iterator[tuple[argparse.ArgumentPar
                 yield each, summaries.get(name, '')
 
 
-def _command(command: argparse.ArgumentParser, summary: str = '', depth: int = 2) -> str:
-    rows = [
-        [f'`{_spelt(action)}`', _help(command, action)]
-        for action in command._actions
+def _walk(command: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    """Yield a command and all commands below it."""
+    yield command
+    for each, _ in _sub(command):
+        yield from _walk(each)
+
+
+def _options(command: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
+    """Yield how an option is written, and what it means."""
+    for action in command._actions:
         if not isinstance(
             action, argparse._HelpAction | argparse._VersionAction | argparse._SubParsersAction
-        )
-    ]
+        ):
+            yield f'`{_spelt(action)}`', _help(command, action)
+
+
+def _command(
+    command: argparse.ArgumentParser,
+    summary: str,
+    common: Collection[tuple[str, str]],
+    depth: int = 2,
+) -> str:
+    rows = [list(row) for row in _options(command) if row not in common]
+    shared = ', '.join(row[0].split()[0].strip('`') for row in _options(command) if row in common)
     about = (command.description or f'{summary}.').strip().removeprefix(f'`{command.prog}`: ')
     parts = [
         f'{"#" * depth} `{command.prog}`',
         about[:1].upper() + about[1:],
         table(['option', 'meaning'], rows) if rows else '',
+        f'Common options: `{shared}`.' if shared else '',
         command.epilog or '',
     ]
-    below = ''.join(_command(each, text, depth + 1) for each, text in _sub(command))
+    below = ''.join(_command(each, text, common, depth + 1) for each, text in _sub(command))
     return '\n\n'.join(part for part in parts if part) + '\n\n' + below
 
 

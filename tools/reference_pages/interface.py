@@ -32,25 +32,42 @@ from .table import table
 INTERFACES = Path(__file__).resolve().parents[2] / 'mlmem_interfaces' / 'action'
 
 
-def topics_page() -> str:
-    """Return every topic, heard and published."""
-    head = ['name', 'type', 'QoS', 'meaning']
+def generate_interfaces() -> dict[str, str]:
+    """Return the tables of topics, services, actions, answers and diagnostics."""
+    published = (*topics.STREAM_TOPICS, *topics.VIEW_TOPICS, topics.DIAGNOSTICS_TOPIC)
+    requests = [
+        [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
+        for name, takes in services.REQUEST_ARGUMENTS.items()
+    ]
+    return {
+        'subscribed': _topics(topics.COMMAND_TOPICS),
+        'published': _topics(published),
+        'services': _services(services.NODE_SERVICES),
+        'simulator': _services(services.SIMULATOR_SERVICES),
+        'requests': table(['procedure', 'arguments'], requests),
+        'answers': table(['value', 'answer of', 'meaning'], _list_values()),
+        'write action': _format_action('Write'),
+        'actions': table(['action', 'what it does', 'goal', 'result'], _list_actions()),
+        'diagnostics': _list_diagnostics(),
+    }
 
-    def rows(chosen: Iterable[Topic]) -> Iterator[list[str]]:
-        for topic in chosen:
-            name = topic.name if topic.name.startswith('/') else f'~/{topic.name}'
-            yield [f'`{name}`', _type(topic.type), _qos(topic), topic.meaning]
 
-    published = (*STREAMS.values(), DIAGNOSTICS_TOPIC)
-    return (
-        '# Topics\n\n'
-        'All topics but `/diagnostics` are below the name of the node: `~/level` is '
-        '`/mlmem/level` by default.\n\n'
-        f'## The node listens to\n\n{table(head, rows(COMMAND_TOPICS))}\n\n'
-        '## The node publishes\n\n'
-        f'{table(head, rows(published))}\n\n'
-        'Images and markers are made only while somebody subscribes to them.\n'
-    )
+def _topics(chosen: Iterable[Topic]) -> str:
+    rows = [
+        [
+            f'`{topic.name}`' if topic.name.startswith('/') else f'`~/{topic.name}`',
+            _type(topic.type),
+            _qos(topic),
+            topic.meaning,
+        ]
+        for topic in chosen
+    ]
+    return table(['name', 'type', 'QoS', 'meaning'], rows)
+
+
+def _services(chosen: Iterable[tuple[str, str, str]]) -> str:
+    rows = [[f'`~/{name}`', _type(kind), meaning] for name, kind, meaning in chosen]
+    return table(['name', 'type', 'meaning'], rows)
 
 
 def _type(name: str) -> str:
@@ -64,44 +81,7 @@ def _qos(topic: Topic) -> str:
     return f'{qos.reliability}, {qos.durability}, {depth}'.replace('_', ' ')
 
 
-def services_page() -> str:
-    """Return every service, and what `~/request` takes."""
-    rows = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.NODE_SERVICES]
-    simulator = [
-        [f'`~/{name}`', _type(kind), told] for name, kind, told in services.SIMULATOR_SERVICES
-    ]
-    asked = [
-        [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
-        for name, takes in services.REQUEST_ARGUMENTS.items()
-    ]
-    return (
-        '# Services\n\n'
-        f'{table(["name", "type", "meaning"], rows)}\n\n'
-        '## What `~/request` takes\n\n'
-        f'The parameter `{services.NAME_ARGUMENT}` (string) names the procedure; the others are '
-        f'its '
-        'arguments.\n\n'
-        f'{table(["procedure", "arguments"], asked)}\n\n'
-        '`end` is `left`, `right` or `both`, by default `read.end`. `follow` moves the strain '
-        'through points: `times` in s from its first tick, `strains` (tension positive), and '
-        '`rates` in 1/s, or none for straight lines. `on` starts or ends a recording; `path` is '
-        'by default `record.path`.\n\n'
-        '## A simulator by the standard\n\n'
-        'Where `simulation_interfaces` is installed (`ros-jazzy-simulation-interfaces`), each '
-        'node, those of a bank too, answers its services; a step is a tick. The action '
-        f'`~/{services.STEPS_ACTION}`, of a node that serves `actions`, tells of every step, and '
-        f'its '
-        'cancel ends it with the next one.\n\n'
-        f'{table(["name", "type", "meaning"], simulator)}\n\n'
-        '## What an answer holds\n\n'
-        'The JSON object of a service, the texts of `~/outcome` and the result of an action hold '
-        'these values, and so does what a client makes of them; `[1]` marks a number without '
-        'unit. What is not known is left out, or is null.\n\n'
-        f'{table(["value", "answer of", "meaning"], _held())}\n'
-    )
-
-
-def _held() -> Iterator[list[str]]:
+def _list_values() -> Iterator[list[str]]:
     """Yield a row for every value that an answer of a procedure holds."""
     known = {name: answers.ANSWER_TYPES.get(name, answers.Decoded) for name in PROCEDURES}
     rows = {name: dict(answers.describe_fields(kind)) for name, kind in known.items()}
@@ -116,21 +96,43 @@ def _held() -> Iterator[list[str]]:
         yield [names, whose if few else f'all but {whose}', row.text + unit]
 
 
-def actions_page() -> str:
-    """Return the definitions of the actions, without their licence."""
-    told = [
-        '# Actions',
-        'The package `mlmem_interfaces` defines them: [how to build and use it](../actions.md). '
-        'Units are in brackets; `[1]` marks a number without unit.',
+def _read_action(kind: str) -> list[str]:
+    """Return the lines of an action without its licence; the first says what it does."""
+    return (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()[3:]
+
+
+def _format_action(kind: str) -> str:
+    return '\n'.join(['```', *_read_action(kind)[1:], '```'])
+
+
+def _list_fields(kind: str) -> list[list[str]]:
+    """Return the names of the fields of goal, result and feedback."""
+    sections = '\n'.join(_read_action(kind)[1:]).split('\n---\n')
+    return [
+        [line.split()[1] for line in section.splitlines() if ' = ' not in line.split('#')[0]]
+        for section in sections
     ]
+
+
+def _list_actions() -> Iterator[list[str]]:
+    """Yield a row for every action but Write, with what differs from Write."""
+    _, written, _ = _list_fields('Write')
     for name, kind in ACTION_TYPE_NAMES.items():
-        lines = (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()
-        about, definition = lines[3].removeprefix('# '), '\n'.join(lines[4:])
-        told += [f'## `~/{name}`: {kind}', about, f'```\n{definition}\n```']
-    return '\n\n'.join(told) + '\n'
+        if kind == 'Write':
+            continue
+        goal, result, _ = _list_fields(kind)
+        shared = [field for field in result if field in written]
+        own = [f'`{field}`' for field in result if field not in written]
+        first = 'as `Write`' if shared == written else ', '.join(f'`{field}`' for field in shared)
+        yield [
+            f'`~/{name}`: {kind}',
+            _read_action(kind)[0].removeprefix('# '),
+            ', '.join(f'`{field}`' for field in goal),
+            ', '.join([first, *own]),
+        ]
 
 
-def diagnostics_page() -> str:
+def _list_diagnostics() -> str:
     """Return the values of every status, taken from an element that has just been read."""
     element = new_element(preset('bits_1'))
     element.perform(Read())
@@ -154,15 +156,7 @@ def diagnostics_page() -> str:
         [name, ', '.join(f'`{key}`' for key in health.values) or '-', _first_line(tell)]
         for name, (tell, health) in asked.items()
     ]
-    return (
-        '# Diagnostics\n\n'
-        'The node publishes one status for each component on `/diagnostics`, once a second. '
-        f'`hardware_id` is its full name. A warning stays for {diagnostics.WARNING_HOLD_REPORTS} '
-        f'reports after '
-        'its cause has gone.\n\n'
-        f'{table(["status", "values", "meaning"], rows)}\n\n'
-        '`faults` has a value for each fault that is set.\n'
-    )
+    return table(['status', 'values', 'meaning'], rows)
 
 
 def _first_line(function: Any) -> str:

@@ -16,45 +16,26 @@ from .table import table
 HEAD = ['parameter', 'default', 'unit', 'range', 'meaning']
 
 
-def parameters_page() -> str:
-    """Return every parameter of the node."""
+def generate_parameters() -> dict[str, str]:
+    """Return every parameter of the node, and the names of failures."""
     groups: dict[str, list[list[str]]] = {}
     for name, default, description in declare_parameters():
         legal = '-1 to p - 1' if name == 'target_level' else _range(description)
         row = [f'`{name}`', _default(default), description.unit, legal, description.text]
         groups.setdefault(name.rpartition('.')[0], []).append(row)
     tables = '\n'.join(
-        f'## {f"`{group}.*`" if group else "The node"}\n\n{table(HEAD, rows)}\n'
+        f'### {f"`{group}.*`" if group else "The node"}\n\n{table(HEAD, rows)}\n'
         for group, rows in groups.items()
     )
-    return (
-        '# Parameters\n\n'
-        'These are the parameters of the node. What belongs to an element is in its file: see '
-        '[Settings of an element](settings.md).\n\n'
-        '`target_level`, `target_word`, `time.speed`, '
-        '`write.method`, `service_configure_introspection`, `faults.*` and `record.*`, except '
-        '`record.hash_every`, may be set at any time, all others only while unconfigured.\n\n'
-        f'{tables}\n'
-        f'## Failures by name\n\n{_failures()}\n'
-    )
+    return {'parameters': tables, 'failures': _failures()}
 
 
-def settings_page() -> str:
+def list_settings() -> str:
     """Return every value of an element file that is not one of the individual element."""
     groups = {'design': CASE_II, **Settings().groups()}
-    tables = '\n'.join(
-        f'## `{group}`\n\n{table(["key", *HEAD[1:]], list(_rows(owner)))}\n'
+    return '\n'.join(
+        f'### `{group}`\n\n{table(["key", *HEAD[1:]], list(_rows(owner)))}\n'
         for group, owner in groups.items()
-    )
-    return (
-        '# Settings of an element\n\n'
-        'These are the keys of an [element file](files.md#element), by group. A file may start '
-        'from a shipped element and hold only the values that differ:\n\n'
-        '```yaml\nformat: 1\nbased_on: case_2\nscale: {time: 2.0e-4}\n```\n\n'
-        'Defaults of the design are those of `case_2`. A list of numbers is a YAML list. '
-        'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
-        '`scale.length` metres each.\n\n'
-        f'{tables}'
     )
 
 

@@ -11,30 +11,22 @@ from mlmem_lab.standard_problems import verdict
 from .table import table
 
 
-def standard_problems_page() -> str:
+def generate_standard_problems() -> dict[str, str]:
     """Return the statements in the docstrings of the problems, and our answers."""
-    title, rules = _paragraphs(standard_problems)
-    told = []
+    statements = []
     for number, problem in enumerate(standard_problems.ALL_PROBLEMS, 1):
         name, statement = _paragraphs(problem.solve)
         head = f'## {number}. `{problem.name}`: {name[0].lower()}{name[1:-1]}'
-        told.append(f'{head}\n\n{statement} Step {problem.step:g}.')
+        statements.append(f'{head}\n\n{statement} Step {problem.step:g}.')
     answers = [
         [f'`{one.problem}`', one.quantity, f'{one.value:.7g}', f'{one.error:.1g}']
         for one in verdict.read(verdict.ANSWERS_FILE)
     ]
-    parts = [
-        '# Standard problems',
-        title,
-        'Solve any of them with your code, write a CSV file with the columns `problem, quantity, '
-        'value`, and `mlmem standard_problems FILE` judges it: right is within '
-        f'{100.0 * verdict.MAX_RELATIVE_ERROR:g} % of our answer, or within ten times its error.',
-        rules,
-        *told,
-        '## Our answers',
-        table(['problem', 'quantity', 'value', 'error'], answers),
-    ]
-    return '\n\n'.join(parts) + '\n'
+    return {
+        'rules': _paragraphs(standard_problems)[1],
+        'problems': '\n\n'.join(statements),
+        'answers': table(['problem', 'quantity', 'value', 'error'], answers),
+    }
 
 
 def _paragraphs(described: Any) -> tuple[str, str]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot keeps its gait only in the memory: through a crash, a slow write, a stuck actuator.
 
-Memory and behaviour run in this process; docs/testing.md explains the tools.
+Memory and behaviour run in this process; docs/faults.md explains the tools.
 """
 
 import threading

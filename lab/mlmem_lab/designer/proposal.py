@@ -17,10 +17,10 @@ What is chosen, and why:
 - eta is 1/250, or less if the farthest echo needs it.
 - Peaks and times follow from what frees walls and kinks. A write places the wall gently: up,
   hardly a hold, and nearly all the way back while the next defect pulls the wall in; no time is
-  then needed to settle (docs/presets.md). An erase moves kink and wall, and separates them by its
-  tension, which has less margin: it goes slowly up, holds, and goes slowly back. The far end of an
-  element is shaken by N times the strain: ramps are long enough that its acceleration is small
-  compared with the pins, and last some damping times.
+  then needed to settle (docs/moving_walls.md). An erase moves kink and wall, and separates them by
+  its tension, which has less margin: it goes slowly up, holds, and goes slowly back. The far end
+  of an element is shaken by N times the strain: ramps are long enough that its acceleration is
+  small compared with the pins, and last some damping times.
 """
 
 from __future__ import annotations

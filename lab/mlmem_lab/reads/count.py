@@ -35,7 +35,7 @@ from ..studies.tolerance.estimate import Rate
 from ..study import Study
 
 SCATTER_BY_SPACING = {25: 8e-5, 9: 4e-3}
-"""Scatter of alpha at which one step in a thousand fails, by cells per level (tolerance.md)."""
+"""Scatter of alpha at which one step in a thousand fails, by cells per level (docs/limits.md)."""
 
 DESIGN_PREFIX = 'levels_'
 """A design is named by this and its number of levels."""
