@@ -23,7 +23,8 @@ from .procedure_table import CONTENT_NAMES, describe_content
 from .readers.calibration import Calibration
 from .readers.decoding import decode_echoes, make_undecodable, primary_end
 from .readers.echo import Echo
-from .readers.reading import UNDECODABLE, Reading, Unknown
+from .readers.reader import choose_reader
+from .readers.reading import BLANK, UNDECODABLE, Reading, Unknown
 from .schema import describe_field
 from .settings import Settings
 
@@ -141,14 +142,9 @@ class Memory(Instrument):
         self.twin = twin
 
     @property
-    def words(self) -> int:
-        """How many contents it tells apart, as numbers from 0: levels if it holds one wall."""
-        return self.design.levels if self.register is None else self.register.code.words
-
-    @property
     def content_name(self) -> str:
         """What its content is called: `level` of one wall, or `word` of a register."""
-        return CONTENT_NAMES[self.register is not None]
+        return CONTENT_NAMES[self.reader.holds_words]
 
     def describe_content(self, content: int) -> str:
         """Return a content in words: a word of a register, or a level."""

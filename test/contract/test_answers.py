@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem import Outcome, Reading, describe_level
+from mlmem import Outcome, Reading
 from mlmem_ros.contract import answers, calls
 from mlmem_ros.contract.answers import (
     Calibrated,

@@ -77,7 +77,7 @@ def written(element, level):
 def test_stuck_cell_near_level_3_leaves_levels_before_it(method):
     """Up, down and blank, by strain and by kicks; without the forecast no read succeeds."""
     element = element_with('case_2', str(STUCK_CELL), Faults(stuck_cell=STUCK_CELL), method)
-    assert element.bad_cells.usable == (0, 1, 2)
+    assert element.reader.forecasts.usable == (0, 1, 2)
     for level in (2, 0, BLANK, 1):
         assert written(element, level) == (True, level, level)
     with pytest.raises(Refused, match='level 4 cannot be reached: cell 104 is stuck'):
@@ -96,7 +96,7 @@ def test_weak_cell_leaves_levels_reached_in_simulation():
     with pytest.raises(Refused, match=r'level 3 cannot be reached: cell 31 has 0\.5 of its'):
         element.perform(Write(3))
     behind = element_with('bits_2', '80:0.5', Faults(weak_cell=80, weak_factor=0.5))
-    assert behind.bad_cells.usable == (0, 1, 2, 3)
+    assert behind.reader.forecasts.usable == (0, 1, 2, 3)
     place(behind, 3)
     assert behind.perform(Read()).reading.level == 3
 
@@ -143,7 +143,7 @@ def test_more_walls_are_not_taken_for_one_or_none(walls):
 def decoded_shots():
     """Return what is decoded in sound reads of all usable levels."""
     element, given = element_with('case_2', str(STUCK_CELL), Faults(stuck_cell=STUCK_CELL)), []
-    decode = element.bad_cells.decode
+    decode = element.reader.forecasts.decode
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
             element.reader.forecasts, 'decode', lambda *each: given.append(each) or decode(*each)

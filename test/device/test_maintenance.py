@@ -9,16 +9,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import mlmem
 from mlmem import (
     BLANK,
+    UNDECODABLE,
     Abort,
     Calibrate,
     DelayTable,
     EchoReceived,
     Erase,
     Faults,
+    MemoryElement,
     Outcome,
     Read,
+    Refused,
     Reset,
     SelfTest,
     SetFaults,
@@ -28,7 +32,8 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import NO_FAULTS
 from mlmem.move_settings import WriteSettings
-from mlmem.physics import CASE_II
+from mlmem.physics import CASE_II, find_walls
+from mlmem.rejections import ErrorCode
 from mlmem.settings import ReadSettings
 from mlmem_ros.contract.answers import outcome_to_dict
 
@@ -302,7 +307,7 @@ def test_reset_fails_if_new_element_is_not_heard(lost):
     lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
     outcome = rig.run(lost, Reset())
     assert not outcome.success
-    assert outcome.error.startswith('the new element does not sound blank: ')
+    assert outcome.reading.content == UNDECODABLE
 
 
 def test_real_element_is_replaced_by_hand():
@@ -318,3 +323,20 @@ def test_faults_stay(lost):
     lost.apply(SetFaults(faults))
     assert rig.run(lost, Reset()).success
     assert lost.faults == faults
+
+
+@pytest.mark.parametrize(('name', 'content'), [('bits_2', 2), ('register_4', 9)])
+def test_reset_to_content_reads_it_at_once(name, content):
+    element = MemoryElement(mlmem.load_element(name))
+    outcome = element.perform(Reset(content))
+    assert outcome.success, outcome.error
+    assert outcome.reading.content == content
+    walls = element.reader.list_walls(content)
+    assert len(find_walls(element.design, element.chain.configuration)) == len(walls)
+
+
+def test_reset_to_content_out_of_range_is_refused_by_name():
+    element = MemoryElement(mlmem.load_element('bits_2'))
+    with pytest.raises(Refused) as refusal:
+        element.perform(Reset(4))
+    assert (refusal.value.code, refusal.value.field) == (ErrorCode.OUT_OF_RANGE, 'content')

@@ -182,9 +182,7 @@ def test_kicks_alternate_between_walls_and_kinks(byte):
 def test_locate_names_kind_and_cell_of_every_wall(byte):
     place(byte, 0b1000_0101)
     found = byte.perform(Locate()).found
-    assert found == {
-        'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall', 'word': 0b1000_0101
-    }  # fmt: skip
+    assert found == {'walls': 3, 'cells': '25 75 200', 'kinds': 'wall kink wall'}
 
 
 def test_self_test_and_calibration_go_through_all_levels(nibble):

@@ -31,7 +31,7 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.physics import CASE_II, Specimen, StateError
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.procedures.listening import has_decayed
+from mlmem.readers.listening import has_decayed
 from mlmem.rejections import ErrorCode
 from mlmem.settings import TimeSettings
 

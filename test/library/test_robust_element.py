@@ -11,6 +11,7 @@ from mlmem import UNDECODABLE, Erase, MemoryElement, Read, Write, load_element
 from mlmem.errors import SettingsError
 from mlmem.instrument.drivers import Simulation
 from mlmem.physics import Scatter, Specimen, find_walls, scattered
+from mlmem.physics.wall import arrival_tolerance
 from mlmem.readers.register import pin_walls
 from mlmem_tools.checks import Verdict, check
 

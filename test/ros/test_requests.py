@@ -5,14 +5,13 @@
 import pytest
 from rclpy.parameter import Parameter
 
-from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, Write
+from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, SetStrain, Write
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
 from mlmem_ros.contract.calls import build_request
 from mlmem_ros.contract.commands import (
     COMMAND_TOPICS,
-    REQUEST_COMMANDS,
     Record,
     parse_request,
 )

@@ -14,6 +14,7 @@ from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import memory_node
 from mlmem_tools.cli.main import main
 from mlmem_tools.view import session_frame
+from mlmem_tools.view.requests import Activity, Requests
 
 WORD, OTHER = 0b100101, 0b1000
 GIVEN = QUICK | {'element': 'byte'}

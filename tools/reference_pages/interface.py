@@ -34,13 +34,13 @@ INTERFACES = Path(__file__).resolve().parents[2] / 'mlmem_interfaces' / 'action'
 
 def generate_interfaces() -> dict[str, str]:
     """Return the tables of topics, services, actions, answers and diagnostics."""
-    published = (*topics.STREAM_TOPICS, *topics.VIEW_TOPICS, topics.DIAGNOSTICS_TOPIC)
+    published = (*STREAMS.values(), DIAGNOSTICS_TOPIC)
     requests = [
         [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
         for name, takes in services.REQUEST_ARGUMENTS.items()
     ]
     return {
-        'subscribed': _topics(topics.COMMAND_TOPICS),
+        'subscribed': _topics(COMMAND_TOPICS),
         'published': _topics(published),
         'services': _services(services.NODE_SERVICES),
         'simulator': _services(services.SIMULATOR_SERVICES),

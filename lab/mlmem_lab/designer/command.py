@@ -153,8 +153,8 @@ def _show_proofs(
         tally = Tally.of(rows.values())
         proofs.append(table_cells(name, design, settings, tally))
         passed = passed and not tally.errors
-        for error in tally.errors:
-            console.print(f'{name}: {error}', style='red')
+        for text in tally.errors:
+            console.print(f'{name}: {text}', style='red')
     columns = [list(proofs[0]), *(list(proof.values()) for proof in proofs)]
     (_, *names), *lines = zip(*columns, strict=True)
     table = create_table('', '', *names)

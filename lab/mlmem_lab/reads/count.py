@@ -27,7 +27,7 @@ from mlmem.physics.specimen import Scatter, scattered
 from mlmem.presets import PRESETS
 from mlmem.readers.reading import UNDECODABLE
 from mlmem.readers.register import pin_walls
-from mlmem.readers.words import count_words
+from mlmem.readers.words import count_words, make_code
 
 from ..designer import propose_design
 from ..results import STRAINED_PRESETS

@@ -136,7 +136,7 @@ class Publishers:
         self._host = host
         self._element = element
         self._settings = settings
-        streams = select_streams(element.register is not None, element.simulated)
+        streams = select_streams(element.reader.holds_words, element.simulated)
         group = MutuallyExclusiveCallbackGroup()  # the node's remembers all that ever was in it
         self._publishers = {
             stream.name: node.create_publisher(

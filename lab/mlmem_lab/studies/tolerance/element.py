@@ -172,8 +172,8 @@ class _Made:
 
     def outcome(self, given: int, tried: str) -> int:
         """Put the walls where they begin, and return what `try_element` says of it."""
-        element, register = self._element, self._element.register
-        levels = register.code.walls(given) if register and tried in WORD_TRIALS else ()
+        element = self._element
+        levels = element.reader.list_walls(given) if tried in WORD_TRIALS else ()
         try:
             if tried in (KICK_TRIAL, WORD_TRIAL):
                 v = make_blank(self._specimen)
@@ -190,10 +190,10 @@ class _Made:
         if tried == KICK_TRIAL:
             return self._find_moved(kick(element, given))
         if tried == READ_TRIAL:
-            return self._decode(read_waveforms(element))
+            return self._decode(element.reader.read(element))
         if tried == WORD_TRIAL:
             return given if self._is_written(go_to_level(element, 0, given), levels) else -2
-        return self._decode(take_reading(element, tried))
+        return self._decode(element.reader.read(element, tried))
 
     def _settle(self, move: Procedure[None]) -> None:
         run(self._element, move, self._shake)
