@@ -12,6 +12,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / 'README.md',
     ROOT / 'docs' / 'build_one.md',
+    ROOT / 'docs' / 'design.md',
     ROOT / 'docs' / 'faults.md',
     *sorted((ROOT / 'docs' / 'tutorials').glob('*.md')),
 ]
