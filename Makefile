@@ -38,7 +38,7 @@ test: lint interfaces
 
 # The site: docs/_build/index.html. Warnings are errors, links within it are checked.
 docs: setup-test
-	$(VENV)/python tools/reference.py
+	$(VENV)/python scripts/reference.py
 	$(VENV)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build
 
 # A source archive and a wheel in dist/. The wheel is checked in a fresh environment without ROS 2.
@@ -69,27 +69,27 @@ uncovered:
 
 # The tests of nodes with ROS 2 Kilted, in an environment of their own.
 test-kilted: setup-kilted
-	@.venv-kilted/bin/python tools/build_interfaces.py || true
+	@.venv-kilted/bin/python scripts/build_interfaces.py || true
 	.venv-kilted/bin/python -m $(PYTEST) test/ros test/host examples
 
 test-slow: setup-test
 	$(VENV)/python -m pytest -m slow
 
 soak: setup-test
-	$(VENV)/python tools/soak.py --minutes $(MINUTES)
+	$(VENV)/python scripts/soak.py --minutes $(MINUTES)
 
 # A sample of mutants, a quarter of an hour; make mutation SEED=2: another.
 mutation: setup-test
 	$(VENV)/pip install --quiet --editable '.[mutation]'
-	$(VENV)/python tools/mutation.py --sample $(SAMPLE) --seed $(SEED)
+	$(VENV)/python scripts/mutation.py --sample $(SAMPLE) --seed $(SEED)
 
 # Simulated lives, a night of them: make lives SEEDS=1000000
 lives: setup-test
-	$(VENV)/python tools/lives.py --count $(SEEDS)
+	$(VENV)/python scripts/lives.py --count $(SEEDS)
 
 # The package of actions, where cmake and a compiler are; its tests are skipped elsewhere.
 interfaces: setup-test
-	@$(VENV)/python tools/build_interfaces.py || true
+	@$(VENV)/python scripts/build_interfaces.py || true
 
 lint: setup-test
 	$(VENV)/ruff check
@@ -102,7 +102,7 @@ setup-kilted: STAGE = test-kilted
 setup setup-test setup-kilted:
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.10 to 3.14 (sudo apt install python3 python3-venv), or name one: make PYTHON=/path/to/python demo" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "$(PYTHON) is too old for the ROS 2 wheels, which need Python 3.10 to 3.14; name another one: make PYTHON=python3.12 demo. On a robot use ROS 2 Jazzy from apt and colcon instead: see README.md." >&2; exit 1; }
-	@$(PYTHON) tools/bootstrap.py $(STAGE)
+	@$(PYTHON) scripts/bootstrap.py $(STAGE)
 
 clean:
 	rm -rf .venv .venv-kilted build dist docs/_build *.egg-info sessions reproduction benchmarks mutants .coverage*

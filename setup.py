@@ -77,8 +77,8 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/hook', ['resource/path.dsv']),  # colcon.pkg: the commands are on PATH
-        (f'share/{PACKAGE}/config', glob('config/*')),
-        (f'share/{PACKAGE}/ros2_control', glob('ros2_control/*')),
+        (f'share/{PACKAGE}/config', glob('config/*.*')),
+        (f'share/{PACKAGE}/ros2_control', glob('config/ros2_control/*')),
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
     ],
     python_requires='>=3.10',

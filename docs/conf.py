@@ -13,7 +13,7 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from mlmem.schema import find_descriptions
 from mlmem_ros import __version__
 
-sys.path.append(str(Path(__file__).parents[1] / 'tools'))
+sys.path.append(str(Path(__file__).parents[1] / 'scripts'))
 
 import try_page
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 HEADER = ['# Copyright 2026 The mlmem_ros authors', '# SPDX-License-Identifier: Apache-2.0']
-CODE = ('mlmem', 'mlmem_ros', 'mlmem_tools', 'lab', 'test', 'tools', 'launch', 'examples')
+CODE = ('mlmem', 'mlmem_ros', 'mlmem_tools', 'lab', 'test', 'scripts', 'launch', 'examples')
 PACKAGE = ET.parse(ROOT / 'package.xml').getroot()
 
 

@@ -3,7 +3,7 @@
 """Record `bag`: a robot whose behaviour node is restarted twice and keeps its gait.
 
 Usage: python3 record.py, with no other memory node in this ROS domain. Record it anew only
-if the device was changed on purpose, together with the bags of tools/record_golden.py.
+if the device was changed on purpose, together with the bags of scripts/record_golden.py.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from mlmem import PRESETS, preset
 from mlmem.instrument.instrument import Units
 from mlmem_ros.host import worker
 
-FOLDER = Path(__file__).parents[2] / 'ros2_control'
+FOLDER = Path(__file__).parents[2] / 'config' / 'ros2_control'
 
 
 def urdf(**arguments):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compile the loops for ARM64, run them in an emulator, and compare the bits with those here.
 
-Usage: .venv/bin/python tools/arm64_bits.py. It needs Debian's gcc-aarch64-linux-gnu and
+Usage: .venv/bin/python scripts/arm64_bits.py. It needs Debian's gcc-aarch64-linux-gnu and
 qemu-user-static. LLVM optimises numba's unoptimised code of a loop for a Cortex-A72; a C program
 without a library calls it with the arrays of test/physics/test_bits.py, and prints them
 afterwards.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Live the lives of test/lives: one with its history, or many.
 
-Usage: .venv/bin/python tools/lives.py SEED, or tools/lives.py --count N [--first SEED].
+Usage: .venv/bin/python scripts/lives.py SEED, or scripts/lives.py --count N [--first SEED].
 """
 
 import argparse
@@ -39,7 +39,7 @@ def many(first: int, count: int) -> int:
     for seed, found in sorted(failing.items()):
         print(f'{seed}: {found[0]}')
     print(f'{len(failing)} of {count} lives fail', end='')
-    print('; tools/lives.py SEED prints the history of one' if failing else '')
+    print('; scripts/lives.py SEED prints the history of one' if failing else '')
     return 1 if failing else 0
 
 

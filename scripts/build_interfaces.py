@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build the packages of messages into this Python's environment of ROS wheels.
 
-.venv/bin/python tools/build_interfaces.py
-.venv-kilted/bin/python tools/build_interfaces.py
+.venv/bin/python scripts/build_interfaces.py
+.venv-kilted/bin/python scripts/build_interfaces.py
 
 They are the actions, mlmem_interfaces, and the part of the standard simulation_interfaces that a
 node serves, which is in no wheel. It needs cmake, a C++ compiler and a minute. The result is kept
@@ -22,7 +22,7 @@ from importlib.metadata import distributions, version
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-SOURCES = ROOT / 'mlmem_interfaces', ROOT / 'tools' / 'simulation_interfaces'
+SOURCES = ROOT / 'mlmem_interfaces', ROOT / 'scripts' / 'simulation_interfaces'
 HOME = Path(sys.prefix)
 CACHE = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache', 'mlmem_ros')
 

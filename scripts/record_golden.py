@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Record the golden sessions under test/data with a running memory node.
 
-Usage: .venv/bin/python tools/record_golden.py. Renew them only after an intended change of the
+Usage: .venv/bin/python scripts/record_golden.py. Renew them only after an intended change of the
 format or the device, and say so; examples/gait_store/record.py renews the one there.
 """
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Take the pictures of the page for the documents: a live element, and two sessions.
 
-.venv/bin/python tools/view_pictures.py [FOLDER]
+.venv/bin/python scripts/view_pictures.py [FOLDER]
 
 Needs Chromium with its driver, and selenium, like the tests of the page. An element writes 5, is
 erased and writes 3; then its page is taken, wide and on a phone. The recording of it is taken
@@ -95,7 +95,9 @@ def take(browser: Browser, path: Path, theme: str) -> None:
     time.sleep(0.5)
     browser.driver.save_screenshot(str(path))
     Image.open(path).convert('RGB').save(path, optimize=True)
-    keep_picture(path, 'tools/view_pictures.py', ['tools/view_pictures.py', 'mlmem_tools/view'])
+    keep_picture(
+        path, 'scripts/view_pictures.py', ['scripts/view_pictures.py', 'mlmem_tools/view']
+    )
 
 
 if __name__ == '__main__':

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draw the two chains of the element: docs/images/chains.svg. Run: tools/schematic.py."""
+"""Draw the two chains of the element: docs/images/chains.svg. Run: scripts/schematic.py."""
 
 import itertools
 from pathlib import Path
@@ -75,4 +75,4 @@ def picture() -> str:
 
 if __name__ == '__main__':
     FILE.write_text(picture(), encoding='utf-8')
-    keep_picture(FILE, 'tools/schematic.py', ['tools/schematic.py'])
+    keep_picture(FILE, 'scripts/schematic.py', ['scripts/schematic.py'])

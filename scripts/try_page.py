@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of the site that runs an element in the tab, drawn by the code of `mlmem view`.
 
-tools/try_page.py [FOLDER]: writes try.html, and session.html with a recorded session. Modules of a
-page that is opened from a folder are not loaded by browsers, so scripts, style, loop, and data
+scripts/try_page.py [FOLDER]: writes try.html, and session.html with a recorded session. Modules of
+a page that is opened from a folder are not loaded by browsers, so scripts, style, loop, and data
 become part of it. Uses nothing but Python.
 """
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write the generated parts of docs/reference and the SROS 2 policy from the code.
 
-.venv/bin/python tools/reference.py
+.venv/bin/python scripts/reference.py
 
 A page is written by hand, but for the parts between `<!-- generated: NAME -->` and
 `<!-- /generated -->`, which the functions of `reference_pages` return by name.

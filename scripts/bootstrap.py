@@ -3,7 +3,7 @@
 """Make `.venv` in the checkout, with ROS 2 Jazzy from wheels, this package and its laboratory; or
 `.venv-kilted` with ROS 2 Kilted.
 
-python3 tools/bootstrap.py demo|test|test-kilted
+python3 scripts/bootstrap.py demo|test|test-kilted
 
 Needs only the standard library. A current environment is left as it is.
 """

@@ -1,3 +1,0 @@
-# Copyright 2026 The mlmem_ros authors
-# SPDX-License-Identifier: Apache-2.0
-"""The pages of docs/reference that `tools/reference.py` writes, by subject."""
