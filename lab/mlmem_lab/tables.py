@@ -48,18 +48,6 @@ def word_kicks(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def kicks_least_rooms(result: Mapping[str, Any]) -> Rows:
-    """Return how far each quantity of kicks may be off, at the worst level."""
-    told = {'speed': 'speed', 'hold': 'hold', 'late': 'late', 'gain': 'stroke'}
-    heads = [f'{kind}: {name}' for kind in ('kick', 'erase') for name in told.values()]
-    rows: Rows = [['preset', *heads]]
-    for name, preset in result['presets'].items():
-        kicks = [each['rooms'] for each in preset['levels']]
-        cells = [min(each[key] for each in of) for of in (kicks, preset['erases']) for key in told]
-        rows.append([f'`{name}`', *(f'{least:.3g}' for least in cells)])
-    return rows
-
-
 VALIDITY_LABELS = {
     'friction': 'dry friction of a cell, k_r cells',
     'relative damping': 'damping of v - V',
@@ -105,21 +93,6 @@ def _greatest_amount(amounts: Sequence[float]) -> str:
     return f'{max(amounts):g}' if amounts else 'none'
 
 
-def paper_claims(result: Mapping[str, Any]) -> Rows:
-    """Return the claims that no print contradicts, with our verdict and finding."""
-    rows: Rows = [['verdict', 'the paper says', 'we find']]
-    for claim in result['claims'].values():
-        if claim['printed']:
-            continue
-        word = claim['verdict']
-        strong = word if word == 'holds' else f'**{word}**'
-        replaced = f' With {claim["replaced"]}.' if claim['replaced'] else ''
-        rows.append(
-            [strong, _escape_cell(claim['paper']), _escape_cell(claim['finding'] + replaced)]
-        )
-    return rows
-
-
 def paper_disagreements(result: Mapping[str, Any]) -> Rows:
     """Return what is printed where our simulation shows something else."""
     rows: Rows = [['verdict', 'the paper says', 'we find']]
@@ -132,18 +105,6 @@ def paper_disagreements(result: Mapping[str, Any]) -> Rows:
 
 def _escape_cell(text: str) -> str:
     return text.replace('|', r'\|')
-
-
-def paper_delays(result: Mapping[str, Any]) -> Rows:
-    """Return the echo delay of every level."""
-    names = {
-        'paper': 'left, carrier 2.0, plain threshold',
-        'left': 'left, carrier 2.1, falling threshold',
-        'right': 'right, carrier 0.7, falling threshold',
-    }
-    found = result['4b']
-    rows: Rows = [['level', *map(str, range(len(found['left'])))]]
-    return [*rows, *([told, *(f'{t:.1f}' for t in found[name])] for name, told in names.items())]
 
 
 def node_figures(result: Mapping[str, Any]) -> Rows:
@@ -171,18 +132,6 @@ def _mark_processor(row: Mapping[str, str], processor: str) -> str:
     figure, limit_of = float(value.split()[0]), float(limit)
     fails = figure > limit_of if way == 'most' else figure < limit_of
     return f'**{value}, missed**' if fails else value
-
-
-def times_writes(result: Mapping[str, Any]) -> Rows:
-    """Return the times of random writes, and of the paper's way beside them."""
-    ours, paper = ('down: mean, worst', 'up: mean, worst'), ("paper's way down", 'up')
-    rows: Rows = [['preset', *ours, *paper, 'writes', 'second attempts', 'failed', 'wrong']]
-    for name, found in result['presets'].items():
-        spreads = [each[way] for each in (found, found['paper']) for way in ('down', 'up')]
-        times = [f'{spread["mean"]:.0f}, {spread["most"]:.0f}' for spread in spreads]
-        counts = [str(found[key]) for key in ('writes', 'second attempts', 'failed', 'wrong')]
-        rows.append([f'`{name}`', *times, *counts])
-    return rows
 
 
 def tolerance_steps(result: Mapping[str, Any]) -> Rows:
@@ -262,22 +211,6 @@ def unseen_speeds(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def curves_speeds(result: Mapping[str, Any]) -> Rows:
-    """Return speeds from the force curves alone and with a lattice's data."""
-    rows: Rows = [(
-        'rail / spacing', 'measured', 'curves alone', 'no wave', 'with its data', 'no wave',
-        'set free, mJ',
-    )]  # fmt: skip
-    for case in result['cases']:
-        told = (
-            text
-            for found in (case['curves'], case['seen'])
-            for text in (_format_interval(found), f'{100.0 * found["silent"]:.0f} %')
-        )
-        rows.append([*_lattice_row(case), *told, _format_interval(case['gain'], 1)])
-    return rows
-
-
 def _lattice_row(case: Mapping[str, Any]) -> tuple[str, str]:
     told = case['measured']
     measured = ', '.join(f'{speed:.2f}' for speed in told) if told else 'no wave'
@@ -314,10 +247,6 @@ def reads(result: Mapping[str, Any]) -> Rows:
         ['', *READ_COUNTS],
         *([name, *map(_group_digits, groups[name].values())] for name in order),
     ]
-
-
-cells = reads
-"""Those with one bad cell."""
 
 
 def shaken(result: Mapping[str, Any]) -> Rows:
