@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The laboratory: studies around mlmem_ros, which it imports and which never imports it.
 
+- `study`: one runner for every count of presets and elements, by the functions below.
+- `reads`, `words`, `one_end`, `shaken`, `disturb`: proofs of reads, sound and with faults.
+- `robust_writes`, `times`, `validity`, `forecasts`: writes, and where the model ends.
 - `fit`, `plans`, `twins`: an individual element from its echoes, pulses for it, their worth.
-- `landscapes`: the energy of a wall, and the wall as a particle.
-- `designer`, `studies`: new elements; tolerance, proofs.
-- `windows`, `reads`, `times`, `validity`, `forecasts`: counts of the presets.
+- `windows`: how far kicks may be off. `landscapes`: the energy of a wall, as in the paper.
+- `designer`, `studies`: new elements; tolerance, and proofs of designs.
 - `paper`, `bench`: the paper's figures and claims; benchmarks.
 - `lattices`, `measured`, `standard_problems`: chains of other laws, real ones.
 - `results`, `tables`, `numbers`: result files, and their numbers in the pages.

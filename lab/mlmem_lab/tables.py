@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables of the pages that are more than entries and keys of a result: rows, headings first.
 
-A function has the name of its table, `windows barred` with a line for the space, which begins with
+A function has the name of its table, `kicks rooms` with a line for the space, which begins with
 the name of the result file.
 """
 

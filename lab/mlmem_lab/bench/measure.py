@@ -27,9 +27,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-REPORTED_PACKAGES = (
-    'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'mcap', 'rosbags', 'rclpy',
-)  # fmt: skip
+REPORTED_PACKAGES = ('mlmem_ros', 'numpy', 'numba', 'llvmlite', 'mcap', 'rosbags', 'rclpy')
 
 
 def describe_host() -> dict[str, Any]:

@@ -1,3 +1,3 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How far peak and times of every move may be off before the wall ends elsewhere."""
+"""How far kicks may be off before the wall ends elsewhere."""
