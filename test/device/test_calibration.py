@@ -16,6 +16,7 @@ from mlmem import (
     Calibrate,
     Calibration,
     DelayTable,
+    ProcedureFailed,
     Read,
     Settings,
     SettingsError,
@@ -36,7 +37,7 @@ from mlmem.moves.corrections import (
 from mlmem.parsing import DecodeError, decode_value
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, find_level, scattered
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.procedures import calibrating
+from mlmem.procedures import calibrating, listening
 from mlmem.settings import ProbeSettings, ReadSettings, TimeSettings
 from mlmem_ros.host import state_file
 from mlmem_ros.host.design_check import Verdict
@@ -429,3 +430,13 @@ def test_design_check_judges_damping_by_method():
     assert fourth.verdict is Verdict.PASS
     own = [step.values['own damping'] for step in (paper, fourth)]
     assert own[1] < 1e-2 * own[0] < 0.65 * CASE_II.eta
+
+
+def test_ideal_element_that_cannot_be_probed_is_rejected(monkeypatch):
+    def wait_in_vain(element):
+        raise ProcedureFailed('the left end does not come to rest')
+        yield
+
+    monkeypatch.setattr(listening, 'wait_for_decay', wait_in_vain)
+    with pytest.raises(SettingsError, match='cannot be probed'):
+        factory_calibration(CASE_II, Settings(read=ReadSettings(patience=100.0)))

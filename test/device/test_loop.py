@@ -26,6 +26,7 @@ from mlmem import (
 )
 from mlmem.loop.mailbox import MAX_PENDING_REQUESTS
 from mlmem.physics import StateError
+from mlmem.rejections import ErrorCode
 
 from . import rig
 from .loops import PATIENCE, Clock, hold, refusal, result, until
@@ -329,6 +330,8 @@ def test_pause_is_not_overrun(start):
 
 def test_single_ticks_are_single(start):
     loop = start(rig.device())
+    error = loop.step().answer.exception(PATIENCE)  # it runs
+    assert error.code is ErrorCode.CONFLICT
     ticks = hold(loop)
     for n in range(1, 6):
         assert result(loop.step().answer) == ticks + n

@@ -19,6 +19,7 @@ from mlmem import (
     Faults,
     Locate,
     Read,
+    Refused,
     SelfTest,
     SettingsError,
     Write,
@@ -33,6 +34,7 @@ from mlmem.physics import Scatter, Specimen, find_walls, scattered
 from mlmem.physics.equilibrium import find_pinned_walls
 from mlmem.readers.register import find_wall_levels, forecast_words, pin_walls
 from mlmem.readers.words import Code
+from mlmem.rejections import ErrorCode
 
 BYTE = preset('byte')
 
@@ -177,6 +179,12 @@ def test_kicks_alternate_between_walls_and_kinks(byte):
         assert (written.success, written.attempts) == (True, 1)
         assert written.end_tick - written.start_tick < 0.7 * (first.end_tick - first.start_tick)
     assert byte.statistics.cycles == begun + 2
+
+
+def test_word_beyond_the_last_is_rejected(byte):
+    with pytest.raises(Refused) as rejected:
+        byte.apply(Write(256))
+    assert (rejected.value.code, rejected.value.field) == (ErrorCode.OUT_OF_RANGE, 'word')
 
 
 def test_locate_names_kind_and_cell_of_every_wall(byte):
