@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A base that shakes: its motion, its time-out, and its effect on chain and content."""
 
-import contextlib
 import dataclasses
 import math
 
@@ -11,7 +10,7 @@ import pytest
 
 from mlmem import Disturb, MemoryElement, Refused, Settings, factory_calibration
 from mlmem.instrument.base import Base, BaseState
-from mlmem.physics import CASE_II, Chain, StateError, find_level
+from mlmem.physics import CASE_II, find_level
 from mlmem.settings import DisturbanceSettings, ScaleSettings
 
 from . import rig
@@ -111,15 +110,3 @@ def test_acceleration_that_makes_all_cells_slide_is_rejected():
     element.apply(Disturb(0.5 * hold))  # met within a tick: the cells swing about where they rest
     rig.ticks(element, 100)
     assert find_level(design, element.chain.configuration) == -1
-
-
-@pytest.mark.parametrize(('share', 'slides'), [(0.95, False), (1.05, True)])
-@pytest.mark.parametrize('sign', [-1.0, 1.0])
-def test_holding_force_holds_uniform_element(share, slides, sign):
-    """Towards its weaker side, raised slowly."""
-    design = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, N=60)
-    chain = Chain(design)
-    course = np.minimum(np.linspace(0.0, 2.0, 40_000), 1.0)
-    with pytest.raises(StateError) if slides and sign > 0.0 else contextlib.nullcontext():
-        chain.advance(np.zeros(40_000), shake=sign * share * design.holding_force * course)
-    assert find_level(design, chain.configuration) == -1

@@ -21,7 +21,6 @@ from mlmem import (
     Read,
     SelfTest,
     SetFaults,
-    Write,
 )
 from mlmem.instrument.end import End
 from mlmem.readers.echo import EchoDetector, compute_weights
@@ -122,14 +121,6 @@ def test_noise_never_gives_wrong_level(end, deviation):
             assert outcome.end_tick - outcome.start_tick < 200  # noise is not waited for
         else:
             assert 'noise' in outcome.error or 'between levels' in outcome.error
-
-
-def test_noise_lowers_confidence():
-    confidence = [
-        rig.succeed(noisy(rig.paper(4), deviation), Read('right')).confidence
-        for deviation in (0.0, 5e-5, 1e-4)
-    ]
-    assert confidence[0] > confidence[1] > confidence[2] > 0.3
 
 
 def vibrating(level, omega, begun=0):
@@ -266,14 +257,6 @@ def test_base_that_begins_to_shake_gives_no_wrong_level(moment):
     outcome = next(event for event in events if isinstance(event, Outcome))
     assert outcome.success, outcome.error
     assert outcome.reading.level == 3
-
-
-def test_write_is_verified_while_base_shakes(written):
-    element = written(2)
-    outcome = shaken(element, imu(1.5 * G, 4), Write(3))[-1]
-    assert outcome.success, outcome.error
-    assert outcome.reading.level == 3
-    assert rig.holds(element, 3)
 
 
 def strides(amplitude, period, seed):

@@ -226,24 +226,6 @@ def test_waves_far_from_carrier_do_not_pass(end, dt, omega, most):
     assert passes(end, dt, omega) < most
 
 
-@AT_ENDS
-def test_two_pulses_at_once_are_reported_apart(end):
-    """An echo is found as if alone beside a pulse of the other carrier, ten times as loud."""
-    dt, t = 0.5, np.arange(4000) * 0.5
-    own, other = PROBES[end], PROBES[end.opposite]
-
-    def packet(probe, at, amplitude):
-        wave = np.sin(probe.omega_c * (t - at))
-        return amplitude * np.exp(-0.5 * ((t - at) / 12.0) ** 2) * wave
-
-    echo = packet(own, 700.0, 20.0 * own.v_th)
-    alone, beside = (EchoDetector(own, dt) for _ in range(2))
-    alone.feed(echo)
-    beside.feed(echo + packet(other, 350.0, 200.0 * own.v_th))
-    assert alone.delay is not None
-    assert beside.delay == pytest.approx(alone.delay, abs=dt)
-
-
 def test_too_few_samples_give_nothing():
     kernel = compute_weights(PROBES[End.LEFT], 0.5)
     for n in (0, 3, len(kernel) - 1):

@@ -24,15 +24,12 @@ from mlmem import (
     Outcome,
     Read,
     Refused,
-    SelfTest,
     SetFaults,
     SetStrain,
     Settings,
     SettingsError,
     Unknown,
     Write,
-    new_element,
-    preset,
 )
 from mlmem.commands import (
     PHASE_LAUNCHING,
@@ -258,13 +255,6 @@ def test_share_rises_to_about_one(written, command):
     assert shares == sorted(shares)
     assert 0.75 <= shares[-1] <= 1.0
     assert shares[len(shares) // 2] < 0.7
-
-
-def test_parts_of_self_test_do_not_prolong_forecast():
-    told, _ = watched(new_element(preset('kick_2')), SelfTest())
-    shares = [each.share for each in told]
-    assert 0.3 < shares[len(shares) // 2] < 0.9
-    assert {each.attempts for each in told} == {1}
 
 
 def test_failed_attempt_is_counted_and_prolongs_write(written):

@@ -275,31 +275,6 @@ def bits_1(**changes):
     return element
 
 
-def test_bits_1_is_written_read_and_calibrated():
-    """Nine cells to and fro are 26 time units at the right; at the left the pulse hides them."""
-    element = bits_1()
-    left, right = (element.calibration.table(end).delays for end in End)
-    assert right[0] - right[1] > 20.0
-    assert abs(left[1] - left[0]) < 5.0
-    for command in (Write(1), Read(), Calibrate(), Read('both'), SelfTest()):
-        outcome = rig.run(element, command)
-        assert outcome.success, outcome.error
-        assert outcome.reading.level == 1
-    assert element.calibration.pulse_corrections is None, 'there was nothing to learn'
-
-
-@pytest.mark.parametrize('end', ['left', 'right', 'both', ''])
-@pytest.mark.parametrize('level', [0, 1])
-def test_level_is_named_from_right_for_any_reported_end(level, end):
-    element = bits_1()
-    rig.run(element, Write(level))
-    reading = rig.run(element, Read(end)).reading
-    assert (reading.level, reading.end, reading.walls) == (level, end or 'right', 1)
-    assert reading.delay == (
-        reading.left_delay if end in ('left', 'both') else reading.right_delay
-    )
-
-
 def test_calibration_of_right_end_alone_is_read_from_there():
     """As sessions before version 1.1 have it: no other end confirms the level."""
     element = bits_1(left=None)

@@ -115,15 +115,6 @@ def test_signals_are_late_slow_and_wrong_as_stated():
     assert noisy == pytest.approx(0.1 * noise, abs=1e-15)
 
 
-def test_late_left_sensor_is_noticed_and_healed_one_is_read(element):
-    assert element.perform(Write(1)).success
-    element.apply(script({'unit': 'sensor', 'failure': 'delayed', 'instance': 1, 'severity': 60}))
-    outcome = element.perform(Read())
-    assert not outcome.success
-    element.apply(script({'unit': 'sensor', 'failure': 'ok'}))
-    assert element.perform(Read()).reading.level == 1
-
-
 TRANSDUCER = {
     # failure, instance: level of the read of level 1, levels that a write of 0 may leave
     ('off', 0): (-2, -2), ('off', 1): (-2, -2), ('off', 2): (-2, -2), ('stuck', 1): (-2, -2),

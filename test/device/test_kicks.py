@@ -291,19 +291,6 @@ def test_calibration_learns_speeds_by_bisection(wrong):
         assert level(learning) == target
 
 
-def test_calibration_learns_speeds_of_disordered_element():
-    design, settings = preset('kick_2')
-    made = scattered(design, Scatter(alpha=0.01), 0)
-    driver = Simulation.of(made, settings.time)
-    learning = MemoryElement(design, settings, calibration('kick_2'), driver)
-    assert learning.perform(Calibrate()).success
-    learnt = learning.calibration.pulse_corrections
-    assert learnt.steps[0].speed < 0.8  # as set, the first level would be missed
-    for target in (0, 3, 1, 2):
-        assert learning.perform(Write(target)).success
-        assert find_level(design, learning.chain.configuration, design.J / 2) == target
-
-
 def ways(design, settings, start, target):
     return [move.name for move in find_route(design, settings, start, target)]
 

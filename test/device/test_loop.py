@@ -237,19 +237,6 @@ def test_finish_releases_strain_without_waiting_for_clock(start):
     assert refusal(loop.submit(Read())) == 'the device is shut down'
 
 
-def test_finishing_paused_or_failed_loop_ends_too(start):
-    paused = start(rig.device(2))
-    paused.submit(SetStrain(0.02))
-    until(lambda: paused.element.actuator.strain > 0.0)
-    hold(paused)
-    paused.finish()
-    assert paused.element.actuator.strain == 0.0
-    failed = start(rig.device(2))
-    result(failed.call(lambda: failed.element.chain.v.__setitem__(3, math.nan)))
-    until(lambda: failed.failure is not None)
-    failed.finish()
-
-
 def test_too_many_pending_commands_are_rejected(start):
     loop = start(rig.device())
     hold(loop)

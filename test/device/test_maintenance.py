@@ -32,9 +32,7 @@ from mlmem import (
 from mlmem.instrument.end import End
 from mlmem.instrument.faults import NO_FAULTS
 from mlmem.move_settings import WriteSettings
-from mlmem.physics import CASE_II, find_walls
-from mlmem.rejections import ErrorCode
-from mlmem.settings import ReadSettings
+from mlmem.physics import CASE_II
 from mlmem_ros.contract.answers import outcome_to_dict
 
 from . import rig
@@ -76,37 +74,6 @@ def test_after_abort_at_any_tick_next_write_succeeds(command, content, moment, l
     abort(element)
     assert rig.succeed(element, Write(level)).level == level
     assert rig.holds(element, level)
-
-
-@pytest.mark.parametrize(('content', 'command'), [(None, Write(0)), (0, Erase())], ids=str)
-def test_abort_while_wall_is_launched(content, command):
-    """The boundary cell moves for 40 time units, so for 2 or 3 ticks; then the wall runs."""
-    element = rig.device(content)
-    element.apply(command)
-    while not (element.transducer.is_driving and not element.transducer.detectors):
-        element.advance()
-    launched = element.ticks
-    caught = []
-    for tick in range(launched - 1, launched + 4):
-        element = rig.device(content)
-        element.apply(command)
-        rig.ticks(element, tick)
-        caught.append(element.transducer.is_driving)
-        abort(element)
-        assert rig.succeed(element, Write(1)).level == 1
-        assert rig.holds(element, 1)
-    assert caught[1]
-    assert not caught[0]
-    assert not caught[-1]
-
-
-def test_abort_releases_strain_set_by_hand(written):
-    element = written(2, read=ReadSettings(min_margin=0.2))
-    element.apply(SetStrain(0.03))
-    rig.ticks(element, 100)
-    rig.succeed(element, Read())
-    abort(element)
-    assert element.reading is None, 'the wall may have moved with the strain'
 
 
 def test_abort_of_nothing_keeps_reading(written):
@@ -315,28 +282,3 @@ def test_real_element_is_replaced_by_hand():
     outcome = rig.run(element, Reset())
     assert not outcome.success
     assert 'a real element has to be replaced by hand' in outcome.error
-
-
-def test_faults_stay(lost):
-    """The actuator is as stuck as before, and the new specimen has the weak cell."""
-    faults = Faults(weak_cell=5, actuator_stuck=True)
-    lost.apply(SetFaults(faults))
-    assert rig.run(lost, Reset()).success
-    assert lost.faults == faults
-
-
-@pytest.mark.parametrize(('name', 'content'), [('bits_2', 2), ('register_4', 9)])
-def test_reset_to_content_reads_it_at_once(name, content):
-    element = MemoryElement(mlmem.load_element(name))
-    outcome = element.perform(Reset(content))
-    assert outcome.success, outcome.error
-    assert outcome.reading.content == content
-    walls = element.reader.list_walls(content)
-    assert len(find_walls(element.design, element.chain.configuration)) == len(walls)
-
-
-def test_reset_to_content_out_of_range_is_refused_by_name():
-    element = MemoryElement(mlmem.load_element('bits_2'))
-    with pytest.raises(Refused) as refusal:
-        element.perform(Reset(4))
-    assert (refusal.value.code, refusal.value.field) == (ErrorCode.OUT_OF_RANGE, 'content')

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mlmem import Abort, Disturb, Loop, SetStrain, SettingsError
+from mlmem import Abort, Disturb, Loop, SettingsError
 from mlmem.loop.mailbox import Mailbox
 from mlmem.loop.timetable import WAKE_UP_TIME_S, LoopStatistics, SteadyPacer, Timetable
 from mlmem.settings import ScaleSettings, Settings
@@ -222,23 +222,6 @@ def asleep(ticks=40):
     return element
 
 
-def test_device_at_rest_sleeps_while_nobody_watches(start):
-    """For two seconds; then a call finds it in the present tick, and a command in its own."""
-    clock, element, told = Clock(end=3.0051), asleep(), []
-    loop = start(
-        element, lambda commands, _: told.append((element.ticks, clock.time, *commands)),
-        pacer=clock, speed=1.0, batch=20,
-        has_subscribers=lambda: False, stream_period=lambda: 0,
-    )  # fmt: skip
-    until(lambda: clock.time == clock.end)
-    assert told == [(1040, pytest.approx(1.998))]
-    assert result(loop.call(lambda: element.ticks)) == 40 + 1502
-    loop.submit(SetStrain(0.03))
-    until(lambda: len(told) >= 2 and told[-1][2:])
-    assert told[-1][2:] == ((40 + 1502, SetStrain(0.03)),)
-    assert loop.statistics.overruns == 0
-
-
 @pytest.mark.parametrize('speed', [0.0, 0.5, 10.0])
 def test_speed_change_finds_resting_device_in_its_present_tick(start, speed):
     """What it slept through passed at the speed of then: tick 502 was due at 1.004."""
@@ -284,12 +267,3 @@ def test_acceleration_that_arrives_at_rest_wakes_loop(start):
     before = element.ticks
     loop.submit(Disturb(1e-6))
     until(lambda: element.ticks > before or not loop._box.asleep)
-
-
-def test_resting_device_runs_thousand_ticks_without_pace(start):
-    element, told = asleep(), []
-    loop = start(element, lambda *_: told.append(element.ticks), speed=0.0,
-                 stream_period=lambda: 0)  # fmt: skip
-    until(lambda: len(told) >= 5)
-    loop.stop()
-    assert {b - a for a, b in itertools.pairwise(told)} == {1000}

@@ -265,34 +265,6 @@ def test_lost_tick_ends_procedure_with_outcome(written, monkeypatch):
     assert element.reading is None
 
 
-def count(element):
-    """Return a list that grows by the ticks of every call of the material's loop."""
-    steps, arguments = [], element.chain._build_arguments
-
-    def asked(inputs, ends, every=0):
-        steps.append(ends.shape[1] / element.steps_per_tick)
-        return arguments(inputs, ends, every)
-
-    element.chain._build_arguments = asked
-    return steps
-
-
-@pytest.mark.parametrize('noise', [0.0, 1e-6])
-def test_element_rests_again_after_read(noise):
-    """Noise of the transducers does not move the material."""
-    element = rig.device(1)
-    element.apply(SetFaults(Faults(sensor_noise=noise)))
-    computed = count(element)
-    rig.ticks(element, 100)
-    assert computed == []
-    assert element.ticks == 100
-    assert element.chain.steps_done == 100 * element.steps_per_tick
-    rig.succeed(element, Read())
-    assert computed
-    rig.ticks(element, 1000)
-    assert not element.chain.velocity.any()
-
-
 class RestlessInstrument(Instrument):
     """The slow twin without procedures."""
 

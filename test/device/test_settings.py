@@ -130,14 +130,6 @@ def test_strain_by_hand_keeps_content(name):
 
 
 @EVERY_PRESET
-def test_preset_says_nothing_of_robot(name):
-    """Scale and disturbance are where it is mounted, the integrator is everyone's choice."""
-    settings, plain = preset(name).settings, Settings()
-    assert (settings.scale, settings.disturbance) == (plain.scale, plain.disturbance)
-    assert settings.time.integrator == plain.time.integrator
-
-
-@EVERY_PRESET
 def test_every_number_has_type_of_its_parameter(name):
     for group in (preset(name).design, *preset(name).settings.groups().values()):
         for field, _ in find_descriptions(group):

@@ -309,14 +309,6 @@ def test_end_ignores_its_own_drive_but_for_what_returns():
     assert reverberation.returns.bound == pytest.approx(1e-3 * 2.0 / math.pi, rel=0.1)
 
 
-def test_bound_of_before_drive_is_kept():
-    reverberation = follower()
-    fed(reverberation, wave(20 * TICK))
-    before = reverberation.returns.bound
-    reverberation.ignore(3 * TICK)
-    assert reverberation.returns.bound == before
-
-
 @pytest.mark.parametrize('ticks', [1, 7, 50])
 def test_bound_has_same_bits_for_any_cut_of_time(ticks):
     v = np.random.default_rng(1).normal(0.0, 1e-4, 100 * TICK + 150)
