@@ -164,16 +164,6 @@ def test_end_released_in_mid_step_keeps_order(substrate):
 
 
 @SUBSTRATES
-@pytest.mark.parametrize('phase', [-2, 0, 1, 2, 3])
-def test_blank_chain_holds_still_in_any_phase(substrate, phase):
-    design = case_ii(substrate, phase=phase)
-    chain = Chain(design)
-    chain.rest(2000)
-    np.testing.assert_allclose(chain.v, design.D_s1, atol=1e-12)
-    assert find_walls(design, chain.configuration) == []
-
-
-@SUBSTRATES
 @pytest.mark.parametrize('phase', [0, 2])
 def test_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     """Phases 0 and 1 lie in the soft middle of the potential, 2 and 3 are three times stiffer."""

@@ -123,19 +123,6 @@ def test_design_without_pinning_is_reported(changes, message):
         find_pinned_wall(Specimen(dataclasses.replace(CASE_I, **changes)), 0)
 
 
-@pytest.mark.parametrize('n', [1, 2, 3, 50])
-def test_tridiagonal_solution_is_that_of_numpy(n):
-    random = np.random.default_rng(n)
-    diagonal, beside = 2.0 + random.random(n), -random.random(n - 1)
-    right = random.standard_normal((3, n))
-    matrix = np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)
-    solution = right.copy()
-    assert solve_tridiagonal(diagonal.copy(), beside, solution)
-    # the condition number is below 5 / min(random), a few hundred
-    exact = np.linalg.solve(matrix, right.T).T
-    np.testing.assert_allclose(solution, exact, rtol=1e-10, atol=1e-12)
-
-
 def test_tridiagonal_solver_detects_indefinite_matrix():
     """The least eigenvalue of n springs is 2 - 2 cos(pi / (n + 1)); a shift passes it."""
     n = 10
