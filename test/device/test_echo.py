@@ -76,7 +76,7 @@ def burst(n, at, amplitude, omega=2.1, width=8.0):
     return amplitude * np.exp(-0.5 * ((t - at) / width) ** 2) * np.sin(omega * t)
 
 
-def test_times_of_pulse():
+def test_pulse_and_window_have_the_printed_times():
     assert window_width(PROBE) == pytest.approx(23.93594, abs=1e-5)  # 16 pi / 2.1
     assert pulse_duration(PROBE) == 96.0  # 2 t_0 = 12 sigma
     assert blanking_time(PROBE) == pytest.approx(96.0 + 11.96797, abs=1e-5)

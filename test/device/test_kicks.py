@@ -158,7 +158,7 @@ def test_method_decides_how_level_is_reached():
         assert best <= sum(move.duration for move in find_route(design, settings, BLANK, 7))
 
 
-def test_where_no_kick_reaches_strain_takes_over():
+def test_level_that_no_kick_reaches_is_reached_by_strain():
     design, settings = use_kicks(preset('case_2'))
     short = replace(settings, kick=KickSettings('0.006 0.0145 0 0.053'))
     first, *others = find_route(design, short, BLANK, 2)
@@ -318,7 +318,7 @@ def test_no_route_is_longer_than_move_and_route_from_there():
             assert shortest <= move.duration + rest
 
 
-def test_papers_route_has_only_steps_up_and_kink():
+def test_route_of_the_paper_has_steps_up_and_a_kink():
     design, settings = preset('bits_4')
     assert ways(design, settings, 2, 5) == ['step up'] * 3
     assert ways(design, settings, 4, 4) == []

@@ -252,7 +252,7 @@ def lost():
     return element
 
 
-def test_what_fails_names_way_home(lost):
+def test_failure_of_a_lost_element_names_reset(lost):
     outcome = rig.run(lost, Read())
     assert not outcome.success
     assert outcome.error.endswith('reset replaces the element by a blank one')

@@ -185,7 +185,7 @@ def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
     assert statistics.overruns == 21
 
 
-def test_without_pace_run_takes_no_longer_than_rest():
+def test_run_without_pace_takes_no_longer_than_a_rest():
     times, element, statistics = timetable(speed=0.0, stream_period=100)
     assert times.after(1.0, 7.0) == 7.0
     assert times.longest_run == 1  # nothing is known of its duration

@@ -106,7 +106,7 @@ def test_crossing_when_listening_begins_is_no_level():
         assert decode_echoes(CASE_II, ReadSettings(), near, echoes, STORED).level == level
 
 
-def test_blank_is_answer():
+def test_delay_of_a_blank_element_is_decoded_as_blank():
     reading = decoded(775.0, End.RIGHT, EMPTY)
     assert (reading.level, reading.code, reading.reason) == (BLANK, '', '')
     assert reading.level_margin == pytest.approx(
@@ -165,7 +165,7 @@ def test_level_that_both_ends_hear_is_read(names, level):
 
 @NAMES
 @pytest.mark.parametrize('end', ['left', 'right', 'both'])
-def test_another_end_may_be_asked_for(names, end):
+def test_requested_end_changes_only_what_is_reported(names, end):
     """Only whose delay and distance are reported changes."""
     reading = both(510.0, 421.0, names, end=end)
     assert (reading.level, reading.end) == (3, end)
@@ -176,7 +176,7 @@ def test_another_end_may_be_asked_for(names, end):
     assert dataclasses.replace(reading, **same) == dataclasses.replace(own, **same)
 
 
-def test_lesser_margins_count():
+def test_reading_has_the_lesser_margins_of_both_ends():
     """10 of 50 off at the left, and 14 of 35 at the right."""
     reading = both(echo(510.0, margin=2.5), echo(434.0, End.RIGHT))
     assert reading.level == 3

@@ -73,7 +73,7 @@ def end(element):
 
 
 @pytest.mark.parametrize('seeds', sampled([range(6, 12), range(200)], lambda seeds: seeds[0]))
-def test_any_life_is_same_in_runs(seeds):
+def test_any_legal_run_is_the_same_for_any_cut_of_time(seeds):
     """For any legal design, settings and commands, including lost ticks."""
     for seed in seeds:
         chance = random.Random(seed)
@@ -94,7 +94,7 @@ def test_any_life_is_same_in_runs(seeds):
 
 
 @pytest.mark.parametrize('rested', [0, 1000], ids=['swinging', 'at rest'])
-def test_accelerations_within_run_are_those_of_its_ticks(rested):
+def test_accelerations_within_a_run_are_those_of_its_ticks(rested):
     """They come and go, and one is strong enough to move the wall: the content is unknown then."""
     alone, together = rig.device(1), rig.device(1)
     for element in (alone, together):
@@ -219,12 +219,12 @@ def lost(seeds):
         return {seed for seed in seeds if run_hard(seed)}
 
 
-def test_hard_lives_leave_sound_device():
+def test_hard_runs_leave_a_sound_device():
     assert len(lost(range(5, 12))) < 2
 
 
 @pytest.mark.slow
-def test_many_hard_lives_leave_sound_device():
+def test_many_hard_runs_leave_a_sound_device():
     assert len(lost(range(10_040))) < 300
 
 

@@ -172,7 +172,7 @@ def derivative(motion, t, h=1e-4):
 @pytest.mark.parametrize(
     'probe', [ProbeSettings(), ProbeSettings(omega_c=0.3, sigma=16.0, A=0.05)], ids=['II', 'I']
 )
-def test_pulse_is_papers(probe):
+def test_pulse_is_that_of_the_paper(probe):
     pulse = Pulse(0.7, probe)
     t = np.linspace(0.0, 12 * probe.sigma, 4001)
     v, velocity = pulse.at(t)
@@ -280,7 +280,7 @@ def test_bound_is_greatest_mean_of_tick_and_fades_as_waves():
     assert undamped.count_fading_samples(0.5 * before) == UNLIMITED_SAMPLES
 
 
-def test_it_is_foreseen_when_bound_has_faded():
+def test_time_until_bound_has_faded_is_forecast():
     reverberation = follower()
     fed(reverberation, wave(20 * TICK))
     limit = 0.1 * reverberation.returns.bound

@@ -98,7 +98,7 @@ def test_ground_states_and_barriers_are_those_of_law(law, states, barriers):
         (PHI_8, 2, 22 / 15),
     ],
 )
-def test_energy_of_wall_is_continuums(law, phase, energy):
+def test_energy_of_wall_is_that_of_the_continuum(law, phase, energy):
     """Walls ten cells wide; what the lattice changes is of order 1 / width^2."""
     kappa = 0.1 / (math.sqrt(law.stiffness(law.ground_states[phase]) / 8.0))
     design = uniform(law, kappa**2 / 2.0, phase, 400)
@@ -139,7 +139,7 @@ def test_peierls_barrier_falls_as_it_must():
     assert exponent == pytest.approx(math.pi**2, rel=0.05)
 
 
-def test_papers_potential_as_curve():
+def test_curve_of_the_paper_moves_as_its_formula():
     """Every loop does with it what it does with the formula, to the error of the spline."""
     p = CASE_II.potential
     law = Curve.of(dataclasses.replace(p, d=1.0).slope, -3.5, 3.5, 3_000)

@@ -32,7 +32,7 @@ def changed(**changes):
     return dataclasses.replace(CASE_II, **changes)
 
 
-def test_table_i():
+def test_designs_are_those_of_table_i():
     common = {'a': 0.2582, 'b': 0.0172, 'c': 7.4489}
     case_i = {'gamma': -2.5e-4, 'beta': -0.2, 'J': 100, 'J_s': 200, 'j_0': 81, 'd': 0.0061}
     case_ii = {'gamma': -1.3333e-4, 'beta': -0.05, 'J': 25, 'J_s': 50, 'j_0': 17, 'd': 0.0380}
@@ -72,7 +72,7 @@ def test_strain_is_end_displacement_over_length():
     assert CASE_II.end_displacement(-0.02) == pytest.approx(-4.5)
 
 
-def test_papers_eight_levels():
+def test_case_ii_has_the_eight_levels_of_the_paper():
     assert CASE_II.levels == 8
     assert CASE_II.bits == 3
     pinning_sites = [CASE_II.defect_site(level) - 100 for level in range(8)]
@@ -92,7 +92,7 @@ def test_papers_eight_levels():
         (1025, 2, 512, 9, '1' * 9),
     ],
 )
-def test_levels_and_bits(N, J, levels, bits, last_code):
+def test_levels_and_bits_follow_from_length_and_spacing(N, J, levels, bits, last_code):
     design = changed(N=N, J=J)
     assert (design.levels, design.bits) == (levels, bits)
     assert bits == math.floor(math.log2(levels))
@@ -206,7 +206,7 @@ def test_design_at_edge_of_rules_is_accepted(changes):
     assert design.k_s2 > 0.0
 
 
-def test_design_is_value():
+def test_designs_of_equal_values_are_equal():
     twin = Design(N=225, gamma=-4e-4 / 3, beta=-1 / 20, J=25, J_s=50, j_0=17.0, d=0.0380)
     assert twin == CASE_II
     assert hash(twin) == hash(CASE_II)

@@ -37,7 +37,7 @@ def rough(seed=0):
     return v, 0.1 * random.standard_normal(SMALL.N)
 
 
-def test_potential_energy_is_papers_lagrangian():
+def test_potential_energy_is_the_printed_lagrangian():
     v, V = rough()
     on_site = np.sum(oracle.alpha(SMALL) * oracle.psi(SMALL, v - V))
     s = oracle.s(SMALL)
@@ -70,7 +70,7 @@ def test_actuator_force_is_slope_of_energy(substrate):
 
 
 @SUBSTRATES
-def test_parts_of_energy(substrate):
+def test_energy_is_the_sum_of_its_parts(substrate):
     design = dataclasses.replace(SMALL, substrate=substrate)
     chain = Chain(design)
     chain.place(rough()[0], V_N=0.4)
@@ -89,7 +89,7 @@ def test_parts_of_energy(substrate):
 
 
 @SUBSTRATES
-def test_without_damping_and_work_energy_stays(substrate):
+def test_energy_without_damping_and_work_stays(substrate):
     """The integrator damps a little, the fastest waves most: less with the cube of the step."""
     design = dataclasses.replace(SMALL, eta=0.0, substrate=substrate)
     drifts = []

@@ -35,7 +35,7 @@ def test_sine_of_turns_is_exact_within_its_tolerance(reach, tolerance):
 
 
 @pytest.mark.parametrize('quarters', range(-10, 11))
-def test_sine_on_both_sides_of_every_fold(quarters):
+def test_sine_is_exact_on_both_sides_of_every_fold(quarters):
     """At every zero and crest, where the reduction changes its turn or its branch."""
     turns = 0.25 * quarters
     for nearby in (math.nextafter(turns, -100), turns, math.nextafter(turns, 100)):
@@ -47,7 +47,7 @@ def test_sine_keeps_nan():
     assert math.isnan(sine_of_turns(math.inf))
 
 
-def test_on_site_force_is_papers():
+def test_on_site_force_is_that_of_the_paper():
     """Over twice the way between the phases: this is where a chain can be."""
     D = np.linspace(-3.0, 3.0, 10_001)
     p = CASE_II

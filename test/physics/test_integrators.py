@@ -52,7 +52,7 @@ def test_oscillator_follows_closed_form_to_second_order(phase, eta):
     assert error < 1.1 * (0.1 * omega) ** 2 / 166 * 24.0 * omega
 
 
-def test_stable_up_to_published_limit(monkeypatch):
+def test_step_is_stable_up_to_published_limit(monkeypatch):
     """Up to 3.745: the roots part at 2 / p = 3.704, the larger leaves the circle at 3.745."""
     assert uniform_chain.growth(monkeypatch, 3.60, NOH_BATHE) < 1.0
     assert uniform_chain.growth(monkeypatch, 3.74, NOH_BATHE) < 1.0
@@ -60,7 +60,7 @@ def test_stable_up_to_published_limit(monkeypatch):
 
 
 @pytest.mark.parametrize('eta', [0.1, 0.5, 2.0])
-def test_damping_lowers_limit(monkeypatch, eta):
+def test_damping_lowers_the_limit_of_stability(monkeypatch, eta):
     """The limit of omega dt / 3.745 with explicit damping: x^2 + 2 eta dt / 3.745 = 1."""
     p = uniform_chain.UNIFORM
     omega = math.sqrt(p.k_s1 + 2.0 + 2.0 * math.cos(np.pi / p.N))

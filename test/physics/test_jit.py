@@ -42,7 +42,7 @@ def test_loops_are_vectorised(integrator, substrate):
     assert len(found) > 20  # one pass over the cells has as many
 
 
-def test_without_place_for_cache_loops_still_compile(monkeypatch):
+def test_loops_without_a_place_for_a_cache_still_compile(monkeypatch):
     def no_place_to_write(function):
         raise RuntimeError('cannot cache function: no locator available for file')
 

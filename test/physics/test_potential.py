@@ -33,13 +33,13 @@ TABLE_I = Potential(a=0.2582, b=0.0172, c=7.4489, d=0.0380)
 @pytest.mark.parametrize(
     ('n', 'configuration', 'k_over_d'), [(1, -0.99790, 5.7867), (2, 1.00286, 15.5560)]
 )
-def test_ground_states_are_papers(n, configuration, k_over_d):
+def test_ground_states_are_those_of_the_paper(n, configuration, k_over_d):
     state = TABLE_I.ground_state(n)
     assert state == pytest.approx(configuration, abs=5e-6)  # half the last digit given
     assert TABLE_I.stiffness(state) / TABLE_I.d == pytest.approx(k_over_d, abs=5e-5)
 
 
-def test_energy_is_papers_formula():
+def test_energy_is_the_formula_of_the_paper():
     D = np.linspace(-15.0, 4.0, 1001)  # ground states -3 to 4
     # Two roundings of an angle of at most 30.
     np.testing.assert_allclose(TABLE_I.energy(D), oracle.psi(TABLE_I, D), atol=1e-14 * TABLE_I.d)

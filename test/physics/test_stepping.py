@@ -82,7 +82,7 @@ def test_step_is_stable_as_far_as_cell_may_get(method):
         assert reach >= max(abs(edge + made.design.c) for edge in made.design.wells)
 
 
-def test_steps_of_shipped_presets():
+def test_steps_of_shipped_presets_are_as_recorded():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
     for name, known in PRESETS.items():
         steps = [default_step(Specimen(known.design), each) for each in INTEGRATORS.values()]
@@ -141,7 +141,7 @@ def hard_run(seed):
     return False
 
 
-def test_hard_run_leaves_finite_state():
+def test_hard_run_leaves_a_finite_state():
     assert {hard_run(seed) for seed in range(80)} == {True, False}
 
 

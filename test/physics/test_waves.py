@@ -29,7 +29,7 @@ UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, eta=0.0)
 PHASES = pytest.mark.parametrize('k_s', [CASE_II.k_s1, CASE_II.k_s2], ids=['s1', 's2'])
 
 
-def test_bands_of_case_ii():
+def test_bands_of_case_ii_are_those_printed():
     assert eq4.pass_band(CASE_II.k_s1) == pytest.approx((0.4689, 2.0542), abs=5e-5)
     assert eq4.pass_band(CASE_II.k_s2) == pytest.approx((0.7688, 2.1427), abs=5e-5)
 
@@ -56,7 +56,7 @@ def test_group_velocity_is_slope_of_frequency(k_s):
     )
 
 
-def test_outside_band_nothing_travels():
+def test_group_velocity_outside_the_band_is_zero():
     low, high = eq4.pass_band(CASE_II.k_s2)
     np.testing.assert_array_equal(eq4.group_velocity([0.9 * low, 1.1 * high], CASE_II.k_s2), 0.0)
 
@@ -128,7 +128,7 @@ def test_ends_of_uniform_chain_are_sum_of_its_modes():
     assert 1.0 / p == pytest.approx(((-1.0) ** m * each).sum(axis=0), rel=1e-6)
 
 
-def test_parts_of_element_are_multiplied():
+def test_matrices_of_parts_multiply_to_the_whole():
     """A chain cut anywhere is the product of its parts, and every matrix has determinant 1, which
     rounding shows inside the band.
     """
