@@ -54,7 +54,7 @@ def division_by_zero_at_full_speed(_):
     return deferred
 
 
-@_bite((loop.Loop, '_end'), (mailbox.Mailbox, 'take'))
+@_bite((loop.Loop, '_end_loop'), (mailbox.Mailbox, 'take'))
 def queue_cleared_between_look_and_pop(end, _):
     def hasty_end(self, ending):
         self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
@@ -117,7 +117,7 @@ def a_refused_command_forgets_the_reading(apply):
     return forgetful
 
 
-@_bite((loop.Loop, '_release'))
+@_bite((loop.Loop, '_release_strain'))
 def strain_is_left_on_at_the_end(_):
     return lambda self: self._box.close(Refused(loop.SHUTDOWN_MESSAGE))
 
@@ -156,7 +156,7 @@ def recorder_joined_in_the_executor(_):
     return stop
 
 
-@_bite((sessions, '_between_ticks'))
+@_bite((sessions, '_call_between_ticks'))
 def session_begun_within_a_tick(_):
     return lambda loop, function: function()
 

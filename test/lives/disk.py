@@ -20,7 +20,6 @@ from mlmem import atomic_files
 from .files import Directory, File
 from .scheduler import Killed
 
-HEALTHY = ('', 0.0)
 REASONS = (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EINTR)
 
 

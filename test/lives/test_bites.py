@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Lives find faults: every fault that is put back is found soon."""
+"""Seeded runs find planted bugs: each that is put back is found soon."""
 
 from itertools import count
 
@@ -31,12 +31,18 @@ def lives_until_found(name, most, first=0):
     return None
 
 
+@pytest.mark.parametrize('name', BITES)
+def test_planted_bug_replaces_a_function_that_exists(name):
+    with BITES[name]():
+        pass
+
+
 @pytest.mark.parametrize('name', AT_ONCE)
-def test_a_coarse_fault_is_found_at_once(name):
+def test_coarse_planted_bug_is_found_at_once(name):
     lives_until_found(name, most=20, first=AT_ONCE[name])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('name', BITES)
-def test_a_fault_is_found(name):
+def test_planted_bug_is_found(name):
     print(f'{name}: {lives_until_found(name, MOST)} lives')
