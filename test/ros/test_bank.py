@@ -1,15 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One value in three elements of eight levels over real DDS: two digits and a check digit."""
+"""Several elements in one process, and one value in three of them, with a check digit."""
 
 import functools
 import itertools
 
 import pytest
-from nodes import QUICK, node_parameters
+from nodes import QUICK, element_file, node_parameters
 from robot import Robot
 from std_msgs.msg import Int16
 
+from mlmem import SettingsError
 from mlmem_ros import (
     BankCheckFailed,
     BankFailed,
@@ -23,27 +24,30 @@ from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.main import parse_bank_arguments
 from mlmem_ros.ros.middleware import LATCHED_PROFILE
 from mlmem_ros.ros.node import simulator
+from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.ros.node_process import build_node_arguments
 from mlmem_ros.testing.running import NodeHere
 
 ELEMENTS = 3
-GIVEN = QUICK | {'write.attempts': 1}
+
+
+def run_bank(name, *options, **node):
+    """Return a running bank, whose elements lie next to a node of this name."""
+    namespace, _, own = name.rpartition('/')
+    given = [
+        'memory_bank',
+        f'--elements={ELEMENTS}',
+        *options,
+        *build_node_arguments(name, **node),
+    ]
+    return NodeHere(f'{namespace or "/bank"}/element_0/{own}', *parse_bank_arguments(given))
 
 
 @pytest.fixture(scope='module')
 def bank():
     """What bank.launch.py starts, of small elements."""
-    arguments, elements = parse_bank_arguments(
-        [
-            'memory_bank',
-            f'--elements={ELEMENTS}',
-            *build_node_arguments('mlmem', node_parameters(GIVEN)),
-        ]
-    )
-    with (
-        NodeHere('/bank/element_0/mlmem', arguments, elements),
-        standalone() as client,
-    ):
+    given = node_parameters(QUICK | {'write.attempts': 1})
+    with run_bank('mlmem', parameters=given), standalone() as client:
         bank = MemoryBank.on(client.node, ELEMENTS)
         bank.ready(60).wait()
         yield bank
@@ -164,15 +168,9 @@ def test_bank_without_a_check_element_is_rejected(bank, count, base, expected):
 
 
 def test_bank_of_bytes_holds_their_whole_range():
-    arguments, elements = parse_bank_arguments(
-        ['memory_bank', '--elements=3',
-         *build_node_arguments('/bytes/mlmem', node_parameters({**QUICK, 'element': 'byte'}))]
-    )  # fmt: skip
-    with (
-        NodeHere('/bytes/element_0/mlmem', arguments, elements),
-        standalone() as client,
-    ):
-        bank = MemoryBank.on(client.node, 3, '/bytes', base=256)
+    given = node_parameters(QUICK | {'element': 'byte'})
+    with run_bank('/bytes/mlmem', parameters=given), standalone() as client:
+        bank = MemoryBank.on(client.node, ELEMENTS, '/bytes', base=256)
         assert bank.write(0xA7FF).wait().digits == (0xFF, 0xA7, 0x5A)
         assert bank.read().wait().value == 0xA7FF
         assert bank.erase().wait().value == bank.read().wait().value == 0
@@ -201,3 +199,80 @@ def test_node_serves_actions_unless_disabled(start, wanted):
             robot.wait(lambda: served() == names, 'all actions')
         else:
             assert not served()
+
+
+# One process of several nodes
+
+
+@pytest.fixture
+def robots_bank(tmp_path, capfd):
+    """A bank that records, and a client of each element; the second state file is damaged."""
+    states, bags, file = tmp_path / 'states', tmp_path / 'bags', tmp_path / 'bank.yaml'
+    states.mkdir()
+    (states / 'element_1.json').write_text('what a disk had left of it')
+    element = element_file('case_2', {'scale.time': 1e-5})
+    file.write_text(f"""
+/**:
+  ros__parameters:
+    {{element: {element}, write.method: kick, design.check: skip, write.attempts: 5}}
+/robot/bank/element_2/mlmem:
+  ros__parameters: {{write.attempts: 7}}
+""")
+    options = ('--state', str(states), '--record', str(bags))
+    with run_bank('/robot/bank/mlmem', *options, file=file) as bank, standalone() as client:
+        names = [node.get_fully_qualified_name() for node in bank.nodes]
+        yield bank, [MemoryClient(client.node, name) for name in names]
+
+
+def test_elements_of_a_bank_fail_independently(robots_bank, tmp_path, capfd):
+    """They record and keep their content; the state file of one is damaged."""
+    bank, (first, damaged, other) = robots_bank
+    assert '/robot/bank/element_1 cannot start: ' in capfd.readouterr().err
+    with pytest.raises(RequestRefused, match='inactive: configure and activate the node first'):
+        damaged.read().wait()
+    attempts = [each.parameters('write.attempts').wait() for each in (first, other)]
+    assert [given['write.attempts'] for given in attempts] == [5, 7]
+
+    writing = first.write(2), other.write(5)
+    assert [reply.wait().level for reply in writing] == [2, 5]
+    node = bank.nodes[0]
+    node.host.open_loop().call(lambda: setattr(node.host.element, 'advance', None))
+    wait_until(lambda: node.host.element is None, 'the end of the first device', 20.0)
+    assert 'the device has stopped' in bank.output
+    assert other.read().wait().level == 5
+    assert bank.running
+
+    bank.terminate()
+    assert bank.exit_status() == NOT_SAVED
+    assert bank.output.count('shut down; not all was saved') == 1
+    assert {path.name for path in (tmp_path / 'bags').iterdir()} == {'element_0', 'element_2'}
+    assert (tmp_path / 'states' / 'element_1.json').read_text().startswith('what a disk')
+
+
+def test_bank_without_a_working_element_does_not_start():
+    with pytest.raises(SettingsError, match='element must be one of'):
+        run_bank('mlmem', parameters={'element': 'none'})
+
+
+def test_bank_command_line_gives_names_and_files():
+    given = ['memory_bank', '--elements=2', '--state', '/var/bank', '--ros-args']
+    rest, elements = parse_bank_arguments(
+        [*given, '-p', 'view:=true', '-r', '__ns:=/leg/', '-r', 'a:=b']
+    )
+    quiet = ['--ros-args', '-p', 'actions:=false']
+    assert rest == ['memory_bank', '--ros-args', '-p', 'view:=true', '-r', 'a:=b', *quiet]
+    assert 'actions:=false' not in parse_bank_arguments(['memory_bank', '--actions'])[0]
+    assert elements == [
+        {'namespace': f'/leg/element_{place}', 'state.path': f'/var/bank/element_{place}.json'}
+        for place in range(2)
+    ]
+    assert [each['namespace'] for each in parse_bank_arguments(['memory_bank'])[1]] == [
+        f'/bank/element_{place}' for place in range(4)
+    ]
+
+
+@pytest.mark.parametrize('number', ['0', '129', '-1', '2.5', 'four'])
+def test_bank_has_1_to_128_elements(number, capsys):
+    with pytest.raises(SystemExit):
+        parse_bank_arguments(['memory_bank', f'--elements={number}'])
+    assert f"must be a number from 1 to 128; got '{number}'" in capsys.readouterr().err
