@@ -10,13 +10,11 @@ from contextlib import ExitStack, contextmanager
 import pytest
 from robot import Robot, values
 from rosgraph_msgs.msg import Clock
-from sampled import sampled
 
 from mlmem_ros import NoAnswer
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
-from mlmem_tools.cli.main import main
 
 
 def health(robot, text):
@@ -57,13 +55,12 @@ class Simulator:
             self._thread.join()
 
 
-@pytest.mark.parametrize('reset', sampled((99.9, 0.5), lambda reset: reset == 0.5))
-def test_session_with_a_clock_set_back_replays(start, tmp_path, capsys, reset):
-    bag, mended = tmp_path / 'session', tmp_path / 'mended'
+def test_session_with_a_clock_set_back_replays(start, tmp_path):
+    bag = tmp_path / 'session'
     node = start({'use_sim_time': True, 'record.path': str(bag)})
     with Robot() as robot, Simulator(robot, 100.0).running() as clock:
         assert robot.write(1).success
-        clock.now = reset
+        clock.now = 0.5
         assert robot.write(2).success
         assert robot.trigger('read')['level'] == 2
         node.terminate()
@@ -75,14 +72,9 @@ def test_session_with_a_clock_set_back_replays(start, tmp_path, capsys, reset):
     times = [time for time, _ in session.outcomes]
     assert times == sorted(times)  # seconds go on where the clock went back
     assert len(session.reads('left', ('write', 'read'))) == 3
-    assert main(['inspect', str(bag), '--repair', str(mended)]) == 0
-    assert main(['replay', str(mended)]) == 0
-    assert main(['inspect', str(mended)]) == 0
-    assert 'exact' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('jump', sampled((10.0, 1e5), lambda jump: jump == 1e5))
-def test_clock_that_jumps_forward_loses_no_time(start, jump):
+def test_clock_that_jumps_forward_loses_no_time(start):
     """A simulator that starts at 100 s, and is set forward during a write."""
     node = start({'use_sim_time': True})
     with Robot() as robot, Simulator(robot, 100.0, step=1e-3).running() as clock:
@@ -90,7 +82,7 @@ def test_clock_that_jumps_forward_loses_no_time(start, jump):
         robot.set(target_level=3)
         writing = robot.send('write')
         robot.next('field')
-        clock.now += jump
+        clock.now += 1e5
         assert robot.answer(writing)['level'] == 3
         level, found = health(robot, 'running')
         assert (level, found['overruns'], found['clock_jumps']) == (b'\0', '0', '2')

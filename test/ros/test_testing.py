@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A memory node for the length of a test: in its process and in another."""
 
-import os
 import socket
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -54,25 +51,6 @@ def test_memory_node_has_name_parameters_log_and_end(tmp_path, apart):
 def node():
     with memory_node(node_parameters(QUICK), name='lasting') as node:
         yield node
-
-
-def test_isolate_beside_another_user_claims_a_domain(tmp_path):
-    """A folder stands for the lock file of another user, which cannot be opened either."""
-    for domain in range(1, 101):
-        (tmp_path / f'mlmem-ros-domain-{domain}.lock').mkdir()
-    code = 'from mlmem_ros.testing import isolate; print(isolate(), flush=True); input()'
-    runs = [
-        subprocess.Popen(
-            [sys.executable, '-c', code], env={**os.environ, 'TMPDIR': str(tmp_path)},
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        )
-        for _ in range(2)
-    ]  # fmt: skip
-    domains = {int(run.stdout.readline() or 0) for run in runs}
-    for run in runs:
-        run.communicate('\n')
-    assert len(domains) == 2
-    assert domains <= set(range(1, 101))
 
 
 def test_domain_is_in_use_while_a_participant_listens():
