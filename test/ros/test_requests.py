@@ -4,6 +4,7 @@
 
 import pytest
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
 
 from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, SetStrain, Write
 from mlmem.instrument.instrument import Units
@@ -42,15 +43,20 @@ def test_request_is_decoded_as_it_was_encoded(name, arguments, command):
     assert parse_request(build_request(name, **arguments).parameters) == command
 
 
-TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
+@pytest.mark.parametrize(
+    'message',
+    [
+        JointState(),
+        JointState(name=['elbow'], position=[0.1]),
+        JointState(name=['substrate'], velocity=[0.1]),
+    ],
+)
+def test_joint_command_without_a_position_is_rejected(message):
+    with pytest.raises(Refused, match="a position of the joint 'substrate'"):
+        TOPIC_PARSERS[topics.JOINT_COMMANDS_TOPIC.name](message, Units())
 
 
-def test_strain_message_becomes_its_command():
-    message = TOPICS['strain'].kind(data=0.02)
-    assert TOPICS['strain'].parse(message, Units()) == SetStrain(0.02)
-
-
-def test_imu_message_becomes_a_disturbance_in_units_of_the_element():
+def test_imu_becomes_a_disturbance_in_element_units():
     units = Units(CASE_II, ScaleSettings(time=1e-5))
     message = TOPICS['disturbance'].kind()
     message.linear_acceleration.x = 1e-7 * units.acceleration

@@ -114,40 +114,6 @@ def test_imu_of_a_robots_bag_shakes_the_base(tmp_path):
     assert element.base.state.acceleration == pytest.approx(-1e-4)
 
 
-def test_trajectory_by_hand_is_replayed(tmp_path):
-    point, duration = (
-        JAZZY.types[name]
-        for name in ('trajectory_msgs/msg/JointTrajectoryPoint', 'builtin_interfaces/msg/Duration')
-    )
-    none = np.array([])
-    values = {
-        'header': JAZZY.types['std_msgs/msg/Header'](
-            JAZZY.types['builtin_interfaces/msg/Time'](0, 0), ''
-        ),
-        'joint_names': ['substrate'],
-        'points': [
-            point(
-                np.array([strain * Units().elongation]),
-                none,
-                none,
-                none,
-                duration(0, 10**6 * milliseconds),
-            )
-            for milliseconds, strain in ((20, 0.02), (60, -0.01))
-        ],
-    }
-    drive = [(0.0, 'strain_trajectory', 'trajectory_msgs/msg/JointTrajectory', values)]
-    element = new_element(CASE_II)
-    report = replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
-    assert report.refused == []
-    for _ in range(9):  # one tick of 2 ms is done
-        element.advance()
-    assert element.actuator.strain == pytest.approx(0.02, abs=1e-15)
-    for _ in range(20):
-        element.advance()
-    assert element.actuator.strain == pytest.approx(-0.01, abs=1e-15)
-
-
 def test_replay_exit_status_is_the_verdict(tmp_path, capsys):
     foreign = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE)
     assert main(['replay', str(foreign)]) == 1  # with nothing to compare
@@ -196,6 +162,22 @@ def trajectory(*points, joint='substrate'):
             for seconds, positions, velocities in points
         ],
     }
+
+
+def test_trajectory_by_hand_is_replayed(tmp_path):
+    length = Units().elongation
+    points = ((0.02, [0.02 * length], []), (0.06, [-0.01 * length], []))
+    kind = 'trajectory_msgs/msg/JointTrajectory'
+    drive = [(0.0, 'strain_trajectory', kind, trajectory(*points))]
+    element = new_element(CASE_II)
+    report = replay_commands(element, load_session(foreign_bag(tmp_path / 'bag', drive)))
+    assert report.refused == []
+    for _ in range(9):  # one tick of 2 ms is done
+        element.advance()
+    assert element.actuator.strain == pytest.approx(0.02, abs=1e-15)
+    for _ in range(20):
+        element.advance()
+    assert element.actuator.strain == pytest.approx(-0.01, abs=1e-15)
 
 
 @pytest.mark.parametrize(
