@@ -177,7 +177,7 @@ NUMBERS = st.sampled_from([math.nan, math.inf, -math.inf, 10**400, '7', True, [1
 
 @hypothesis.settings(max_examples=400, deadline=None)
 @hypothesis.given(st.deferred(lambda: st.sampled_from(list(examples()))), st.data())
-def test_a_spoiled_value_is_refused_in_one_short_message(kind, data):
+def test_spoiled_value_is_refused_in_one_short_message(kind, data):
     """Whatever is spoiled, and by whatever: one type of error, one line; other ones every time."""
     values = examples()[kind]
     path = data.draw(st.sampled_from(places_of(kind)))

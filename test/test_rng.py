@@ -12,7 +12,7 @@ SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN]
 SPAWNED += [Stream.LEVELS, Stream.GAIN]
 
 
-def test_streams_of_an_element_are_spawned_from_its_seed_in_order():
+def test_streams_are_spawned_from_the_seed_in_order():
     children = np.random.SeedSequence(7).spawn(len(SPAWNED))
     for stream, child in zip(SPAWNED, children, strict=True):
         expected = np.random.Generator(np.random.PCG64(child)).random(5)

@@ -26,7 +26,7 @@ def test_distances_and_words_of_presets(name, kicks):
     assert [(each.distance, each.words) for each in many] == [kicks]
 
 
-def test_it_follows_the_check_of_a_design(capsys, monkeypatch):
+def test_capacity_follows_the_check_of_a_design(capsys, monkeypatch):
     monkeypatch.setattr(checks, 'CHECK_MODULES', ())  # which take a second
     assert main(['design', 'check', 'register_4', '--json']) == 0
     found = {each['way']: each for each in json.loads(capsys.readouterr().out)['capacity']}

@@ -26,7 +26,7 @@ def test_theta_is_that_of_the_dispersion():
     assert np.abs(np.angle(theta)) == pytest.approx(kappa.real, abs=1e-8)
 
 
-def test_the_free_far_end_of_a_uniform_chain():
+def test_free_far_end_of_a_uniform_chain():
     """To the end and back: theta^(2 N - 1), times (1 + theta) at the free end."""
     omega = np.linspace(0.9, 2.0, 12)
     ratio = echo_response(Specimen(UNIFORM), np.full(UNIFORM.N, UNIFORM.D_s2), omega, End.LEFT)
@@ -35,7 +35,7 @@ def test_the_free_far_end_of_a_uniform_chain():
     assert np.abs(ratio - theta ** (2 * UNIFORM.N - 1) * (1.0 + theta)).max() < 1e-10
 
 
-def test_the_right_end_is_the_left_end_of_the_mirror_image():
+def test_right_end_is_the_left_end_of_the_mirror_image():
     v = find_pinned_wall(Specimen(CASE_II), 3)
     omega = np.linspace(0.5, 2.0, 5)
     flat_v = np.where(CASE_II.sites < 100, UNIFORM.D_s2, UNIFORM.D_s1)
@@ -46,7 +46,7 @@ def test_the_right_end_is_the_left_end_of_the_mirror_image():
     assert np.abs(echo_response(Specimen(CASE_II), v, omega, End.RIGHT)).max() < 2.0
 
 
-def test_a_step_of_zero_is_the_differential_equation():
+def test_step_of_zero_is_the_differential_equation():
     omega = np.linspace(0.1, 2.0, 7)
     assert NOH_BATHE.squared_frequency(omega, 0.1, 0.0) == pytest.approx(omega**2 - 0.1j * omega)
 
@@ -56,14 +56,14 @@ def test_no_frequencies_have_no_squares():
     assert NOH_BATHE.squared_frequency(np.array([]), 0.004, 0.25).shape == (0,)
 
 
-def test_the_scheme_departs_from_it_with_the_second_order_of_its_step():
+def test_scheme_error_is_of_second_order_in_the_step():
     omega = np.array([2.1])
     ideal, *seen = (NOH_BATHE.squared_frequency(omega, 0.004, dt) for dt in (0.0, 0.2, 0.1))
     off = [abs(each - ideal)[0] for each in seen]
     assert off[0] / off[1] == pytest.approx(4.0, rel=0.05)
 
 
-def test_a_standing_wave_of_the_chain_dies_as_the_scheme_says():
+def test_standing_wave_of_the_chain_dies_as_the_scheme_says():
     """A uniform chain, all cells in step: one oscillator of frequency sqrt(k_s)."""
     dt, steps = 1.0, 400
     design = dataclasses.replace(UNIFORM, N=30)
@@ -87,7 +87,7 @@ def test_a_standing_wave_of_the_chain_dies_as_the_scheme_says():
 
 
 @pytest.mark.parametrize('k_r', [0.0, 0.003])
-def test_the_chain_returns_what_the_linear_waves_say(k_r):
+def test_chain_returns_what_the_linear_waves_say(k_r):
     """A pulse of 1e-5 cells into Case II with its wall at level 1, all of its echo's waveform.
 
     The springs' scatter alone changes it by 30 %.

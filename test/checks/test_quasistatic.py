@@ -22,7 +22,7 @@ from mlmem_tools.checks.quasistatic import (
 
 
 @pytest.mark.parametrize(('low', 'high'), [(30, 60), (110, 140), (190, 224)])
-def test_an_excerpt_has_the_cells_of_the_element(low, high):
+def test_excerpt_has_the_cells_of_the_element(low, high):
     part = cut_excerpt(CASE_II, low, high)
     cells = slice(part.before, part.before + part.design.N)
     assert part.before % CASE_II.J == 0  # the defects stay where they are
@@ -33,12 +33,12 @@ def test_an_excerpt_has_the_cells_of_the_element(low, high):
     assert part.design.s == pytest.approx(CASE_II.s[cells][: part.design.N - 1], rel=1e-13)
 
 
-def test_an_excerpt_of_a_short_element_is_the_element():
+def test_excerpt_of_a_short_element_is_the_element():
     part = cut_excerpt(CASE_I, 1, 200)
     assert (part.before, part.design) == (0, CASE_I)
 
 
-def test_a_wall_in_an_excerpt_is_that_of_the_element():
+def test_wall_in_an_excerpt_is_that_of_the_element():
     """The error is exp(-DECAY) = 6e-6 of the strain's effect on a free edge."""
     part = compute_held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
     V = CASE_II.end_displacement(0.02) * CASE_II.strain_shape
@@ -47,7 +47,7 @@ def test_a_wall_in_an_excerpt_is_that_of_the_element():
     assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
 
 
-def test_the_ripple_of_the_lattice_by_scipys_minimiser():
+def test_ripple_of_the_lattice_by_scipys_minimiser():
     """Its two ends are the wall at rest between two cells and on one (by symmetric guesses)."""
     flat = dataclasses.replace(CASE_II, N=60, gamma=0.0, beta=0.0)
 
@@ -77,12 +77,12 @@ def test_the_ripple_of_the_lattice_by_scipys_minimiser():
         (1, -1, True, -0.0310),  # from -0.032 on
     ],
 )
-def test_the_strains_that_free_a_wall(level, sign, kink, expected):
+def test_strains_that_free_a_wall(level, sign, kink, expected):
     found = find_depinning_strain(CASE_II, level, sign, 0.1, kink=kink, tolerance=1e-4)
     assert found == pytest.approx(expected, abs=3e-4)
 
 
-def test_a_pinned_wall_is_an_equilibrium_of_the_whole_element_just_below_that_strain_only():
+def test_pinned_wall_is_an_equilibrium_below_that_strain():
     strain = find_depinning_strain(CASE_II, 0, -1.0, 0.1)
     v, V = find_pinned_wall(Specimen(CASE_II), 0), np.zeros(CASE_II.N)
     moved = []
@@ -100,12 +100,12 @@ def test_no_strain_frees_a_wall_from_a_very_soft_defect():
     assert math.isnan(find_depinning_strain(deep, 0, -1.0, 0.04))
 
 
-def test_a_stiff_defect_holds_no_wall():
+def test_stiff_defect_holds_no_wall():
     with pytest.raises(StateError, match=r'the defect at j = 25 pins no wall'):
         find_depinning_strain(dataclasses.replace(CASE_II, beta=0.2), 0, -1.0, 0.1)
 
 
-def test_what_a_wall_gains_from_the_substrate_is_half_its_energy_over_s():
+def test_gain_of_a_wall_is_half_its_energy_over_s():
     """In a uniform substrate: the springs hold half the wall's energy, sum v'^2 = E."""
     even = dataclasses.replace(CASE_II, s_min=500.0, s_max=500.0)
     _, gain = compute_self_energy(even)
@@ -115,7 +115,7 @@ def test_what_a_wall_gains_from_the_substrate_is_half_its_energy_over_s():
     assert gain[0] == pytest.approx(-0.5 * total / 500.0, rel=0.02)  # lattice against continuum
 
 
-def test_the_softest_place_draws_the_wall():
+def test_softest_place_draws_the_wall():
     X, gain = compute_self_energy(CASE_II)
     assert abs(X[gain.argmin()] - CASE_II.j_0) <= 0.5
     assert abs(X[gain.argmax()] - (CASE_II.j_0 + 25)) <= 0.5

@@ -16,7 +16,7 @@ from mlmem_tools.checks import Verdict, transducer
 from mlmem_tools.checks.concern import Subject
 
 
-def test_the_force_of_a_kick_does_the_work_that_is_stored():
+def test_force_of_a_kick_does_the_work_that_is_stored():
     """The sum of force times speed of every step, without damping; first order in the step."""
     design, settings = preset('kick_2')
     chain = Chain(replace(design, eta=1e-9), 0.05, PEFRL)
@@ -30,7 +30,7 @@ def test_the_force_of_a_kick_does_the_work_that_is_stored():
     assert asked.speed == pytest.approx(0.1 * settings.kick.peak_speed_ratio, rel=1e-3)
 
 
-def test_a_check_says_it_in_si_and_warns_of_what_is_not_made():
+def test_check_says_it_in_si_and_warns_of_what_is_not_made():
     design, settings = use_kicks(preset('case_2'))
     found = {each.name: each for each in transducer.check(Subject(design, settings))}
     units = Units(design, settings.scale)
@@ -47,7 +47,7 @@ def test_a_check_says_it_in_si_and_warns_of_what_is_not_made():
     assert 'it is not made' in found['transducer_speed'].text
 
 
-def test_an_element_without_kicks_asks_nothing():
+def test_element_without_kicks_asks_nothing():
     design, settings = preset('case_1')
     unkicked = replace(settings, kick=replace(settings.kick, speeds=''))
     assert list(transducer.check(Subject(design, unkicked))) == []

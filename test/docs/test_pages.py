@@ -27,7 +27,7 @@ SLOW = ('own_element',)
     [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW)) for path in PAGES],
     ids=lambda path: path.stem,
 )
-def test_a_page_works_as_printed(path, tmp_path, monkeypatch):
+def test_page_works_as_printed(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     # A study then runs in this process: to start others takes longer than what they do.
     monkeypatch.setattr(os, 'sched_getaffinity', lambda process: {0}, raising=False)
@@ -39,5 +39,5 @@ def test_three_dots_stand_for_anything():
     assert not matches('level 4, delay 3.2\n', 'level 5, ...\n')
 
 
-def test_a_block_is_split_into_commands():
+def test_block_is_split_into_commands():
     assert list(commands('$ one\nsaid\n$ two\n')) == [('one', 'said\n'), ('two', '')]

@@ -44,9 +44,7 @@ def read_element():
 
 
 @pytest.mark.parametrize(('procedure', 'reads'), [('read', 2), ('write', 1)])
-def test_a_read_after_a_failed_write_is_not_compared_with_the_wall_before(
-    procedure, reads, read_element, throttled
-):
+def test_read_after_a_failed_write_is_not_compared(procedure, reads, read_element, throttled):
     """A failed read moves nothing, so that what spoils the reads can be told."""
     element, clear = read_element
     made = Specimen(element.design)

@@ -41,7 +41,7 @@ def levels(reports, hold=2):
     return [smoother.smooth_health(Health(level, 'now')).level for level in reports]
 
 
-def test_a_warning_stays_for_some_reports():
+def test_warning_stays_for_some_reports():
     assert levels([OK, WARN, OK, OK, OK, OK]) == [OK, WARN, WARN, WARN, OK, OK]
 
 
@@ -94,7 +94,7 @@ def test_two_walls_at_rest_are_a_warning(element):
     assert diagnostics.report_material(element).level == OK  # not while it is driven
 
 
-def test_a_fault_that_is_set_is_a_warning(element):
+def test_fault_that_is_set_is_a_warning(element):
     assert diagnostics.report_faults(element) == Health(OK, 'healthy')
     element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.4, seed=3)))
     health = diagnostics.report_faults(element)
@@ -127,7 +127,7 @@ def session(**changes):
         (session(error=BagError('no space left'), dropped=3), ERROR, 'no space left'),
     ],
 )
-def test_the_worst_state_of_a_recording_is_reported(recording, level, text):
+def test_worst_state_of_a_recording_is_reported(recording, level, text):
     current, status = recording
     sessions = SimpleNamespace(state=State.IDLE, current=current, status=status, buffer=None)
     health = diagnostics.report_recorder(SimpleNamespace(sessions=sessions))
@@ -186,14 +186,14 @@ def heard(element):
     return heard
 
 
-def test_a_weak_echo_of_a_level_is_a_warning(heard):
+def test_weak_echo_of_a_level_is_a_warning(heard):
     health = diagnostics.report_transducer(heard(3, 1.2))
     assert (health.level, health.text) == (WARN, 'a weak echo: 1.2 times the threshold')
     assert diagnostics.report_transducer(heard(3, 1.5)).level == OK
     assert diagnostics.report_transducer(heard(-2, 1.2)).level == OK  # reported by the memory
 
 
-def test_an_undecodable_echo_is_a_warning_with_the_reason(element, heard):
+def test_undecodable_echo_is_a_warning_with_the_reason(element, heard):
     assert diagnostics.report_memory(element) == Health(OK, 'not read yet', ANY)
     health = diagnostics.report_memory(heard(-2, 1.2))
     assert (health.level, health.text) == (WARN, 'between two levels')

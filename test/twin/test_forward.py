@@ -40,7 +40,7 @@ def element(x=None):
     return Forward(unknowns, x)
 
 
-def test_the_vector_describes_its_element():
+def test_vector_describes_its_element():
     model = element()
     made = scattered(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
     for name in ('alpha', 'k_r', 'masses', 'offsets'):
@@ -85,7 +85,7 @@ def test_derivatives_by_patterns_are_sums_of_those_by_cells():
 
 
 @pytest.mark.parametrize('design', [SMALL, OF_A_LAW])
-def test_derivatives_by_what_cells_share_are_difference_quotients(design):
+def test_shared_derivatives_are_difference_quotients(design):
     """Of the paper's law, and of one of its own, which is stretched and skewed: 2e-3, as above,
     and 5e-3 by c, where two larger derivatives in single precision cancel.
     """
@@ -107,7 +107,7 @@ def test_derivatives_by_what_cells_share_are_difference_quotients(design):
         np.testing.assert_allclose(J[..., at], quotient, atol=error * scale, err_msg=name)
 
 
-def test_a_stretched_law_has_its_ground_states_and_a_skew_its_stiffnesses():
+def test_stretched_law_has_its_ground_states_and_stiffness():
     """The second well over the first: (1 + skew / 2) / (1 - skew / 2)."""
     law, n = stretch_law(OF_A_LAW, -1.1, 1.2, 0.1), OF_A_LAW.phase
     assert law.ground_states[n : n + 2] == pytest.approx((-1.1, 1.2), abs=1e-6)
@@ -115,7 +115,7 @@ def test_a_stretched_law_has_its_ground_states_and_a_skew_its_stiffnesses():
     assert ratio == pytest.approx(OF_A_LAW.k_s2 / OF_A_LAW.k_s1 * 1.05 / 0.95, rel=1e-5)
 
 
-def test_a_law_that_is_the_papers_moves_as_the_papers():
+def test_law_that_is_the_papers_moves_as_the_papers():
     """To the error of a spline: a sixteenth of that of half the knots, 1.7e-5."""
     moved = [
         Forward(each, each.mean).predict(SHOT, 120.0) for each in map(Unknowns, (SMALL, OF_A_LAW))
