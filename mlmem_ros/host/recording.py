@@ -306,8 +306,8 @@ def opened(
 
 def new_path(plan: SessionPlan) -> Path:
     """Return the configured path; with the time added if it is empty or exists."""
-    settings, path = plan.settings, plan.files.confine_path(plan.settings.path or 'session')
-    if settings.path and not (settings.add_time and atomic_files.path_exists(path)):
+    path = plan.files.confine_path(plan.settings.path or 'session')
+    if plan.settings.path and not atomic_files.path_exists(path):
         return path
     name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
     names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))

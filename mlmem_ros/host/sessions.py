@@ -91,7 +91,7 @@ class Sessions:
         """Begin a recording before time runs, in `record.path`; otherwise like `start`.
 
         Raises:
-            BagError: It cannot be written, or the path exists and `record.add_time` is off.
+            BagError: It cannot be written.
             SettingsError: The path leads out of `files.root`.
             Overdue: The disk does not answer.
         """
@@ -103,8 +103,7 @@ class Sessions:
         Returns:
             The path of the new bag, once it holds the last seconds or the present state; `Refused`
             if a session is being recorded, or a procedure runs and no last seconds are kept; else
-            what `begin` raises. If the path exists and `record.add_time` is on, the time is added
-            to it.
+            what `begin` raises. If the path exists, the time is added to it.
         """
         return self._worker.do(STARTING, lambda: self._start_session(plan, loop.element, loop))
 

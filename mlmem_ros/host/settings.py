@@ -76,8 +76,8 @@ class FileSettings(Checked):
 
 UNRESTRICTED_FILES = FileSettings()
 
-IMAGE_COLUMNS = 400
-"""Width of an image that covers at least this many ticks."""
+COLUMN_PERIOD_TICKS = 10
+"""Ticks between two columns of `~/image`."""
 
 
 @dataclass(frozen=True)
@@ -106,16 +106,10 @@ class PublishSettings(Checked):
     wall_every: int = _tick_interval(20, '~/wall')
     joint_states_every: int = _tick_interval(20, '~/joint_states')
     image_every: int = _tick_interval(50, '~/image')
-    image_span: int = _ticks(4000, 'ticks that ~/image reaches back', high=10**7)
     markers_every: int = _tick_interval(50, '~/markers')
     frame_id: str = describe_field(
         'mlmem', "frame of stamped messages; by default the node's full name without its first /"
     )
-
-    @property
-    def column_every(self) -> int:
-        """Ticks between two columns of the image."""
-        return math.ceil(self.image_span / IMAGE_COLUMNS)
 
     @property
     def common_ticks(self) -> int:
@@ -124,7 +118,7 @@ class PublishSettings(Checked):
         Without any stream: those of a column of the image.
         """
         streams = math.gcd(self.field_every, self.wall_every, self.joint_states_every)
-        return streams or self.column_every
+        return streams or COLUMN_PERIOD_TICKS
 
 
 @dataclass(frozen=True)
@@ -133,9 +127,6 @@ class RecordSettings(Checked):
 
     path: str = describe_field(
         '', 'bag directory of a session that starts with the node; empty: none'
-    )
-    add_time: bool = describe_field(
-        True, 'add the time to the name of an existing path; false: refuse an existing path'
     )
     sync_interval: float = _seconds(
         1.0,

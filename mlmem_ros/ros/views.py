@@ -23,7 +23,7 @@ from mlmem import MemoryElement
 from mlmem.physics import Design, find_walls
 from mlmem.physics.potential import Array
 
-from ..host.settings import PublishSettings
+from ..host.settings import COLUMN_PERIOD_TICKS, PublishSettings
 
 RED, WHITE, BLUE = (178, 24, 43), (247, 247, 247), (33, 102, 172)
 
@@ -53,6 +53,9 @@ class Palette:
         return np.minimum(index, 255.0, out=index).astype(np.uint8)
 
 
+IMAGE_COLUMNS = 400
+"""Width of an image."""
+
 MAX_IMAGE_ROWS = 512
 """Greatest height; of a longer chain, only every second, third ... cell is shown."""
 
@@ -70,11 +73,18 @@ class Contour:
     too; columns that fall into one run of ticks are equal. It is coloured only on demand.
     """
 
-    def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
+    def __init__(
+        self,
+        element: MemoryElement,
+        frame_id: str,
+        columns: int = IMAGE_COLUMNS,
+        every: int = COLUMN_PERIOD_TICKS,
+    ) -> None:
+        """Show the last columns, of which one is taken every few ticks."""
         self._element = element
-        self._frame_id = settings.frame_id
-        self._every = settings.column_every
-        self._columns = settings.image_span // self._every
+        self._frame_id = frame_id
+        self._every = every
+        self._columns = columns
         self._palette = Palette(element.design)
         self._stride = math.ceil(element.design.N / MAX_IMAGE_ROWS)
         rows = len(range(0, element.design.N, self._stride))

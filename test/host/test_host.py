@@ -257,10 +257,10 @@ def test_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
     assert not any((tmp_path / 'session').iterdir())
 
 
-def test_recording_that_cannot_open_prevents_activation(serve, record, tmp_path):
-    (tmp_path / 'session').mkdir()
-    service = serve(record=dataclasses.replace(record, add_time=False))
-    with pytest.raises(BagError, match='exists already'):
+def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record, tmp_path):
+    (tmp_path / 'file').touch()
+    service = serve(record=dataclasses.replace(record, path=str(tmp_path / 'file' / 'session')))
+    with pytest.raises((BagError, SettingsError)):
         service.activate()
     assert service.host.loop is None
     assert service.host.sessions.state is State.IDLE

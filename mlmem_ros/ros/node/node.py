@@ -34,7 +34,7 @@ from .diagnostics import Diagnostics
 from .parameters import ParameterSet
 from .services import Clients, Services, build_session_plan
 from .simulator import SimTimePacer, Simulator
-from .starting import DuplicateNameCheck, Retries, report_preparation
+from .starting import Retries, report_preparation
 from .topics import Publishers, Subscriptions
 
 REQUEST_SERVICES = {'send_goal', *(service.name for service in NODE_SERVICES)}
@@ -132,7 +132,6 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         )
         self._simulator = Simulator(self, self.host, self._begin_anew, self._activate_device)
         self._diagnostics = Diagnostics(self, self.host, callback_guard)
-        self._duplicate_name_check = DuplicateNameCheck(self, self.host.log, callback_guard)
         self._published: Publishers | None = None
         self._starting = self._blank = self._held = False
         self._sim_time: SimTimePacer | None = None

@@ -25,7 +25,7 @@ from ...contract.messages import Publication, build_message
 from ...contract.streams import Stream, select_streams
 from ...contract.topics import LATCHED_QOS
 from ...host import Host
-from ...host.settings import PublishSettings
+from ...host.settings import COLUMN_PERIOD_TICKS, PublishSettings
 from ..middleware import build_override_options, build_qos_profile
 from ..views import ChainMarkers, Contour
 
@@ -135,8 +135,7 @@ class Publishers:
         self._node = node
         self._host = host
         self._element = element
-        self._settings = settings
-        streams = select_streams(element.reader.holds_words, element.simulated)
+        streams = select_streams(element.register is not None, element.simulated)
         group = MutuallyExclusiveCallbackGroup()  # the node's remembers all that ever was in it
         self._publishers = {
             stream.name: node.create_publisher(
@@ -153,7 +152,7 @@ class Publishers:
             settings.frame_id,
             lambda: node.get_clock().now().to_msg(),
         )
-        self._contour = Contour(element, settings) if element.simulated else None
+        self._contour = Contour(element, settings.frame_id) if element.simulated else None
         self._markers = cache(partial(ChainMarkers, element, settings))  # few are asked for them
         self._on_events = [stream for stream in streams if not stream.is_periodic]
         self._periodic = [
@@ -236,7 +235,7 @@ class Publishers:
         if now >= self._last_look.until or recording is not self._last_look.recording:
             active = [each for each in self._periodic if self._is_subscribed(each[0])]
             pictured = any(stream.kind is Image for stream, _ in active)
-            columns = self._settings.column_every if pictured else 0
+            columns = COLUMN_PERIOD_TICKS if pictured else 0
             self._last_look = ActiveStreams(
                 frozenset(stream.name for stream, _ in active),
                 any(not stream.is_view for stream, _ in active),  # views may be late
