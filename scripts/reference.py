@@ -76,12 +76,12 @@ def policy() -> str:
         flags=re.DOTALL,
     )
     for rule, topics, end in (
-        ('publish', STREAMS, 'alive'),
-        ('subscribe', [topic.name for topic in COMMAND_TOPICS], 'clients'),
+        ('publish', STREAMS, '~/alive'),
+        ('subscribe', [topic.name for topic in COMMAND_TOPICS], '/clock'),
     ):
         listed = ''.join(f'            <topic>~/{name}</topic>\n' for name in topics)
         text = re.sub(
-            rf'(<topics {rule}="ALLOW">\n).*?( *<topic>~/{end}</topic>)',
+            rf'(<topics {rule}="ALLOW">\n).*?( *<topic>{end}</topic>)',
             lambda found, listed=listed: found[1] + listed + found[2],
             text,
             count=1,

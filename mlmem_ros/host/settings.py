@@ -311,7 +311,8 @@ NODE_PARAMETERS = {
         'serve the page of this element while the node runs: `mlmem view`'
     )),
     'linger': (0.0, Description(
-        'longest time to serve on after SIGINT, until every client has gone; SIGTERM ends it',
+        'longest time to serve on after SIGINT, until every client has left the graph; SIGTERM '
+        'ends it',
         unit='s', low=0.0, high=3600.0,
     )),
     'design.check': ('refuse', Description(

@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """The middleware: qualities of service, and ways around two traps, for executors and for signs of
-life of nodes and their clients.
+life of nodes.
 
 rclpy's own function for an executor of events turns on a fault handler, which needs a stderr that
 is a file; notebooks and captured tests have none. DDS has liveliness. But with a finite lease, a
@@ -41,8 +41,8 @@ def create_events_executor(context: Context | None = None) -> Executor:
     return executor
 
 
-ALIVE, CLIENTS = 'alive', 'clients'
-"""Topics of the node and of its clients, below its name. The graph forgets killed ones late."""
+ALIVE = 'alive'
+"""Topic of the node, below its name. The graph forgets a killed node late."""
 
 NOT_SERVING = DiagnosticStatus.STALE
 """Level of a heartbeat of a node that prepares: requests wait until it serves."""

@@ -21,13 +21,11 @@ from rclpy.timer import Timer
 
 from ..middleware import (
     ALIVE,
-    CLIENTS,
     DESTROYED_ERRORS,
     HEARTBEAT_PROFILE,
     KEEP_ALL_PROFILE,
     NOT_SERVING,
     RELIABLE_PROFILE,
-    Signs,
 )
 from .line import Line, is_destroyed
 
@@ -130,7 +128,6 @@ class Link:
         self._since = line.awake
         self._met = self._heard = False
         self.node = line.join(self, robot)
-        Signs.start_heartbeat(self.node, f'{peer}/{CLIENTS}')
         self._status = DiagnosticStatus()
         self._signs = self.node.create_subscription(
             DiagnosticStatus, f'{peer}/{ALIVE}', self._on_heartbeat, HEARTBEAT_PROFILE

@@ -32,7 +32,7 @@ from .callback_guard import CallbackGuard, await_future
 from .declared_parameters import CheckedParameters
 from .diagnostics import Diagnostics
 from .parameters import ParameterSet
-from .services import Clients, Services, build_session_plan
+from .services import Services, build_session_plan
 from .simulator import SimTimePacer, Simulator
 from .starting import Retries, report_preparation
 from .topics import Publishers, Subscriptions
@@ -124,7 +124,6 @@ class MemoryNode(CheckedParameters, LifecycleNode):
             self.destroy_node()
             raise
         Signs.start_heartbeat(self, f'~/{ALIVE}', self._build_heartbeat)
-        self._asking = Clients(self)  # rclpy has _clients
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
         Services(
@@ -309,9 +308,10 @@ class MemoryNode(CheckedParameters, LifecycleNode):
 
     @property
     def client_count(self) -> int:
-        """How many clients of its requests are on the ROS graph, as far as they live."""
+        """How many clients of its requests are on the ROS graph."""
         names = [self.resolve_service_name(service.srv_name) for service in self.services]
-        return self._asking.count(n for n in names if n.rpartition('/')[2] in REQUEST_SERVICES)
+        asked = [name for name in names if name.rpartition('/')[2] in REQUEST_SERVICES]
+        return sum(map(self.count_clients, asked))
 
     def close(self) -> None:
         """Stop time if it runs, save the content, close the session file."""

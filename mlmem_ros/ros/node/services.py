@@ -5,13 +5,11 @@
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
@@ -33,47 +31,11 @@ from ...contract.commands import (
 from ...contract.streams import select_streams
 from ...host import REFUSALS, Host, SessionPlan
 from ...host.settings import Parameters
-from ..middleware import CLIENTS, HEARTBEAT_PROFILE, KEEP_ALL_PROFILE
+from ..middleware import KEEP_ALL_PROFILE
 from .callback_guard import CURRENT_REQUESTER, await_future
 
 Answered = Awaitable[tuple[bool, str]]
 """Whether a request succeeded, and the JSON object that answers it."""
-
-MAX_CLIENT_SILENCE_S = 5.0
-"""Seconds without a sign of life after which a client is given up."""
-
-
-class Clients:
-    """Who still wants something of a node: clients on the graph, without those that are silent.
-
-    Every `MemoryClient` gives signs of life. The graph alone tells of others.
-    """
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._met: set[bytes] = set()
-        self._last = time.monotonic()
-        self._signs = node.create_subscription(
-            DiagnosticStatus, f'~/{CLIENTS}', self._on_heartbeat, HEARTBEAT_PROFILE
-        )
-
-    def count(self, services: Iterable[str]) -> int:
-        """Return how many clients services have. While one can be heard, all count."""
-        now, there = time.monotonic(), self._find_participants(self._signs.topic_name)
-        if there - self._met:  # a new one, which is heard soon
-            self._last = now
-        self._met |= there
-        if now - self._last < MAX_CLIENT_SILENCE_S:
-            return sum(map(self._node.count_clients, services))
-        asking = (self._find_participants(f'rq{each}Request', no_mangle=True) for each in services)
-        return sum(len(ends - self._met) for ends in asking)
-
-    def _find_participants(self, topic: str, **options: bool) -> set[bytes]:
-        ends = self._node.get_publishers_info_by_topic(topic, **options)
-        return {bytes(end.endpoint_gid)[:12] for end in ends}
-
-    def _on_heartbeat(self, _: DiagnosticStatus) -> None:
-        self._last = time.monotonic()
 
 
 class Services:
