@@ -1,11 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The services and actions of a memory node, what `~/request` takes, and how a client fills it in.
-
-Messages check their fields only if ROS_PYTHON_CHECK_FIELDS is 1, and never under `python -O`.
-Without a check 65541 becomes 5 in a uint16, and a text where a number belongs may end the process.
-So values are checked here (`fitted`) before they are converted.
-"""
+"""The services and actions of a memory node, and what `~/request` takes."""
 
 from __future__ import annotations
 
@@ -121,11 +116,6 @@ def load_action_types() -> dict[str, Any]:
         for name, kind in ACTION_TYPE_NAMES.items()
         if hasattr(module, kind)
     }
-
-
-def list_field_names(message: Any) -> list[str]:
-    """Return the names of the fields of a message."""
-    return list(message.get_fields_and_field_types())
 
 
 # --- requests ---------------------------------------------------------------------------------

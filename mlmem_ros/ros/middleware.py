@@ -56,8 +56,8 @@ DESTROYED_ERRORS = InvalidHandle, rclpy_implementation.RCLError
 """What rclpy raises when a node is destroyed, or ROS was shut down."""
 
 
-class Signs:
-    """Gives the signs of this process, from a thread of their own: executors may be busy."""
+class Heartbeat:
+    """Publishes signs of life of nodes, from a thread of its own: executors may be busy."""
 
     _publishers: ClassVar[dict[Publisher, Callable[[], DiagnosticStatus]]] = {}
     _lock = threading.Lock()

@@ -49,8 +49,8 @@ from ...contract.calls import (
 )
 from ...contract.services import DEADLINE_ARGUMENT, load_action_types
 from ..middleware import ALIVE, create_events_executor
+from .client_thread import ClientThread
 from .goal import Goal
-from .line import Line
 from .link import Call, Connection
 from .reply import Reply, Steps, check_seconds
 
@@ -381,7 +381,7 @@ def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryCl
         over.set_result(None)
         thread.join()  # an executor must not be shut down while it spins
         executor.shutdown()
-        Line.of(context).close()
+        ClientThread.of(context).close()
         node.destroy_node()
         rclpy.try_shutdown(context=context)
 

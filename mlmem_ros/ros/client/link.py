@@ -27,7 +27,7 @@ from ..middleware import (
     NOT_SERVING,
     RELIABLE_PROFILE,
 )
-from .line import Line, is_destroyed
+from .client_thread import ClientThread, is_destroyed
 
 REPORT_PERIOD_S = 5.0
 """Time between two log lines on what a memory node waits for."""
@@ -61,7 +61,7 @@ class Connection:
         self.node = node
         self.peer = peer
         self.patience = patience
-        self.line = Line.of(node.context)
+        self.line = ClientThread.of(node.context)
         self._link: Link | None = None
         self._lock = threading.Lock()
         self._reported = '', -math.inf  # what the node waits for, and when that was logged
@@ -117,7 +117,7 @@ class Link:
         node: The hidden node.
     """
 
-    def __init__(self, line: Line, robot: Node, peer: str) -> None:
+    def __init__(self, line: ClientThread, robot: Node, peer: str) -> None:
         self._line = line
         self._peer = peer
         self._lost = False
@@ -209,7 +209,7 @@ class Link:
         return self._lost
 
     def close(self) -> None:
-        """Leave the line. The entities stay until it ends: the executor may hold an event of one
+        """Leave the thread. The entities stay until it ends: the executor may hold an event of one
         that another thread destroys, and crash.
         """
         self._line.remove_link(self)

@@ -153,7 +153,7 @@ class Reply(Future[T]):
         )
         why = f'the answer to {self._what} was given up{on}'
         self._set_error(_GivenUp(f'{self._connection.peer}: {why}'))
-        with self._lock:  # the line's thread may send it meanwhile
+        with self._lock:  # the client's thread may send it meanwhile
             self._over = over = not (self._lasting and self._has_reached_node())
         if over:
             self._end_request()
@@ -185,7 +185,7 @@ class Reply(Future[T]):
             return
         try:
             step, now = self._steps.send(heard), time.monotonic()
-            with self._lock:  # the line's thread may look meanwhile
+            with self._lock:  # the client's thread may look meanwhile
                 self._step, self._sent, self._asked = step, None, now
             if isinstance(step, Call):
                 self._send()
@@ -210,7 +210,7 @@ class Reply(Future[T]):
 
     def _send(self) -> None:
         """Send the request if its service is available: DDS drops messages without a reader."""
-        with self._lock:  # the asking thread and the line's may meet here
+        with self._lock:  # the asking thread and the client's may meet here
             call = self._step
             if self._over or self._sent is not None or not isinstance(call, Call):
                 return
@@ -245,7 +245,7 @@ class Reply(Future[T]):
         if self._link is not None and isinstance(self._step, Call):
             self._link.drop_call(self._step, self._sent)
 
-    # --- in the line's thread ---------------------------------------------------------------
+    # --- in the client's thread -------------------------------------------------------------
 
     @property
     def due(self) -> float:

@@ -26,7 +26,7 @@ from ...host import REFUSALS, Host
 from ...host.building import Built
 from ...host.settings import INTROSPECTION_PARAMETER, Parameters
 from ...host.worker import Log
-from ..middleware import ALIVE, NOT_SERVING, Signs
+from ..middleware import ALIVE, NOT_SERVING, Heartbeat
 from .actions import Actions
 from .callback_guard import CallbackGuard, await_future
 from .declared_parameters import CheckedParameters
@@ -123,7 +123,7 @@ class MemoryNode(CheckedParameters, LifecycleNode):
         except BaseException:
             self.destroy_node()
             raise
-        Signs.start_heartbeat(self, f'~/{ALIVE}', self._build_heartbeat)
+        Heartbeat.start_heartbeat(self, f'~/{ALIVE}', self._build_heartbeat)
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
         Services(

@@ -57,7 +57,7 @@ class Pending(Protocol):
         """Do what is due; return whether there is more to come."""
 
 
-class Line:
+class ClientThread:
     """A thread that spins the hidden nodes of a context's clients, and looks after their replies.
 
     Attributes:
@@ -67,11 +67,11 @@ class Line:
         over: Whether it ends, or has ended.
     """
 
-    _all: ClassVar[WeakKeyDictionary[Context, Line]] = WeakKeyDictionary()
+    _all: ClassVar[WeakKeyDictionary[Context, ClientThread]] = WeakKeyDictionary()
     _making = threading.RLock()
 
     def __init__(self, context: Context, own: bool = False) -> None:
-        """Start; a line that owns its context ends it when the last link has left."""
+        """Start; one that owns its context ends it when the last link has left."""
         self.context = context
         self.broken = False
         self.awake = 0.0
@@ -91,23 +91,23 @@ class Line:
         atexit.register(self.close)
 
     @classmethod
-    def of(cls, context: Context) -> Line:
-        """Return the line of a robot's context."""
+    def of(cls, context: Context) -> ClientThread:
+        """Return the thread of a robot's context."""
         with cls._making:
             if context not in cls._all:
                 cls._all[context] = cls(context)
             return cls._all[context]
 
-    def replace_broken(self, broken: object, robot: Node) -> Line:
-        """Return a line in place of that of a broken link, with a participant of its own."""
+    def replace_broken(self, broken: object, robot: Node) -> ClientThread:
+        """Return a thread in place of that of a broken link, with a participant of its own."""
         with self._making:
             if self._newest.has_link(broken) or self._newest.over:
-                self._newest = Line(_create_context_like(robot), own=True)
+                self._newest = ClientThread(_create_context_like(robot), own=True)
                 self.context.on_shutdown(self._newest.close)
             return self._newest
 
     def has_link(self, link: object) -> bool:
-        """Return whether a link belongs to this line."""
+        """Return whether a link belongs to this thread."""
         return link in self._links
 
     def join(self, link: object, robot: Node) -> Node:
