@@ -9,6 +9,7 @@ The topics themselves stand in two tables: `streams.STREAMS` has those that a no
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -62,8 +63,13 @@ class Topic:
     @property
     def kind(self) -> Any:
         """The class of its messages, from ROS."""
-        package, _, name = self.type.split('/')
-        return getattr(import_module(f'{package}.msg'), name)
+        return _load_message_type(self.type)
+
+
+@cache
+def _load_message_type(name: str) -> Any:
+    package, _, kind = name.split('/')
+    return getattr(import_module(f'{package}.msg'), kind)
 
 
 DIAGNOSTICS_TOPIC = Topic(
