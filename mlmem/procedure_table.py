@@ -46,7 +46,7 @@ def describe_word(word: int) -> str:
 
 
 def describe_content(name: str, content: int) -> str:
-    """Return a content in words, by its name: `level` of one wall, the `word` of a register."""
+    """Return a content in words, by its name: `level` of one wall, `word` of a register."""
     return describe_word(content) if name == 'word' and content >= 0 else describe_level(content)
 
 
