@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import mlmem
 from mlmem import (
     BLANK,
     UNDECODABLE,
@@ -19,10 +18,8 @@ from mlmem import (
     EchoReceived,
     Erase,
     Faults,
-    MemoryElement,
     Outcome,
     Read,
-    Refused,
     Reset,
     SelfTest,
     SetFaults,

@@ -22,9 +22,6 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.ros.client import client_thread
-from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.client.link import Link
 from mlmem_ros.ros.middleware import create_events_executor
 
 
@@ -353,60 +350,8 @@ def test_reads_of_one_client_wait_for_one_another(client, actions):
     assert [read.wait().attempts for read in reads] == 20 * [1]
 
 
-@pytest.mark.parametrize('actions', [True, False])
-@pytest.mark.parametrize('late', [True, False])
-def test_a_read_waits_for_one_that_was_given_up(client, memory, late, actions):
-    """The element goes on with it; the next one used to be refused as busy."""
-    memory = MemoryClient(client.node, memory.element, actions=actions)
-    memory.read().wait()
-    for given_up in (0, 1):
-        memory.pause().wait()
-        reads = [memory.read(timeout=0.3 if late and n == given_up else SOON) for n in range(3)]
-        second = reads.pop(given_up)
-        if late:
-            with pytest.raises(NoAnswer, match='did not answer read within'):
-                second.wait()
-        else:
-            second.cancel()
-        memory.pause(False).wait()
-        assert [read.wait().attempts for read in reads] == [1, 1]
-
-
-def test_an_aborted_write_fails(client, memory, under_way):
-    writing, aborting = under_way(7), client.abort()
-    wait_until(lambda: memory.step(10) and aborting.done(), 'the abort', SOON)
-    with pytest.raises(RequestFailed, match='aborted') as failure:
-        writing.wait()
-    assert not isinstance(failure.value, RequestRefused)
-    assert failure.value.answer['procedure'] == 'write'
-
-
-@pytest.mark.parametrize('message', ['', 'ok', '[]', '7', '{"procedure": "read", "level": 1}'])
-def test_an_answer_that_cannot_be_understood(context, stand_in, message):
-    stand_in.answer = message
-    reading = MemoryClient(stand_in.node, '/stand_in').read()
-    refused = pytest.raises(
-        RequestFailed, match=r'must be JSON|must be an object|lacks attempts, ticks'
-    )
-    with spinning(stand_in.node), refused:
-        reading.wait()
-
-
-def test_no_node_of_that_name(client, monkeypatch):
-    """While it waits for one, it looks now and then, and leaves the core to others."""
-    ready, looked = Link.ready, []
-    monkeypatch.setattr(Link, 'ready', lambda *asked: looked.append(asked) or ready(*asked))
-    nobody = MemoryClient(client.node, '/nobody', patience=0.2)
-    with pytest.raises(NoAnswer, match=r'/nobody within 0\.2 s; start one'):
-        nobody.read().wait()
-    assert (
-        len(looked) <= 4 * 0.2 / client_thread.SERVICE_CHECK_PERIOD_S
-    )  # for an action and for a service; not thousands
-    with pytest.raises(NoAnswer, match='/nobody'):
-        nobody.ready(0.1).wait()
-
-
-def test_an_answer_that_does_not_come_in_time(client):
+@pytest.mark.parametrize('given_up', [0, 1])
+def test_read_waits_for_one_that_timed_out(client, given_up):
     client.pause().wait()
     reads = [client.read(timeout=0.3 if n == given_up else SOON) for n in range(3)]
     with pytest.raises(NoAnswer, match='did not answer read within'):

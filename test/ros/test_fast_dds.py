@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 
 from nodes import program
 
-from mlmem_ros.ros.client.client_thread import CHECK_PERIOD_S, MAX_STANDSTILL_S
 from mlmem_ros.ros.process import (
     PROFILE_PATH,
     PROFILE_VARIABLES,

@@ -6,7 +6,7 @@ import pytest
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 
-from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, SetStrain, Write
+from mlmem import Abort, Erase, FollowTrajectory, Read, Refused, Write
 from mlmem.instrument.instrument import Units
 from mlmem.physics import CASE_II
 from mlmem.settings import ScaleSettings
@@ -16,6 +16,8 @@ from mlmem_ros.contract.commands import (
     Record,
     parse_request,
 )
+
+TOPICS = {topic.name: topic for topic in COMMAND_TOPICS}
 
 
 def parameters(**values):
@@ -53,7 +55,7 @@ def test_request_is_decoded_as_it_was_encoded(name, arguments, command):
 )
 def test_joint_command_without_a_position_is_rejected(message):
     with pytest.raises(Refused, match="a position of the joint 'substrate'"):
-        TOPIC_PARSERS[topics.JOINT_COMMANDS_TOPIC.name](message, Units())
+        TOPICS['joint_commands'].parse(message, Units())
 
 
 def test_imu_becomes_a_disturbance_in_element_units():

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 import rclpy
-from diagnostic_msgs.msg import DiagnosticStatus
 from nodes import QUICK, program
 from robot import Robot
 
@@ -20,10 +19,8 @@ from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.client import link
 from mlmem_ros.ros.client.client import wait_until
-from mlmem_ros.ros.middleware import HEARTBEAT_PROFILE, Heartbeat
 from mlmem_ros.ros.node.run import CLIENT_ABSENCE_S, await_last_clients, end_nodes, start_nodes
-from mlmem_ros.ros.node_process import build_node_arguments, run_node_process
-from mlmem_ros.ros.process import PROFILE_VARIABLES
+from mlmem_ros.ros.node_process import build_node_arguments
 
 ROOT = Path(__file__).parents[2]
 SOON = 30.0
@@ -59,28 +56,7 @@ def test_robot_stopped_with_its_memory_writes_once_more(start, tmp_path):
     assert state_file.load_snapshot(state)['reading']['level'] == 0
 
 
-def test_a_program_that_ends_waits_for_the_thread_of_its_client():
-    """Python's end aborts who is in C++ then: in that thread's last steps, too."""
-    code = """
-import time, rclpy
-from rclpy.node import Node
-from mlmem_ros.ros.client.client_thread import ClientThread
-rclpy.init()
-robot = Node('robot')
-class Late:
-    def destroy_node(self):
-        time.sleep(0.5)
-        print('whole', flush=True)
-ClientThread.of(robot.context)._nodes[lambda: robot] = Late()
-rclpy.try_shutdown()
-time.sleep(0.2)
-"""
-    robot = program('-c', code, stdout=subprocess.PIPE, text=True)
-    said, _ = robot.communicate(timeout=2 * SOON)
-    assert (said.splitlines()[-1:], robot.returncode) == (['whole'], 0)
-
-
-def test_a_node_waits_until_its_clients_have_left(start):
+def test_node_waits_until_its_clients_have_left(start):
     node = start({'linger': 60.0}, apart=True)
     with standalone() as memory:
         assert memory.read(timeout=SOON).wait().blank
@@ -88,44 +64,6 @@ def test_a_node_waits_until_its_clients_have_left(start):
         time.sleep(2.0 * CLIENT_ABSENCE_S)
         assert memory.read(timeout=SOON).wait().blank  # a client that was quiet, and lives
     assert node.exit_status(SOON) == 0
-
-
-def test_nobody_promises_to_be_heard_within_a_lease(start):
-    """Timers of such leases and peers that leave block Fast DDS for good (its issue 6502)."""
-    node = start(apart=True)
-    with Robot() as observer, standalone() as memory:
-        memory.read(timeout=SOON).wait()
-        leases = [
-            end.qos_profile.liveliness_lease_duration.nanoseconds
-            for topic, _ in observer.node.get_topic_names_and_types(no_demangle=True)
-            for end in [
-                *observer.node.get_publishers_info_by_topic(topic, no_mangle=True),
-                *observer.node.get_subscriptions_info_by_topic(topic, no_mangle=True),
-            ]
-        ]
-        assert len(leases) > 50  # of node, client and observer
-        assert min(leases) > 1e18  # without end
-    assert node.running
-
-
-def test_signs_of_life_end_with_their_node(context):
-    first, second = (
-        rclpy.create_node(name, context=context, use_global_arguments=False)
-        for name in ('first', 'second')
-    )
-    heard = []
-    first.create_subscription(DiagnosticStatus, '/of_second', heard.append, HEARTBEAT_PROFILE)
-    executor = rclpy.executors.SingleThreadedExecutor(context=context)
-    executor.add_node(first)
-    Heartbeat.start_heartbeat(first, '/of_first')
-    Heartbeat.start_heartbeat(second, '/of_second')
-    until = time.monotonic() + SOON
-    while len(heard) < 2 and time.monotonic() < until:
-        executor.spin_once(0.1)
-    assert len(heard) >= 2
-    count = len(Heartbeat._publishers)
-    second.destroy_node()
-    wait_until(lambda: len(Heartbeat._publishers) == count - 1, 'the end of its signs')
 
 
 @pytest.mark.parametrize('longest', [0.8, 60.0])

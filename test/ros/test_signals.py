@@ -138,19 +138,6 @@ def test_request_during_the_start_is_answered():
         assert not ord(robot.response(sent[2]).passed)
 
 
-def test_request_that_arrives_after_the_close_is_answered(monkeypatch):
-    """A busy machine delivers a request so late that the node has closed its element before."""
-    monkeypatch.setattr(run, 'DELIVERY_S', 1.0)  # this machine may be busier
-    context = rclpy.Context()
-    with Robot() as robot:
-        sent = []
-        nodes, executor = start_nodes(build_node_arguments('/mlmem', QUICK), context)
-        robot.introduce(SimpleNamespace(node=nodes[0]), 'erase')
-        threading.Timer(0.3, lambda: sent.append(robot.send('erase'))).start()
-        assert end_nodes(nodes, executor) == 0
-        assert 'shut down' in robot.answer(sent[0])['error']
-
-
 HANGS = """
 import ctypes, sys
 from mlmem_ros.ros import main

@@ -21,7 +21,6 @@ from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.ros.views import (
     BLUE,
     COLOUR_TABLE,
-    EMPTY_GREY,
     IMAGE_COLUMNS,
     MAX_IMAGE_ROWS,
     MAX_LABELS,
@@ -35,33 +34,7 @@ from mlmem_ros.ros.views import (
 )
 
 NOW = Time(sec=12, nanosec=34)
-
-
-def run(element, command, contour):
-    element.apply(command)
-    while not any(isinstance(event, Outcome) for event in element.advance()):
-        contour.take()
-    contour.take()
-
-
-@pytest.fixture(scope='module')
-def written():
-    """An element that holds level 1, and the contour of the writes."""
-    element = new_element(CASE_II, Settings())
-    contour = Contour(element, 'mlmem')
-    for level in (0, 1):
-        run(element, Write(level), contour)
-    return element, contour
-
-
-def still(design, configuration, *, V=0.0, ticks=0):
-    """Return what the views read of an element, with a given state."""
-    substrate = V * design.strain_shape
-    chain = SimpleNamespace(configuration=configuration, v=configuration + substrate, V_N=V)
-    return SimpleNamespace(
-        design=design, chain=chain, ticks=ticks, computed=ticks, settings=Settings(),
-        procedure='', reading=None, unknown=None,
-    )  # fmt: skip
+LONG = dataclasses.replace(CASE_II, N=5000, gamma=-1e-5)
 
 
 def with_wall(design, site):
@@ -96,8 +69,9 @@ def test_palette_runs_from_red_over_white_to_blue():
     assert colours[4, 2] > colours[4, 0]
 
 
-def test_the_last_column_of_the_image_is_the_configuration(written):
-    element, contour = written
+def test_last_column_of_the_image_is_the_configuration():
+    """Of the cells next to defects; those are darker."""
+    element = idle_element(CASE_II, 100)
     contour = Contour(element, 'mlmem', columns=1, every=1)
     contour.take()
     (column,) = pixels(contour.message(NOW)).transpose(1, 0, 2)
@@ -109,22 +83,8 @@ def test_the_last_column_of_the_image_is_the_configuration(written):
     assert (column[defects].sum(axis=1) < expected[defects].sum(axis=1)).all()
 
 
-def test_the_image_shows_how_the_wall_rose(written):
-    element, contour = written
-    image = contour.message(NOW)
-    assert (image.header.stamp, image.header.frame_id) == (NOW, 'mlmem')
-    shown = pixels(image)
-    assert shown.shape == (225, IMAGE_COLUMNS, 3)
-    past = IMAGE_COLUMNS - (element.ticks // 10 + 1)
-    assert (shown[:, : past - 1] == EMPTY_GREY).all()
-    blue = (shown[:, past:, 2] > shown[:, past:, 0]).sum(axis=0)
-    assert blue[0] == 0
-    assert blue[-1] == pytest.approx(50, abs=2)
-
-
-def test_columns_move_left_as_time_goes_on():
-    design = CASE_II
-    element = still(design, with_wall(design, 0))
+def test_image_columns_move_left_with_time():
+    element = idle_element(CASE_II, 0)
     contour = Contour(element, 'mlmem', columns=50, every=1)
     images = []
     for tick in range(130):
@@ -138,9 +98,8 @@ def test_columns_move_left_as_time_goes_on():
         assert not (after[:, -1] == before[:, -1]).all()
 
 
-def test_the_image_of_a_long_chain_stays_small():
-    design = dataclasses.replace(CASE_II, N=5000, gamma=-1e-5)
-    contour = Contour(still(design, with_wall(design, 2500)), 'mlmem')
+def test_image_of_a_long_chain_stays_small():
+    contour = Contour(idle_element(LONG, 2500), 'mlmem')
     contour.take()
     shown = pixels(contour.message(NOW))
     assert shown.shape[0] <= MAX_IMAGE_ROWS

@@ -135,7 +135,7 @@ class Publishers:
         self._node = node
         self._host = host
         self._element = element
-        streams = select_streams(element.register is not None, element.simulated)
+        streams = select_streams(element.reader.holds_words, element.simulated)
         group = MutuallyExclusiveCallbackGroup()  # the node's remembers all that ever was in it
         self._publishers = {
             stream.name: node.create_publisher(
