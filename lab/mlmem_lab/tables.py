@@ -217,10 +217,10 @@ def _lattice_row(case: Mapping[str, Any]) -> tuple[str, str]:
     return f'{case["rail"]:g}/{case["spacing"]:g}', measured
 
 
-def _format_interval(found: Mapping[str, Any], digits: int = 2) -> str:
+def _format_interval(found: Mapping[str, Any]) -> str:
     if found['median'] is None:
         return ''
-    middle, low, high = (f'{found[key]:.{digits}f}' for key in ('median', 'low', 'high'))
+    middle, low, high = (f'{found[key]:.2f}' for key in ('median', 'low', 'high'))
     return f'{middle} ({low} to {high})'
 
 

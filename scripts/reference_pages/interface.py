@@ -46,8 +46,9 @@ def generate_interfaces() -> dict[str, str]:
         'simulator': _services(services.SIMULATOR_SERVICES),
         'requests': table(['procedure', 'arguments'], requests),
         'answers': table(['value', 'answer of', 'meaning'], _list_values()),
-        'write action': _format_action('Write'),
         'actions': table(['action', 'what it does', 'goal', 'result'], _list_actions()),
+        'goals': table(['field', 'meaning'], _describe_section(0)),
+        'feedback': table(['field', 'meaning'], _describe_section(2)),
         'diagnostics': _list_diagnostics(),
     }
 
@@ -101,34 +102,41 @@ def _read_action(kind: str) -> list[str]:
     return (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()[3:]
 
 
-def _format_action(kind: str) -> str:
-    return '\n'.join(['```', *_read_action(kind)[1:], '```'])
-
-
-def _list_fields(kind: str) -> list[list[str]]:
-    """Return the names of the fields of goal, result and feedback."""
+def _read_fields(kind: str) -> list[dict[str, str]]:
+    """Return goal, result and feedback of an action: the meaning of each field by its name."""
     sections = '\n'.join(_read_action(kind)[1:]).split('\n---\n')
     return [
-        [line.split()[1] for line in section.splitlines() if ' = ' not in line.split('#')[0]]
+        {
+            line.split()[1]: line.partition('# ')[2]
+            for line in section.splitlines()
+            if ' = ' not in line.partition('#')[0]
+        }
         for section in sections
     ]
 
 
+def _describe_section(section: int) -> list[list[str]]:
+    """Return a row for every field that the goals (0), results (1) or feedback (2) have."""
+    fields: dict[str, str] = {}
+    for kind in ACTION_TYPE_NAMES.values():
+        fields |= _read_fields(kind)[section]
+    return [[f'`{name}`', meaning] for name, meaning in fields.items()]
+
+
 def _list_actions() -> Iterator[list[str]]:
-    """Yield a row for every action but Write, with what differs from Write."""
-    _, written, _ = _list_fields('Write')
+    """Yield a row for every action."""
+    decoded = [*_read_fields('Write')[1]]
     for name, kind in ACTION_TYPE_NAMES.items():
-        if kind == 'Write':
-            continue
-        goal, result, _ = _list_fields(kind)
-        shared = [field for field in result if field in written]
-        own = [f'`{field}`' for field in result if field not in written]
-        first = 'as `Write`' if shared == written else ', '.join(f'`{field}`' for field in shared)
+        goal, result, _ = _read_fields(kind)
+        shared = [field for field in result if field in decoded]
+        own = [field for field in result if field not in decoded]
+        like_write = kind != 'Write' and shared == decoded
+        fields = ', '.join(f'`{field}`' for field in (own if like_write else result))
         yield [
             f'`~/{name}`: {kind}',
             _read_action(kind)[0].removeprefix('# '),
             ', '.join(f'`{field}`' for field in goal),
-            ', '.join([first, *own]),
+            ', '.join(filter(None, ('as `Write`' if like_write else '', fields))),
         ]
 
 
