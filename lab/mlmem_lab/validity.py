@@ -104,7 +104,6 @@ def try_preset(name: str) -> list[Trial]:
     for way, amounts in TRIED_AMOUNTS.items():
         for amount in amounts:
             found.append(try_amount(name, way, amount))
-            print(found[-1], flush=True)
             if not (found[-1].read if is_kicked(name) else found[-1].passed):
                 break
     return found

@@ -131,9 +131,7 @@ def measure_element(name: str) -> dict[str, Any]:
             wrongly += misinform_element(name, told, Faults())
         result[kind] = {each: found[each] for each in names}
         result[kind]['usable share'] = found['usable'] / found['levels']
-        print(name, kind, result[kind], flush=True)
     result['told wrongly'] = {each: wrongly[each] for each in ('reads', 'read', 'read wrong')}
-    print(name, result['told wrongly'], flush=True)
     return result
 
 
