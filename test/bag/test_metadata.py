@@ -193,6 +193,11 @@ def test_compression_is_recognized(mode, compressed):
     assert parse_metadata(text).compressed is compressed
 
 
+def test_metadata_without_compression_is_read():
+    """As version 2 has it."""
+    assert not parse_metadata(TEXT.replace('  compression_mode: ""\n', '')).compressed
+
+
 @settings(deadline=None, max_examples=20)
 @given(st.dictionaries(st.text(max_size=20), st.text(), max_size=3), st.text())
 def test_any_text_comes_back(custom_data, name):
