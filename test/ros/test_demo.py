@@ -20,7 +20,9 @@ def test_demo_writes_its_levels_and_records(monkeypatch, tmp_path, capfd, levels
     monkeypatch.setattr(demo, 'DEMO_LEVELS', levels)
     status = main(['demo', '--output', str(tmp_path)])
     printed, complaints = capfd.readouterr()
-    assert (status, complaints) == (0, ''), printed
+    slow = 'ticks of time were skipped'  # on a busy machine
+    complaints = [line for line in complaints.splitlines() if slow not in line]
+    assert (status, complaints) == (0, []), printed
     rows = re.findall(r'^ *(\d) +(\d) +([01]{3}) ', printed, re.MULTILINE)
     asked = [int(asked) for asked, _, _ in rows]
     assert asked == levels
