@@ -9,12 +9,12 @@ thousand reads, which may move the wall. Times are in time units.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mlmem import Erase, MemoryElement, Read, SelfTest, Write, new_element, preset
-from mlmem.moves.planner import disable_kicks
 from mlmem.physics import find_level, find_walls
 
 from .results import STRAINED_PRESETS
@@ -35,8 +35,9 @@ def measure_times(name: str) -> dict[str, Any]:
     element = new_element(design, settings)
     result = {
         **_time_writes(element, random),
-        'paper': _time_writes(
-            new_element(design, disable_kicks(settings)), random, WRITE_COUNT // 5
+        'auto': _time_writes(
+            MemoryElement(design, replace(settings, write=replace(settings.write, method='auto'))),
+            random,
         ),
         'self test': _time_command(element, SelfTest()),
     }
@@ -77,7 +78,8 @@ def _time_writes(
         again += outcome.attempts > 1
         before = level
     counts = {'writes': count, 'wrong': wrong, 'failed': failed, 'second attempts': again}
-    return counts | {way: _summarise_times(some) for way, some in times.items()}
+    every = {'all': times['up'] + times['down'], **times}
+    return counts | {way: _summarise_times(some) for way, some in every.items()}
 
 
 def _time_command(element: MemoryElement, command: Read | Erase | SelfTest) -> float:
@@ -100,6 +102,7 @@ def _summarise_times(times: Iterable[float]) -> dict[str, float]:
     seconds = 1e-4  # of a time unit at the default scale
     return {
         'mean': float(some.mean()),
+        'median': float(np.median(some)),
         'least': float(some.min()),
         'most': float(some.max()),
         'least s': float(some.min()) * seconds,
