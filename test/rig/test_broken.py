@@ -21,85 +21,121 @@ from mlmem_ros.rig.frames import HEADER_LAYOUT, SAMPLES_LAYOUT, Kind, encode_fra
 from .lines import Line, calibration, driven, emulated
 
 
-def silent(frame):
-    return b''
+def repack(change):
+    """Return a function that replaces the payload of a frame by what a function makes of it."""
+    return lambda frame: encode_frame(frame.kind, frame.number, change(frame.payload))
 
 
-def damaged(frame):
-    return encode_frame(*frame)[:-1] + b'?'
+def shift_samples(payload):
+    first, *rest = SAMPLES_LAYOUT.unpack_from(payload)
+    return SAMPLES_LAYOUT.pack(first - 40, *rest) + payload[SAMPLES_LAYOUT.size :]
 
 
-def shorter(frame):
-    return encode_frame(frame.kind, frame.number, frame.payload[:-8])
+def repeat_samples(payload):
+    first, samples, *rest = SAMPLES_LAYOUT.unpack_from(payload)
+    more = np.tile(np.frombuffer(payload[SAMPLES_LAYOUT.size :]), 1000).tobytes()
+    return SAMPLES_LAYOUT.pack(first, 1000 * samples, *rest) + more
 
 
-def without_a_head(frame):
-    return encode_frame(frame.kind, frame.number, frame.payload[:5])
+def replace_sample(number):
+    """Return a function that replaces the first sample."""
+    begin = SAMPLES_LAYOUT.size
+    return lambda payload: payload[:begin] + struct.pack('<d', number) + payload[begin + 8 :]
 
 
-def sooner(frame):
-    first, *rest = SAMPLES_LAYOUT.unpack_from(frame.payload)
-    again = SAMPLES_LAYOUT.pack(first - 40, *rest)
-    return encode_frame(frame.kind, frame.number, again + frame.payload[SAMPLES_LAYOUT.size :])
+def fail(error):
+    """Return a function that raises an error."""
+
+    def fail(frame):
+        raise error
+
+    return fail
 
 
-def not_played_yet(frame):
-    first, samples, *rest = SAMPLES_LAYOUT.unpack_from(frame.payload)
-    more = np.tile(np.frombuffer(frame.payload[SAMPLES_LAYOUT.size :]), 1000).tobytes()
-    return encode_frame(
-        frame.kind, frame.number, SAMPLES_LAYOUT.pack(first, 1000 * samples, *rest) + more
-    )
+def zero_header_crc(frame):
+    data = encode_frame(*frame)
+    return data[:15] + b'\0\0' + data[17:]
 
 
-def begins_with(number):
-    """Return a function that replaces the first sample by a number."""
-
-    def changed(frame):
-        payload = bytearray(frame.payload)
-        struct.pack_into('<d', payload, SAMPLES_LAYOUT.size, number)
-        return encode_frame(frame.kind, frame.number, bytes(payload))
-
-    return changed
-
-
-not_a_number, far_away = begins_with(math.nan), begins_with(1e9)
-
-
-def stopped(frame):
-    return encode_frame(Kind.FAULT, frame.number, b'the grip is at its stop\n\x1b[2J')
-
-
-def of_another_kind(frame):
-    return encode_frame(Kind.PLAY, frame.number, frame.payload)
-
-
-def begun_anew(frame):
-    return encode_frame(Kind.AGAIN, 0)
-
-
-def hung_up(frame):
-    raise EOFError('the rig has closed the connection')
-
-
-def line_broken(frame):
-    raise OSError(5, 'Input/output error')
-
-
-BROKEN = {
-    silent: 'the rig has been silent for 0.05 s',
-    damaged: 'the rig has been silent for 0.05 s',
-    shorter: 'the rig sent samples of the wrong length: 632 bytes for 40 samples of both ends',
-    without_a_head: 'the rig sent samples of the wrong length: 5 bytes',
-    sooner: r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
-    not_played_yet: r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
-    not_a_number: r'the rig sent NaN or infinity among the samples from \d+',
-    far_away: 'the driver must return displacements of at most 1e.06 cells; got more, or NaN',
-    stopped: r'the rig has stopped: the grip is at its stop\\n\\x1b\[2J',
-    of_another_kind: 'the rig sent PLAY instead of samples',
-    begun_anew: 'the rig requests frames that it has answered: it has restarted',
-    hung_up: 'the rig has closed the connection',
-    line_broken: 'Input/output error',
+MALFORMED = {
+    'damaged': (
+        lambda frame: encode_frame(*frame)[:-1] + b'?',
+        r'silent for 0.05 s; a frame of kind \d and \d+ bytes ends with the CRC 0x\w{8}; expected',
+    ),
+    'wrong_kind': (
+        lambda frame: encode_frame(9, frame.number, frame.payload),
+        'the rig sent a frame of kind 9; known are 1 HELLO, 2 PLAY, 3 SAMPLES, 4 AGAIN',
+    ),
+    'wrong_number': (
+        lambda frame: encode_frame(frame.kind, frame.number + 1, frame.payload),
+        r'silent for 0.05 s; a frame has number \d+; expected \d+',
+    ),
+    'header_crc': (
+        zero_header_crc,
+        r'silent for 0.05 s; a header ends with the CRC 0x0000; expected 0x\w{4}',
+    ),
+    'too_long': (
+        lambda frame: HEADER_LAYOUT.pack(b'mR', 3, 0, 2**31, 0),
+        'silent for 0.05 s; a payload may have at most 4194304 bytes; got 2147483648',
+    ),
+    'no_frame': (lambda frame: b'Hello from the rig!\r\n', r"no frame begins with b'"),
 }
+BROKEN = MALFORMED | {
+    'silent': (lambda frame: b'', 'the rig has been silent for 0.05 s'),
+    'shorter': (
+        repack(lambda payload: payload[:-8]),
+        'the rig sent samples of the wrong length: 632 bytes for 40 samples of both ends',
+    ),
+    'no_head': (
+        repack(lambda payload: payload[:5]),
+        'the rig sent samples of the wrong length: 5 bytes',
+    ),
+    'earlier': (
+        repack(shift_samples),
+        r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
+    ),
+    'not_played_yet': (
+        repack(repeat_samples),
+        r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
+    ),
+    'nan': (
+        repack(replace_sample(math.nan)),
+        r'the rig sent NaN or infinity among the samples from \d+',
+    ),
+    'far_away': (
+        repack(replace_sample(1e9)),
+        'the driver must return displacements of at most 1e.06 cells; got more, or NaN',
+    ),
+    'stopped': (
+        lambda frame: encode_frame(Kind.FAULT, frame.number, b'the grip is stuck\n\x1b[2J'),
+        r'the rig has stopped: the grip is stuck\\n\\x1b\[2J',
+    ),
+    'another_kind': (
+        lambda frame: encode_frame(Kind.PLAY, frame.number, frame.payload),
+        'the rig sent PLAY instead of samples',
+    ),
+    'begun_anew': (
+        lambda frame: encode_frame(Kind.AGAIN, 0),
+        'the rig requests frames that it has answered: it has restarted',
+    ),
+    'hung_up': (
+        fail(EOFError('the rig has closed the connection')),
+        'the rig has closed the connection',
+    ),
+    'line_broken': (fail(OSError(5, 'Input/output error')), 'Input/output error'),
+}
+
+
+def tampered(tamper, after):
+    """Return a line that tampers with the frames of its rig after so many."""
+    line, seen = Line(emulated()), []
+
+    def outward(frame):
+        seen.append(frame)
+        return tamper(frame) if len(seen) > after else encode_frame(*frame)
+
+    line.outward = outward
+    return line
 
 
 def live(element):
@@ -108,36 +144,39 @@ def live(element):
         assert not element.advance()
 
 
-@pytest.mark.parametrize('how', BROKEN, ids=BROKEN.get)
+@pytest.mark.parametrize('name', BROKEN)
 @pytest.mark.parametrize('after', [3, 40], ids=['at rest', 'under a read'])
-def test_broken_rig_is_reported(how, after):
+def test_broken_rig_is_reported(name, after):
     """The running read fails, and the content is then unknown."""
-    line, seen = Line(emulated()), []
+    tamper, why = BROKEN[name]
+    line = tampered(tamper, after)
     element = driven(line)
-
-    def breaks(frame):
-        seen.append(frame)
-        return how(frame) if len(seen) > after else encode_frame(*frame)
-
-    line.outward = breaks
     element.apply(Read())
-    with pytest.raises(DriverError, match=BROKEN[how]):
+    with pytest.raises(DriverError, match=why):
         live(element)
     assert not element.procedure
     assert element.reading is None
     (outcome,) = element._events
     assert not outcome.success
-    if how is not far_away:  # a rig that can still be talked to
+    if name != 'far_away':  # a rig that can still be talked to
         assert line.closed
-        with pytest.raises(DriverError, match=BROKEN[how]):  # and it stays so
+        with pytest.raises(DriverError, match=why):  # and it stays so
             element.advance()
+
+
+@pytest.mark.parametrize('name', MALFORMED)
+def test_malformed_hello_is_explained(name):
+    """Whoever writes a rig sees what is wrong with its first frame."""
+    tamper, why = MALFORMED[name]
+    with pytest.raises(DriverError, match=why):
+        driven(tampered(tamper, 0))
 
 
 def test_broken_rig_ends_every_wait():
     line, failed = Line(emulated()), []
     element = driven(line)
     loop = Loop(element, lambda *_: None, speed=0.0, failed=lambda: failed.append(True))
-    line.outward = silent
+    line.outward = lambda frame: b''
     answers = [loop.submit(Write(3)).answer, loop.call(lambda: None)]
     loop.start()
     with pytest.raises(Refused, match=r'the device has stopped: .*the rig has been silent'):
@@ -188,48 +227,6 @@ def test_invalid_hello_is_rejected(said, why):
     with pytest.raises((DriverError, ValueError), match=why):
         driven(line)
     assert line.closed
-
-
-def wrong_kind(frame):
-    return encode_frame(9, frame.number, frame.payload)
-
-
-def wrong_number(frame):
-    return encode_frame(frame.kind, frame.number + 1, frame.payload)
-
-
-def wrong_head(frame):
-    data = encode_frame(*frame)
-    return data[:15] + b'\0\0' + data[17:]
-
-
-def too_long(frame):
-    return HEADER_LAYOUT.pack(b'mR', 3, 0, 2**31, 0)
-
-
-MALFORMED = {
-    wrong_kind: 'the rig sent a frame of kind 9; known are 1 HELLO, 2 PLAY, 3 SAMPLES, 4 AGAIN',
-    wrong_number: r'silent for 0.05 s; a frame has number \d+; expected \d+',
-    wrong_head: r'silent for 0.05 s; a header ends with the CRC 0x0000; expected 0x\w{4}',
-    damaged: r'; a frame of kind \d and \d+ bytes ends with the CRC 0x\w{8}; expected 0x\w{8}',
-    too_long: 'silent for 0.05 s; a payload may have at most 4194304 bytes; got 2147483648',
-    lambda frame: b'Hello from the rig!\r\n': r"no frame begins with b'",
-}
-
-
-@pytest.mark.parametrize('how', MALFORMED, ids=MALFORMED.get)
-@pytest.mark.parametrize('after', [0, 3], ids=['the hello', 'samples'])
-def test_malformed_frame_is_explained(how, after):
-    """Whoever writes a rig sees what is wrong with its frames."""
-    line, seen = Line(emulated()), []
-
-    def breaks(frame):
-        seen.append(frame)
-        return how(frame) if len(seen) > after else encode_frame(*frame)
-
-    line.outward = breaks
-    with pytest.raises(DriverError, match=MALFORMED[how]):
-        live(driven(line))
 
 
 def test_set_points_out_of_order_are_rejected():

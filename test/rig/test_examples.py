@@ -3,7 +3,6 @@
 """The rigs in examples/rig speak docs/reference/rig.md, and share no code with us."""
 
 import contextlib
-import ctypes
 import os
 import random
 import select
@@ -22,8 +21,7 @@ from mlmem import DriverError, MemoryElement, Read, Settings, Write
 from mlmem.instrument import drivers
 from mlmem.physics import CASE_II
 from mlmem.settings import ReadSettings, ScaleSettings
-from mlmem_ros.rig import Rig
-from mlmem_ros.rig.frames import Kind
+from mlmem_ros.rig.frames import Kind, Parser
 
 from .lines import calibration
 
@@ -90,31 +88,18 @@ def test_rig_in_python_writes_and_reads(plain_rig):
 # --- C99 --------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope='module')
-def compiled(tmp_path_factory):
-    """Return a function that compiles C, strictly, and returns where the result is."""
-    if (compiler := shutil.which('cc')) is None:
-        pytest.skip('there is no C compiler')
-    folder = tmp_path_factory.mktemp('rig')
-    strict = ['-std=c99', '-O2', '-pedantic', '-Wall', '-Wextra', '-Wconversion', '-Werror']
-
-    def compiled(name, text, *flags):
-        source = folder / f'{name}.c'
-        source.write_text(text)
-        subprocess.run([compiler, *strict, *flags, '-o', folder / name, source, '-lm'], check=True)
-        return folder / name
-
-    return compiled
-
-
 @contextlib.contextmanager
-def wired(program):
-    """Run the program at one end of a serial line; yield the port at the other, and
-    the process.
+def wired(program, damage=0.0):
+    """Run the program at one end of a serial line of two pseudo-terminals.
 
-    The line is two pseudo-terminals.
+    Args:
+        program: Path of a rig.
+        damage: Probability that a byte arrives with a wrong bit, in either direction.
+
+    Yields:
+        The address of the other end, and a list of the frames that the rig has sent.
     """
-    over = threading.Event()
+    over, chance, frames, parser = threading.Event(), random.Random(1), [], Parser()
     (ours, port), (theirs, other) = os.openpty(), os.openpty()
     for end in (ours, port, theirs, other):
         tty.setraw(end)
@@ -127,7 +112,11 @@ def wired(program):
             full = [end for end in held if held[end]]
             come, free, _ = select.select(list(held), full, [], 0.05)
             for end in come:
-                held[other_end[end]] += os.read(end, 1 << 12)
+                data = os.read(end, 1 << 12)
+                if end == theirs:
+                    frames.extend(parser.feed(data))
+                wrong = (damage > chance.random() for _ in data)
+                held[other_end[end]] += bytes(a ^ b for a, b in zip(data, wrong, strict=True))
             for end in free:
                 held[end] = held[end][os.write(end, held[end]) :]
 
@@ -135,7 +124,7 @@ def wired(program):
     thread.start()
     process = subprocess.Popen([program, os.ttyname(other), str(UNIT)])
     try:
-        yield f'serial://{os.ttyname(port)}?baud=3000000&patience=10', process
+        yield f'serial://{os.ttyname(port)}?baud=3000000&patience=10', frames
         assert process.poll() is None
     finally:
         process.kill()
@@ -146,73 +135,15 @@ def wired(program):
             os.close(end)
 
 
-BOARD = """
-static void (*board_sends)(const uint8_t *, size_t);
-static void board_send(const uint8_t *bytes, size_t count) { board_sends(bytes, count); }
-void board_tick(const uint8_t *bytes, size_t count) { take(bytes, count); tick(); }
-void board_begin(double seconds, void (*sends)(const uint8_t *, size_t))
-{
-    unit = seconds, board_sends = sends;
-    element_begin();
-}
-"""
-"""A board without a clock: what has come is taken, and a tick passes."""
-
-
-class Board:
-    """The line to a rig on a board whose time passes while the driver waits.
-
-    Each byte on the line is damaged with a probability.
-
-    Attributes:
-        asked: How often the rig has requested a frame again.
-    """
-
-    filler = bytes(100)  # like all else, some of it is damaged
-    Sends = ctypes.CFUNCTYPE(None, ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t)
-
-    def __init__(self, path, damage):
-        self.rig, self.damage, self.chance = ctypes.CDLL(path), damage, random.Random(1)
-        self.next = self.chance.expovariate(damage)  # bytes to the next one damaged
-        self.asked, self.inward, self.outward = 0, b'', b''
-        self.sends = self.Sends(self._send)
-        self.rig.board_begin(ctypes.c_double(UNIT), self.sends)
-
-    def _send(self, frame, count):
-        self.asked += frame[2] == Kind.AGAIN
-        self.outward += self.damaged(bytearray(frame[:count]))
-
-    def damaged(self, data):
-        while self.next < len(data):
-            data[int(self.next)] ^= 1 << self.chance.randrange(8)
-            self.next += 1.0 + self.chance.expovariate(self.damage)
-        self.next -= len(data)
-        return bytes(data)
-
-    def send(self, data):
-        self.inward += self.damaged(bytearray(data))
-
-    def receive(self, seconds):
-        for _ in range(1 + int(seconds / (20.0 * UNIT))):
-            come, self.inward = self.inward, b''
-            self.rig.board_tick(come, ctypes.c_size_t(len(come)))
-            if self.outward:
-                break
-        sent, self.outward = self.outward, b''
-        return sent
-
-    def close(self):
-        pass
-
-
 @pytest.fixture(scope='module')
-def source():
-    return (EXAMPLES / 'rig.c').read_text()
-
-
-@pytest.fixture(scope='module')
-def program(compiled, source):
-    return compiled('rig', source)
+def program(tmp_path_factory):
+    """Compile rig.c, strictly; return the path of the program."""
+    if (compiler := shutil.which('cc')) is None:
+        pytest.skip('there is no C compiler')
+    path = tmp_path_factory.mktemp('rig') / 'rig'
+    strict = ['-std=c99', '-O2', '-pedantic', '-Wall', '-Wextra', '-Wconversion', '-Werror']
+    subprocess.run([compiler, *strict, '-o', path, EXAMPLES / 'rig.c', '-lm'], check=True)
+    return path
 
 
 def test_rig_in_c_writes_and_reads(program):
@@ -220,21 +151,16 @@ def test_rig_in_c_writes_and_reads(program):
         remembers(address, 0, 'C99')
 
 
-def test_rig_in_c_repairs_its_line(compiled, source):
-    """Both sides ask for damaged frames again, so that no sample is missed."""
-    kept, _, _ = source.partition('/* --- the board: a serial port')
-    kept = kept.replace('static double board_seconds(void);', '')
-    line = Board(compiled('rig.so', kept + BOARD, '-shared', '-fPIC'), damage=4e-5)
-    settings = Settings(scale=ScaleSettings(time=UNIT))
-    rig = Rig(CASE_II, settings, f'serial:///dev/none?{LEAD}', line)
-    element, before = MemoryElement(CASE_II, settings, calibration(), rig), rig.health()
-    assert element.perform(Write(0)).success
-    assert element.perform(Read('both')).reading.level == 0
-    health = rig.health()
-    assert health['missed_samples'] == before['missed_samples']
-    assert health['skipped_bytes'] > 5000
+def test_rig_in_c_repairs_its_line(program):
+    """Both sides ask for damaged frames again."""
+    with wired(program, damage=4e-5) as (address, frames):
+        element = element_at(address)
+        assert element.perform(Write(0)).success
+        assert element.perform(Read('both')).reading.level == 0
+        health = element.driver.health()
+        element.driver.close()
     assert health['asked_again'] > 5
-    assert line.asked > 5
+    assert [frame.kind for frame in frames].count(Kind.AGAIN) > 5
 
 
 def strained(address):
