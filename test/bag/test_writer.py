@@ -12,6 +12,8 @@ import yaml
 from mcap.reader import NonSeekingReader, SeekingReader
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import QosDurability
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.contents import Message, read_metadata
@@ -234,6 +236,22 @@ def test_mcap_reads_every_message(record, messages, reader_class):
     assert found == messages
 
 
+def test_rosbags_reads_messages_qos_and_custom_data(record, messages):
+    with AnyReader([record(max_duration=1.0, custom_data={'a': '1'})]) as reader:
+        # It compares the hash of every type with the hash that it computes itself.
+        found = [
+            (each.topic, each.msgtype, time, raw, reader.deserialize(raw, each.msgtype))
+            for each, time, raw in reader.messages()
+        ]
+        (latched,) = [each for each in reader.connections if each.topic == '/mlmem/level']
+        assert latched.ext.offered_qos_profiles[0].durability == QosDurability.TRANSIENT_LOCAL
+        assert reader.readers[0].storage.metadata.custom == {'a': '1'}
+    assert [each[:4] for each in found] == [
+        (each.topic, each.type, each.log_time, each.cdr) for each in messages
+    ]
+    assert [each.data for *_, each in found if hasattr(each, 'data')][:2] == [-2, 0.0]
+
+
 def test_statistics_count_what_was_written(record, messages):
     with (record(sync_each=True) / 'bag_0.mcap').open('rb') as stream:
         statistics = SeekingReader(stream).get_summary().statistics
@@ -256,14 +274,3 @@ def test_long_recording_is_cut_into_small_chunks(tmp_path):
     file.close()
     found = records(tmp_path / 'long.mcap', emit_chunks=True)
     assert [r.uncompressed_size // 100_000 for r in found if type(r) is Chunk] == [3, 3, 3, 1]
-
-
-def test_channels_carry_qos_and_hash(record):
-    with (record() / 'bag_0.mcap').open('rb') as stream:
-        channels = SeekingReader(stream).get_summary().channels
-    assert {key for channel in channels.values() for key in channel.metadata} == {
-        'offered_qos_profiles',
-        'topic_type_hash',
-    }
-    assert 'durability: transient_local' in channels[1].metadata['offered_qos_profiles']
-    assert channels[1].metadata['topic_type_hash'].startswith('RIHS01_1dcc3464')
