@@ -215,12 +215,12 @@ class Robot:
         """Displacement of the end in metres at a strain of 1."""
         return CELL * element_file.parse(self.get('element_description'), 'it').design.N
 
-    def follow(self, *points, joint='substrate'):
+    def follow(self, *points):
         """Publish a trajectory of points (milliseconds, strain) or (milliseconds, strain, 1/s).
 
         On the wire they are metres of the end and m/s.
         """
-        message = JointTrajectory(joint_names=[joint])
+        message = JointTrajectory(joint_names=['substrate'])
         for milliseconds, strain, *rate in points:
             point = JointTrajectoryPoint(
                 positions=[strain * self.length], velocities=[each * self.length for each in rate]

@@ -294,3 +294,11 @@ def test_goal_under_way_is_rejected_at_the_shutdown(client, memory):
     with pytest.raises(RequestFailed, match='shut down'):
         write.wait()
     assert memory.exit_status() == 0
+
+
+def test_node_without_actions_serves_none(start):
+    start({'autostart': False, 'actions': False}, name='plain')
+    with Robot('/plain') as robot:
+        assert not robot.get('actions')
+        served = robot.node.get_service_names_and_types()
+        assert not [name for name, _ in served if name.startswith('/plain/') and 'goal' in name]

@@ -7,7 +7,6 @@ import itertools
 
 import pytest
 from nodes import QUICK, element_file, node_parameters
-from robot import Robot
 from std_msgs.msg import Int16
 
 from mlmem import SettingsError
@@ -19,11 +18,9 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.contract.services import load_action_types
 from mlmem_ros.ros.client.client import wait_until
 from mlmem_ros.ros.main import parse_bank_arguments
 from mlmem_ros.ros.middleware import LATCHED_PROFILE
-from mlmem_ros.ros.node import simulator
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.ros.node_process import build_node_arguments
 from mlmem_ros.testing.running import NodeHere
@@ -174,31 +171,6 @@ def test_bank_of_bytes_holds_their_whole_range():
         assert bank.write(0xA7FF).wait().digits == (0xFF, 0xA7, 0x5A)
         assert bank.read().wait().value == 0xA7FF
         assert bank.erase().wait().value == bank.read().wait().value == 0
-
-
-def test_bank_serves_actions_only_on_request():
-    """They are thirty endpoints an element: a hundred elements with them start in a minute."""
-    alone = parse_bank_arguments(['memory_bank', '--elements', '2'])[0]
-    asked = parse_bank_arguments(['memory_bank', '--elements', '2', '--actions'])[0]
-    assert 'actions:=false' in alone
-    assert 'actions:=false' not in asked
-
-
-@pytest.mark.parametrize('wanted', [True, False])
-def test_node_serves_actions_unless_disabled(start, wanted):
-    start({'autostart': False, 'actions': wanted})
-    built = {'write': load_action_types(), 'simulate_steps': simulator.load_types()}
-    names = {f'/mlmem/{name}/_action/send_goal' for name, types in built.items() if types}
-    with Robot() as robot:
-        assert robot.get('actions') == wanted
-
-        def served():
-            return names & dict(robot.node.get_service_names_and_types()).keys()
-
-        if wanted:
-            robot.wait(lambda: served() == names, 'all actions')
-        else:
-            assert not served()
 
 
 # One process of several nodes

@@ -11,7 +11,7 @@ import pytest
 import rclpy
 from nodes import SOON
 from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 
 from mlmem_ros import (
@@ -22,7 +22,6 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
-from mlmem_ros.ros.middleware import create_events_executor
 
 
 @pytest.fixture(scope='module')
@@ -111,13 +110,6 @@ def test_client_calibrate_returns_delays_and_keeps_content(client):
     assert calibrated.delays['right'][1] == pytest.approx(delay, abs=5.0)
 
 
-def test_client_pauses_and_steps_time(client):
-    held = client.pause().wait()
-    assert held.paused
-    assert client.step().wait().tick == held.tick + 1
-    assert not client.pause(False).wait().paused
-
-
 def test_end_to_probe_is_given_for_one_read(client):
     client.write(2).wait()
     assert client.read(end='right').wait().end == 'right'
@@ -173,37 +165,17 @@ def test_unknown_parameter_is_rejected(client):
 # Waiting and awaiting
 
 
-def test_wait_spins_a_node_without_an_executor(node):
+@pytest.mark.parametrize('executor', ['none', 'idle', 'spun elsewhere'])
+def test_wait_works_whoever_spins_its_node(node, context, executor):
     client = MemoryClient(node, '/mlmem')
-    assert client.write(2).wait().level == 2
-    assert node.executor is None  # left as it was: rclpy.spin(node) may follow
-
-
-def test_wait_spins_a_node_whose_executor_is_idle(node, context):
-    client = MemoryClient(node, '/mlmem')
-    executor = SingleThreadedExecutor(context=context)
-    rclpy.spin_once(node, executor=executor, timeout_sec=0.0)
-    assert node.executor is executor
-    assert client.read(timeout=SOON).wait().attempts == 1
-
-
-def test_wait_in_a_thread_while_another_spins(node):
-    client = MemoryClient(node, '/mlmem')
-    with spinning(node):
-        assert client.write(4).wait().level == 4
-
-
-@pytest.mark.parametrize(
-    'kind', [SingleThreadedExecutor, MultiThreadedExecutor, create_events_executor]
-)
-def test_callback_awaits_in_any_executor(node, context, kind):
-    client = MemoryClient(node, '/mlmem')
-
-    async def write_and_read():
-        await client.write(5)
-        return await client.read()
-
-    assert run_in_callback(node, kind(context=context), write_and_read).level == 5
+    if executor == 'idle':
+        idle = SingleThreadedExecutor(context=context)
+        rclpy.spin_once(node, executor=idle, timeout_sec=0.0)
+        assert node.executor is idle
+    with spinning(node) if executor == 'spun elsewhere' else contextlib.nullcontext():
+        assert client.write(4, timeout=SOON).wait().level == 4
+    if executor == 'none':
+        assert node.executor is None  # left as it was: rclpy.spin(node) may follow
 
 
 def test_callback_that_blocks_gets_its_answer(node, context):
@@ -414,17 +386,3 @@ def test_strain_profile_is_followed(client, robot):
 def test_strain_profile_out_of_range_is_rejected(client, times, strains, rates, field):
     with pytest.raises(RequestRefused, match=field):
         client.follow(times, strains, rates).wait()
-
-
-def test_client_begins_and_ends_a_session(client, tmp_path):
-    bag = str(tmp_path / 'session')
-    for path in ('/', '..'):
-        with pytest.raises(RequestRefused):
-            client.record(path=path).wait()
-    begun = client.record(path=bag).wait()
-    assert (begun.recording, begun.path) == (True, bag)
-    with pytest.raises(RequestRefused, match='busy'):
-        client.record().wait()
-    ended = client.record(False).wait()
-    assert (ended.recording, ended.path) == (False, bag)
-    assert client.parameters('record.path').wait() == {'record.path': ''}  # given once

@@ -83,12 +83,13 @@ def test_abort_command_stops_a_write(memory, robot, inside):
     assert robot.answer(writing) is not None
 
 
-def test_record_command_begins_and_ends_a_session(memory, inside, tmp_path):
+def test_record_command_begins_and_ends_a_session(robot, inside, tmp_path):
     bag = tmp_path / 'session'
     assert inside('record', str(bag)) == (0, f'recording into {bag}\n', '')
     status, told, _ = inside('record', '--stop', '--json')
     assert (status, json.loads(told)) == (0, {'recording': False, 'path': str(bag)})
     assert load_session(bag).hashes
+    assert robot.get('record.path') == ''  # the path of the command is for one session
     status, told, complaint = inside('record', '--stop', '--json')
     assert status == 1
     assert 'nothing is being recorded' in json.loads(told)['error']

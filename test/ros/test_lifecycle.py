@@ -10,7 +10,6 @@ from concurrent.futures import TimeoutError as FuturesTimeout
 import pytest
 from nodes import QUICK, SOON, element_file
 from robot import Robot
-from rosgraph_msgs.msg import Clock
 
 from mlmem_ros import standalone
 from mlmem_ros.host import Host, state_file
@@ -113,69 +112,6 @@ def test_content_is_saved_at_intervals(start, tmp_path):
             lambda: state_file.load_snapshot(file)['ticks'] > written['ticks'], 'a later state'
         )
     assert state_file.load_snapshot(file)['reading']['level'] == 0
-
-
-def ticks(robot):
-    """Return the ticks done, as the answer to a pause tells them."""
-    done = robot.pause(True)['tick']
-    robot.pause(False)
-    return done
-
-
-def test_speed_is_changed_while_running(start):
-    start({'scale.time': 1e-3})  # ticks of 20 ms
-    with Robot() as robot:
-
-        def rates(speed, least):
-            """Return rates until one is `least`: a loaded machine is late, never early."""
-            seen = []
-            robot.set(time__speed=speed)
-
-            def fast():
-                begun, first = time.monotonic(), ticks(robot)
-                time.sleep(0.3)
-                seen.append((ticks(robot) - first) / (time.monotonic() - begun))
-                return seen[-1] >= least
-
-            robot.wait(fast, f'{least:g} ticks per second')
-            return seen
-
-        assert max(rates(1.0, 35.0)) < 65.0
-        assert max(rates(10.0, 150.0)) < 520.0
-        rates(0.0, 520.0)  # as fast as it can
-
-
-def test_simulated_clock_paces_pauses_and_jumps(start):
-    node = start({'use_sim_time': True, 'scale.time': 1e-4})  # ticks of 2 ms
-    with Robot() as robot:
-        clock = robot.node.create_publisher(Clock, '/clock', 10)
-        robot.wait(clock.get_subscription_count, 'a subscriber of /clock')
-
-        def show(seconds):
-            message = Clock()
-            message.clock.sec, message.clock.nanosec = divmod(round(1e9 * seconds), 10**9)
-            clock.publish(message)
-
-        def run(first, last, steps):
-            there = node.node.get_clock()
-            for step in range(steps + 1):
-                show(now := first + (last - first) * step / steps)
-                while there.now().nanoseconds != round(1e9 * now):
-                    time.sleep(1e-3)
-                time.sleep(0.01)  # a loaded machine keeps up
-            time.sleep(0.1)  # its ticks are made
-
-        run(100.0, 100.2, 20)
-        begun = ticks(robot)
-        run(100.2, 100.6, 40)
-        moved = ticks(robot) - begun
-        assert 190 <= moved <= 205  # 0.4 s of /clock are 200 ticks
-        time.sleep(0.1)
-        held = ticks(robot)
-        time.sleep(0.1)  # 50 ticks
-        assert ticks(robot) - held <= 1  # the clock stands still, and the material with it
-        run(50.0, 50.2, 20)  # the simulator was reset
-        assert 90 <= ticks(robot) - held <= 106
 
 
 def test_design_that_fails_its_check_is_rejected_or_named(start):

@@ -41,20 +41,6 @@ def test_log_lists_transitions_settings_and_rejections(start):
     ]
 
 
-def test_second_node_on_a_state_file_is_rejected(start, refused, tmp_path):
-    shared = {'state.path': str(tmp_path / 'element.json')}
-    start(shared, name='first')
-    with Robot('/first', 'first_robot') as robot:
-        assert robot.write(1).success
-    (tmp_path / 'elsewhere').mkdir()
-    link = tmp_path / 'elsewhere' / 'link.json'
-    link.symlink_to(tmp_path / 'element.json')
-    for path in (shared['state.path'], str(link)):
-        line = refused({**shared, 'state.path': path}, name='second', warned=True)
-        assert 'element.json is in use by /first (process' in line
-    assert link.is_symlink()
-
-
 def test_level_topic_ignores_echoes_during_a_write(start):
     """A kink on its way is listened to: other levels, and none while there are two walls."""
     start(name='slow')
