@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recorder loses nothing silently and never disturbs its producer."""
 
-import shutil
 import threading
 import time
 from types import SimpleNamespace
@@ -125,22 +124,6 @@ def test_message_larger_than_the_queue_fits_alone(make):
     recorder = make(max_queued_bytes=1)
     assert recorder.put('/level', level(1), 1)
     assert recorder.close(60).messages == 1
-
-
-def test_removed_directory_ends_with_one_error(make):
-    errors = []
-    recorder = make(on_error=errors.append)
-    recorder.put('/level', level(1), 1)
-    wait_for(lambda: recorder.status.messages == 1)
-    while recorder.status.path.exists():  # it is written to at the same time
-        shutil.rmtree(recorder.status.path, ignore_errors=True)
-    recorder.put('/level', level(2), 2)
-    wait_for(lambda: errors)
-    assert recorder.put('/level', level(3), 3) is False
-    status = recorder.close(60)
-    assert (status.state, status.error) == ('failed', errors[0])
-    assert 'deleted while being written' in str(status.error)
-    assert len(errors) == 1
 
 
 @pytest.mark.parametrize('item', [('/none', b'', 0), ('/level', None, 0), ('/level', b'', 'now')])
