@@ -4,13 +4,11 @@
 
 import contextlib
 import os
-import select
 import threading
-import tty
 
 import pytest
 
-from mlmem import DriverError, Erase, MemoryElement, Read, Settings, Write
+from mlmem import MemoryElement, Read, Settings
 from mlmem.instrument import drivers
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
@@ -18,7 +16,7 @@ from mlmem.settings import ScaleSettings
 from mlmem_ros.rig.frames import Kind, Parser, encode_frame
 from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
 
-from .lines import calibration, emulated
+from .lines import calibration
 
 FAST = Settings(scale=ScaleSettings(time=1e-5))
 
@@ -42,11 +40,6 @@ def element_at(address, settings=FAST):
     return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
-def read_on(element):
-    while True:
-        element.perform(Read())
-
-
 LATE = Line(latency=0.002, jitter=0.003, loss=0.003, seed=3)
 
 
@@ -62,63 +55,12 @@ def test_latency_shifts_no_echo():
         element.driver.close()
 
 
-def test_rig_that_restarts_keeps_its_element():
-    """The broken line is reported; a new connection finds the content."""
-    with serving(Line(), at_once=True) as (_, server):
-        address = f'tcp://127.0.0.1:{server.port}?lead=0.001&patience=10'
-        element = element_at(address)
-        written = element.perform(Write(1))
-        assert written.success, written.error
-        server.restart()
-        with pytest.raises(DriverError, match=r'closed the connection|Broken pipe|reset by peer'):
-            read_on(element)
-        again = element_at(address)
-        assert again.driver.V_N == 0.0
-        assert again.perform(Read()).reading.level == 1
-        again.driver.close()
-        assert server.clients == 2
-
-
-@pytest.fixture
-def port():
-    """A pseudo-terminal with a rig at its other end: the path of a serial port."""
+def test_unknown_baud_rate_is_rejected():
     ours, theirs = os.openpty()
-    tty.setraw(ours)
-    os.set_blocking(ours, False)
-    rig, stopped = emulated(), threading.Event()
-
-    def put(data):
-        while data and not stopped.is_set():
-            if select.select([], [ours], [], 0.02)[1]:
-                with contextlib.suppress(BlockingIOError):
-                    data = data[os.write(ours, data) :]
-
-    def run():
-        rig.begin(put)
-        while not stopped.is_set():
-            if select.select([ours], [], [], 0.02)[0]:
-                rig.take(os.read(ours, 1 << 16))
-                rig.pass_time(0.0)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    yield os.ttyname(theirs)
-    stopped.set()
-    thread.join()
+    with pytest.raises(ValueError, match='that the system supports; got 12345'):
+        element_at(f'serial://{os.ttyname(theirs)}?baud=12345', Settings())
     os.close(ours)
     os.close(theirs)
-
-
-def test_element_at_a_serial_port_is_erased(port):
-    element = element_at(f'serial://{port}?baud=3000000&lead=0.02&patience=5', Settings())
-    assert element.perform(Erase()).reading.level == -1
-    assert element.driver.health()['rig'] == 'emulated'
-    element.driver.close()
-
-
-def test_unknown_baud_rate_is_rejected(port):
-    with pytest.raises(ValueError, match='that the system supports; got 12345'):
-        element_at(f'serial://{port}?baud=12345', Settings())
 
 
 def test_frames_are_found_among_noise():
