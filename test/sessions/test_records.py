@@ -105,15 +105,12 @@ def test_tick_that_takes_a_minute_is_rejected(header):
         ('{"tick": %s}' % ('9' * 5000), 'it must be JSON'),
         ('[' * 10**6, 'it must be JSON; it is nested too deeply'),
         ('[1]', 'it must be an object; got [1]'),
-        ('{"tick": 1, "kind": "Explode"}', "got 'Explode'"),
         (
             '{"tick": 1, "kind": "Write", "level": "2"}',
             'level must be a whole number from 0 to',
         ),
         ('{"tick": 1, "kind": "Disturb", "acceleration": 1e999}', 'must be a finite number'),
-        ('{"tick": 1, "kind": "SetFaults", "faults": []}', 'faults must be an object; got []'),
         ('{"tick": 1, "kind": "SetFaults", "faults": {"seed": -1}}', 'seed must be'),
-        ('{"tick": 1, "kind": "FollowTrajectory", "times": 5, "strains": []}', 'times must be'),
     ],
 )
 def test_invalid_command_is_rejected_by_field(told, words):
