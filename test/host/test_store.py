@@ -44,15 +44,6 @@ def _store(file):
     return Store(settings, FileSettings(), throttled, Worker('test-store', throttled))
 
 
-def test_kept_state_is_on_the_disk_before_the_answer(file, kept):
-    element = new_element(CASE_II)
-    store = kept(file)
-    for _ in range(3):
-        element.advance()
-        assert store.keep(element).result(20.0) is None
-        assert state_file.load_snapshot(file)['ticks'] == element.ticks
-
-
 def test_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
     link, element = tmp_path / 'link.json', new_element(CASE_II)
     link.symlink_to(file)

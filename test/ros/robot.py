@@ -298,6 +298,18 @@ class Robot:
         self.set(target_level=level)
         return self.trigger('write')
 
+    def begin_strained_write(self, level):
+        """Begin a write by strain; return the future of its answer once the element is strained.
+
+        It must take more than a second.
+        """
+        self.set(target_level=level)
+        self.next('joint_states')  # a subscription that has not met the node misses a whole write
+        answer = self.send('write')
+        self.latest('joint_states', lambda state: answer.done() or abs(state.position[0]) > 0.02)
+        assert not answer.done(), answer.result()
+        return answer
+
     # Life cycle
 
     @property

@@ -95,7 +95,6 @@ def test_bad_message_is_rejected_in_one_line(memory, written, topic, sent, words
         ('target_level', 8, ['target_level', 'range']),
         ('target_level', -2, ['target_level', 'range']),
         ('target_level', 'five', [str(INTEGER), str(Parameter.Type.STRING)]),  # rclpy's words
-        ('element', 'bits_1', ['element']),  # fixed while the element exists
         ('no.such_parameter', 1, ['undeclared']),
     ],
     ids=str,

@@ -65,22 +65,7 @@ def test_an_unknown_ros_option(refused):
     assert "only ROS options; got ['--bogus']" in refused(options=['--bogus'])
 
 
-def test_an_unwritable_record_path(refused, tmp_path):
-    """Below a file, since root can write everywhere else."""
-    file = tmp_path / 'file'
-    file.write_text('kept')
-    path = file / 'session'
-    line = refused({'record.path': str(path)})
-    assert str(path) in line
-    assert file.read_text() == 'kept'
-
-
 def test_a_design_that_fails_its_check(refused):
     line = refused({'probe.omega_c': 2.4})
     for word in ['carrier_left', '2.4 is in neither band', 'mlmem design check', 'design.check']:
         assert word in line
-
-
-def test_an_unknown_value_of_design_check(refused):
-    line = refused({'design.check': 'perhaps'})
-    assert 'design.check must be one of refuse, warn, skip' in line

@@ -9,24 +9,23 @@ from mlmem_ros import __version__
 from mlmem_ros.ros.main import parse_node_arguments
 from mlmem_tools.cli.main import main as mlmem
 
+ROS = ['--ros-args', '--log-level', 'warn', '-p', 'time.speed:=7.0', '-r', '__node:=other']
+
 
 @pytest.mark.parametrize(
-    ('given', 'speed'), [(['--speed', 'max'], '0.0'), (['--speed=2.5'], '2.5')]
+    ('given', 'expected'),
+    [
+        (['--speed', 'max', *ROS], [*ROS, '--ros-args', '-p', 'time.speed:=0.0']),
+        (['--speed=2.5', *ROS], [*ROS, '--ros-args', '-p', 'time.speed:=2.5']),
+        ([*ROS, '--', '--speed', '2'], [*ROS, '--', '--ros-args', '-p', 'time.speed:=2.0']),
+        (['--view'], ['--ros-args', '-p', 'view:=true']),
+        ([*ROS, '--'], [*ROS, '--']),
+        ([], []),
+    ],
 )
-def test_speed_option_overrides_the_parameter(given, speed):
-    others = ['node', '--ros-args', '-p', 'time.speed:=7.0', '-r', '__node:=other']
-    expected = [*others, '--ros-args', '-p', f'time.speed:={speed}']
-    assert parse_node_arguments([*others[:1], *given, *others[1:]]) == expected
-
-
-def test_view_option_is_a_parameter():
-    assert parse_node_arguments(['node', '--view']) == ['node', '--ros-args', '-p', 'view:=true']
-
-
-def test_ros_options_are_passed_on():
-    arguments = ['node', '--ros-args', '--log-level', 'warn', '-p', 'target_level:=3', '--']
-    assert parse_node_arguments(arguments) == arguments
-    assert parse_node_arguments(['node']) == ['node']
+def test_plain_option_becomes_a_parameter(given, expected):
+    """The parameter stands last, so that it overrides one that is given."""
+    assert parse_node_arguments(['node', *given]) == ['node', *expected]
 
 
 @pytest.mark.parametrize(
@@ -39,12 +38,6 @@ def test_unknown_option_is_rejected(given, capsys):
         parse_node_arguments(['node', *given])
     assert refused.value.code == 2
     assert f'unrecognized arguments: {given[0]}' in capsys.readouterr().err
-
-
-def test_plain_options_may_follow_those_of_ros():
-    given = ['node', '--ros-args', '-r', '__ns:=/leg', '--', '--speed', '2']
-    expected = [*given[:5], '--ros-args', '-p', 'time.speed:=2.0']
-    assert parse_node_arguments(given) == expected
 
 
 @pytest.mark.parametrize('of', [mlmem, lambda given: parse_node_arguments(['node', *given])])

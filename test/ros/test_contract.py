@@ -19,10 +19,6 @@ CELLS, PERIOD, LEVELS = 225, 25, 8
 SCALE = 0.01  # scale.length: metres per cell
 
 
-SIMULATED = ('field', 'wall')
-"""Topics that exist only for a simulated element."""
-
-
 @pytest.fixture(scope='module', params=sampled(('sim', 'rig'), lambda driver: driver == 'sim'))
 def driver(request):
     """A simulation, and an emulated rig in another process."""
@@ -35,20 +31,13 @@ def given():
     return {'element': 'case_2', 'actions': True}
 
 
-@pytest.fixture
-def truth(driver):
-    """Skip tests of the true wall where it is unknown."""
-    if driver != 'sim':
-        pytest.skip('a real element does not tell where its wall is')
+def type_name(kind):
+    package, folder, _ = kind.__module__.split('.')
+    return f'{package}/{folder}/{kind.__name__}'
 
 
 def site(level):
     return PERIOD * (level + 1)
-
-
-def type_name(kind):
-    package, folder, name = kind.__module__.split('.')[0], kind.__module__.split('.')[1], kind
-    return f'{package}/{folder}/{name.__name__}'
 
 
 # The tables
@@ -65,7 +54,7 @@ def test_topic_in_has_its_type(robot, topic):
 def test_topic_out_has_its_type_and_quality(robot, driver, topic):
     kind, qos = OUT[topic]
     find = robot.node.get_publishers_info_by_topic
-    if driver != 'sim' and topic in SIMULATED:
+    if driver != 'sim' and topic in ('field', 'wall'):
         assert not find(robot.name(topic))
         return
     (info,) = robot.wait(lambda: find(robot.name(topic)), f'a publisher of {topic}')
@@ -183,7 +172,9 @@ def test_range_is_the_distance_to_the_wall_if_any(robot):
     robot.latest('range', lambda message: message.range == math.inf)
 
 
-def test_field_and_wall_are_the_simulated_truth(robot, truth):
+def test_field_and_wall_are_the_simulated_truth(robot, driver):
+    if driver != 'sim':
+        pytest.skip('a real element does not tell where its wall is')
     robot.received('field'), robot.received('wall')
     level = robot.write(5)['level']
     wall = robot.next('wall')
@@ -266,11 +257,7 @@ def test_driving_during_a_write_is_rejected_until_abort(start_shared):
     """The write, by strain, takes more than a second; a strain of 0.07 is above all of its own."""
     given = {'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10}
     with Robot(start_shared(given, name='real_time').element) as robot:
-        robot.set(target_level=1)
-        robot.next('joint_states')  # a subscription that has not met the node misses a whole write
-        states = robot.received('joint_states')
-        answer = robot.send('write')
-        robot.wait(lambda: answer.done() or abs(strain_of(robot)) > 0.01, 'a strain by the write')
+        answer, states = robot.begin_strained_write(1), robot.received('joint_states')
         robot.publish('strain', 0.07)
         robot.publish('probe')
         robot.publish('write_level', 5)

@@ -173,31 +173,24 @@ def test_rate_counts_the_ticks_of_an_idle_loop(monkeypatch):
     assert component.health(loop).values['rate'] == 500.0
 
 
-@pytest.fixture
-def heard(element):
-    """Give a device a reading: heard(level, threshold margin)."""
-
-    def heard(level, margin):
+@pytest.mark.parametrize(
+    ('report', 'level', 'margin', 'expected'),
+    [
+        ('transducer', 3, 1.2, (WARN, 'a weak echo: 1.2 times the threshold')),
+        ('transducer', 3, 1.5, (OK, None)),
+        ('transducer', -2, 1.2, (OK, None)),  # reported by the memory
+        ('memory', None, None, (OK, 'not read yet')),
+        ('memory', -2, 1.2, (WARN, 'between two levels')),
+        ('memory', 3, 1.2, (OK, 'level 3')),
+    ],
+)
+def test_weak_or_undecodable_echo_is_a_warning(element, report, level, margin, expected):
+    if level is not None:
         element.reading = Reading(
             level, '', End.LEFT, 700.0, 0.9, margin, 100.0, 'between two levels'
         )
-        return element
-
-    return heard
-
-
-def test_weak_echo_of_a_level_is_a_warning(heard):
-    health = diagnostics.report_transducer(heard(3, 1.2))
-    assert (health.level, health.text) == (WARN, 'a weak echo: 1.2 times the threshold')
-    assert diagnostics.report_transducer(heard(3, 1.5)).level == OK
-    assert diagnostics.report_transducer(heard(-2, 1.2)).level == OK  # reported by the memory
-
-
-def test_undecodable_echo_is_a_warning_with_the_reason(element, heard):
-    assert diagnostics.report_memory(element) == Health(OK, 'not read yet', ANY)
-    health = diagnostics.report_memory(heard(-2, 1.2))
-    assert (health.level, health.text) == (WARN, 'between two levels')
-    assert diagnostics.report_memory(heard(3, 1.2)).text == 'level 3'
+    health = diagnostics.ELEMENT_REPORTS[report](element)
+    assert (health.level, expected[1] and health.text) == expected
 
 
 # On a live node

@@ -68,9 +68,7 @@ def test_element_is_changed_only_while_unconfigured(start):
 def test_deactivation_during_a_write_releases_the_strain(start):
     start({'write.method': 'strain', 'scale.time': 4e-4, 'publish.joint_states_every': 10})
     with Robot() as robot:
-        robot.set(target_level=3)
-        written = robot.send('write')
-        robot.next('joint_states', lambda message: abs(message.position[0]) > 0.02)
+        written = robot.begin_strained_write(3)
         robot.change_state('deactivate')
         assert 'aborted' in robot.answer(written)['error']
         robot.change_state('activate')

@@ -39,13 +39,6 @@ def file(tmp_path):
     return path
 
 
-@pytest.mark.parametrize('name', PRESETS)
-def test_shipped_name_gives_the_whole_element(declared, name):
-    _, given = declared({'element': name})
-    assert (given.values().design, given.values().settings) == preset(name)
-    assert given.values().specimen is None
-
-
 def test_element_change_keeps_parameters_of_the_robot(declared):
     node, given = declared({'publish.frame_id': 'leg', 'write.attempts': 7})
     for name in PRESETS:
@@ -93,14 +86,6 @@ def test_unknown_element_changes_nothing(declared, name):
     node, given = declared({'element': 'bits_2'})
     assert not set_all(node, {'element': name, 'write.attempts': 7}).successful
     assert (given.values().design, given.values().settings) == preset('bits_2')
-
-
-def test_element_is_set_only_while_unconfigured(declared):
-    node, given = declared()
-    given.lock(8)
-    refused = set_all(node, {'element': 'bits_4'})
-    assert 'element may be set only while the node is unconfigured' in refused.reason
-    assert (given.values().design, given.values().settings) == preset('case_2')
 
 
 def test_present_values_may_be_set_while_configured(declared):
@@ -204,16 +189,6 @@ def test_parameters_have_unique_names_and_descriptions():
         'write.method', 'write.attempts', 'actuator.present', 'read.end', 'time.speed',
     }  # fmt: skip
     assert all(description.text for _, _, description in found)
-
-
-def test_default_of_every_parameter_is_legal():
-    for name, default, description in declare_parameters():
-        if description.low is not None:
-            assert default >= description.low, name
-        if description.high is not None:
-            assert default <= description.high, name
-        if description.choices:
-            assert default in description.choices, name
 
 
 def test_actuator_absent_with_method_strain_is_rejected(declared):

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import time
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -30,17 +29,6 @@ sys.exit(main())
 """
 
 
-def begin_write(robot):
-    """Begin to write level 1 by strain, which takes 1.5 s; return once the element is strained."""
-    robot.set(target_level=1)
-    robot.next('joint_states')  # a subscription that has not met the node misses a whole write
-    states = robot.received('joint_states')
-    answer = robot.send('write')
-    robot.wait(lambda: states[-1].position[0] > 0.02, 'a strain by the write')
-    assert not answer.done()
-    return answer
-
-
 @pytest.fixture
 def recording(start, tmp_path):
     """A node that records, whose writes take 1.5 s."""
@@ -57,7 +45,7 @@ def recording(start, tmp_path):
 
 def test_ctrl_c_during_a_write_closes_the_session(recording):
     with Robot() as robot:
-        written = begin_write(robot)
+        written = robot.begin_strained_write(1)
         while recording.running:  # from the terminal, from launch, from an impatient user
             recording.signal(signal.SIGINT)
             time.sleep(0.01)
@@ -68,7 +56,7 @@ def test_ctrl_c_during_a_write_closes_the_session(recording):
 
 def test_sigterm_answers_all_waiting_requests(recording):
     with Robot() as robot:
-        waiting = [begin_write(robot)]
+        waiting = [robot.begin_strained_write(1)]
         robot.pause(True)  # from here on no tick begins, so no request is accepted or rejected
         waiting += [robot.send('write') for _ in range(8)]  # a service keeps the last ten
         for _ in waiting:
@@ -167,22 +155,3 @@ def test_middleware_that_hangs_at_the_end_is_cut_off():
     finally:
         process.kill()
         process.communicate()
-
-
-def test_node_ends_with_its_killed_parent():
-    """Otherwise it would answer requests of the next run in its domain."""
-    tests = (
-        'import time, mlmem_ros.testing\n'
-        'with mlmem_ros.testing.memory_node(apart=True) as node:\n'
-        '    print(node.pid, flush=True)\n'
-        '    time.sleep(60)'
-    )
-    killed = program('-c', tests, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    node = Path('/proc', killed.stdout.readline().strip(), 'stat')
-    assert node.exists()
-    killed.kill()
-    killed.communicate()
-    deadline = time.monotonic() + 30.0
-    while node.exists() and ') Z ' not in node.read_text():  # a zombie, perhaps
-        assert time.monotonic() < deadline
-        time.sleep(0.05)

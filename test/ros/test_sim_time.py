@@ -24,11 +24,11 @@ def health(robot, text):
 
 
 class Simulator:
-    """Publishes /clock: a step of its time every 2 ms, from `now` on, which may be set."""
+    """Publishes /clock: a step of its time every 2 ms, from `now` on; all may be set."""
 
     def __init__(self, robot, now, step=4e-3):
         self.now = now
-        self._step = step
+        self.step = step
         self.period = 2e-3
         self._publisher = robot.node.create_publisher(Clock, '/clock', 10)
         robot.wait(self._publisher.get_subscription_count, 'a subscriber of /clock')
@@ -37,7 +37,7 @@ class Simulator:
 
     def _run(self):
         while not self._end.wait(self.period):
-            self.now += self._step
+            self.now += self.step
             self.show()
 
     def show(self):
@@ -53,6 +53,23 @@ class Simulator:
         finally:
             self._end.set()
             self._thread.join()
+
+
+def test_ticks_follow_the_clock_and_stand_with_it(start):
+    start({'use_sim_time': True, 'scale.time': 1e-4})  # ticks of 2 ms
+    with Robot() as robot, Simulator(robot, 100.0, step=1e-3).running() as clock:
+        seen = []
+        for step in (1e-3, 1e-3, 0.0):
+            clock.step = step
+            time.sleep(0.4)
+            clock.step = 0.0
+            time.sleep(0.2)  # the node has made its ticks
+            seen.append((clock.now / 2e-3, robot.pause(True)['tick']))
+            robot.pause(False)
+    (first, begun), (last, ended), (_, held) = seen
+    assert last - first > 50
+    assert 0.9 * (last - first) <= ended - begun <= last - first + 5  # late perhaps, never early
+    assert held - ended <= 1
 
 
 def test_session_with_a_clock_set_back_replays(start, tmp_path):

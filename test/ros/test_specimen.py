@@ -149,16 +149,8 @@ def compared(array):
     return int(values(of_the_twin(array))['compared'])
 
 
-@pytest.mark.parametrize(
-    ('given', 'reason'),
-    [
-        ({'element': '/nowhere.yaml'}, 'element must be one of case_1, '),
-        ({'twin': '/nowhere.yaml'}, 'twin: /nowhere.yaml: '),
-        ({'files.root': '/usr'}, 'must lie below files.root'),
-    ],
-)
-def test_element_file_that_does_not_fit_is_rejected(refused, file, given, reason):
-    assert reason in refused(node_of(file, **given))
+def test_missing_twin_ends_the_start(refused, file):
+    assert 'twin: /nowhere.yaml: ' in refused(node_of(file, twin='/nowhere.yaml'))
 
 
 def test_stuck_cell_of_the_file_is_reported(start, tmp_path):
