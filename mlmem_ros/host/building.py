@@ -203,7 +203,8 @@ def attach_twin(element: MemoryElement, twin: Element, log: ThrottledLog) -> Res
         SettingsError: The twin does not hold every word of a register, or every level of a wall
             that is read by waveform.
     """
-    if element.settings.compares_waveforms:
+    settings = element.settings
+    if settings.compares_waveforms and not settings.element.bad_cells:
         try:
             element.adopt(twin.timed_specimen)
         except SettingsError as error:
