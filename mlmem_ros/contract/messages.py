@@ -20,7 +20,8 @@ from mlmem.physics.potential import Array
 from mlmem.procedure_table import JOINT_NAME
 
 from . import answers
-from .streams import Joints, Status, Stream
+from .statuses import Status
+from .streams import Joints, Stream
 
 
 @dataclass(frozen=True)

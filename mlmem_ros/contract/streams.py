@@ -9,7 +9,7 @@ type of them, and `parse_message` returns them from a recorded one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,27 +20,11 @@ from mlmem.physics import find_walls
 from mlmem.physics.potential import Array
 
 from .answers import format_values, outcome_to_dict
+from .statuses import ERROR, OK, WARN, Status, parse_status
 from .topics import LATCHED_QOS, RELIABLE_QOS, STREAM_QOS, Topic
 
 SHOT_HEAD_SIZE = 9
 """Numbers that describe a shot, before its samples."""
-
-OK, WARN, ERROR = range(3)
-"""Levels of diagnostic_msgs/msg/DiagnosticStatus."""
-
-
-class Status(NamedTuple):
-    """The values of a DiagnosticStatus.
-
-    Attributes:
-        severity: `OK`, `WARN` or `ERROR`.
-        text: In words.
-        values: Values as texts, by key.
-    """
-
-    severity: int
-    text: str
-    values: Mapping[str, str]
 
 
 class Joints(NamedTuple):
@@ -290,13 +274,6 @@ def select_streams(register: bool, simulated: bool) -> list[Stream]:
     """Return the streams of an element: of a register, or else of one wall."""
     kinds = {'', 'register' if register else 'wall', 'simulated' if simulated else ''}
     return [stream for stream in STREAMS.values() if stream.of in kinds]
-
-
-def parse_status(message: Any) -> Status:
-    """Return the values of a DiagnosticStatus, from rclpy or from a bag."""
-    severity = message.level[0] if isinstance(message.level, bytes) else int(message.level)
-    pairs = {pair.key: pair.value for pair in message.values}
-    return Status(severity, message.message, pairs)
 
 
 def parse_message(stream: Stream, message: Any) -> Any:

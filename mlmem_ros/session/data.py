@@ -24,7 +24,8 @@ from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..contract import calls
 from ..contract.commands import COMMAND_TOPICS, Make, NoCommand
-from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Status, Stream, parse_message
+from ..contract.statuses import Status
+from ..contract.streams import SHOT_HEAD_SIZE, STREAMS, Stream, parse_message
 from .records import (
     COMMAND_TOPIC,
     DROPPED_TOPIC,

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from mlmem_ros.contract.streams import Status, parse_status
+from mlmem_ros.contract.statuses import Status, parse_status
 from mlmem_ros.contract.topics import STREAM_QOS, Topic
 from mlmem_ros.ros.client.client import MemoryClient
 from mlmem_ros.ros.middleware import SENSOR_DATA_PROFILE, build_qos_profile

@@ -32,7 +32,7 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.contract import calls
 from mlmem_ros.contract.commands import REQUEST_COMMANDS
-from mlmem_ros.contract.streams import OK, parse_status
+from mlmem_ros.contract.statuses import OK, parse_status
 from mlmem_ros.session.data import iterate_timed
 from mlmem_ros.session.records import (
     COMMAND_TOPIC,
