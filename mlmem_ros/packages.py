@@ -12,9 +12,6 @@ from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import NamedTuple
 
-TOOLS_GROUP = 'mlmem_ros.tools'
-"""Entry points of what a node or a robot's code asks of `mlmem_tools`, which imports us."""
-
 DEBIAN_PACKAGES = {
     'numpy': 'python3-numpy',
     'numba': 'python3-numba',
@@ -58,7 +55,7 @@ def find_tool(name: str) -> EntryPoint:
     Raises:
         ModuleNotFoundError: Our distribution is not installed, or older than its files.
     """
-    if (found := find_entry_points(TOOLS_GROUP).get(name)) is None:
+    if (found := find_entry_points('mlmem_ros.tools').get(name)) is None:
         raise ModuleNotFoundError(
             f'{name} of mlmem_tools is not installed: install mlmem_ros again',
             name='mlmem_tools',

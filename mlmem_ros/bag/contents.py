@@ -127,7 +127,6 @@ LOST_KEY = 'mlmem_ros.lost'
 
 _ROOT_KEY = 'rosbag2_bagfile_information'
 _NEVER_NS = 2**63 - 1  # the starting time of a bag or file that holds no message
-_MAX_LINE_WIDTH = 2**31 - 1
 _MAX_METADATA_CHARS = 2**18  # characters: metadata of 400 topics
 
 _QOS_TEMPLATE = """\
@@ -237,7 +236,7 @@ def format_metadata(
         Dumper=_Dumper,
         sort_keys=False,
         allow_unicode=True,
-        width=_MAX_LINE_WIDTH,
+        width=2**31 - 1,  # no line is broken
     )
     return text.rstrip('\n')
 

@@ -45,16 +45,11 @@ from .contents import (
 from .errors import BagError, storage_errors
 
 _RECORD_HEAD = struct.Struct('<BQ')  # opcode and length of a record
-_READ_OPCODES = {
-    *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
-    *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
-}
 MAX_HELD_BYTES = 2**27
 """Most bytes of a decompressed chunk, however small the file is."""
 
 _MAX_DEFINITION_BYTES = 2**24
 _MAX_RUN_BYTES = 1 << 20  # bytes of messages outside chunks that make up one block
-_FOOTER_CRC_BYTES = 16  # bytes of a footer that precede its CRC, and are covered by it
 
 
 class DamageError(Exception):
@@ -225,7 +220,10 @@ class McapPart:
         for opcode, offset, end in _find_spans(stream, start):
             if opcode == Opcode.DATA_END:
                 note = '; all messages precede it'
-            if opcode in _READ_OPCODES:
+            if opcode in {
+                *(Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK),
+                *(Opcode.METADATA, Opcode.DATA_END, Opcode.FOOTER),
+            }:
                 self._read_record(stream, opcode, offset, end, note)
         size = stream.seek(0, 2)
         stream.seek(end)
@@ -326,7 +324,8 @@ def _check_crc(stream: BinaryIO, record: records.McapRecord, offset: int) -> Non
         begin, end, crc = 0, offset, record.data_section_crc
     elif isinstance(record, records.Footer):
         begin = record.summary_start or offset
-        end, crc = offset + _RECORD_HEAD.size + _FOOTER_CRC_BYTES, record.summary_crc
+        # the CRC covers the first 16 bytes of the footer
+        end, crc = offset + _RECORD_HEAD.size + 16, record.summary_crc
     else:
         return
     found = 0

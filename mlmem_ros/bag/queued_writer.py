@@ -18,8 +18,6 @@ from .errors import BagError
 from .writer import BagWriter
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'
-_SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins; the rest is for the disk
-_POLL_PERIOD_S = 0.05  # seconds; polled, because a signal would cost the loop time
 
 
 class _Item(NamedTuple):
@@ -92,7 +90,7 @@ class QueuedWriter:
         """
         self._writer = writer
         self._dropped_topic = dropped_topic
-        self._sync_after = _SYNC_SHARE * sync_interval
+        self._sync_after = 0.5 * sync_interval  # the other half of the interval is for the disk
         self._last_sync = threads.monotonic()
         self._max_queued = max_queued
         self._max_queued_bytes = max_queued_bytes
@@ -171,7 +169,8 @@ class QueuedWriter:
             stopping = False
             while not stopping:
                 with self._changed:
-                    stopping = self._changed.wait_for(self._is_closing, _POLL_PERIOD_S)
+                    # polled, because a signal would cost the loop time
+                    stopping = self._changed.wait_for(self._is_closing, 0.05)
                 items, dropped, dropped_time = self._take_queue()
                 for item in items:
                     self._write_item(item)

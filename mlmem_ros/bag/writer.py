@@ -31,10 +31,6 @@ from .contents import (
 )
 from .errors import BagError, storage_errors
 
-CHUNK_BYTES = 256 * 1024
-"""Bytes in a chunk, before compression; small, because damage loses a whole chunk."""
-
-_MAX_TIME_NS = 2**63 - 1
 _MIN_SPLIT_BYTES = 1024  # bytes, as rosbag2's MCAP storage requires
 
 
@@ -59,7 +55,7 @@ class McapFile:
             self._file = atomic_files.create_file(path)
         self._writer = Writer(
             cast('IO[bytes]', self._file),
-            chunk_size=CHUNK_BYTES,
+            chunk_size=256 * 1024,  # before compression; damage loses a whole chunk
             index_types=IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA,
             enable_data_crcs=True,
         )
@@ -376,7 +372,7 @@ class BagWriter:
 
 def _check_nanoseconds(time: int) -> int:
     try:
-        if 0 <= index(time) <= _MAX_TIME_NS:
+        if 0 <= index(time) <= 2**63 - 1:
             return index(time)
     except TypeError:
         pass

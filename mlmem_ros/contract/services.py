@@ -27,13 +27,11 @@ class Service(NamedTuple):
 TRIGGER_TYPE = 'std_srvs/srv/Trigger'
 SET_BOOL_TYPE = 'std_srvs/srv/SetBool'
 
-SELF_TEST_TYPE = 'diagnostic_msgs/srv/SelfTest'
-
 
 def _build_service(name: str, row: Procedure) -> Service:
     """Return the service of a procedure; what it must be given is a parameter of the node."""
     given = ' or '.join(f'`{parameter}`' for parameter in row.target_parameters.values())
-    type_ = SELF_TEST_TYPE if name == 'self_test' else TRIGGER_TYPE
+    type_ = 'diagnostic_msgs/srv/SelfTest' if name == 'self_test' else TRIGGER_TYPE
     return Service(name, type_, f'{row.meaning}; it takes {given}' if given else row.meaning)
 
 

@@ -52,11 +52,6 @@ Found = tuple[str, str, str, dict[str, float]]
 DISTURB_FINDING = 'read_disturb'
 """The finding on the loudest pulses that move nothing, which are kept whatever they are."""
 
-CACHE_FILE_NAME = 'design_checks.json'
-
-MAX_CACHED_DESIGNS = 64
-"""Number of designs cached, the latest ones."""
-
 CHECK_TOOL = 'design_check'
 """The tool that checks; a finding depends on its package and on all that this one is made of but
 what only serves it."""
@@ -117,13 +112,14 @@ def load_findings(design: Design, settings: Settings) -> list[Found]:
         ]
         if path is not None:
             with contextlib.suppress(OSError):
-                write_atomically(path, json.dumps(dict([*cached.items()][-MAX_CACHED_DESIGNS:])))
+                # the latest 64 designs
+                write_atomically(path, json.dumps(dict([*cached.items()][-64:])))
     return cached[key]
 
 
 def _cache_path() -> Path | None:
     folder = find_cache_folder(NOH_BATHE.advance)
-    return folder / CACHE_FILE_NAME if folder is not None and folder.is_dir() else None
+    return folder / 'design_checks.json' if folder is not None and folder.is_dir() else None
 
 
 def _read_cache(path: Path | None) -> dict[str, list[Found]]:

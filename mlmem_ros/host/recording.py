@@ -41,9 +41,6 @@ MAX_BUFFER_BYTES = 64 * 2**20
 ALL = 3600.0
 """Seconds that are kept while a bag is created."""
 
-_MESSAGE_OVERHEAD_BYTES = 200
-"""Bytes that a message takes in memory besides its CDR."""
-
 
 @dataclass
 class _Segment:
@@ -155,7 +152,7 @@ class PreTriggerBuffer:
         ]
 
     def _add_size(self, message: Message) -> None:
-        size = len(message[1]) + _MESSAGE_OVERHEAD_BYTES
+        size = len(message[1]) + 200  # memory in addition to the CDR
         self._segments[-1].size += size
         self._size += size
 

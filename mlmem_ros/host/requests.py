@@ -22,8 +22,6 @@ T = TypeVar('T')
 INACTIVE_REASON = 'inactive: {}configure and activate the node first'
 """Why nothing is accepted; the gap is for what stopped the device, if anything did."""
 
-SHUT_DOWN_REASON = 'inactive: the node is shut down'
-
 
 class Requests:
     """Hands requests to the loop of an element, if it is active.
@@ -51,7 +49,7 @@ class Requests:
         """
         if (loop := self.loop) is None:
             why = INACTIVE_REASON.format(f'{self.stopped}; ' if self.stopped else '')
-            raise Refused(SHUT_DOWN_REASON if self._closed else why)
+            raise Refused('inactive: the node is shut down' if self._closed else why)
         return loop
 
     def submit(self, command: Command, client: Client | None = None, wait: float = 0.0) -> Asked:

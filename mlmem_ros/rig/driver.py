@@ -40,9 +40,6 @@ LEAD_TIME_S = 0.05
 LINE_TIMEOUT_S = 1.0
 """Seconds of silence after which the driver gives up, unless the address has `patience`."""
 
-MAX_REST_OFFSET_CELLS = 0.5
-"""Cells from a ground state at which an end may begin: a wrong zero, or unit, is farther off."""
-
 HEARTBEAT_PERIOD_S = 0.25
 """Seconds without a call after which the driver says that it is still there."""
 
@@ -126,7 +123,8 @@ class Rig(Driver):
         self._last = self._line[:, -1]
         at_rest = self._line.mean(axis=1)
         for name, found in zip(('left', 'right'), at_rest, strict=True):
-            if min(abs(found - design.D_s1), abs(found - design.D_s2)) > MAX_REST_OFFSET_CELLS:
+            # a wrong zero or unit is farther off
+            if min(abs(found - design.D_s1), abs(found - design.D_s2)) > 0.5:
                 raise SettingsError(
                     f'zero in the hello of the rig must make its ends rest at {design.D_s1:.3f} '
                     f'or {design.D_s2:.3f} cells; the {name} one rests at {found:.3f}'

@@ -220,9 +220,6 @@ def decode_samples(payload: bytes, kind: str) -> Played:
     return Played(first, ends.reshape(2, samples), missed, force)
 
 
-MAX_TICK_SAMPLES = 1 << 14
-"""Samples of a tick at most, so that a hello cannot claim memory without limit."""
-
 MAX_NODES = 16
 """Set-points of a sample at most."""
 
@@ -231,8 +228,6 @@ STRAIN_CAPABILITY = 'strain'
 
 REQUIRED_CAPABILITIES = ('left', 'right')
 """What a rig must be able to do: drive and sense either end."""
-
-NUMBER_FORMATS = ('<f4', '<f8')
 
 _number = partial(describe_field, MISSING, low=1e-15, high=1e15)
 _count = partial(describe_field, MISSING, low=1)
@@ -247,7 +242,8 @@ class Hello:
     )
     name: str = describe_field(MISSING, 'its name')
     dt: float = _number('time units from sample to sample')
-    samples: int = _count('samples of a tick: time.tick / dt', high=MAX_TICK_SAMPLES)
+    # a hello cannot claim memory without limit
+    samples: int = _count('samples of a tick: time.tick / dt', high=1 << 14)
     seconds: float = _number('seconds of a sample by its clock: scale.time dt')
     length: float = _number('m of a unit of displacement: scale.length if that is a cell')
     buffer: int = _count('samples of set-points it can hold', high=2**31 - 1)
@@ -260,7 +256,7 @@ class Hello:
         f'when in a sample it takes set-points: a list of at most {MAX_NODES} rising numbers '
         'above 0, the last one 1',
     )
-    numbers: str = describe_field('<f8', 'type of set-points and samples', choices=NUMBER_FORMATS)
+    numbers: str = describe_field('<f8', 'type of set-points and samples', choices=('<f4', '<f8'))
     can: tuple[str, ...] = describe_field(
         (STRAIN_CAPABILITY, *REQUIRED_CAPABILITIES),
         f'a list of texts with {", ".join(REQUIRED_CAPABILITIES)}, and {STRAIN_CAPABILITY} if '

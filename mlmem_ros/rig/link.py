@@ -20,9 +20,6 @@ from mlmem import DriverError, SettingsError
 
 from .frames import Frame, Kind, Parser, encode_frame
 
-MAX_KEPT_FRAMES = 4096
-"""Number of sent frames that are kept for retransmission."""
-
 
 class Link:
     """One side of a line: frames are numbered in both directions.
@@ -44,7 +41,7 @@ class Link:
         self._wrong = ''
         self._send = send
         self._parser = Parser()
-        self._sent: deque[bytes] = deque(maxlen=MAX_KEPT_FRAMES)
+        self._sent: deque[bytes] = deque(maxlen=4096)  # kept for retransmission
         self._next_out = self._next_in = 0
         self._missed: int | None = None  # the number requested last
         self._seen = 0  # the last one received instead of it

@@ -19,9 +19,6 @@ from typing import Any, TypeVar
 
 T = TypeVar('T')
 
-END_TIMEOUT_S = 20.0
-"""Seconds that a process may take to end before it is killed."""
-
 PR_SET_PDEATHSIG = 1
 
 Parameters = Mapping[str, bool | int | float | str]
@@ -52,7 +49,7 @@ def run_child_process(
     finally:
         process.terminate()
         try:
-            process.wait(END_TIMEOUT_S)
+            process.wait(20.0)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()

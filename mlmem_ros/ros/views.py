@@ -30,9 +30,12 @@ RED, WHITE, BLUE = (178, 24, 43), (247, 247, 247), (33, 102, 172)
 SCALE_OVERSHOOT = 0.2
 """How far the scale reaches beyond either phase, in distances between the phases."""
 
-_COLOUR_STOPS = np.array((RED, WHITE, BLUE), dtype=np.float64).T
 COLOUR_TABLE = np.stack(
-    [np.interp(np.linspace(0.0, 2.0, 256), range(3), stop) for stop in _COLOUR_STOPS], axis=1
+    [
+        np.interp(np.linspace(0.0, 2.0, 256), range(3), stop)
+        for stop in np.array((RED, WHITE, BLUE), dtype=np.float64).T
+    ],
+    axis=1,
 ).astype(np.uint8)
 """Red, green and blue of every index, shape (256, 3)."""
 
@@ -58,12 +61,6 @@ IMAGE_COLUMNS = 400
 
 MAX_IMAGE_ROWS = 512
 """Greatest height; of a longer chain, only every second, third ... cell is shown."""
-
-DEFECT_SHADE = 0.8
-"""Brightness of the lines along the defects, where walls rest."""
-
-EMPTY_GREY = 128
-"""Grey of the time before the start."""
 
 
 class Contour:
@@ -110,8 +107,8 @@ class Contour:
         """Return the image of the latest columns."""
         oldest_first = np.roll(self._indices, -(self._taken % self._columns), axis=0)
         pixels = COLOUR_TABLE.take(oldest_first.T, axis=0)
-        pixels[self._lines] = pixels[self._lines] * DEFECT_SHADE
-        pixels[:, : max(0, self._columns - self._taken)] = EMPTY_GREY
+        pixels[self._lines] = pixels[self._lines] * 0.8  # lines along the defects are darker
+        pixels[:, : max(0, self._columns - self._taken)] = 128  # grey before the start
         height, width, channels = pixels.shape
         image = Image(height=height, width=width, encoding='rgb8', step=width * channels)
         image.header.stamp = stamp
@@ -128,9 +125,6 @@ MAX_LABELS = 32
 
 MAX_SHOWN_WALLS = 4
 """Most walls shown; the memory has one, and a second during an erase."""
-
-CHAIN_SLENDERNESS = 25.0
-"""Length of the drawn chain over its width."""
 
 CHAIN_COLOUR = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
 WALL_COLOUR = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
@@ -150,7 +144,7 @@ class ChainMarkers:
         design, self._unit = element.design, element.settings.scale.length
         self._element = element
         self._palette = Palette(design)
-        self._width = design.N * self._unit / CHAIN_SLENDERNESS
+        self._width = design.N * self._unit / 25.0  # length of the drawn chain over its width
         self._stride = math.ceil(design.N / MAX_SHOWN_CELLS)
         text = min(0.8 * self._width, 0.35 * design.J * self._unit)
         levels = range(0, design.levels, math.ceil(design.levels / MAX_LABELS))

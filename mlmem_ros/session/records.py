@@ -117,9 +117,6 @@ MAX_HASH_INTERVAL_TICKS = 10**6
 """Upper bound of `record.hash_every`, the ticks between two hashes; its default is 500."""
 
 
-_TICK_DESCRIPTION = Description('ticks done', low=0, high=MAX_TICKS)
-
-
 @dataclass(frozen=True)
 class Header:
     """The start of a session, by the keys in its file."""
@@ -228,7 +225,9 @@ def read_header(text: str) -> Header:
 def read_command(text: str) -> tuple[int, Command]:
     """Parse a tick and its command from JSON; raises `BagError`."""
     values = _decode_json(dict[str, Any], text)
-    tick = _decode_json(int, values.pop('tick', None), 'tick', _TICK_DESCRIPTION)
+    tick = _decode_json(
+        int, values.pop('tick', None), 'tick', Description('ticks done', low=0, high=MAX_TICKS)
+    )
     try:
         return tick, parse_command(values)
     except Refused as error:

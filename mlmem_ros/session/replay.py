@@ -40,9 +40,6 @@ Progress = Callable[[int, int], None]
 MAX_REPLAY_TICKS = 10**9
 """Most ticks of a replay by message stamps: three weeks at the default pace."""
 
-PROGRESS_PERIOD_TICKS = 500
-"""Ticks between two calls of a progress callback."""
-
 
 def build_element(session: SessionData) -> MemoryElement:
     """Return the device of a session in the state where the session began.
@@ -156,7 +153,7 @@ class _Player:
                 self._apply_command(given)
             self._run(last)
             now = self._element.ticks
-            if progress and (now == last or now - reported >= PROGRESS_PERIOD_TICKS):
+            if progress and (now == last or now - reported >= 500):
                 reported = now
                 progress(now - first, last - first)
 
@@ -266,12 +263,10 @@ def _find_other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]
     }
 
 
-_MAX_MISSING_HASHES = 100  # in a row, at most, because of damage or a slow disk
-
-
 def find_max_gap(header: Header) -> int:
     """Return the most ticks that may lie between two records of a session."""
-    return min(_MAX_MISSING_HASHES * header.hash_every, MAX_HASH_INTERVAL_TICKS)
+    # at most 100 in a row are missing, because of damage or a slow disk
+    return min(100 * header.hash_every, MAX_HASH_INTERVAL_TICKS)
 
 
 def find_last_tick(session: SessionData, first: int, silence: int) -> int:

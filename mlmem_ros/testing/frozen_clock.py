@@ -22,9 +22,6 @@ T = TypeVar('T')
 START_TIME_S = 1.0
 """ROS time in seconds at which a clock begins: rclpy treats 0 as not set."""
 
-CLOCK_PERIOD_S = 0.01
-"""Seconds between two messages on /clock."""
-
 CHECK_PERIOD_S = 0.02
 """Seconds of ROS time between two checks of a condition."""
 
@@ -68,7 +65,7 @@ class FrozenClock:
         end = self.now + seconds
         self._await_messages()
         while self.now < end:
-            self.now = min(end, self.now + CLOCK_PERIOD_S)
+            self.now = min(end, self.now + 0.01)
             due = round((self.now - START_TIME_S) / self._tick) - self.ticks
             self.ticks += due
             while due > 0:

@@ -41,9 +41,6 @@ if TYPE_CHECKING:
     from ..ros.client import MemoryClient
 
 
-CHECKED_PORTS = 10
-"""Discovery ports of a domain that are looked at."""
-
 FAST_DISCOVERY = Path(__file__).with_name('fast_discovery.xml')
 """The profile of Fast DDS."""
 
@@ -93,7 +90,7 @@ def is_domain_used(domain: int) -> bool:
 
     A participant listens at the first free of the domain's discovery ports (RTPS 2.5, 9.6.2.3).
     """
-    for participant in range(CHECKED_PORTS):
+    for participant in range(10):  # the first discovery ports of the domain
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind(('', 7410 + 250 * domain + 2 * participant))
@@ -238,10 +235,6 @@ def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
             node.memory.set_parameters(before).wait()
 
 
-STEP_TIMEOUT_S = 60.0
-"""Seconds that a machine may take to run the ticks requested at a time."""
-
-
 @contextmanager
 def memory_node(
     parameters: Parameters | None = None,
@@ -338,7 +331,7 @@ class NodeHere(RunningNode):
     def step(self, ticks: int) -> int:
         """Run ticks while time is paused; return the ticks since its start."""
         try:
-            return self.node.host.step(Steps(ticks)).answer.result(STEP_TIMEOUT_S)
+            return self.node.host.step(Steps(ticks)).answer.result(60.0)
         except REFUSALS as refusal:
             raise RequestRefused({'error': str(refusal)}) from refusal
 

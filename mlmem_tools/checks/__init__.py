@@ -44,15 +44,6 @@ CHECK_MODULES = (
 )
 """Modules with `check(subject)`, in the order of a report."""
 
-STRAIN_MODULES = (launch, steps)
-"""Those that judge what strain does: without an actuator there is none."""
-
-SINGLE_WALL_MODULES = (launch,)
-"""Those that judge how one wall is launched by strain."""
-
-DELAY_MODULES = (echoes,)
-"""Those that judge the delays by which one wall is read."""
-
 GENTLE_DEFECT_FINDINGS = ('gradient', 'wall_width', 'pin_depth')
 """Rules for a wall that a gradient drives over shallow defects, as in the paper. Elements read by
 waveform have deep, near defects and strong damping; counted writes judge them."""
@@ -75,9 +66,12 @@ def check(
     found = [
         finding
         for concern in CHECK_MODULES
-        if settings.actuator.present or concern not in STRAIN_MODULES
-        if not settings.register.spacing or concern not in SINGLE_WALL_MODULES
-        if settings.read.method == 'delay' or concern not in DELAY_MODULES
+        # without an actuator there is no strain
+        if settings.actuator.present or concern not in (launch, steps)
+        # it judges how strain launches one wall
+        if not settings.register.spacing or concern is not launch
+        # it judges the delays by which one wall is read
+        if settings.read.method == 'delay' or concern is not echoes
         for finding in concern.check(subject)
         if settings.read.method == 'delay' or finding.name not in GENTLE_DEFECT_FINDINGS
     ]

@@ -18,9 +18,6 @@ from mlmem.readers.register import WALL_REACH_CELLS, pin_walls
 from mlmem.readers.words import Code
 from mlmem.settings import Settings
 
-MAX_DISTANCE_LEVELS = 9
-"""Largest least distance that is tried, in levels."""
-
 
 @dataclass(frozen=True)
 class Capacity:
@@ -53,7 +50,9 @@ def list_capacities(design: Design, settings: Settings) -> Iterator[Capacity]:
     """Yield what an element holds by one wall, and by kicks."""
     yield Capacity('one wall', None, design.levels + 1)
     apart = next(
-        (n for n in range(1, MAX_DISTANCE_LEVELS + 1) if _can_hold_walls(design, n)), None
+        # distances up to nine levels are tried
+        (n for n in range(1, 10) if _can_hold_walls(design, n)),
+        None,
     )
     reached = _count_reached(design, settings)
     assumed = '' if reached else 'if kicks reach every level'

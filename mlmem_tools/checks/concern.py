@@ -92,9 +92,6 @@ def judge_value(value: float, fail_below: float, warn_below: float) -> Verdict:
     return Verdict.PASS if value >= warn_below else Verdict.WARN
 
 
-MIN_SAMPLED_LEVELS = 6
-"""Least number of sampled levels of a large element."""
-
 MAX_STRAIN = 0.12
 """Largest strain tried on a wall, either sign."""
 
@@ -229,7 +226,7 @@ def _find_freeing_strain(made: Design | Specimen, level: int, sign: float, kink:
 
 def sample_levels(count: int) -> list[int]:
     """Return some of 0 ... count - 1: two neighbours at the start, the middle and the end."""
-    if count <= MIN_SAMPLED_LEVELS:
+    if count <= 6:
         return list(range(max(0, count)))
     middle = count // 2
     return [0, 1, middle, middle + 1, count - 2, count - 1]

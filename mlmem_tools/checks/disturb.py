@@ -36,12 +36,6 @@ AMPLITUDE_STEPS = tuple(1.25**k for k in range(24))
 NEAREST_LEVELS = 2
 """Levels that are tried at either end."""
 
-MAX_AMPLITUDE_CELLS = 0.5
-"""Largest amplitude that is tried, in cells; no read may be set to more."""
-
-MIN_AMPLITUDE_MARGIN = 2.0
-"""Least ratio of the loudest harmless pulse to that of a read that gets no warning."""
-
 PAPER_SOURCE = (
     'a non-destructive read-out: small amplitude harmonic pulses, which the transition wave '
     'reflects (p. 5)'
@@ -65,7 +59,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         FINDING_NAME,
         {end.value: amplitude for end, amplitude in loudest.items()},
         'cells',
-        judge_value(ratios[worst], 1.0, MIN_AMPLITUDE_MARGIN),
+        judge_value(ratios[worst], 1.0, 2.0),
         f'a pulse moves nothing up to {ratios[worst]:.3g} times the amplitude of a read',
         f'a pulse may move the wall beyond {ratios[worst]:.3g} times the amplitude of a read, '
         f'from the {worst} end: choose a smaller A there, and a smaller v_th with it',
@@ -108,7 +102,7 @@ def find_safe_limit(
     `steps` are the amplitudes to try, over that of the probe, from 1 on; if that moves the wall,
     fainter ones are tried. A blank element is probed from the right alone.
     """
-    least = MAX_AMPLITUDE_CELLS
+    least = 0.5  # cells; no read may be set to more
     for level in levels:
         if level == BLANK and end is End.LEFT:
             continue

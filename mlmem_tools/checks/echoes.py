@@ -40,9 +40,6 @@ from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
 from .concern import Finding, Subject, grade_finding, judge_value
 
-BANDWIDTH_SIGMAS = 5.0
-"""Frequencies within this many 1 / sigma of the carrier are followed: the pulse has no others."""
-
 MIN_SAMPLE_SPACING = 0.25
 """Time units between samples if the device's own steps are shorter."""
 
@@ -73,7 +70,8 @@ def forecast_echo(
     pulse = Pulse(0.0, probe)
     driven = np.where(t <= pulse.duration, pulse.at(t)[0], 0.0)
     omega = 2.0 * math.pi / (period * sampling) * np.arange(samples + 1)
-    used = (np.abs(omega - probe.omega_c) < BANDWIDTH_SIGMAS / probe.sigma) & (omega > 0.0)
+    # the pulse has no other frequencies
+    used = (np.abs(omega - probe.omega_c) < 5.0 / probe.sigma) & (omega > 0.0)
     spectrum = np.where(used, np.fft.rfft(driven), 0.0)
     spectrum[used] *= echo_response(made, v, omega[used], end, dt, integrator)
     detector = EchoDetector(probe, sampling)
@@ -120,16 +118,6 @@ def solve_propagation(trace: Complex) -> Complex:
     first = 0.5 * (trace - root)
     return np.where(np.abs(first) < 1.0, first, 0.5 * (trace + root))
 
-
-MIN_ORDERED_SHARE = 0.9
-"""Least share of levels whose echoes come in order at the end that only confirms them."""
-
-MIN_TIMEOUT_RATIO = 1.5
-"""Patience over the time that a pulse needs to fade: strains are louder than pulses."""
-
-MIN_ECHO_SPACING = 1.0
-"""Time units between the echoes of two levels at one end, on average over their crossings, that a
-quiet read needs: sound elements are off by 0.6."""
 
 MAX_CALIBRATION_CELL_STEPS = 1.5e8
 """Most cell steps of a calibration: a second. Above, levels are sampled."""
@@ -234,7 +222,8 @@ def _judge_separation(
         end = errs.opposite
     proven = Verdict.FAIL if wrong else Verdict.PASS
     verdict = find_worst_verdict(
-        (proven, *(judge_value(time, 1e-9, MIN_ECHO_SPACING) for time in values.values()))
+        # sound elements are off by 0.6
+        (proven, *(judge_value(time, 1e-9, 1.0) for time in values.values()))
     )
     of = 'as far as levels were sampled, ' if calibration is None else ''
     return grade_finding(
@@ -259,7 +248,8 @@ def _judge_reverberation(eta: float, read: ReadSettings, loudest: float) -> Find
         'reverberation',
         {'needed': needed, 'given': read.patience},
         'time',
-        judge_value(read.patience / needed if needed else math.inf, 1.0, MIN_TIMEOUT_RATIO),
+        # strains are louder than pulses
+        judge_value(read.patience / needed if needed else math.inf, 1.0, 1.5),
         'a pulse that bounces between wall and end has faded before patience ends',
         'a pulse still bounces between wall and end when patience ends, and the next one would '
         'hear it: choose more damping, a greater v_th or a longer read.patience',
@@ -282,7 +272,8 @@ def _judge_echoes(
     faintest = min(margins, key=lambda level: margins[level])
     steps = np.diff(delays) * (1.0 if end is End.LEFT else -1.0)
     order = (
-        bool(np.mean(steps > 0.0) >= (1.0 if names else MIN_ORDERED_SHARE)) if len(steps) else True
+        # the end that only confirms needs 90 % of the levels in order
+        bool(np.mean(steps > 0.0) >= (1.0 if names else 0.9)) if len(steps) else True
     )
     heard = judge_value(margins[faintest], 1.0, MIN_ECHO_RATIO)
     verdict = find_worst_verdict((heard, Verdict.PASS if order else Verdict.FAIL))
@@ -309,10 +300,6 @@ def _judge_echoes(
     return Finding(f'echo_{end}', values, '', verdict, text, source)
 
 
-FAINT = 1e-7
-"""Threshold in cells below which a real sensor would have to be very good."""
-
-
 def _check_ranges(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the range of either end."""
     settings = subject.settings
@@ -329,7 +316,8 @@ def _judge_range(design: Design, probe: ProbeSettings, end: End) -> Finding:
     reach = float(distance[-1] if audible.all() else distance[audible.argmin()] - 1.0)
     last = float(decaying_threshold(probe, t[farthest - 1]))
     verdict = find_worst_verdict(
-        (judge_value(reach / farthest, 1.0, 1.0), judge_value(last, MIN_THRESHOLD_CELLS, FAINT))
+        # below 1e-7 cells a real sensor would have to be very good
+        (judge_value(reach / farthest, 1.0, 1.0), judge_value(last, MIN_THRESHOLD_CELLS, 1e-7))
     )
     if verdict is Verdict.PASS:
         text = f'the farthest wall, {farthest} cells away, is within the range of the echo'

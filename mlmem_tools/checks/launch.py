@@ -28,15 +28,6 @@ from mlmem_ros.host.design_check import Verdict
 
 from .concern import MAX_CELL_STEPS, MIN_STEP_CELLS, TICK_CELL_STEPS, Finding, Subject
 
-SIMULATED_LEVELS = 4
-"""Levels simulated at the left end."""
-
-MAX_LOCAL_STRAIN = 0.5
-"""Strain of the first cells that no actuator reaches."""
-
-MAX_DEFECT_DISTANCE = 1.0
-"""Distance in cells within which a wall counts as at the defect."""
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the launches of a write and of an erase."""
@@ -52,7 +43,8 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
         long.
     """
     design, settings = subject.design, subject.settings
-    few = cut_excerpt(subject.made, 1.0, min(SIMULATED_LEVELS * design.J, design.N)).made
+    # four levels at the left end
+    few = cut_excerpt(subject.made, 1.0, min(4 * design.J, design.N)).made
     part = dataclasses.replace(few.design, substrate='rigid')
     few = dataclasses.replace(few, design=part)
     if name == 'write' and subject.corrections:
@@ -61,7 +53,7 @@ def simulate_launch(subject: Subject, name: str) -> float | None:
     # The strain of the first cells when the whole element has that of the settings.
     local = design.end_displacement(1.0) * subject.made.strain_shape[part.N - 1] / part.N
     reached = abs(group.start_strain * local)
-    if reached > MAX_LOCAL_STRAIN:
+    if reached > 0.5:  # no actuator reaches this strain
         return math.nan
     actuator = dataclasses.replace(
         settings.actuator, max_strain=max(settings.actuator.max_strain, reached)
@@ -106,7 +98,7 @@ def _judge_launch(subject: Subject, name: str, position: float | None) -> Findin
             f'no {mover} remains: it does not stay in the trap that the strain makes near the '
             f'free end; {advice}, or set level 0 farther from the end'
         )
-    elif abs(position - values['level 0']) > MAX_DEFECT_DISTANCE:
+    elif abs(position - values['level 0']) > 1.0:  # within one cell the wall is at the defect
         text = f'the {mover} comes to rest somewhere other than level 0: {advice}'
     else:
         verdict, text = Verdict.PASS, f'a launched {mover} comes to rest at level 0'

@@ -20,15 +20,6 @@ from mlmem_ros.host.design_check import Verdict, find_worst_verdict
 
 from .concern import Finding, Subject, grade_finding, judge_value
 
-MIN_STIFFNESS_RATIO = 1.05
-"""Least ratio of the phases' stiffnesses: below 1.01 a wave sees no difference."""
-
-MIN_ALPHA_RATIO = 0.5
-"""Fraction of the potential that should remain at the far end."""
-
-MAX_OWN_DAMPING = 0.65
-"""Fraction of eta up to which the integrator's numerical damping of the carrier is small."""
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the material, on its waves, and on the wall."""
@@ -54,7 +45,8 @@ def _check_material(subject: Subject) -> Iterator[Finding]:
         'stiffnesses',
         {'k_s1': design.k_s1, 'k_s2': design.k_s2},
         'k_r',
-        judge_value(stiffer, 1.01, MIN_STIFFNESS_RATIO),
+        # below 1.01 a wave sees no difference between the phases
+        judge_value(stiffer, 1.01, 1.05),
         'the phases differ in stiffness, so a wall between them reflects waves',
         'the phases are the same to a wave, which passes through the wall without an echo: '
         'give the potential a cubic phase, b',
@@ -75,7 +67,8 @@ def _check_material(subject: Subject) -> Iterator[Finding]:
         'alpha',
         {'first': float(alpha[0]), 'last': last, 'least': float(alpha.min())},
         '',
-        judge_value(min(last, 1.0 / last), 0.0, MIN_ALPHA_RATIO),
+        # half of the potential should remain at the far end
+        judge_value(min(last, 1.0 / last), 0.0, 0.5),
         'height of the potential along the element, relative to its start',
         'the potential changes so much along the element that pins, strains and bands differ '
         'between its ends: choose a smaller |gamma| or fewer cells',
@@ -105,7 +98,8 @@ def _judge_step(subject: Subject) -> Finding:
     carriers = np.array([settings.probe.omega_c, settings.probe_right.omega_c])
     ideal, seen = (integrator.squared_frequency(carriers, design.eta, each) for each in (0.0, dt))
     own = float(((ideal - seen).imag / carriers).max())
-    little = own < MAX_OWN_DAMPING * max(design.eta, CASE_II.eta)
+    # up to here the integrator's own damping of the carrier is small
+    little = own < 0.65 * max(design.eta, CASE_II.eta)
     return grade_finding(
         'step',
         {'dt': dt, 'stable up to': stable_step(subject.made, integrator), 'own damping': own},
@@ -117,9 +111,6 @@ def _judge_step(subject: Subject) -> Finding:
         'we apply the Noh-Bathe integration scheme to Eqs. (1) (p. 5)',
     )
 
-
-MIN_BAND_SHARE = 0.02
-"""Fraction of a pulse's energy in the band below which nothing of it propagates."""
 
 MIN_REFLECTED_SHARE = 0.2
 """Fraction of a pulse's energy that propagates in one phase alone from which the wall returns a
@@ -164,7 +155,7 @@ def _judge_carrier(
     inside = _is_inside(omega, own)
     where = f'the band of {phase}, {own[0]:.4g} to {own[1]:.4g}'
     verdict = Verdict.WARN
-    if share < MIN_BAND_SHARE:
+    if share < 0.02:  # below this share of energy in the band nothing propagates
         verdict = Verdict.FAIL
         place = f'in the band of {other} alone' if _is_inside(omega, others) else 'in neither band'
         text = f'{omega:g} is {place} and does not propagate: choose one inside {where}'

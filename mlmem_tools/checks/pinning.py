@@ -17,9 +17,6 @@ from mlmem_ros.host.design_check import Verdict
 from .concern import LAUNCH_LEVEL, MAX_STRAIN, Finding, Subject, grade_finding, judge_value
 from .quasistatic import compute_held_landscape, compute_lattice_ripple, compute_self_energy
 
-PIN_DEPTH_RATIOS = (1.0, 4.0)
-"""Depth of a pin over the kinetic energy of an incoming wall: needed, and comfortable."""
-
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the depth of the pins, the strains that free a wall, and its drift."""
@@ -46,7 +43,7 @@ def _judge_depth(subject: Subject) -> Finding:
         'pin_depth',
         {**depths, 'incoming wall': incoming},
         'k_r cells^2',
-        judge_value(least if math.isnan(least) else spare, *PIN_DEPTH_RATIOS),
+        judge_value(least if math.isnan(least) else spare, 1.0, 4.0),
         'the defects are deeper than the energy of a wall that the gradient drives in',
         'a wall may run over a defect: choose a softer defect (beta), a smaller gamma or '
         'more damping',

@@ -19,9 +19,6 @@ from mlmem.physics.wall import find_walls
 MAX_PINNED_DISTANCE = 3.0
 """A wall farther than this from its defect, in cells, is de-pinned."""
 
-MAX_ITERATIONS = 25
-"""Newton steps within which a pinned wall is found; one that left takes more."""
-
 POINTS_PER_CELL = 8
 """Positions per cell of a landscape, enough for the ripple of the lattice."""
 
@@ -140,7 +137,8 @@ def find_depinning_strain(
             return math.nan
         V = (strain + step) * shape
         try:
-            trial = relax_to_equilibrium(part.made, v + step * shape, V, iterations=MAX_ITERATIONS)
+            # a wall that left its pin takes more steps
+            trial = relax_to_equilibrium(part.made, v + step * shape, V, iterations=25)
             moved = measure_departure(trial, V)
         except StateError:
             moved = math.inf

@@ -25,10 +25,6 @@ from .disturb import build_bare_chain
 PAPER_SOURCE = 'a wall may be injected by an actuator coupled to the boundary site (p. 5)'
 
 
-MAX_STEPS = 20_000
-"""Steps up to which a motion is followed: what lasts longer asks little."""
-
-
 class Demand(NamedTuple):
     """What a motion asks of its transducer, at most: in cells, k_r and time units."""
 
@@ -57,7 +53,8 @@ def check(subject: Subject) -> Iterator[Finding]:
         ):
             chain.place(v)
             motion = Kick(chain.end(1), target, speed, kick)
-            if motion.duration <= MAX_STEPS * chain.dt:
+            # longer motions demand little of a transducer
+            if motion.duration <= 20_000 * chain.dt:
                 asked[name] = measure_demand(chain, 1, motion)
     if not asked:
         return

@@ -32,26 +32,8 @@ LIBRARY_USES = {
 }
 """Python packages, and what needs them; without those that are empty here no node starts."""
 
-MESSAGE_PACKAGES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
-"""ROS packages whose messages the node and its client use."""
-
-MAX_DOMAIN = 232
-"""Greatest ROS_DOMAIN_ID: above it DDS runs out of ports."""
-
 MAX_SAFE_DOMAIN = 101
 """Greatest one whose ports Linux does not use."""
-
-ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
-
-CACHE_ADVICE = 'set NUMBA_CACHE_DIR to a writable folder with some megabytes of free space'
-
-TORN_ADVICE = 'the next start compiles them anew; to do it now: mlmem doctor --warm'
-
-PROCESSOR_ADVICE = 'use one from 2013 or later; a virtual machine must expose it (CPU model: host)'
-
-NODE_ADVICE = 'if it should run: ros2 run mlmem_ros memory_node; check name and ROS_DOMAIN_ID'
-
-CLOCK_ADVICE = 'start what publishes /clock, or the node with use_sim_time: false'
 
 
 @dataclass(frozen=True)
@@ -135,10 +117,20 @@ def check_compile_cache() -> Diagnosis:
         check_cache_space(folder)
     except OSError as error:
         seen = f'cannot be cached ({error.strerror}): every start takes some seconds longer'
-        return Diagnosis(what, WARN, seen, CACHE_ADVICE)
+        return Diagnosis(
+            what,
+            WARN,
+            seen,
+            'set NUMBA_CACHE_DIR to a writable folder with some megabytes of free space',
+        )
     if torn := list_torn_caches():
         seen = f'torn: {", ".join(torn)} in {folder}'
-        return Diagnosis(what, WARN, seen, TORN_ADVICE)
+        return Diagnosis(
+            what,
+            WARN,
+            seen,
+            'the next start compiles them anew; to do it now: mlmem doctor --warm',
+        )
     return Diagnosis(what, PASS, f'kept in {folder}')
 
 
@@ -149,19 +141,36 @@ def check_processor() -> Diagnosis:
     if has_fma():
         return Diagnosis('processor', PASS, 'multiplies and adds in one instruction')
     seen = 'has no fused multiply-add: same results, a hundred times slower, not in real time'
-    return Diagnosis('processor', WARN, seen, PROCESSOR_ADVICE)
+    return Diagnosis(
+        'processor',
+        WARN,
+        seen,
+        'use one from 2013 or later; a virtual machine must expose it (CPU model: host)',
+    )
 
 
 def check_ros() -> Diagnosis:
     """Check for rclpy, its middleware and the message packages."""
     try:
-        for package in ('rclpy', *MESSAGE_PACKAGES):
+        for package in (
+            'rclpy',
+            'std_msgs',
+            'std_srvs',
+            'sensor_msgs',
+            'diagnostic_msgs',
+            'rcl_interfaces',
+        ):
             importlib.import_module(package)
         from rclpy.utilities import get_rmw_implementation_identifier
 
         middleware = get_rmw_implementation_identifier()
     except Exception as error:  # the middleware is loaded here and may raise anything
-        return Diagnosis('ROS 2', FAIL, str(error), ROS_ADVICE)
+        return Diagnosis(
+            'ROS 2',
+            FAIL,
+            str(error),
+            'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup',
+        )
     distribution = os.environ.get('ROS_DISTRO', 'jazzy')
     if distribution != 'jazzy':
         return Diagnosis('ROS 2', WARN, f'{distribution}, {middleware}', 'only Jazzy is tested')
@@ -178,7 +187,7 @@ def check_domain(value: str | None) -> Diagnosis:
             return Diagnosis(what, PASS, 'not set: 0, on this machine only')
         seen = 'not set: 0, shared with everybody on this network'
         return Diagnosis(what, WARN, seen, 'give your robot its own number')
-    if not value.isdecimal() or int(value) > MAX_DOMAIN:
+    if not value.isdecimal() or int(value) > 232:  # above it DDS has no ports left
         return Diagnosis(what, FAIL, value, f'set a number from 0 to {MAX_SAFE_DOMAIN}')
     if int(value) > MAX_SAFE_DOMAIN:
         advice = f'above {MAX_SAFE_DOMAIN} Linux may use its ports for something else'
@@ -230,12 +239,19 @@ def check_node(name: str, wait: float) -> Diagnosis:
             values = client.parameters('element', 'use_sim_time').wait()
             clocks = client.node.count_publishers('/clock')
     except RequestError:
-        return Diagnosis(what, WARN, f'does not answer within {wait:g} s', NODE_ADVICE)
+        return Diagnosis(
+            what,
+            WARN,
+            f'does not answer within {wait:g} s',
+            'if it should run: ros2 run mlmem_ros memory_node; check name and ROS_DOMAIN_ID',
+        )
     except Exception as error:  # rclpy could not start at all
         return Diagnosis(what, FAIL, str(error).splitlines()[0], 'see the lines above')
     if values['use_sim_time'] and not clocks:
         seen = 'answers, but waits for a /clock that nobody publishes'
-        return Diagnosis(what, WARN, seen, CLOCK_ADVICE)
+        return Diagnosis(
+            what, WARN, seen, 'start what publishes /clock, or the node with use_sim_time: false'
+        )
     seen = f'answers: element {values["element"]}'
     return Diagnosis(what, PASS, seen)
 

@@ -23,10 +23,6 @@ if TYPE_CHECKING:
     from mlmem_ros.bag.errors import BagError
 
 
-SPEED_PERIOD_S = 120.0
-"""Seconds over which speed is averaged to predict the remaining time."""
-
-
 def create_console(aside: bool = False) -> Console:
     """Return a console that prints every text verbatim; `aside`: to standard error, since standard
     output gets JSON.
@@ -72,7 +68,7 @@ def show_progress(
         shown.TextColumn(what), shown.MofNCompleteColumn(), shown.BarColumn(),
         shown.TimeElapsedColumn(), shown.TextColumn('left'), shown.TimeRemainingColumn(),
     )  # fmt: skip
-    with shown.Progress(*columns, console=console, speed_estimate_period=SPEED_PERIOD_S) as bar:
+    with shown.Progress(*columns, console=console, speed_estimate_period=120.0) as bar:
         task = bar.add_task(what, total=total, completed=done)
         for _ in rows:
             bar.advance(task)

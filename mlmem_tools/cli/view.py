@@ -27,9 +27,6 @@ from .output import print_failure, print_json
 if TYPE_CHECKING:
     from ..view.live import Live
 
-PICTURE_INTERVAL_TICKS = 15
-"""Ticks between two pictures of an element that --start starts: 33 a second."""
-
 
 @declare_command(
     'show the element behind a running node, or sessions, in a browser',
@@ -104,7 +101,8 @@ async def _serve_page(arguments: argparse.Namespace) -> int:
         node = None
         if arguments.start is not None:
             given: dict[str, Any] = {
-                str(STREAMS[name].when): PICTURE_INTERVAL_TICKS for name in PICTURED_STREAMS
+                str(STREAMS[name].when): 15  # 33 pictures a second
+                for name in PICTURED_STREAMS
             }
             if arguments.start:
                 given['element'] = element_path(arguments.start)

@@ -104,10 +104,6 @@ MAX_BUFFER_SAMPLES = 1 << 18
 RELEASE, SETTLE = 600.0, 2000.0
 """Time units in which it ramps its strain to zero without a client, and then rests."""
 
-MAX_IDLE_TIME = 50_000.0
-"""Time units after which an idle element has come to rest and is no longer computed."""
-
-
 _Tick = tuple[Array, HeldCell | None]  # displacements of the substrate's end, and a held end
 
 
@@ -314,7 +310,7 @@ class EmulatedRig:
 
     def _hold_set_points(self, ticks: int) -> None:
         """Hold the set-points while there is nothing to play; the element moves on."""
-        if self._missed * self.element.dt < MAX_IDLE_TIME:
+        if self._missed * self.element.dt < 50_000.0:  # by then the element has come to rest
             V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.element.V_N)
             held_cell = None
             if self._held is not None:
@@ -338,16 +334,6 @@ def _read_lead(payload: bytes) -> float:
     return float(
         decode_value(float, greeting['ahead'], 'ahead', Description('', low=0.0, high=1e9))
     )
-
-
-PLAY_PERIOD_S = 0.002
-"""Seconds between two looks at the clock while set-points are played."""
-
-IDLE_PERIOD_S = 0.02
-"""Seconds between two looks otherwise."""
-
-MAX_LATENESS_S = 0.01
-"""Seconds by which a look may be late; beyond that the rig's clock waits for a slow machine."""
 
 
 @dataclass(frozen=True)
@@ -442,7 +428,7 @@ class Server:
         self._restarts = False
         while not (self._ended or self._restarts):
             wait = min(
-                PLAY_PERIOD_S if rig.playing else IDLE_PERIOD_S,
+                0.002 if rig.playing else 0.02,
                 min(inward.due, outward.due) - last,
             )
             if select.select([connection], [], [], max(0.0, wait))[0]:
@@ -452,7 +438,8 @@ class Server:
                     inward.push(encode_frame(*frame))
             now = threads.monotonic()
             rig.take(inward.receive_frames(now))
-            rig.pass_time(min(now - last, max(0.0, wait) + MAX_LATENESS_S))
+            # beyond 10 ms the rig's clock waits for a slow machine
+            rig.pass_time(min(now - last, max(0.0, wait) + 0.01))
             last = now
             if data := outward.receive_frames(now):
                 connection.sendall(data)

@@ -24,9 +24,6 @@ from mlmem.physics.potential import Array
 
 Single = NDArray[np.float32]
 
-VECTOR_WIDTH = 16
-"""Single numbers in the widest vector: rows are padded to a multiple."""
-
 COMMON_DERIVATIVES = ('first', 'second', 'forces', 'eta', 'friction', 'drive')
 """The last derivatives, by what all cells share: two of the potential (see `Phases` and `Spline`),
 a factor on all forces, damping, dry friction (the motion itself has none), and the amplitude of
@@ -197,7 +194,7 @@ def run_tangent(material: Material, v: Array, source: Source, dt: float, steps: 
         At rest and after every step, shape (2, steps + 1, columns).
     """
     n, columns = len(v), material.columns
-    U = np.zeros((n, columns + -columns % VECTOR_WIDTH), np.float32)
+    U = np.zeros((n, columns + -columns % 16), np.float32)  # a multiple of the widest vector
     U[:, :columns] = solve_equilibrium_derivatives(material, v)
     out = np.zeros((2, steps + 1, U.shape[1]), np.float32)
     springs = np.concatenate(([0.0], material.k_r, [0.0]))

@@ -28,9 +28,6 @@ from .forward import MAX_WALL_OFFSET_CELLS, Clock, Forward, find_equilibria
 from .noise import estimate_noise, whiten_waveforms
 from .unknowns import Unknowns
 
-MAX_LINEAR_CHANGE = 0.3
-"""Relative change of a cell up to which the residual is proportional to it."""
-
 
 @dataclass(frozen=True)
 class Kind:
@@ -90,7 +87,7 @@ class Change:
     deviation: float
 
     def __str__(self) -> str:
-        if self.site and abs(self.amount) > MAX_LINEAR_CHANGE:
+        if self.site and abs(self.amount) > 0.3:  # the residual is proportional to smaller changes
             return f'cell {self.site} is not what it was at the survey: stuck, or broken'
         kind = SHARED_KINDS.get(self.name, CELL_KIND)
         words = kind.words[int(self.amount > 0.0)]
@@ -100,14 +97,8 @@ class Change:
 MIN_SAMPLE_SPACING = 1.0
 """Least time between two samples that are compared: the pass bands end well below its Nyquist."""
 
-DURATION_MARGIN_PARTS = 4
-"""A forecast lasts longer than the first read by one part in so many: others listen longer."""
-
 STRAIN_STEP = 1e-5
 """Strain for a difference quotient."""
-
-MAX_FORECASTS = 32
-"""Forecasts that are kept, each of a megabyte or two."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,13 +130,14 @@ class Forecasts:
         if known is None or known.waveforms.shape[1] < 1 + first.samples.shape[1] // every:
             known = self._compute_forecast(shots, every)
         self._kept[key] = known
-        while len(self._kept) > MAX_FORECASTS:
+        while len(self._kept) > 32:  # each of a megabyte or two
             self._kept.popitem(last=False)
         return known
 
     def _compute_forecast(self, shots: Sequence[Shot], every: int) -> Forecast:
         unknowns = self.forward.unknowns
-        room = np.empty((2, shots[0].samples.shape[1] // DURATION_MARGIN_PARTS))
+        # later reads may last a quarter longer
+        room = np.empty((2, shots[0].samples.shape[1] // 4))
         shots = [replace(s, samples=np.concatenate((s.samples, room), axis=1)) for s in shots]
         first = shots[0]
         duration = first.samples.shape[1] * first.dt
@@ -201,9 +193,6 @@ band of the echo, which is a twentieth of what is sampled."""
 MAX_QUIET_RATIO = 1.1
 """Departure from rest before a pulse, over the noise, up to which there are no waves."""
 
-MAX_COMPARED_RATIO = 3.0
-"""The same, from which a read is not compared: waves of what was before it look like a change."""
-
 ZERO_DRIFT_CELLS = 1e-3
 """Standard deviation of what a transducer reads at rest in cells: its zero may drift."""
 
@@ -213,10 +202,6 @@ MIN_AGREEING_READS = 2
 MIN_SIGNIFICANCE = 10.0
 """Standard deviations from which a change is believed, half of it by either read: residuals that
 are left by a fit, and by its linearisation, reach 7."""
-
-MIN_EXPLAINED_SHARE = 0.3
-"""Least share of the residual beyond noise and fit that a change must explain, or it is not what
-has happened."""
 
 MAX_UNEXPLAINED_RESIDUAL = 8.0
 """Residual, over that of noise and fit, from which one that no change explains is told: waves that
@@ -305,7 +290,8 @@ class Residuals:
 
     def quiet(self, shots: Sequence[Shot]) -> bool:
         """Return whether the element was at rest before a read; only then can it be compared."""
-        return bool(shots[0].unrest <= MAX_COMPARED_RATIO * estimate_noise(shots[0]).max())
+        # waves from before the pulse look like a change
+        return bool(shots[0].unrest <= 3.0 * estimate_noise(shots[0]).max())
 
     def compare(self, shots: Sequence[Shot], wall: float) -> Comparison:
         """Compare a read with its forecast.
@@ -390,7 +376,8 @@ class Residuals:
             math.copysign(read.z[best], change.amount * read.z[best]) for read in self._reads
         )
         explains = min(read.share[best] for read in self._reads)
-        if believed and agree > MIN_SIGNIFICANCE / 2.0 and explains > MIN_EXPLAINED_SHARE:
+        # or the change is not what has happened
+        if believed and agree > MIN_SIGNIFICANCE / 2.0 and explains > 0.3:
             return change, str(change)
         if min(read.excess for read in self._reads) > MAX_UNEXPLAINED_RESIDUAL:
             return None, 'the echo is not as forecast, and no single change explains it'

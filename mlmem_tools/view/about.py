@@ -21,9 +21,6 @@ from mlmem.schema import find_descriptions
 from mlmem.settings import ActuatorSettings, ScaleSettings
 from mlmem_ros.host.settings import DESCRIPTION
 
-MAX_PICTURE_CELLS = 512
-"""Most cells in a picture; of a longer chain every second, third ... one is shown."""
-
 FAULT_PARAMETERS = tuple(f'faults.{each.name}' for each in fields(Faults))
 
 PAGE_PARAMETERS = (DESCRIPTION, *FAULT_PARAMETERS, 'time.speed')
@@ -93,7 +90,7 @@ class About:
         code = Code(design.levels, spacing) if spacing else None
         by_delays = not settings.compares_waveforms
         words = code.words if code else design.levels
-        stride = math.ceil(design.N / MAX_PICTURE_CELLS)
+        stride = math.ceil(design.N / 512)  # at most 512 cells are drawn
         probes = {'left': settings.probe, 'right': settings.probe_right}
         json = {
             'node': node,

@@ -27,9 +27,6 @@ from .about import About
 ACTIVE_PHASE_COUNT = 8000
 """The active phase in a picture of integers; the inactive phase is 0."""
 
-MAX_ECHO_SAMPLES = 1200
-"""Most samples of an echo on a page; of several the largest is kept."""
-
 
 def pack_frame(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
     """Return a frame, in whose header numbers that are not finite become null; integers are sent
@@ -74,7 +71,7 @@ def thin_echo(message: Any) -> NDArray[np.float32]:
         ValueError: It is not an echo.
     """
     t, _, v_c = calls.parse_echo(message)
-    group = math.ceil(len(t) / MAX_ECHO_SAMPLES)
+    group = math.ceil(len(t) / 1200)  # samples on a page; of a group the largest is kept
     whole = len(t) // group * group
     t, v_c = t[:whole].reshape(-1, group)[:, -1], v_c[:whole].reshape(-1, group).max(axis=1)
     return np.stack((t, v_c)).astype(np.float32)
@@ -83,20 +80,8 @@ def thin_echo(message: Any) -> NDArray[np.float32]:
 PICTURED_STREAMS = ('field', 'wall', 'joint_states')
 """Streams that a picture shows."""
 
-PICTURE_PERIOD_S = 0.03
-"""Least seconds between two pictures."""
-
-TICK_ARRIVAL_S = 0.004
-"""Seconds within which the streams of one tick arrive."""
-
-MAX_CLOCK_STEP_S = 0.2
-"""Longest step of the picture's clock in seconds: without messages it stands still."""
-
 MAX_UNSENT_S = 0.25
 """Longest time in seconds for which a picture that is like the last one is not sent."""
-
-MAX_HISTORY_PICTURES = 1800
-"""Pictures that are kept for a page that opens: a minute."""
 
 
 class Pictures:
@@ -110,7 +95,8 @@ class Pictures:
         self._stamp = time.monotonic()
         self._newest: dict[str, Any] = {}
         self._fresh = False
-        self._history: deque[tuple[float, float, Any]] = deque(maxlen=MAX_HISTORY_PICTURES)
+        # one minute for a page that opens
+        self._history: deque[tuple[float, float, Any]] = deque(maxlen=1800)
         self._shown: tuple[dict[str, Any], bytes] = ({}, b'')  # without its time
         self._held = 0.0  # until when nothing has changed since
 
@@ -163,12 +149,14 @@ class Pictures:
 
     def _schedule_picture(self) -> None:
         """Schedule a picture, no sooner than a period after the last."""
-        wait = self._stamp + PICTURE_PERIOD_S - time.monotonic()
-        self._loop.call_later(max(wait, TICK_ARRIVAL_S), self._end_picture_period)
+        wait = self._stamp + 0.03 - time.monotonic()  # 30 pictures a second
+        # all streams of a tick arrive within 4 ms
+        self._loop.call_later(max(wait, 0.004), self._end_picture_period)
 
     def _end_picture_period(self) -> None:
         self._fresh = False
         now = time.monotonic()
-        self.clock += min(now - self._stamp, MAX_CLOCK_STEP_S)
+        # the clock of pictures stands still without messages
+        self.clock += min(now - self._stamp, 0.2)
         self._stamp = now
         self._due()

@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 MAX_QUEUED_NEWS = 64
 """Most news items queued for a page; of pictures only the newest is queued."""
 
-MAX_PAGES = 16
-"""Most pages served at a time."""
-
 
 class Page:
     """The queue of one page."""
@@ -75,7 +72,7 @@ class Pages(set[Page]):
     @property
     def full(self) -> bool:
         """Whether no other page is served."""
-        return len(self) >= MAX_PAGES
+        return len(self) >= 16
 
     def tell(self, frame: bytes) -> None:
         """Send news to all of them."""
@@ -88,22 +85,8 @@ class Pages(set[Page]):
             page.show(frame)
 
 
-PARAMETER_EVENTS_TOPIC = Topic(
-    '/parameter_events',
-    'rcl_interfaces/msg/ParameterEvent',
-    KEEP_ALL_QOS,
-    'parameters that were set',
-)
-
 MAX_SILENCE_S = 2.5
 """Seconds of silence after which a node counts as gone; it reports its health every second."""
-
-OUTCOME_DELAY_S = 0.03
-"""Seconds for which an outcome waits for the echo that it was decoded from."""
-
-STREAM_TIMEOUT_S = 30.0
-"""Seconds after the last page has closed, during which the streams are still received; then they
-no longer cost the node time."""
 
 
 class Live:
@@ -152,6 +135,12 @@ class Live:
     # --- what the node publishes -------------------------------------------------------------
 
     def _subscribe_topics(self) -> None:
+        parameter_events = Topic(
+            '/parameter_events',
+            'rcl_interfaces/msg/ParameterEvent',
+            KEEP_ALL_QOS,
+            'parameters that were set',
+        )
         for topic, take in (
             (STREAMS['level'], self._on_level),
             (STREAMS['word'], self._on_level),
@@ -159,7 +148,7 @@ class Live:
             (STREAMS['outcome'], self._on_outcome),
             (STREAMS['echo'], self._on_echo),
             (DIAGNOSTICS_TOPIC, self._on_diagnostics),
-            (PARAMETER_EVENTS_TOPIC, self._on_parameters),
+            (parameter_events, self._on_parameters),
         ):
             subscribe_topic(self._client, topic, self._wrap_for_loop(take))
         for name, action in load_action_types().items():
@@ -200,7 +189,8 @@ class Live:
 
     def _on_outcome(self, message: Any) -> None:
         self._note_message()
-        self._loop.call_later(OUTCOME_DELAY_S, self._end_procedure, parse_status(message))
+        # the echo that it was decoded from comes first
+        self._loop.call_later(0.03, self._end_procedure, parse_status(message))
 
     def _end_procedure(self, outcome: Status) -> None:
         self._activity.ended(outcome.values.get('procedure', ''))
@@ -282,7 +272,7 @@ class Live:
                 self._present = False
                 self._activity.ended()
                 self._link(f'{self._client.name} is silent')
-            if not self.pages and now - self._left > STREAM_TIMEOUT_S:
+            if not self.pages and now - self._left > 30.0:  # streams cost the node time
                 self._watch_streams(False)
 
     def _link(self, problem: str) -> None:

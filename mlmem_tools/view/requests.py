@@ -29,9 +29,6 @@ if TYPE_CHECKING:
     from mlmem_ros.ros.client.reply import Reply
 
 
-MAX_FEEDBACK_DELAY_S = 0.3
-"""Seconds by which feedback may come after the outcome of its procedure."""
-
 MAX_REPORT_AGE_S = 1.5
 """Age in seconds that a report in the diagnostics may have; they come once a second."""
 
@@ -67,7 +64,8 @@ class Activity:
         """Take the feedback of an action; what waits for its turn is not running."""
         if not feedback.attempts:
             return
-        if not self._doing and time.monotonic() - self._ended > MAX_FEEDBACK_DELAY_S:
+        # feedback may come later than the outcome of its procedure
+        if not self._doing and time.monotonic() - self._ended > 0.3:
             self._begin_procedure(name)
         if self._doing.get('name') == name:
             self._doing |= {
@@ -97,12 +95,6 @@ class Activity:
 
 Asked = Mapping[str, Any]
 """A page's message: `do`, which names the request, and its arguments."""
-
-PROCEDURE_TIMEOUT_S = 600.0
-"""Longest wait in seconds for procedures; some write every level."""
-
-DRAG_DURATION_RATIO = 1.65
-"""Duration of a drag's move, relative to the least for a straight one; a smooth one needs 1.5."""
 
 REQUEST_LOG = logging.getLogger(__name__)
 
@@ -174,7 +166,8 @@ class Requests:
         client = self._client
         match asked.get('do'):
             case str(name) if name in PROCEDURES:
-                return client.procedure(name, PROCEDURE_TIMEOUT_S, **_check_arguments(asked))
+                # some procedures write every level
+                return client.procedure(name, 600.0, **_check_arguments(asked))
             case 'strain':
                 return self._drag_strain(_check_number(asked, 'strain', -1.0, 1.0))
             case 'pause':
@@ -204,7 +197,8 @@ class Requests:
             raise ValueError('the element is not known yet')
         actuator, scale = self.about.actuator, self.about.scale
         seconds = (
-            DRAG_DURATION_RATIO * 2.0 * actuator.max_strain / actuator.hand_rate_limit * scale.time
+            # a smooth move needs at least 1.5
+            1.65 * 2.0 * actuator.max_strain / actuator.hand_rate_limit * scale.time
         )
         return self._client.follow([seconds], [strain], [0.0])
 

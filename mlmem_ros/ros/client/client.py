@@ -337,9 +337,6 @@ def _parse_response(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
     return parse_answer(kind, response.success, response.message)
 
 
-POLL_PERIOD_S = 0.02
-"""Seconds between two checks of a condition."""
-
 SPIN_TIMEOUT_S = 10.0
 """Seconds per spin; this executor must not wait without a time-out."""
 
@@ -396,4 +393,4 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0
     while not condition():
         if time.monotonic() > deadline:
             raise NoAnswer(f'{what} did not come within {timeout:g} s')
-        time.sleep(POLL_PERIOD_S)
+        time.sleep(0.02)

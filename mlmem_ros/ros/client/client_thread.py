@@ -30,20 +30,8 @@ from rclpy.task import Future
 
 from ..middleware import create_events_executor
 
-SERVICE_CHECK_PERIOD_S = 0.02
-"""Seconds between two looks at the graph while a request waits for its service to appear."""
-
 CHECK_PERIOD_S = 0.5
 """Seconds between two looks at clock and graph otherwise."""
-
-TYPE_DESCRIPTION_PARAMETER = 'start_type_description_service'
-"""A parameter of every node of rclpy."""
-
-JOIN_TIMEOUT_S = 10.0
-"""Seconds to wait for the end of the thread."""
-
-MAX_STANDSTILL_S = 10.0
-"""Seconds that this process may stand still before others may have forgotten it."""
 
 
 class Pending(Protocol):
@@ -119,7 +107,7 @@ class ClientThread:
                     f'_{robot.get_name()}_mlmem', namespace=robot.get_namespace(),
                     context=self.context, use_global_arguments=False,
                     start_parameter_services=False, enable_rosout=False,
-                    parameter_overrides=[Parameter(TYPE_DESCRIPTION_PARAMETER, value=False)],
+                    parameter_overrides=[Parameter('start_type_description_service', value=False)],
                 )  # fmt: skip
                 self._executor.add_node(node)
             return self._nodes[known]
@@ -158,7 +146,7 @@ class ClientThread:
         if self._newest is not self:
             self._newest.close(join)
         if join and not self.is_current_thread:
-            self._thread.join(JOIN_TIMEOUT_S)
+            self._thread.join(10.0)
 
     # --- in its thread ---------------------------------------------------------------------
 
@@ -173,7 +161,8 @@ class ClientThread:
                     self._woken = Future()
             before, seen = seen, _seconds_since_boot()
             self.awake += min(seen - before, turn + CHECK_PERIOD_S)
-            self.broken |= seen - before > turn + MAX_STANDSTILL_S
+            # others may have forgotten a process that stood still for longer
+            self.broken |= seen - before > turn + 10.0
             self._check_pending()
         with self._lock:
             self._ended = True
@@ -190,7 +179,8 @@ class ClientThread:
         with self._lock:
             now = time.monotonic()
             due = min((each.due for each in self._pending), default=now + CHECK_PERIOD_S)
-            self._next = min(max(due, now + SERVICE_CHECK_PERIOD_S), now + CHECK_PERIOD_S)
+            # until its service appears
+            self._next = min(max(due, now + 0.02), now + CHECK_PERIOD_S)
             return self._next - now
 
     def _check_pending(self) -> None:

@@ -29,14 +29,8 @@ from .link import Call, Connection, Link
 
 T = TypeVar('T')
 
-SERVICE_TIMEOUT_S = 1.0
-"""Seconds that a service may be missing from the graph before its answer is given up."""
-
 SIGNAL_PERIOD_S = 0.1
 """Seconds after which a waiting thread looks for signals, which another thread may have got."""
-
-LATE_RESULT_TIMEOUT_S = 600.0
-"""Seconds for which the end of a procedure is awaited whose answer was given up."""
 
 Steps = Generator[Call | Sequence[Future[Any]], Any, T]
 
@@ -276,7 +270,7 @@ class Reply(Future[T]):
             self._set_error(NoAnswer(f'{self._connection.peer} {late}{why}'))
             if (
                 not (self._lasting and self._has_reached_node())
-                or now > self._until + LATE_RESULT_TIMEOUT_S
+                or now > self._until + 600.0  # the result may come 600 s late
             ):
                 self._end_request()
         return not self.freed.done()
@@ -302,7 +296,8 @@ class Reply(Future[T]):
             )
         if self._link.ready(call):
             self._seen = now
-        if now - self._seen > SERVICE_TIMEOUT_S or self._link.is_silent():
+        # the service is missing from the graph for longer
+        if now - self._seen > 1.0 or self._link.is_silent():
             return f'{peer} went away during {self._what}: how it ended is not known'
         return ''
 

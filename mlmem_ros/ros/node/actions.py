@@ -32,12 +32,6 @@ from .callback_guard import CURRENT_REQUESTER, await_future
 FEEDBACK_PERIOD_S = 0.05
 """Seconds between two feedback messages of a goal."""
 
-RESULT_LIFETIME_S = 10.0
-"""Seconds for which a goal's result is kept for late requests."""
-
-RESULT_REQUEST_TIMEOUT_S = 1.0
-"""Seconds within which the sender of a goal asks for its result."""
-
 NONE, FAILED, REFUSED, CANCELED = range(4)
 """The results' error codes."""
 
@@ -249,7 +243,7 @@ class Action:
 
     def _drop_old_goals(self) -> None:
         """Drop the goals whose results nobody will ask for any more."""
-        due = threads.monotonic() - RESULT_LIFETIME_S
+        due = threads.monotonic() - 10.0  # late requests find the result for 10 s
         for number, goal in list(self._goals.items()):
             if goal.result.done() and goal.ended < due:
                 del self._goals[number]
@@ -257,7 +251,7 @@ class Action:
     @property
     def waiting(self) -> int:
         """How many goals are open, or have just ended without a request for the result."""
-        just_now = threads.monotonic() - RESULT_REQUEST_TIMEOUT_S
+        just_now = threads.monotonic() - 1.0  # the sender of a goal asks for its result within 1 s
         with self._lock:
             return sum(
                 not goal.fetched and (not goal.result.done() or goal.ended > just_now)

@@ -35,9 +35,6 @@ from ...host import REFUSALS, ThrottledLog
 
 T = TypeVar('T')
 
-SIMULATOR_FAILED_CODE = 4
-"""`RESULT_OPERATION_FAILED` of simulation_interfaces/msg/Result."""
-
 CURRENT_REQUESTER: ContextVar[Requester | None] = ContextVar('requester', default=None)
 """Who has sent the request that is being answered."""
 
@@ -52,9 +49,6 @@ before discovery has the client's reader, for which it waits no more than 0.1 s;
 
 RESEND_DELAYS_S = 0.2, 1.0, 4.0
 """Seconds before an answer that was dropped is sent once more; clients ignore a second one."""
-
-BINDING_TYPE_NAME = 'pybind11_type'
-"""Type of the classes whose objects begin with a pointer to the C structure."""
 
 SERVICE_INFO_STRUCT = struct.Struct('qq16sq')
 """`rmw_service_info_t`: when the request was sent and received, who sent it, and its number."""
@@ -73,10 +67,6 @@ class _Outcome(NamedTuple):
         if not self.future.done():
             yield self.future
         return self.future.result()
-
-
-UNKNOWN_NODE_NAME = '_NODE_NAME_UNKNOWN_'
-"""Of which node an endpoint is while the graph knows only the endpoint (rmw_dds_common)."""
 
 
 class Requester:
@@ -99,7 +89,8 @@ class Requester:
         for end in self._find_client_endpoints():
             if bytes(end.endpoint_gid)[:16] == self._id:
                 self._seen = True
-                if end.node_name != UNKNOWN_NODE_NAME:
+                # the name (of rmw_dds_common) while the graph knows only the endpoint
+                if end.node_name != '_NODE_NAME_UNKNOWN_':
                     return end.node_namespace, end.node_name, self._id[:12]
         return self._id or id(self)
 
@@ -125,7 +116,8 @@ def _read_writer_id(header: Any) -> bytes:
     kind = type(header)
     if (
         kind is not rclpy_implementation.rmw_service_info_t
-        or type(kind).__name__ != BINDING_TYPE_NAME
+        # its objects begin with a pointer to the C structure
+        or type(kind).__name__ != 'pybind11_type'
     ):
         return b''
     behind = ctypes.c_void_p.from_address(id(header) + object.__basicsize__).value
@@ -245,7 +237,8 @@ def _build_error_response(request: Any, response: Any, why: str, own: bool) -> A
     elif isinstance(getattr(response, 'result', None), SetParametersResult):
         response.result = failed
     elif hasattr(getattr(response, 'result', None), 'error_message'):  # of a simulator
-        response.result.result, response.result.error_message = SIMULATOR_FAILED_CODE, why
+        # 4: RESULT_OPERATION_FAILED of simulation_interfaces/msg/Result
+        response.result.result, response.result.error_message = 4, why
     elif hasattr(response, 'result'):  # of an action
         response.status = GoalStatus.STATUS_ABORTED
         response.result.error_code, response.result.error = response.result.FAILED, why

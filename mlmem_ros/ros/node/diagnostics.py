@@ -27,12 +27,6 @@ from .callback_guard import CallbackGuard
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
-WARNING_HOLD_REPORTS = 5
-"""Reports for which a warning stays after its cause is gone."""
-
-MIN_THRESHOLD_MARGIN = 1.5
-"""Threshold margin below which an echo may soon be missed; the paper's element has above 2."""
-
 
 @dataclass(frozen=True)
 class Health:
@@ -56,7 +50,7 @@ INACTIVE_HEALTH = Health(OK, 'inactive')
 class Hysteresis:
     """Lets a warning stay for some reports, so that it is seen and does not flicker."""
 
-    def __init__(self, hold: int = WARNING_HOLD_REPORTS) -> None:
+    def __init__(self, hold: int = 5) -> None:
         self._hold = hold
         self._held: Health | None = None
         self._calm = 0
@@ -123,7 +117,7 @@ def report_transducer(element: MemoryElement) -> Health:
         return Health(OK, text, values)
     margin = reading.threshold_margin
     values |= {'end': reading.end, 'threshold_margin': margin}
-    if reading.level >= 0 and margin < MIN_THRESHOLD_MARGIN:
+    if reading.level >= 0 and margin < 1.5:  # the paper's element has above 2
         return Health(WARN, f'a weak echo: {margin:.3g} times the threshold', values)
     return Health(OK, text, values)
 

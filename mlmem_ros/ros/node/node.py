@@ -40,8 +40,6 @@ from .topics import Publishers, Subscriptions
 REQUEST_SERVICES = {'send_goal', *(service.name for service in NODE_SERVICES)}
 """Services whose clients want something of the element, unlike those of its parameters."""
 
-CONFIGURE_TRANSITION = Transition.TRANSITION_CONFIGURE
-
 CHECK_PERIOD_S = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
 
@@ -246,7 +244,9 @@ class MemoryNode(CheckedParameters, LifecycleNode):
             if (held := self._callback_guard.held) is not None:  # the node starts by itself
                 await await_future(held)
             label, number = request.transition.label, request.transition.id
-            configures = label == 'configure' or (not label and number == CONFIGURE_TRANSITION)
+            configures = label == 'configure' or (
+                not label and number == Transition.TRANSITION_CONFIGURE
+            )
             if self.unconfigured and (configures or self._prepared is not None):
                 with suppress(*REFUSALS):  # which the transition says
                     await await_future(self.prepare())

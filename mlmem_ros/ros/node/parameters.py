@@ -52,17 +52,8 @@ LIVE_GROUPS = ('record', 'faults')
 QOS_OVERRIDES_PREFIX = 'qos_overrides.'
 """Prefix of the parameters that rclpy declares for an endpoint; they are read-only."""
 
-HASH_INTERVAL_PARAMETER = 'record.hash_every'
-"""Of these groups, but the running loop counts on it."""
-
 LEVEL, WORD = 'target_level', 'target_word'
 """What `~/write` writes to an element with one wall, and to a register."""
-
-OVERRIDES = (METHOD, ATTEMPTS, ACTUATOR, READ_END)
-"""Parameters that override a value of the element file."""
-
-PATH_PARAMETERS = ('record.path', 'state.path', TWIN)
-"""Parameters that name files of the node; `element` may name one."""
 
 
 class ParameterSet:
@@ -132,7 +123,8 @@ class ParameterSet:
         Raises:
             SettingsError: They contradict each other.
         """
-        given = {name: self._known.value(name) for name in OVERRIDES} | changed
+        overrides = (METHOD, ATTEMPTS, ACTUATOR, READ_END)  # of the element file's values
+        given = {name: self._known.value(name) for name in overrides} | changed
         try:
             return with_overrides(element.settings, given)
         except SettingsError as error:
@@ -267,7 +259,7 @@ class ParameterSet:
                 raise SettingsError(f'{name} may be set only while the node is not active')
         elif (
             self.locked
-            and (not live or name == HASH_INTERVAL_PARAMETER)
+            and (not live or name == 'record.hash_every')  # the running loop counts on it
             and value != self._known.value(name)
         ):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
@@ -277,7 +269,7 @@ class ParameterSet:
             check_speed(value)
         if name == DESCRIPTION and value != self.description():
             raise SettingsError(f'{name} follows from {ELEMENT}; set that one')
-        if name in PATH_PARAMETERS and value:
+        if name in ('record.path', 'state.path', TWIN) and value:
             try:
                 self._read_group('files').confine_path(value)
             except SettingsError as error:

@@ -223,10 +223,6 @@ def end_nodes(
     return status
 
 
-MAX_QUEUED_REQUESTS = 1000
-"""Requests taken at once from a service, after one that could not be decoded."""
-
-
 class GuardedExecutor:
     """Spins nodes, whose callbacks let no exception out; what raises is a message."""
 
@@ -293,7 +289,7 @@ def _log_refusal(log: ThrottledLog, error: Exception) -> None:
 def _serve_waiting_requests(node: Node, log: ThrottledLog) -> None:
     """Serve the requests that wait. Topics need no catching up: we take their bytes."""
     for service in node.services:
-        for _ in range(MAX_QUEUED_REQUESTS):
+        for _ in range(1000):  # more than a queue holds, even if some cannot be decoded
             try:
                 request, header = service.handle.service_take_request(service.srv_type.Request)
             except Exception as error:

@@ -40,16 +40,6 @@ ALREADY, NOT_REACHED = 101, 102
 TIME, STATE = 1, 2
 """Scopes of a reset, as in `ResetSimulation`: bits of a number, which is 0 for all of them."""
 
-COMMON_FEATURES = 24, 25, 26, 31, 32
-"""Features of any element, as in `SimulatorFeatures`: its state is got, set and paused; it is
-stepped once, or several times, by a service."""
-
-ACTION_FEATURE = 33
-"""Feature of a node that serves actions: it is stepped several times by one."""
-
-RESET_FEATURE = 20
-"""Feature of a simulated element: it is reset, in state and time together."""
-
 
 def load_types() -> dict[str, Any] | None:
     """Return the types of the services and the action by name; None if they are not installed, or
@@ -104,9 +94,11 @@ class Simulator:
 
     def _get_simulator_features(self, _: Any, response: Any) -> Any:
         element = self._host.element
-        resets = (RESET_FEATURE,) if element is None or element.simulated else ()
-        by_action = (ACTION_FEATURE,) if self._action is not None else ()
-        response.features.features = [*resets, *COMMON_FEATURES, *by_action]
+        # reset of state and time together
+        resets = (20,) if element is None or element.simulated else ()
+        by_action = (33,) if self._action is not None else ()  # stepped several times by an action
+        # state is got, set, paused; stepped once or several times by a service
+        response.features.features = [*resets, 24, 25, 26, 31, 32, *by_action]
         response.features.custom_info = (
             'mlmem_ros: a mechanical memory element; a step is one of its ticks'
         )
@@ -221,10 +213,6 @@ def _set_result(response: Any, code: int, why: str) -> Any:
     return response
 
 
-CLOCK_POLL_PERIOD_S = 1e-3
-"""Seconds of wall time between two checks of the clock."""
-
-
 STANDSTILL_S = 2.0
 """Time for which the clock must have stood before that is reported."""
 
@@ -265,7 +253,7 @@ class SimTimePacer:
 
     def wait(self, changed: Condition, seconds: float) -> None:
         """Return soon: whether and how fast ROS time runs is unknown."""
-        changed.wait(CLOCK_POLL_PERIOD_S)
+        changed.wait(1e-3)
 
     def problem(self) -> str:
         """Return why time has stood for a while, empty if it runs; call it once a second."""

@@ -32,9 +32,6 @@ from ..views import ChainMarkers, Contour
 if TYPE_CHECKING:
     from ...host.recording import Recording
 
-LITTLE_ENDIAN_HEADER = b'\x00\x01'
-"""How CDR begins on nearly every machine: plain, little-endian."""
-
 NUMBERS, ACCELERATION, COVARIANCE = 37, 25, 28
 """Numbers after the header; indices where linear acceleration and its covariance begin."""
 
@@ -45,7 +42,7 @@ def decode_imu(cdr: bytes) -> Any:
     Raises:
         What the middleware raises if the bytes are not an Imu.
     """
-    if cdr[:2] == LITTLE_ENDIAN_HEADER and len(cdr) >= 16:
+    if cdr[:2] == b'\x00\x01' and len(cdr) >= 16:  # plain CDR, little-endian
         header = 12 + struct.unpack_from('<I', cdr, 12)[0]  # stamp, and the name of the frame
         begin = 4 + (header + 7) // 8 * 8
         if len(cdr) >= begin + 8 * NUMBERS:
@@ -102,10 +99,6 @@ class Subscriptions:
                 log.refused(name, f'{refusal}{unit}')
 
         return handle_message
-
-
-SUBSCRIBER_CHECK_PERIOD_S = 0.02
-"""Seconds for which it holds who takes what stream: the middleware takes microseconds for each."""
 
 
 class ActiveStreams(NamedTuple):
@@ -241,7 +234,7 @@ class Publishers:
                 any(not stream.is_view for stream, _ in active),  # views may be late
                 math.gcd(*(every for _, every in active), columns),
                 recording,
-                now + SUBSCRIBER_CHECK_PERIOD_S,
+                now + 0.02,  # a look takes the middleware microseconds for each stream
             )
         return self._last_look
 
