@@ -68,7 +68,7 @@ SCRIPT = """\
 # --- the kinds of files -----------------------------------------------------------------------
 
 
-class Kind(NamedTuple):
+class FileKind(NamedTuple):
     """A kind of file.
 
     Attributes:
@@ -142,49 +142,49 @@ def answers(path):
 PART = next(SESSION.glob('*.mcap'))
 OF_STATE, OF_BAG = (StateError, DecodeError), (BagError,)
 KINDS = {
-    'element': Kind(
+    'element': FileKind(
         'mlmem.element_file',
         element_file.read_element_file,
         lambda path: element_file.write_element_file(path, varied()),
     ),
-    'law': Kind(
+    'law': FileKind(
         'mlmem.law_file',
         law_file.read_law_file,
         lambda path: save_law(path, average_runs([load_run(CURVE)], 64)),
     ),
-    'state': Kind(
+    'state': FileKind(
         'mlmem_ros.host.state_file',
         restored,
         lambda path: state_file.save_snapshot(path, snapshot.take_snapshot(element())),
         '.json',
         OF_STATE,
     ),
-    'calibration': Kind(
+    'calibration': FileKind(
         'mlmem_ros.host.state_file',
         calibrated,
         lambda path: state_file.save_calibration(path, 'key', element().calibration),
         '.json',
         OF_STATE,
     ),
-    'script': Kind(
+    'script': FileKind(
         'mlmem_tools.cli.request',
         lambda path: request.parse_script(str(path)),
         lambda path: path.write_text(SCRIPT),
         errors=(argparse.ArgumentTypeError,),
     ),
-    'curve': Kind('mlmem_tools.law.curves', load_run, copied(CURVE), '.csv'),
-    'shot': Kind(
+    'curve': FileKind('mlmem_tools.law.curves', load_run, copied(CURVE), '.csv'),
+    'shot': FileKind(
         'mlmem_lab.fit.csv_shots',
         csv_shots.load_shot,
         lambda path: csv_shots.save_shot(path, shot()),
         '.csv',
     ),
-    'answers': Kind('mlmem_lab.standard_problems.verdict', read_others, answers, '.csv'),
-    'session': Kind('mlmem_ros.bag.mcap_part', whole, copied(PART), '.mcap', OF_BAG),
-    'session on the page': Kind(
+    'answers': FileKind('mlmem_lab.standard_problems.verdict', read_others, answers, '.csv'),
+    'session': FileKind('mlmem_ros.bag.mcap_part', whole, copied(PART), '.mcap', OF_BAG),
+    'session on the page': FileKind(
         'mlmem_ros.bag.mcap_part', session_frame.load_frame, copied(PART), '.mcap', OF_BAG
     ),
-    'metadata': Kind('mlmem_ros.bag.contents', described, beside_its_bag, errors=OF_BAG),
+    'metadata': FileKind('mlmem_ros.bag.contents', described, beside_its_bag, errors=OF_BAG),
 }
 
 # --- spoiled ----------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from rig.lines import Line, calibration, driven, emulated
+from rig.lines import TamperedLine, calibration, driven, emulated
 from sampled import sampled
 
 from mlmem import MemoryElement, Read, Settings, Write
@@ -82,7 +82,7 @@ def test_a_device_writes_and_reads_it():
     """The factory calibration holds: the default method's steps of 0.25 delay it by 2.5."""
     element = Rk4Element(Specimen(CASE_II), DT)
     rig = emulated(element=element, sensors=Sensors(noise=1e-6, gain=(1.001, 0.999), seed=3))
-    device = driven(Line(rig))
+    device = driven(TamperedLine(rig))
     assert device.perform(Write(1)).success
     reading = device.perform(Read()).reading
     assert reading.level == 1

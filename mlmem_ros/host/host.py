@@ -15,7 +15,7 @@ from mlmem.loop.timetable import Pacer
 from mlmem.physics import StateError
 
 from .building import Built, build_device
-from .requests import Requests
+from .requests import RequestGate
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
 from .worker import REFUSALS, Log, ThrottledLog, Worker
@@ -29,7 +29,7 @@ Listener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
 
-class Host(Requests):
+class Host(RequestGate):
     """Holds one element, from configuration to release.
 
     Its life cycle is that of a managed node. One thread, the executor's, calls `configure`,

@@ -23,7 +23,7 @@ INACTIVE_REASON = 'inactive: {}configure and activate the node first'
 """Why nothing is accepted; the gap is for what stopped the device, if anything did."""
 
 
-class Requests:
+class RequestGate:
     """Hands requests to the loop of an element, if it is active.
 
     Attributes:

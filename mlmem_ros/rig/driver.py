@@ -27,12 +27,12 @@ from .frames import (
     PROTOCOL_VERSION,
     STRAIN_CAPABILITY,
     Frame,
+    FrameKind,
     Hello,
-    Kind,
     decode_samples,
     encode_set_points,
 )
-from .link import Link, Transport, open_line, read_option
+from .link import FrameLink, Transport, open_line, read_option
 
 LEAD_TIME_S = 0.05
 """Seconds by which set-points are sent ahead, unless the address has the option `lead`."""
@@ -75,7 +75,7 @@ class Rig(Driver):
         self._address = address
         self._failure = ''
         self._transport = transport or open_line(address, self._patience)
-        self._link = Link(self._transport.send)
+        self._link = FrameLink(self._transport.send)
         self._received: deque[Frame] = deque()
         self._turn = threads.Condition()  # held by whoever uses the line
         self._beats = 0  # since the last call
@@ -97,8 +97,8 @@ class Rig(Driver):
         ahead = self.lag * settings.time.tick * settings.scale.time
         greeting = {'protocol': PROTOCOL_VERSION, 'ahead': ahead}
         self._poke = 0.1 * self._patience
-        self._link.send(Kind.HELLO, json.dumps(greeting).encode())
-        while (frame := self._receive_frame(0.0)).kind != Kind.HELLO:
+        self._link.send(FrameKind.HELLO, json.dumps(greeting).encode())
+        while (frame := self._receive_frame(0.0)).kind != FrameKind.HELLO:
             _check_kind(frame)
         self._link.forget()
         said = self._said = Hello.of(frame.payload)
@@ -211,7 +211,7 @@ class Rig(Driver):
             motion = motion + np.array([[self._zero[0 if held_cell.site == 1 else 1]], [0.0]])
         site, samples = (0 if held_cell is None else held_cell.site), len(V_N) // len(self.nodes)
         self._link.send(
-            Kind.PLAY,
+            FrameKind.PLAY,
             encode_set_points(
                 self._sent, samples, V_N / self._unit, site, motion, self._said.numbers
             ),
@@ -231,7 +231,7 @@ class Rig(Driver):
         while (missing := samples - self._line.shape[1]) > 0:
             frame = self._receive_frame(missing * self._said.seconds)
             kind = _check_kind(frame)
-            if kind is not Kind.SAMPLES:
+            if kind is not FrameKind.SAMPLES:
                 raise DriverError(f'the rig sent {kind.name} instead of samples')
             self._store_samples(frame)
 
@@ -295,16 +295,16 @@ def _keep_alive(rig: weakref.ref[Rig], turn: Condition) -> None:
             del driver
 
 
-def _check_kind(frame: Frame) -> Kind:
+def _check_kind(frame: Frame) -> FrameKind:
     """Return the kind of a frame; raise `DriverError` if it is unknown, or tells of a fault."""
     try:
-        kind = Kind(frame.kind)
+        kind = FrameKind(frame.kind)
     except ValueError:
-        known = ', '.join(f'{kind} {kind.name}' for kind in Kind)
+        known = ', '.join(f'{kind} {kind.name}' for kind in FrameKind)
         raise DriverError(
             f'the rig sent a frame of kind {frame.kind}; known are {known}'
         ) from None
-    if kind is Kind.FAULT:
+    if kind is FrameKind.FAULT:
         text = make_printable(frame.payload.decode(errors='replace'), 200)
         raise DriverError(f'the rig has stopped: {text}')
     return kind

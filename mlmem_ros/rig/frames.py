@@ -69,7 +69,7 @@ SAMPLES_FIELDS: Fields = (
 SAMPLES_LAYOUT = _build_layout(SAMPLES_FIELDS)
 
 
-class Kind(IntEnum):
+class FrameKind(IntEnum):
     """Kind of a frame."""
 
     HELLO = 1

@@ -18,10 +18,10 @@ from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from mlmem import DriverError, SettingsError
 
-from .frames import Frame, Kind, Parser, encode_frame
+from .frames import Frame, FrameKind, Parser, encode_frame
 
 
-class Link:
+class FrameLink:
     """One side of a line: frames are numbered in both directions.
 
     If a number is missing, that frame and all after it are requested again; a repeated one is
@@ -75,13 +75,13 @@ class Link:
         if self._sent:
             self._send(self._sent[-1])
         self.asked += 1
-        self._send(encode_frame(Kind.AGAIN, self._next_in))
+        self._send(encode_frame(FrameKind.AGAIN, self._next_in))
 
     def show(self, due: int) -> None:
         """Send a sign of life: a request for frames from number `due` on, of which none is sent
         yet.
         """
-        self._send(encode_frame(Kind.AGAIN, due))
+        self._send(encode_frame(FrameKind.AGAIN, due))
 
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Take bytes off the line and yield the frames that are next in order.
@@ -92,14 +92,14 @@ class Link:
         yield from filter(self._accept_frame, self._parser.feed(data))
 
     def _accept_frame(self, frame: Frame) -> bool:
-        if frame.kind == Kind.AGAIN:
+        if frame.kind == FrameKind.AGAIN:
             missing = max(0, self._next_out - frame.number)
             if missing > len(self._sent):
                 raise DriverError('the rig requests frames that it has answered: it has restarted')
             for sent in list(self._sent)[-missing:] if missing else ():
                 self._send(sent)
             return False
-        if self._answers and frame.kind == Kind.HELLO:
+        if self._answers and frame.kind == FrameKind.HELLO:
             self._next_in = self._next_out = 0
             self._sent.clear()
         if frame.number == self._next_in:
@@ -112,7 +112,7 @@ class Link:
             if self._missed != self._next_in or frame.number <= self._seen:  # lost, or lost again
                 self._missed = self._next_in
                 self.asked += 1
-                self._send(encode_frame(Kind.AGAIN, self._next_in))
+                self._send(encode_frame(FrameKind.AGAIN, self._next_in))
             self._seen = frame.number
         return False
 

@@ -31,7 +31,7 @@ from ..contract.calls import RequestRefused
 from ..host import REFUSALS
 from ..ros.main import parse_node_arguments
 from ..ros.node.node import MemoryNode
-from ..ros.node.run import SINGLE_ELEMENT, Element, end_nodes, spin_nodes, start_nodes
+from ..ros.node.run import SINGLE_ELEMENT, NodeOptions, end_nodes, spin_nodes, start_nodes
 from ..ros.node_process import Parameters, build_node_arguments, run_node_process
 from ..ros.process import find_profile_variable
 
@@ -289,7 +289,10 @@ class NodeHere(RunningNode):
     """
 
     def __init__(
-        self, element: str, arguments: Sequence[str], elements: Sequence[Element] = SINGLE_ELEMENT
+        self,
+        element: str,
+        arguments: Sequence[str],
+        elements: Sequence[NodeOptions] = SINGLE_ELEMENT,
     ) -> None:
         """Start the nodes, the first named `element`; raises what keeps them from starting."""
         super().__init__(element)

@@ -14,8 +14,8 @@ from mlmem.procedure_table import BLANK
 from mlmem_ros.contract.answers import Decoded
 from mlmem_ros.contract.calls import BankFailed, RequestError
 from mlmem_ros.ros.client.client import MemoryClient
-from mlmem_ros.ros.client.link import Connection
-from mlmem_ros.ros.client.reply import Reply, Steps
+from mlmem_ros.ros.client.node_connection import NodeConnection
+from mlmem_ros.ros.client.reply import Reply, ReplySteps
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class MemoryBank:
         self.size = base ** (len(elements) - 1)
         self._names = tuple(element.name for element in elements)
         peer = f'{self._names[0]} ... {self._names[-1]}'
-        self._connection = Connection(elements[0].node, peer, 0.0)
+        self._connection = NodeConnection(elements[0].node, peer, 0.0)
 
     @classmethod
     def on(cls, node: Node, elements: int, namespace: str = '/bank', base: int = 8) -> MemoryBank:
@@ -140,7 +140,7 @@ class MemoryBank:
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until all elements are available, at most `timeout` seconds."""
 
-        def ready_steps() -> Steps[None]:
+        def ready_steps() -> ReplySteps[None]:
             replies = [element.ready(timeout) for element in self.elements]
             yield from self._wait_for_all(replies, lost_allowed=0)
 
@@ -158,7 +158,7 @@ class MemoryBank:
         """
         digits = self.encode(value)
 
-        def write_steps() -> Steps[BankValue]:
+        def write_steps() -> ReplySteps[BankValue]:
             writes = zip(self.elements, digits, strict=True)
             replies = [element.write(digit, timeout) for element, digit in writes]
             return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
@@ -168,7 +168,7 @@ class MemoryBank:
     def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[BankValue]:
         """Read the value; `end` is the one to probe this time, as in `MemoryClient.read`."""
 
-        def read_steps() -> Steps[BankValue]:
+        def read_steps() -> ReplySteps[BankValue]:
             replies = [element.read(timeout, end=end) for element in self.elements]
             return self.decode((yield from self._wait_for_all(replies, lost_allowed=1)))
 
@@ -177,7 +177,7 @@ class MemoryBank:
     def erase(self, timeout: float = 60.0) -> Reply[BankValue]:
         """Erase all elements; an erased register holds 0, and so does a bank of registers."""
 
-        def erase_steps() -> Steps[BankValue]:
+        def erase_steps() -> ReplySteps[BankValue]:
             replies = [element.erase(timeout) for element in self.elements]
             return self.decode((yield from self._wait_for_all(replies, lost_allowed=0)))
 
@@ -185,7 +185,7 @@ class MemoryBank:
 
     def _wait_for_all(
         self, replies: Sequence[Reply[Any]], lost_allowed: int
-    ) -> Steps[list[int | None]]:
+    ) -> ReplySteps[list[int | None]]:
         """Return the content that every element reports, None for one that failed.
 
         Raises:

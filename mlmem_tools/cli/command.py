@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Option = Callable[[argparse.ArgumentParser], object]
 """Adds itself to a parser."""
 
-Run = Callable[[argparse.Namespace], int]
+CommandFunction = Callable[[argparse.Namespace], int]
 
 
 @dataclass(frozen=True)
@@ -34,10 +34,12 @@ class Command:
     summary: str
     text: str
     options: tuple[Option, ...]
-    run: Run
+    run: CommandFunction
 
 
-def declare_command(summary: str, *options: Option, text: str | None) -> Callable[[Run], Command]:
+def declare_command(
+    summary: str, *options: Option, text: str | None
+) -> Callable[[CommandFunction], Command]:
     """Return a decorator that makes a function a sub-command; arguments as for `Command`."""
     return lambda run: Command(summary, text or '', options, run)
 

@@ -91,11 +91,11 @@ def rig(arguments: argparse.Namespace) -> int:
     from mlmem.physics import DesignError, StateError
     from mlmem.presets import load_preset
 
-    from ..rig.emulated import Line, Server
+    from ..rig.emulated import LineProperties, Server
 
     try:
         emulated, truth = _build_rig(load_preset(arguments.element), arguments)
-        line = Line(
+        line = LineProperties(
             arguments.latency, arguments.jitter, arguments.loss, arguments.restart, arguments.seed
         )
         if arguments.truth:

@@ -44,7 +44,7 @@ class CurveError(DecodeError):
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class MeasuredCurve:
     """One measured curve, in SI units.
 
     Attributes:
@@ -78,7 +78,7 @@ class Run:
         return float(np.sum((out - back)[1:] + (out - back)[:-1]) * (knots[1] - knots[0]) / 2.0)
 
 
-def load_run(path: Path) -> Run:
+def load_run(path: Path) -> MeasuredCurve:
     """Read a curve.
 
     Raises:
@@ -94,7 +94,9 @@ def load_run(path: Path) -> Run:
     ways = _sort_rising(D[: turn + 1], force[: turn + 1]), _sort_rising(D[turn:], force[turn:])
     if ways[0].shape[1] < MIN_ROWS:
         raise CurveError(f'{path}: its displacement must rise over at least {MIN_ROWS} rows')
-    return Run(str(path), ways[0], ways[1] if ways[1].shape[1] >= MIN_ROWS else np.empty((2, 0)))
+    return MeasuredCurve(
+        str(path), ways[0], ways[1] if ways[1].shape[1] >= MIN_ROWS else np.empty((2, 0))
+    )
 
 
 def read_table(path: Path, example: str) -> tuple[int, list[str], list[tuple[int, str]]]:
@@ -202,7 +204,7 @@ class Measured:
         std: Standard deviation of the force between runs at the curve's knots, N; NaN for one run.
     """
 
-    runs: Sequence[Run]
+    runs: Sequence[MeasuredCurve]
     curve: Curve
     each: Sequence[Curve]
     std: Array
@@ -264,7 +266,7 @@ def _measure_barrier(curve: Curve, n: int) -> dict[str, float]:
     return {'force': peak, 'barrier': at_top - energy, 'set_free': energy - beyond}
 
 
-def average_runs(runs: Sequence[Run], knots: int) -> Measured:
+def average_runs(runs: Sequence[MeasuredCurve], knots: int) -> Measured:
     """Return the law of some runs: their mean over the displacements that all have.
 
     Where it begins pushed, its force above zero, the curve is continued straight to where the

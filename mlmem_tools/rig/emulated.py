@@ -30,12 +30,12 @@ from mlmem_ros.rig.frames import (
     REQUIRED_CAPABILITIES,
     SAMPLES_LAYOUT,
     STRAIN_CAPABILITY,
+    FrameKind,
     Hello,
-    Kind,
     Parser,
     encode_frame,
 )
-from mlmem_ros.rig.link import MAX_READ_BYTES, Link
+from mlmem_ros.rig.link import MAX_READ_BYTES, FrameLink
 
 
 class Sensors:
@@ -174,7 +174,7 @@ class EmulatedRig:
         self._begin_client(send)
 
     def _begin_client(self, send: Callable[[bytes], object]) -> None:
-        self._link = Link(send, answers=True)
+        self._link = FrameLink(send, answers=True)
         self._reset_playback(0.0)
 
     def _reset_playback(self, ahead: float) -> None:
@@ -203,10 +203,10 @@ class EmulatedRig:
         """Take bytes off the line; answer a frame that cannot be served with a FAULT."""
         for frame in self._link.feed(data):
             with self._report_faults():
-                if frame.kind == Kind.HELLO:
+                if frame.kind == FrameKind.HELLO:
                     self._reset_playback(_read_lead(frame.payload))
-                    self._link.send(Kind.HELLO, self._hello.payload())
-                elif frame.kind == Kind.PLAY:
+                    self._link.send(FrameKind.HELLO, self._hello.payload())
+                elif frame.kind == FrameKind.PLAY:
                     self._store_set_points(frame.payload)
 
     @contextlib.contextmanager
@@ -217,7 +217,7 @@ class EmulatedRig:
         except ValueError as error:  # StateError and DecodeError, too
             self._reset_playback(0.0)
             self._stopped = True
-            self._link.send(Kind.FAULT, str(error).encode())
+            self._link.send(FrameKind.FAULT, str(error).encode())
 
     def _store_set_points(self, payload: bytes) -> None:
         """Keep the set-points of a PLAY until they are due.
@@ -295,7 +295,7 @@ class EmulatedRig:
             self._played, ends.shape[1], min(self._missed, 2**32 - 1),
             float('nan') if force is None else force,
         )  # fmt: skip
-        self._link.send(Kind.SAMPLES, head + readings.astype(self._hello.numbers).tobytes())
+        self._link.send(FrameKind.SAMPLES, head + readings.astype(self._hello.numbers).tobytes())
         self._played += ends.shape[1]
         self._missed = 0
 
@@ -337,7 +337,7 @@ def _read_lead(payload: bytes) -> float:
 
 
 @dataclass(frozen=True)
-class Line:
+class LineProperties:
     """Properties of a line.
 
     Attributes:
@@ -357,7 +357,7 @@ class Line:
 class _Wire:
     """One direction of a line: frames arrive late and in order, or never."""
 
-    def __init__(self, line: Line, rng: random.Random) -> None:
+    def __init__(self, line: LineProperties, rng: random.Random) -> None:
         self._line, self._rng = line, rng
         self._under_way: deque[tuple[float, bytes]] = deque()
 
@@ -386,7 +386,9 @@ class _Wire:
 class Server:
     """Serves one rig to one client at a time."""
 
-    def __init__(self, rig: EmulatedRig, line: Line, host: str = '127.0.0.1', port: int = 0):
+    def __init__(
+        self, rig: EmulatedRig, line: LineProperties, host: str = '127.0.0.1', port: int = 0
+    ):
         """Listen at an address for clients of a rig, whose element keeps its state from one to the
         next; port 0: any free one.
 

@@ -30,7 +30,7 @@ from .unknowns import Unknowns
 
 
 @dataclass(frozen=True)
-class Kind:
+class ChangeKind:
     """Something that may change.
 
     Attributes:
@@ -43,19 +43,21 @@ class Kind:
     least: float
 
 
-CELL_KIND = Kind(
+CELL_KIND = ChangeKind(
     ('cell {} has become {:.2g} % weaker', 'cell {} has become {:.2g} % stiffer'), 0.01
 )
 
 SHARED_KINDS = {
-    'eta': Kind(('damping has fallen by {1:.2g} %', 'damping has risen by {1:.2g} %'), 0.05),
-    'strain': Kind(
+    'eta': ChangeKind(('damping has fallen by {1:.2g} %', 'damping has risen by {1:.2g} %'), 0.05),
+    'strain': ChangeKind(
         ('the strain is {1:.2g} % below what it should be', 'the strain is {1:.2g} % too high'),
         5e-4,
     ),
-    'time_unit': Kind(('the clock is {1:.2g} % faster', 'the clock is {1:.2g} % slower'), 0.001),
+    'time_unit': ChangeKind(
+        ('the clock is {1:.2g} % faster', 'the clock is {1:.2g} % slower'), 0.001
+    ),
     **{
-        f'{name}_{end}': Kind(
+        f'{name}_{end}': ChangeKind(
             (
                 f'the {end} {part} has fallen by {{1:.2g}} %',
                 f'the {end} {part} has risen by {{1:.2g}} %',

@@ -25,7 +25,7 @@ from mlmem_tools.view.monitor import parse_components, subscribe_topic
 
 from .about import PAGE_PARAMETERS, About
 from .frames import PICTURED_STREAMS, Pictures, pack_frame, thin_echo
-from .requests import Activity, Requests
+from .requests import Activity, PageRequests
 
 if TYPE_CHECKING:
     from mlmem_ros.ros.client import MemoryClient
@@ -99,7 +99,7 @@ class Live:
         self.pages = Pages()
         self._about: About | None = None
         self._activity = Activity()
-        self.requests = Requests(client, self._activity)
+        self.requests = PageRequests(client, self._activity)
         self._latest: dict[str, bytes] = {}  # what a new page gets first
         self._pictures = Pictures(self._loop, self._show_picture)
         self._last_message, self._present, self._ticks = -MAX_SILENCE_S, False, 0.0

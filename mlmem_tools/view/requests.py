@@ -103,7 +103,7 @@ HEALTHY_FAULTS = {
 }
 
 
-class Requests:
+class PageRequests:
     """Sends the requests of pages and waits for the answers, in the server's event loop.
 
     Attributes:

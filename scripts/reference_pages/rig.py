@@ -14,16 +14,20 @@ from .table import table
 TYPES = {'2s': '2 bytes', 'B': 'u8', 'H': 'u16', 'I': 'u32', 'Q': 'u64', 'd': 'f64'}
 
 
-PAYLOADS: dict[frames.Kind, tuple[str, frames.Fields, str]] = {
-    frames.Kind.HELLO: ('both', (), 'one JSON object; restarts the conversation'),
-    frames.Kind.PLAY: ('driver', frames.PLAY_FIELDS, 'numbers V[n m], position[h], velocity[h]'),
-    frames.Kind.SAMPLES: ('rig', frames.SAMPLES_FIELDS, 'numbers left[n], right[n]'),
-    frames.Kind.AGAIN: (
+PAYLOADS: dict[frames.FrameKind, tuple[str, frames.Fields, str]] = {
+    frames.FrameKind.HELLO: ('both', (), 'one JSON object; restarts the conversation'),
+    frames.FrameKind.PLAY: (
+        'driver',
+        frames.PLAY_FIELDS,
+        'numbers V[n m], position[h], velocity[h]',
+    ),
+    frames.FrameKind.SAMPLES: ('rig', frames.SAMPLES_FIELDS, 'numbers left[n], right[n]'),
+    frames.FrameKind.AGAIN: (
         'both',
         (),
         'none; its number is not counted: send all frames from it on again',
     ),
-    frames.Kind.FAULT: ('rig', (), 'a text: the rig has stopped, and why'),
+    frames.FrameKind.FAULT: ('rig', (), 'a text: the rig has stopped, and why'),
 }
 """Of each kind: who sends it, the fields its payload begins with, and what follows them."""
 

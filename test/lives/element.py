@@ -23,7 +23,7 @@ PUBLISH = PublishSettings(4, 4, 4, 8, 40, 8)
 
 
 @dataclass(frozen=True)
-class Kind:
+class ElementKind:
     """A design with the settings of its instrument."""
 
     design: Design
@@ -74,14 +74,14 @@ def _quick():
     given['probe_right'] |= {'gain_decay': design.eta / 2}
     given['time'] |= {'tick': 50.0}
     given['scale'] |= {'time': 2e-3}
-    return Kind(design, decode_value(Settings, given))
+    return ElementKind(design, decode_value(Settings, given))
 
 
 def _shipped(name):
     """Return a preset at a pace of twenty ticks a second: a write takes 15 to 25 of them."""
     design, settings = preset(name)
     scale = replace(settings.scale, time=0.05 / settings.time.tick)
-    return Kind(design, replace(settings, scale=scale))
+    return ElementKind(design, replace(settings, scale=scale))
 
 
 QUICK = _quick()

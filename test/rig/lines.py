@@ -23,7 +23,7 @@ def calibration():
     return factory_calibration(CASE_II, Settings())
 
 
-class Line:
+class TamperedLine:
     """Both directions of a line; either may be tampered with, frame by frame.
 
     What tampers gets a frame and returns what comes of it: bytes.

@@ -15,11 +15,18 @@ import numpy as np
 import pytest
 
 from mlmem import DriverError
-from mlmem_ros.rig.frames import PLAY_LAYOUT, Hello, Kind, Parser, encode_frame, encode_set_points
+from mlmem_ros.rig.frames import (
+    PLAY_LAYOUT,
+    FrameKind,
+    Hello,
+    Parser,
+    encode_frame,
+    encode_set_points,
+)
 
 from .lines import emulated
 
-HELLO = encode_frame(Kind.HELLO, 0, json.dumps({'protocol': 1, 'ahead': 0.0}).encode())
+HELLO = encode_frame(FrameKind.HELLO, 0, json.dumps({'protocol': 1, 'ahead': 0.0}).encode())
 NONE = np.empty((2, 0))
 TIMEOUT_S = 30.0
 
@@ -28,19 +35,28 @@ def set_points(displacement=0.0, *, first=0, samples=80, site=0, motion=NONE, mo
     """Return a hello, and a PLAY of one tick of `mlmem rig`."""
     V_N = np.full(400, displacement)
     return HELLO + encode_frame(
-        Kind.PLAY, 1, encode_set_points(first, samples, V_N, site, motion, '<f8') + more
+        FrameKind.PLAY, 1, encode_set_points(first, samples, V_N, site, motion, '<f8') + more
     )
 
 
 BAD_FRAMES = {
-    'hello_text': (encode_frame(Kind.HELLO, 0, b'hi'), 'must be JSON'),
-    'hello_encoding': (encode_frame(Kind.HELLO, 0, b'\xff\xfe{'), 'must be JSON'),
-    'hello_list': (encode_frame(Kind.HELLO, 0, b'[1]'), 'must be an object'),
-    'hello_without_lead': (encode_frame(Kind.HELLO, 0, b'{}'), 'must be an object with ahead'),
-    'hello_lead_text': (encode_frame(Kind.HELLO, 0, b'{"ahead": "x"}'), 'ahead must be a finite'),
-    'hello_lead_null': (encode_frame(Kind.HELLO, 0, b'{"ahead": null}'), 'ahead must be a finite'),
+    'hello_text': (encode_frame(FrameKind.HELLO, 0, b'hi'), 'must be JSON'),
+    'hello_encoding': (encode_frame(FrameKind.HELLO, 0, b'\xff\xfe{'), 'must be JSON'),
+    'hello_list': (encode_frame(FrameKind.HELLO, 0, b'[1]'), 'must be an object'),
+    'hello_without_lead': (
+        encode_frame(FrameKind.HELLO, 0, b'{}'),
+        'must be an object with ahead',
+    ),
+    'hello_lead_text': (
+        encode_frame(FrameKind.HELLO, 0, b'{"ahead": "x"}'),
+        'ahead must be a finite',
+    ),
+    'hello_lead_null': (
+        encode_frame(FrameKind.HELLO, 0, b'{"ahead": null}'),
+        'ahead must be a finite',
+    ),
     'play_head': (
-        HELLO + encode_frame(Kind.PLAY, 1, b'abc'),
+        HELLO + encode_frame(FrameKind.PLAY, 1, b'abc'),
         f'at least {PLAY_LAYOUT.size} bytes; got 3',
     ),
     'play_odd_bytes': (set_points(more=b'xyz'), 'must have 3220 bytes; got 3223'),
@@ -87,8 +103,8 @@ def receive(port, data, kind):
 @pytest.mark.parametrize('name', BAD_FRAMES)
 def test_rig_bad_frame_sends_one_fault(port, name):
     data, words = BAD_FRAMES[name]
-    assert words in receive(port, data, Kind.FAULT).decode()
-    assert Hello.of(receive(port, HELLO, Kind.HELLO)).name == 'emulated'
+    assert words in receive(port, data, FrameKind.FAULT).decode()
+    assert Hello.of(receive(port, HELLO, FrameKind.HELLO)).name == 'emulated'
 
 
 def test_rig_element_that_fails_when_idle_sends_one_fault():
@@ -97,14 +113,16 @@ def test_rig_element_that_fails_when_idle_sends_one_fault():
     rig._at_once = False
     rig.begin(sent.append)
     V_N = np.full(200, 30.0)
-    rig.take(HELLO + encode_frame(Kind.PLAY, 1, encode_set_points(0, 40, V_N, 0, NONE, '<f8')))
+    rig.take(
+        HELLO + encode_frame(FrameKind.PLAY, 1, encode_set_points(0, 40, V_N, 0, NONE, '<f8'))
+    )
     for _ in range(5):
         rig.pass_time(400 * rig.tick_seconds)
-    (fault,) = [frame for frame in Parser().feed(b''.join(sent)) if frame.kind == Kind.FAULT]
+    (fault,) = [frame for frame in Parser().feed(b''.join(sent)) if frame.kind == FrameKind.FAULT]
     assert b'strained or shaken too hard' in fault.payload
     rig.begin(sent.append)
     rig.take(HELLO)
-    assert Parser().feed(sent[-1])[0].kind == Kind.HELLO
+    assert Parser().feed(sent[-1])[0].kind == FrameKind.HELLO
 
 
 @pytest.mark.parametrize(

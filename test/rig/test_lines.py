@@ -13,8 +13,8 @@ from mlmem.instrument import drivers
 from mlmem.physics import CASE_II, Specimen
 from mlmem.physics.equilibrium import find_pinned_wall
 from mlmem.settings import ScaleSettings
-from mlmem_ros.rig.frames import Kind, Parser, encode_frame
-from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
+from mlmem_ros.rig.frames import FrameKind, Parser, encode_frame
+from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
 
 from .lines import calibration
 
@@ -40,7 +40,12 @@ def element_at(address, settings=FAST):
     return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
-LATE = Line(latency=0.002, jitter=0.003, loss=0.003, seed=3)
+def read_on(element):
+    while True:
+        element.perform(Read())
+
+
+LATE = LineProperties(latency=0.002, jitter=0.003, loss=0.003, seed=3)
 
 
 def test_latency_shifts_no_echo():
@@ -55,7 +60,26 @@ def test_latency_shifts_no_echo():
         element.driver.close()
 
 
-def test_unknown_baud_rate_is_rejected():
+def test_rig_that_restarts_keeps_its_element():
+    """The broken line is reported; a new connection finds the content."""
+    with serving(LineProperties(), at_once=True) as (_, server):
+        address = f'tcp://127.0.0.1:{server.port}?lead=0.001&patience=10'
+        element = element_at(address)
+        written = element.perform(Write(1))
+        assert written.success, written.error
+        server.restart()
+        with pytest.raises(DriverError, match=r'closed the connection|Broken pipe|reset by peer'):
+            read_on(element)
+        again = element_at(address)
+        assert again.driver.V_N == 0.0
+        assert again.perform(Read()).reading.level == 1
+        again.driver.close()
+        assert server.clients == 2
+
+
+@pytest.fixture
+def port():
+    """A pseudo-terminal with a rig at its other end: the path of a serial port."""
     ours, theirs = os.openpty()
     with pytest.raises(ValueError, match='that the system supports; got 12345'):
         element_at(f'serial://{os.ttyname(theirs)}?baud=12345', Settings())
@@ -65,7 +89,11 @@ def test_unknown_baud_rate_is_rejected():
 
 def test_frames_are_found_among_noise():
     """In pieces of any size."""
-    frames = [(Kind.PLAY, 7, b'mRmR'), (Kind.AGAIN, 2**40, b''), (Kind.FAULT, 9, b'm' * 300)]
+    frames = [
+        (FrameKind.PLAY, 7, b'mRmR'),
+        (FrameKind.AGAIN, 2**40, b''),
+        (FrameKind.FAULT, 9, b'm' * 300),
+    ]
     noise = (b'', b'm', b'mR', b'mR\x02' + bytes(14), b'\xff' * 40, encode_frame(*frames[0])[:-1])
     stream = b''.join(each + encode_frame(*frame) for each in noise for frame in frames)
     for cut in (1, 7, len(stream)):

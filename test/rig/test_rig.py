@@ -36,7 +36,7 @@ from mlmem_ros.rig.driver import Rig
 from mlmem_ros.rig.frames import encode_frame
 from mlmem_tools.rig.emulated import Sensors
 
-from .lines import ADDRESS, Line, calibration, driven, emulated
+from .lines import ADDRESS, TamperedLine, calibration, driven, emulated
 
 SLOW = pytest.mark.slow
 
@@ -78,7 +78,7 @@ def expected():
 
 
 def test_procedures_over_a_line_give_the_same_bits(expected):
-    line = Line(emulated())
+    line = TamperedLine(emulated())
     element = driven(line)
     assert element.driver.lag == 5  # 10 ms ahead
     assert told(element) == expected
@@ -117,7 +117,7 @@ def lossy(seed, share=0.1):
 
 @pytest.mark.parametrize('seed', [0, *(pytest.param(n, marks=SLOW) for n in range(1, 20))])
 def test_losses_damage_repeats_and_reorder_change_no_bit(expected, seed):
-    line = Line(emulated(), lossy(seed), lossy(seed + 100))
+    line = TamperedLine(emulated(), lossy(seed), lossy(seed + 100))
     element = driven(line, address='tcp://nowhere:1?lead=0.01&patience=10')
     assert told(element) == expected
     health = element.driver.health()
@@ -130,7 +130,7 @@ def test_losses_damage_repeats_and_reorder_change_no_bit(expected, seed):
 def test_rig_counts_in_its_own_units():
     """Micrometres from its own zero, as single floats: the delay is the same."""
     rig = emulated(sensors=Sensors(1e-4, (1250.0, -77.5)), numbers='<f4')
-    element = driven(Line(rig))
+    element = driven(TamperedLine(rig))
     assert element.transducer.rest(End.RIGHT) == pytest.approx(CASE_II.D_s1, rel=1e-6)
     assert element.perform(Write(3)).success
     reading = element.perform(Read()).reading
@@ -145,7 +145,7 @@ def test_rig_counts_in_its_own_units():
 
 def test_rig_without_an_actuator_is_written_by_kicks():
     settings = use_kicks(preset('case_2')).settings
-    line = Line(emulated(settings, actuator=False))
+    line = TamperedLine(emulated(settings, actuator=False))
     driver = Rig(CASE_II, settings, ADDRESS, line)
     element = MemoryElement(CASE_II, settings, factory_calibration(CASE_II, settings), driver)
     assert not element.settings.actuator.present
@@ -156,14 +156,14 @@ def test_rig_without_an_actuator_is_written_by_kicks():
     with pytest.raises(Refused, match='a strain needs an actuator'):
         element.apply(SetStrain(0.01))
     with pytest.raises(SettingsError, match=r'write\.method must be kick or auto'):
-        driven(Line(emulated(actuator=False)))  # whose settings write by strain
+        driven(TamperedLine(emulated(actuator=False)))  # whose settings write by strain
 
 
 @pytest.mark.parametrize('number', [1, 3])
 def test_echo_across_a_break_is_not_used(number):
     """If the rig runs dry during a read, the probe is repeated and no delay is shifted."""
     rig = emulated()
-    element = driven(Line(rig))
+    element = driven(TamperedLine(rig))
     element.perform(Write(3))
     reading = element.perform(Read('left')).reading
     breaks = [number]
@@ -187,7 +187,7 @@ def test_echo_across_a_break_is_not_used(number):
 
 
 def test_command_that_needs_a_simulation_is_rejected():
-    element = driven(Line(emulated()))
+    element = driven(TamperedLine(emulated()))
     for name in ('chain',):
         with pytest.raises(Refused, match='only a simulated element has a chain'):
             getattr(element, name)
@@ -199,13 +199,13 @@ def test_command_that_needs_a_simulation_is_rejected():
 
 def test_snapshot_keeps_calibration_element_its_content():
     rig = emulated()
-    element = driven(Line(rig))
+    element = driven(TamperedLine(rig))
     left = dataclasses.replace(element.calibration.left, blank=9e3)
     element.calibration = dataclasses.replace(element.calibration, left=left)
     assert element.perform(Write(2)).success
     kept = snapshot.take_snapshot(element)
     assert 'state' not in kept
-    again = driven(Line(rig))  # which lets go of the first line
+    again = driven(TamperedLine(rig))  # which lets go of the first line
     snapshot.restore_snapshot(again, kept)
     assert again.calibration == element.calibration
     assert again.statistics == element.statistics
@@ -224,7 +224,7 @@ def test_snapshot_keeps_calibration_element_its_content():
     ],
 )
 def test_settings_that_do_not_fit_the_rig_are_rejected(settings, why):
-    line = Line(emulated())
+    line = TamperedLine(emulated())
     with pytest.raises(ValueError, match=why):
         driven(line, settings)
     assert line.closed

@@ -26,7 +26,7 @@ from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.ros.node.starting import Retries
 from mlmem_ros.session.data import load_session
 from mlmem_ros.session.replay import run_replay
-from mlmem_tools.rig.emulated import EmulatedRig, Line, Server
+from mlmem_tools.rig.emulated import EmulatedRig, LineProperties, Server
 
 UNKNOWN = -2
 DESIGN, SETTINGS = preset(QUICK['element'])
@@ -36,7 +36,9 @@ FAST = replace(SETTINGS, scale=replace(SETTINGS.scale, time=QUICK['scale.time'])
 @pytest.fixture
 def server():
     """Serve a rig in a thread."""
-    server = Server(EmulatedRig(DESIGN, SETTINGS), Line(latency=0.002, jitter=0.003, loss=0.002))
+    server = Server(
+        EmulatedRig(DESIGN, SETTINGS), LineProperties(latency=0.002, jitter=0.003, loss=0.002)
+    )
     thread = threading.Thread(target=server.run)
     thread.start()
     yield server
@@ -112,7 +114,7 @@ def check_session(bag):
 @contextlib.contextmanager
 def rig_at(port, element):
     """Serve an element at a port, which may have been in use until now."""
-    server = Server(EmulatedRig(DESIGN, FAST, element, at_once=True), Line(), port=port)
+    server = Server(EmulatedRig(DESIGN, FAST, element, at_once=True), LineProperties(), port=port)
     thread = threading.Thread(target=server.run)
     thread.start()
     try:

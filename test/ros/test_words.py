@@ -14,7 +14,7 @@ from mlmem_ros.session.replay import run_replay
 from mlmem_ros.testing import memory_node
 from mlmem_tools.cli.main import main
 from mlmem_tools.view import session_frame
-from mlmem_tools.view.requests import Activity, Requests
+from mlmem_tools.view.requests import Activity, PageRequests
 
 WORD, OTHER = 0b100101, 0b1000
 GIVEN = QUICK | {'element': 'byte'}
@@ -117,7 +117,7 @@ def test_session_of_a_register_is_replayed_and_shown(node, memory, capsys):
 
 
 def test_page_writes_a_word(memory):
-    requests = Requests(memory, Activity())
+    requests = PageRequests(memory, Activity())
     assert requests.send({'do': 'write', 'word': OTHER}).wait().word == OTHER
     with pytest.raises(ValueError, match='level must be a whole number'):
         requests.send({'do': 'write', 'word': '0x7'})

@@ -10,7 +10,7 @@ import pytest
 
 from mlmem.settings import ActuatorSettings, ScaleSettings
 from mlmem_ros.contract.answers import SelfTested
-from mlmem_tools.view.requests import Activity, Requests
+from mlmem_tools.view.requests import Activity, PageRequests
 
 ACTUATOR, SCALE = ActuatorSettings(max_strain=0.08, hand_rate=1e-4), ScaleSettings(time=1e-4)
 
@@ -32,7 +32,7 @@ def client():
 
 @pytest.fixture
 def requests(client):
-    requests = Requests(client, Activity())
+    requests = PageRequests(client, Activity())
     requests.about = SimpleNamespace(actuator=ACTUATOR, scale=SCALE)
     return requests
 

@@ -24,7 +24,7 @@ from mlmem_tools.view.server import Guard, Server  # noqa: E402
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
 
 
-class Element:
+class ElementStandIn:
     """A stand-in for a running element that notes its requests."""
 
     def __init__(self):
@@ -86,7 +86,7 @@ FOREIGN = 'http://example.com'
 @in_event_loop
 async def test_no_other_site_drives_the_element(origin):
     """A page of another site, of no site, of another port; and a client without an origin."""
-    element = Element()
+    element = ElementStandIn()
     async with serving(element) as (client, address):
         headers = {} if origin is None else {'Origin': origin}
         with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
@@ -104,7 +104,7 @@ async def test_no_other_site_drives_the_element(origin):
 @in_event_loop
 async def test_foreign_host_name_is_rejected(host):
     """DNS rebinding: for the browser, the page and the server are one site."""
-    async with serving(Element()) as (client, address):
+    async with serving(ElementStandIn()) as (client, address):
         for path in ('/', '/about', '/live'):
             headers = {'Host': host, 'Origin': f'http://{host}'}
             async with client.get(address + path, headers=headers) as response:
@@ -113,7 +113,7 @@ async def test_foreign_host_name_is_rejected(host):
 
 @in_event_loop
 async def test_no_other_site_frames_the_page():
-    async with serving(Element()) as (client, address):
+    async with serving(ElementStandIn()) as (client, address):
         for path in ('/', '/about', '/static/js/main.js'):
             async with client.get(address + path) as response:
                 assert response.status == 200
@@ -126,7 +126,7 @@ async def test_no_other_site_frames_the_page():
 @in_event_loop
 async def test_public_page_requires_the_token():
     """First in the address, then in a cookie that no script can read."""
-    async with serving(Element(), token='secret') as (client, address):
+    async with serving(ElementStandIn(), token='secret') as (client, address):
         for path in ('/', '/about', '/live', '/?token=wrong', '/static/js/main.js'):
             async with client.get(address + path) as response:
                 assert response.status == 403, path
@@ -145,7 +145,7 @@ async def test_public_page_requires_the_token():
 @pytest.mark.parametrize('said', ['x' * 5000, 'no JSON', '[1]', '[' * 4000, b'\0\1'])
 @in_event_loop
 async def test_page_that_sends_nonsense_is_disconnected(said):
-    element = Element()
+    element = ElementStandIn()
     async with serving(element) as (client, address):
         async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
             await (own.send_bytes if isinstance(said, bytes) else own.send_str)(said)
@@ -158,7 +158,7 @@ async def test_page_that_sends_nonsense_is_disconnected(said):
 @in_event_loop
 async def test_page_with_too_many_requests_is_limited():
     """So many requests are under way, and so many taken a second."""
-    element = Element()
+    element = ElementStandIn()
     element.idle.clear()
     async with (
         serving(element) as (client, address),

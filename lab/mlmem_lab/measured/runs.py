@@ -48,7 +48,7 @@ DATA_ATTRIBUTION = (
 
 
 @dataclass(frozen=True)
-class Run:
+class MeasuredRun:
     """One wave.
 
     Attributes:
@@ -103,8 +103,8 @@ def rise_time(t: Array, u: Array, rest: float) -> float:
 
 
 @cache
-def load_runs(case: Case) -> tuple[Run, ...]:
+def load_runs(case: Case) -> tuple[MeasuredRun, ...]:
     """Return the measured runs of a case; none where nothing propagates."""
     files = sorted(DATA_FOLDER.glob(f'rail{case.rail:g}_spacing{case.spacing:g}_run*.csv'))
     tables = (np.loadtxt(file, delimiter=',', skiprows=1, unpack=True) for file in files)
-    return tuple(Run(case, t, np.asarray(u) / 10.0) for t, *u in tables)
+    return tuple(MeasuredRun(case, t, np.asarray(u) / 10.0) for t, *u in tables)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rig.lines import ADDRESS, Line
+from rig.lines import ADDRESS, TamperedLine
 
 from mlmem import MemoryElement, Shot, Survey, factory_calibration, preset
 from mlmem.instrument.drivers import Simulation
@@ -45,7 +45,7 @@ def surveyed(driver):
 def shots():
     """What comes over the line, and the true alpha."""
     emulated, truth = served()
-    return surveyed(Rig(*CHOSEN, ADDRESS, Line(emulated))), np.array(truth['alpha'])
+    return surveyed(Rig(*CHOSEN, ADDRESS, TamperedLine(emulated))), np.array(truth['alpha'])
 
 
 def test_every_shot_is_that_of_the_element_in_process(shots):

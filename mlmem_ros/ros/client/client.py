@@ -50,9 +50,9 @@ from ...contract.calls import (
 from ...contract.services import DEADLINE_ARGUMENT, load_action_types
 from ..middleware import ALIVE, create_events_executor
 from .client_thread import ClientThread
-from .goal import Goal
-from .link import Call, Connection
-from .reply import Reply, Steps, check_seconds
+from .node_connection import Call, NodeConnection
+from .procedure_reply import ProcedureReply
+from .reply import Reply, ReplySteps, check_seconds
 
 T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -91,8 +91,8 @@ class MemoryClient:
         self.node = node
         self.name = node.resolve_service_name(name)
         self.group = MutuallyExclusiveCallbackGroup()
-        self._connection = Connection(node, self.name, patience)
-        self._reads: list[Goal[Decoded]] = []  # not answered yet
+        self._connection = NodeConnection(node, self.name, patience)
+        self._reads: list[ProcedureReply[Decoded]] = []  # not answered yet
         self._actions = load_action_types() if actions else {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
@@ -106,7 +106,7 @@ class MemoryClient:
         """
         return int(self.node.count_publishers(f'{self.name}/{ALIVE}'))
 
-    def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
+    def write(self, level: int, timeout: float = 60.0) -> ProcedureReply[Decoded]:
         """Write a level from 0 to p - 1, or a word of a register, verified by an echo.
 
         Raises:
@@ -115,7 +115,7 @@ class MemoryClient:
         level = check_content(level)
         return self._send_goal('write', Decoded, timeout, f'write {level}', level=level)
 
-    def read(self, timeout: float = 10.0, *, end: str = '') -> Goal[Decoded]:
+    def read(self, timeout: float = 10.0, *, end: str = '') -> ProcedureReply[Decoded]:
         """Fire a pulse and decode its echo.
 
         A read waits for earlier ones of this client, or the node would refuse it as busy.
@@ -128,15 +128,15 @@ class MemoryClient:
         self._reads = [*earlier, read]
         return read
 
-    def erase(self, timeout: float = 60.0) -> Goal[Decoded]:
+    def erase(self, timeout: float = 60.0) -> ProcedureReply[Decoded]:
         """Make the element blank."""
         return self._send_goal('erase', Decoded, timeout)
 
-    def calibrate(self, timeout: float = 120.0) -> Goal[Calibrated]:
+    def calibrate(self, timeout: float = 120.0) -> ProcedureReply[Calibrated]:
         """Measure the echo delay of every level, and restore the content."""
         return self._send_goal('calibrate', Calibrated, timeout)
 
-    def self_test(self, timeout: float = 120.0) -> Goal[SelfTested]:
+    def self_test(self, timeout: float = 120.0) -> ProcedureReply[SelfTested]:
         """Write and read every level, test actuator and transducers, and restore the content."""
         return self._send_goal('self_test', SelfTested, timeout)
 
@@ -144,7 +144,9 @@ class MemoryClient:
         """Stop the running procedure and bring the strain to zero."""
         return self._send_request('abort', Done, timeout)
 
-    def procedure(self, name: str, timeout: float = 120.0, **arguments: Any) -> Goal[Any]:
+    def procedure(
+        self, name: str, timeout: float = 120.0, **arguments: Any
+    ) -> ProcedureReply[Any]:
         """Request any procedure by its name, with its arguments: see `mlmem.procedure_table`."""
         return self._send_goal(name, ANSWER_TYPES.get(name, Decoded), timeout, **arguments)
 
@@ -294,18 +296,20 @@ class MemoryClient:
         what: str = '',
         after: Sequence[Reply[Any]] = (),
         **arguments: Any,
-    ) -> Goal[SomeAnswer]:
+    ) -> ProcedureReply[SomeAnswer]:
         """Request a procedure, after others, by its action if the node serves it."""
         arguments[DEADLINE_ARGUMENT] = check_seconds('timeout', timeout)
-        service: Steps[Any] = self._request_steps(name, kind, arguments)
+        service: ReplySteps[Any] = self._request_steps(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
             service = self._call_steps('self_test', SelfTest, SelfTest.Request(), parse_self_test)
         action = self._actions.get(name)
-        return Goal(self._connection, name, action, arguments, kind, after, service, timeout, what)
+        return ProcedureReply(
+            self._connection, name, action, arguments, kind, after, service, timeout, what
+        )
 
     def _request_steps(
         self, name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]
-    ) -> Steps[SomeAnswer]:
+    ) -> ReplySteps[SomeAnswer]:
         return self._call_steps(
             'request',
             SetParametersAtomically,
@@ -315,7 +319,7 @@ class MemoryClient:
 
     def _call_steps(
         self, service: str, kind: type[Any], request: Any, understood: Callable[[Any], T]
-    ) -> Steps[T]:
+    ) -> ReplySteps[T]:
         return understood((yield Call(service, kind, request)))
 
 

@@ -25,14 +25,14 @@ from rclpy.task import Future as RclpyFuture
 from mlmem.schema import short_repr
 
 from ...contract.calls import NoAnswer
-from .link import Call, Connection, Link
+from .node_connection import Call, NodeConnection, NodeEndpoints
 
 T = TypeVar('T')
 
 SIGNAL_PERIOD_S = 0.1
 """Seconds after which a waiting thread looks for signals, which another thread may have got."""
 
-Steps = Generator[Call | Sequence[Future[Any]], Any, T]
+ReplySteps = Generator[Call | Sequence[Future[Any]], Any, T]
 
 
 class _GivenUp(NoAnswer):
@@ -65,9 +65,9 @@ class Reply(Future[T]):
 
     def __init__(
         self,
-        connection: Connection,
+        connection: NodeConnection,
         what: str,
-        steps: Steps[T],
+        steps: ReplySteps[T],
         timeout: float,
         patience: float | None = None,
     ) -> None:
@@ -84,7 +84,7 @@ class Reply(Future[T]):
         self._step: Call | Sequence[Future[Any]] = ()
         self._asked = self._seen = 0.0  # since when the step is due; when its service was there
         self._sent: Any = None  # rclpy's future of the step's response
-        self._link: Link | None = None  # over which it was sent
+        self._endpoints: NodeEndpoints | None = None  # through which it was sent
         self._waiting = 0  # coroutines and threads
         self._over = False  # nothing more is sent
         self._lock = threading.Lock()
@@ -210,8 +210,8 @@ class Reply(Future[T]):
                 return
             if self._connection.gone():
                 return
-            self._link = link = self._connection.link()
-            self._sent = sent = link.send(call)
+            self._endpoints = endpoints = self._connection.endpoints()
+            self._sent = sent = endpoints.send(call)
             self._seen = time.monotonic()
         if sent is None:
             self._connection.line.watch(self)  # soon
@@ -236,8 +236,8 @@ class Reply(Future[T]):
             self.freed.set_result(None)
         with suppress(ValueError):  # it runs
             self._steps.close()
-        if self._link is not None and isinstance(self._step, Call):
-            self._link.drop_call(self._step, self._sent)
+        if self._endpoints is not None and isinstance(self._step, Call):
+            self._endpoints.drop_call(self._step, self._sent)
 
     # --- in the client's thread -------------------------------------------------------------
 
@@ -252,9 +252,9 @@ class Reply(Future[T]):
         """Send what could not be sent yet, give up what is hopeless or late; return whether there
         is more to come.
         """
-        if (link := self._link) is not None and not self.done():
-            self._connection.report_wait(link, self._what, now - self._begun)
-            if not link.serving:
+        if (endpoints := self._endpoints) is not None and not self.done():
+            self._connection.report_wait(endpoints, self._what, now - self._begun)
+            if not endpoints.serving:
                 self._until += now - self._looked
         self._looked = now
         try:
@@ -266,7 +266,7 @@ class Reply(Future[T]):
             self._end_request(gone or error)
         if now > self._until:
             late = f'did not answer {self._what} within {self._timeout:g} s'
-            why = f': {link.held_up}' if link is not None and link.held_up else ''
+            why = f': {endpoints.held_up}' if endpoints is not None and endpoints.held_up else ''
             self._set_error(NoAnswer(f'{self._connection.peer} {late}{why}'))
             if (
                 not (self._lasting and self._has_reached_node())
@@ -287,17 +287,17 @@ class Reply(Future[T]):
             call, sent, asked = self._step, self._sent, self._asked
         if not isinstance(call, Call):
             return ''
-        if sent is None or self._link is None:
+        if sent is None or self._endpoints is None:
             if now - asked <= self._patience:
                 return ''
             return (
                 f'no memory node answers as {peer} within {self._patience:g} s; start one '
                 'with "ros2 run mlmem_ros memory_node", and check ROS_DOMAIN_ID and the name'
             )
-        if self._link.ready(call):
+        if self._endpoints.ready(call):
             self._seen = now
         # the service is missing from the graph for longer
-        if now - self._seen > 1.0 or self._link.is_silent():
+        if now - self._seen > 1.0 or self._endpoints.is_silent():
             return f'{peer} went away during {self._what}: how it ended is not known'
         return ''
 
@@ -305,7 +305,7 @@ class Reply(Future[T]):
 class Turn:
     """Suspends a coroutine, of rclpy or asyncio, until another thread tells it to go on."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: NodeConnection) -> None:
         self._connection = connection
         self._future: Any
         try:

@@ -42,7 +42,7 @@ class Actions:
     def __init__(self, node: Node, host: Host) -> None:
         kinds = services.load_action_types() if node.get_parameter('actions').value else {}
         self._host = host
-        self._open: dict[Goal, Action] = {}  # goals whose procedure has not ended
+        self._open: dict[ActionGoal, Action] = {}  # goals whose procedure has not ended
         self._reported = 0.0
         self._served = [Action(node, host, self._open, name, kind) for name, kind in kinds.items()]
 
@@ -62,7 +62,7 @@ class Actions:
 
 
 @dataclass(eq=False)
-class Goal:
+class ActionGoal:
     """An accepted goal.
 
     Attributes:
@@ -87,7 +87,7 @@ class Action:
     """One action: its goals, from acceptance until nobody asks for their results any more."""
 
     def __init__(
-        self, node: Node, host: Host, open_goals: dict[Goal, Action], name: str, kind: Any
+        self, node: Node, host: Host, open_goals: dict[ActionGoal, Action], name: str, kind: Any
     ) -> None:
         """Serve an action, named like the request behind its goals.
 
@@ -97,7 +97,7 @@ class Action:
         self._host = host
         self._name = name
         self._kind = kind
-        self._goals: dict[bytes, Goal] = {}
+        self._goals: dict[bytes, ActionGoal] = {}
         self._open = open_goals
         self._lock = threads.Lock()
         own, impl = f'~/{name}/_action', kind.Impl
@@ -126,7 +126,7 @@ class Action:
             if not response.accepted:
                 return response
             asked = self._start_goal(request.goal)
-            goal = Goal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
+            goal = ActionGoal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
             self._goals[number] = goal
             self._open[goal] = self
             self._publish_status()
@@ -163,7 +163,7 @@ class Action:
         response.status = goal.status
         return response
 
-    def _select_goals(self, info: GoalInfo) -> Iterator[Goal]:
+    def _select_goals(self, info: GoalInfo) -> Iterator[ActionGoal]:
         """Yield the goals selected by a cancel: one, those up to a time, both, or all."""
         number, until = bytes(info.goal_id.uuid), (info.stamp.sec, info.stamp.nanosec)
         everything = not any(number) and until == (0, 0)
@@ -192,7 +192,7 @@ class Action:
 
     # --- ends ----------------------------------------------------------------------------
 
-    def _on_goal_ended(self, goal: Goal, done: Future[Any]) -> None:
+    def _on_goal_ended(self, goal: ActionGoal, done: Future[Any]) -> None:
         """Take the end of a goal's procedure, in the thread that delivers it."""
         try:
             result, status = self._judge_result(goal, done)
@@ -209,14 +209,14 @@ class Action:
         # the next goal must find the element at rest
         abort.answer.add_done_callback(lambda _: self._conclude_goal(goal, result, status))
 
-    def _conclude_goal(self, goal: Goal, result: Any, status: int) -> None:
+    def _conclude_goal(self, goal: ActionGoal, result: Any, status: int) -> None:
         """Answer a request for a goal's result."""
         with self._lock:
             goal.status, goal.ended = status, threads.monotonic()
             self._publish_status()
         goal.result.set_result(result)
 
-    def _judge_result(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
+    def _judge_result(self, goal: ActionGoal, done: Future[Any]) -> tuple[Any, int]:
         """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
@@ -260,7 +260,7 @@ class Action:
 
     # --- topics --------------------------------------------------------------------------
 
-    def report(self, goal: Goal, **feedback: Any) -> None:
+    def report(self, goal: ActionGoal, **feedback: Any) -> None:
         """Publish the feedback of a goal, by name of its fields."""
         message = self._kind.Impl.FeedbackMessage()
         message.goal_id = goal.info.goal_id

@@ -59,14 +59,14 @@ DELIVERY_S = 0.2
 """Time for the middleware to deliver requests that clients have sent, and their answers, before it
 is shut down."""
 
-Element = Mapping[str, str]
+NodeOptions = Mapping[str, str]
 """What distinguishes a node from others in its process: its `namespace`, and parameters."""
 
-SINGLE_ELEMENT: Sequence[Element] = ({},)
+SINGLE_ELEMENT: Sequence[NodeOptions] = ({},)
 
 
 def run_nodes(
-    arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Element] = SINGLE_ELEMENT
+    arguments: Sequence[str], stop: Sequence[int], elements: Sequence[NodeOptions] = SINGLE_ELEMENT
 ) -> int:
     """Run memory nodes until a signal has been received, which its handler adds to `stop`; return
     `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
@@ -108,7 +108,7 @@ def start_nodes(
     arguments: Sequence[str],
     context: Context | None = None,
     kind: type[MemoryNode] = MemoryNode,
-    elements: Sequence[Element] = SINGLE_ELEMENT,
+    elements: Sequence[NodeOptions] = SINGLE_ELEMENT,
     stop: Sequence[int] = (),
 ) -> tuple[list[MemoryNode], GuardedExecutor]:
     """Return nodes with their executor, active if they autostart and `stop` stays empty.
@@ -148,7 +148,9 @@ def start_nodes(
     return nodes, executor
 
 
-def _create_node(kind: type[MemoryNode], context: Context | None, element: Element) -> MemoryNode:
+def _create_node(
+    kind: type[MemoryNode], context: Context | None, element: NodeOptions
+) -> MemoryNode:
     given = dict(element)
     namespace = given.pop('namespace', None)
     return kind(context=context, namespace=namespace, parameters=given)

@@ -27,7 +27,7 @@ from mlmem.loop.mailbox import Request, Steps
 from ...contract.services import SIMULATOR_SERVICES, STEPS_ACTION
 from ...host import REFUSALS, Host
 from ..middleware import KEEP_ALL_PROFILE
-from .actions import Action, Goal
+from .actions import Action, ActionGoal
 from .callback_guard import await_future
 
 STOPPED, PLAYING, PAUSED, _, NO_WORLD = range(5)
@@ -177,7 +177,7 @@ class SimulateSteps(Action):
         if goal is not None:
             self.report(goal, completed_steps=steps.done, remaining_steps=steps.left)
 
-    def _judge_result(self, goal: Goal, done: Future[Any]) -> tuple[Any, int]:
+    def _judge_result(self, goal: ActionGoal, done: Future[Any]) -> tuple[Any, int]:
         if (refusal := done.exception()) is not None:
             self._host.log.refused(self._name, refusal)
             return self._failed(FAILED, refusal)

@@ -16,8 +16,8 @@ from rcl_interfaces.srv import SetParametersAtomically
 from unique_identifier_msgs.msg import UUID
 
 from ...contract.calls import RequestRefused, parse_result
-from .link import Call, Connection
-from .reply import Reply, Steps, Turn
+from .node_connection import Call, NodeConnection
+from .reply import Reply, ReplySteps, Turn
 
 T = TypeVar('T')
 
@@ -25,7 +25,7 @@ MAX_WAITING_REQUESTS = 20
 """Most requests of a client that wait for one another."""
 
 
-class Goal(Reply[T]):
+class ProcedureReply(Reply[T]):
     """A requested procedure: a goal of the node's action if there is one, else a service call.
 
     Use it like any reply. If the node serves actions, it gives feedback meanwhile::
@@ -40,13 +40,13 @@ class Goal(Reply[T]):
 
     def __init__(
         self,
-        connection: Connection,
+        connection: NodeConnection,
         name: str,
         action: Any,
         arguments: Mapping[str, Any],
         kind: type[Any],
         after: Sequence[Reply[Any]],
-        service: Steps[T],
+        service: ReplySteps[T],
         timeout: float,
         what: str = '',
     ) -> None:
@@ -78,10 +78,10 @@ class Goal(Reply[T]):
             self._stop()
         return True
 
-    def __aiter__(self) -> Goal[T]:
+    def __aiter__(self) -> ProcedureReply[T]:
         if self._action is not None and not self.done():
             path, kind = f'{self._path}/feedback', self._action.Impl.FeedbackMessage
-            takers = self._connection.link().find_receivers(path, kind)
+            takers = self._connection.endpoints().find_receivers(path, kind)
             takers.add(self._take_feedback)
             Future.add_done_callback(self, lambda _: takers.discard(self._take_feedback))
         return self
@@ -97,15 +97,15 @@ class Goal(Reply[T]):
         return self._news.popleft()
 
     def _goal_steps(
-        self, after: Sequence[Reply[Any]], name: str, goal: Any, kind: Any, service: Steps[T]
-    ) -> Steps[T]:
+        self, after: Sequence[Reply[Any]], name: str, goal: Any, kind: Any, service: ReplySteps[T]
+    ) -> ReplySteps[T]:
         if len(after) >= MAX_WAITING_REQUESTS:
             raise RequestRefused(
                 {'error': f'busy: {MAX_WAITING_REQUESTS} requests are already waiting'}
             )
         yield [each.freed for each in after]
         yield Call('request', SetParametersAtomically)
-        served = self._connection.link().has_service(f'{self._path}/send_goal')
+        served = self._connection.endpoints().has_service(f'{self._path}/send_goal')
         with self._lock:  # a client may cancel it in another thread
             if self._unwanted:
                 raise RequestRefused({'error': f'{self._what} was canceled before it was sent'})
@@ -146,5 +146,5 @@ class Goal(Reply[T]):
             turn.tell()
 
 
-def _call_once(call: Call) -> Steps[Any]:
+def _call_once(call: Call) -> ReplySteps[Any]:
     return (yield call)

@@ -48,7 +48,7 @@ class Call:
     request: Any = None
 
 
-class Connection:
+class NodeConnection:
     """How a client reaches its memory node.
 
     Attributes:
@@ -62,13 +62,13 @@ class Connection:
         self.peer = peer
         self.patience = patience
         self.line = ClientThread.of(node.context)
-        self._link: Link | None = None
+        self._endpoints: NodeEndpoints | None = None
         self._lock = threading.Lock()
         self._reported = '', -math.inf  # what the node waits for, and when that was logged
 
-    def report_wait(self, link: Link, what: str, seconds: float) -> None:
+    def report_wait(self, endpoints: NodeEndpoints, what: str, seconds: float) -> None:
         """Log what the memory node waits for while a request has waited for some seconds."""
-        now, text = time.monotonic(), link.held_up
+        now, text = time.monotonic(), endpoints.held_up
         before, logged = self._reported
         if text and (text != before or now - logged >= REPORT_PERIOD_S):
             self._reported = text, now
@@ -92,16 +92,16 @@ class Connection:
 
                 timers.append(self.node.create_timer(0.0, destroy_timers))
 
-    def link(self) -> Link:
-        """Return the link, a new one if the last is broken."""
+    def endpoints(self) -> NodeEndpoints:
+        """Return the endpoints, new ones if the last are broken."""
         with self._lock:
-            if self._link is None or self._link.broken:
-                broken, line = self._link, self.line
+            if self._endpoints is None or self._endpoints.broken:
+                broken, line = self._endpoints, self.line
                 if broken is not None:
                     line = self.line.replace_broken(broken, self.node)
                     broken.close()
-                self._link = Link(line, self.node, self.peer)
-            return self._link
+                self._endpoints = NodeEndpoints(line, self.node, self.peer)
+            return self._endpoints
 
     def gone(self) -> str:
         """Return why nothing can come any more; empty while it can."""
@@ -110,7 +110,7 @@ class Connection:
         return 'the node was destroyed' if is_destroyed(self.node) else ''
 
 
-class Link:
+class NodeEndpoints:
     """A memory node as it is reached over one line: the ROS entities for it, and whether it lives.
 
     Attributes:
