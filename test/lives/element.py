@@ -19,7 +19,7 @@ from mlmem_ros.host.settings import (
     StateSettings,
 )
 
-PUBLISH = PublishSettings(4, 4, 4, 8, 40, 8)
+PUBLISH = PublishSettings(4, 4, 4, 8, 8)
 
 
 @dataclass(frozen=True)
