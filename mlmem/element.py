@@ -75,7 +75,7 @@ class MemoryElement(Memory):
             from .readers.waveform_reader import WaveformReader  # few elements have any
 
             self.reader = WaveformReader(factory.rehearse_levels(design, settings))
-        self._running: Run | None = None
+        self._running: ProcedureRun | None = None
 
     script: Sequence[tuple[int, Faults]] = ()
     """The faults to come, with the ticks from which on they are all that is faulty."""
@@ -87,7 +87,7 @@ class MemoryElement(Memory):
         """Name of the running procedure, empty when there is none."""
         return self.progress.procedure if self._running else ''
 
-    def runs(self, run: Run | None) -> bool:
+    def runs(self, run: ProcedureRun | None) -> bool:
         """Return whether a procedure is under way."""
         return run is not None and run is self._running
 
@@ -127,7 +127,7 @@ class MemoryElement(Memory):
         actuator = self.actuator
         return not (self._running or actuator.is_moving or actuator.strain)
 
-    def apply(self, command: Command) -> Run | None:
+    def apply(self, command: Command) -> ProcedureRun | None:
         """Take a command, which takes effect in the next tick; return the procedure that it
         begins, or None.
 
@@ -263,7 +263,9 @@ class MemoryElement(Memory):
                     f'at most {loudest:.3g}, or a pulse may move the wall',
                 )  # fmt: skip
 
-    def _begin_procedure(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
+    def _begin_procedure(
+        self, name: str, command: Command, wanted: dict[str, Any]
+    ) -> ProcedureRun:
         if not isinstance(command, Abort):  # all others listen
             self._check_amplitudes()
         steps = procedures.find_steps(name)
@@ -273,7 +275,7 @@ class MemoryElement(Memory):
         except ProcedureFailed as error:  # there is no way, as without an actuator
             self.progress = before
             raise Refused(str(error), code=ErrorCode.UNSUPPORTED) from error
-        self._running = Run(command, steps.begin(self, **wanted), self.ticks)
+        self._running = ProcedureRun(command, steps.begin(self, **wanted), self.ticks)
         return self._running
 
     def _stop(self, why: str) -> None:
@@ -345,7 +347,7 @@ class MemoryElement(Memory):
                 between()
         return run.outcome
 
-    def _resume_procedure(self, run: Run) -> int:
+    def _resume_procedure(self, run: ProcedureRun) -> int:
         """Resume a procedure; return after how many ticks to resume it again."""
         try:
             ticks = next(run.steps)
@@ -410,7 +412,7 @@ def new_element(
 
 
 @dataclass(eq=False)
-class Run:
+class ProcedureRun:
     """A procedure under way."""
 
     command: Command

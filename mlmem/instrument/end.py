@@ -131,7 +131,7 @@ class Pulse:
 
 
 @dataclass(frozen=True)
-class Move:
+class EndMove:
     """A move at constant speed from one displacement to another."""
 
     start: float
@@ -182,7 +182,7 @@ class Kick:
         )
 
 
-BoundaryMotion = Pulse | Move | Kick
+BoundaryMotion = Pulse | EndMove | Kick
 """The motions that a boundary cell can be made to follow; then it is released."""
 
 

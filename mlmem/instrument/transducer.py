@@ -22,7 +22,7 @@ from ..readers.echo import MIN_THRESHOLD_CELLS, EchoDetector, carrier_amplitudes
 from ..schema import describe_field
 from ..settings import ProbeSettings, Settings
 from .drivers import Driver
-from .end import BoundaryMotion, End, Kick, Move, Pulse, WaveformRecorder
+from .end import BoundaryMotion, End, EndMove, Kick, Pulse, WaveformRecorder
 from .faults import NO_FAULTS, Faults, apply_transducer_faults
 
 UNLIMITED_SAMPLES = 2**53
@@ -317,7 +317,7 @@ class Transducer:
     def move(self, end: End, target: float, speed: float) -> None:
         """Move a boundary cell at constant speed to a displacement, then release it."""
         start = self._driver.end(end.site(self._design))
-        self._hold_cell(end, Move(start, target, speed))
+        self._hold_cell(end, EndMove(start, target, speed))
 
     def kick(self, target: float, speed: float) -> None:
         """Move the left end smoothly to a ground state, hold it there, then release it."""

@@ -17,7 +17,7 @@ from ..commands import Command, Disturb, Event, Inject, SetFaults
 from ..element import MemoryElement
 from ..errors import Refused
 from ..procedure_table import Abort
-from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, Steps
+from .mailbox import Asked, Cancel, Client, Ending, Mailbox, Request, TickRequest
 from .open_requests import OpenRequests, Resolve, Stamped
 from .timetable import MAX_SLEEP_S, LoopStatistics, Pacer, SteadyPacer, Timetable, check_speed
 
@@ -183,11 +183,11 @@ class Loop:
         """
         return self._box.call(lambda: self.element.ticks, paused)
 
-    def step(self, steps: Steps | None = None) -> Request[int]:
+    def step(self, steps: TickRequest | None = None) -> Request[int]:
         """Run ticks while paused, by default one; the answer is the number of all ticks after the
         last, once its events are published, or the exception `Refused` if time is running.
         """
-        return self._box.step(steps or Steps())
+        return self._box.step(steps or TickRequest())
 
     def shorten(self, request: Request[int]) -> None:
         """Let a request for ticks end with the next one."""

@@ -16,7 +16,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from .. import threads
 from ..commands import Disturb, Outcome
-from ..element import Run
+from ..element import ProcedureRun
 from ..errors import Refused
 from ..rejections import ErrorCode
 
@@ -56,7 +56,7 @@ class Request(Generic[T]):
     client: Client | None = None
     deadline: float = math.inf
     place: int = 0
-    run: Run | None = None
+    run: ProcedureRun | None = None
 
     @property
     def outcome(self) -> Outcome | None:
@@ -100,7 +100,7 @@ class Ending(Enum):
 
 
 @dataclass
-class Steps:
+class TickRequest:
     """Ticks that are asked for while time is paused.
 
     Attributes:
@@ -111,7 +111,7 @@ class Steps:
     """
 
     left: int = 1
-    told: Callable[[Steps], None] = lambda steps: None
+    told: Callable[[TickRequest], None] = lambda steps: None
     done: int = 0
     cut: bool = False
 
@@ -178,7 +178,7 @@ class Mailbox:
                 self._shorten_steps(*self.steps)
             return self._post_request(self.calls, Request[T](function)).answer
 
-    def step(self, steps: Steps) -> Request[int]:
+    def step(self, steps: TickRequest) -> Request[int]:
         """Ask for ticks while time is paused."""
         with self.changed:
             refusal = (
@@ -197,7 +197,7 @@ class Mailbox:
 
     def _shorten_steps(self, *requests: Request[int]) -> None:
         for request in requests:
-            steps: Steps = request.asked
+            steps: TickRequest = request.asked
             steps.cut = steps.cut or steps.left > 1
             steps.left = min(steps.left, 1)
 
@@ -274,7 +274,7 @@ class Mailbox:
         with self.changed:  # or a pause in between would miss the request
             if (request := self.take(self.steps)) is None:
                 return
-            steps: Steps = request.asked
+            steps: TickRequest = request.asked
             steps.done, steps.left = steps.done + 1, steps.left - 1
             closed = self._closed if steps.left else None
             if steps.left and closed is None:

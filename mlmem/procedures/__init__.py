@@ -18,10 +18,10 @@ from ..procedure_table import PROCEDURES
 from . import estimates
 from .blocks import Result
 
-__all__ = ['Procedure', 'Result', 'Steps', 'find_steps', 'run']
+__all__ = ['Procedure', 'ProcedureSteps', 'Result', 'find_steps', 'run']
 
 
-class Steps(NamedTuple):
+class ProcedureSteps(NamedTuple):
     """How a procedure is done; both take the element and the arguments of its command.
 
     Attributes:
@@ -34,11 +34,11 @@ class Steps(NamedTuple):
 
 
 @cache
-def find_steps(name: str) -> Steps:
+def find_steps(name: str) -> ProcedureSteps:
     """Return how a procedure of the table is done."""
     row = PROCEDURES[name]
     module, _, begin = row.steps.partition('.')
-    return Steps(
+    return ProcedureSteps(
         getattr(import_module(f'{__name__}.{module}'), begin), getattr(estimates, row.expected)
     )
 

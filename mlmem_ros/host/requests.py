@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from mlmem import Command, Faults, Loop, MemoryElement, Refused, SetFaults, SetMethod
 from mlmem.commands import PHASE_WAITING, Feedback
 from mlmem.instrument.instrument import Units
-from mlmem.loop.mailbox import Asked, Client, Request, Steps
+from mlmem.loop.mailbox import Asked, Client, Request, TickRequest
 
 from .sessions import Sessions
 from .settings import SessionPlan
@@ -79,7 +79,7 @@ class RequestGate:
             return Feedback(PHASE_WAITING, 0.0, element.transmission.encoder, 0, place)
         return element.feedback() if element is not None and element.runs(request.run) else None
 
-    def step(self, steps: Steps | None = None) -> Request[int]:
+    def step(self, steps: TickRequest | None = None) -> Request[int]:
         """Run ticks while paused, by default one; see `Loop.step`."""
         return self._asked(lambda loop: loop.step(steps))
 

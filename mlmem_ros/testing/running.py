@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from rclpy.context import Context
 from rclpy.utilities import try_shutdown
 
-from mlmem.loop.mailbox import Steps
+from mlmem.loop.mailbox import TickRequest
 
 from ..contract.calls import RequestRefused
 from ..host import REFUSALS
@@ -334,7 +334,7 @@ class NodeHere(RunningNode):
     def step(self, ticks: int) -> int:
         """Run ticks while time is paused; return the ticks since its start."""
         try:
-            return self.node.host.step(Steps(ticks)).answer.result(60.0)
+            return self.node.host.step(TickRequest(ticks)).answer.result(60.0)
         except REFUSALS as refusal:
             raise RequestRefused({'error': str(refusal)}) from refusal
 

@@ -10,7 +10,7 @@ import pytest
 
 from mlmem import PRESETS, Read, Settings, SettingsError
 from mlmem.instrument.drivers import Simulation
-from mlmem.instrument.end import End, Move, Pulse
+from mlmem.instrument.end import End, EndMove, Pulse
 from mlmem.instrument.transducer import (
     UNLIMITED_SAMPLES,
     Returns,
@@ -187,7 +187,7 @@ def test_pulse_is_that_of_the_paper(probe):
 
 @pytest.mark.parametrize(('start', 'target'), [(-1.0, 1.0), (1.0, -0.998)])
 def test_move_goes_straight_at_its_speed(start, target):
-    move = Move(start, target, 0.05)
+    move = EndMove(start, target, 0.05)
     assert move.duration == pytest.approx(abs(target - start) / 0.05)
     t = np.linspace(0.0, move.duration, 11)
     v, velocity = move.at(t)

@@ -22,7 +22,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 
 from mlmem import Refused
-from mlmem.loop.mailbox import Request, Steps
+from mlmem.loop.mailbox import Request, TickRequest
 
 from ...contract.services import SIMULATOR_SERVICES, STEPS_ACTION
 from ...host import REFUSALS, Host
@@ -130,7 +130,7 @@ class Simulator:
         return _set_result(response, DONE, '')
 
     async def _step_simulation(self, request: Any, response: Any) -> Any:
-        steps = Steps(request.steps)
+        steps = TickRequest(request.steps)
         try:
             await await_future(_start_steps(self._host, steps).answer)
         except REFUSALS as refusal:
@@ -165,13 +165,13 @@ class SimulateSteps(Action):
     """Steps with feedback after each; a cancel ends them with the next one."""
 
     def _start_goal(self, goal: Any) -> Request[Any]:
-        return _start_steps(self._host, Steps(goal.steps, self._report_step))
+        return _start_steps(self._host, TickRequest(goal.steps, self._report_step))
 
     def _stop(self, request: Request[Any]) -> Request[Any]:
         self._host.shorten(request)
         return request
 
-    def _report_step(self, steps: Steps) -> None:
+    def _report_step(self, steps: TickRequest) -> None:
         with self._lock:  # until the goal is known
             goal = next((goal for goal in self._open if goal.request.asked is steps), None)
         if goal is not None:
@@ -192,13 +192,13 @@ class SimulateSteps(Action):
         return int(GoalStatus.STATUS_CANCELED)
 
 
-def _start_steps(host: Host, steps: Steps) -> Request[int]:
+def _start_steps(host: Host, steps: TickRequest) -> Request[int]:
     if not steps.left:
         return Request[int](steps).refuse(Refused('steps must be at least 1'))
     return host.step(steps)
 
 
-def _judge_steps(steps: Steps) -> tuple[int, str]:
+def _judge_steps(steps: TickRequest) -> tuple[int, str]:
     """Return the result of steps that have ended, with its reason."""
     if steps.cut:
         return (

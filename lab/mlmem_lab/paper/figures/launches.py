@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from mlmem.instrument.end import Move
+from mlmem.instrument.end import EndMove
 from mlmem.instrument.motion import Cycle
 from mlmem.move_settings import EraseSettings, WriteSettings
 from mlmem.physics import CASE_II, Chain, HeldCell, find_level, find_walls, substep_times
@@ -73,7 +73,7 @@ def _kick_cell(velocity: float, strain: float, driven: bool = False) -> tuple[fl
     if strain:
         strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
     if driven:
-        _drive_cell(chain, Move(chain.end(1), CASE_II.D_s1, abs(velocity)), times.hold)
+        _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s1, abs(velocity)), times.hold)
     else:
         state = chain.state()
         state[1, 0] = velocity
@@ -99,7 +99,7 @@ def _move_cell(speed: float, strain: float) -> int:
     chain = Chain(CASE_II)
     if strain:
         strain_chain(chain, Cycle.build_from_targets([(strain, times.ramp)]), times.ramp)
-    _drive_cell(chain, Move(chain.end(1), CASE_II.D_s2, speed), times.hold)
+    _drive_cell(chain, EndMove(chain.end(1), CASE_II.D_s2, speed), times.hold)
     if strain:
         strain_chain(
             chain, Cycle.build_from_targets([(0.0, times.release)], strain), times.release
@@ -110,7 +110,7 @@ def _move_cell(speed: float, strain: float) -> int:
     return find_level(CASE_II, chain.configuration)
 
 
-def _drive_cell(chain: Chain, move: Move, hold: float) -> None:
+def _drive_cell(chain: Chain, move: EndMove, hold: float) -> None:
     """Move the first cell, let go of it, and wait."""
     steps = math.ceil((move.duration + hold) / chain.dt)
     at = substep_times(steps, chain.dt)
