@@ -20,7 +20,6 @@ from .contents import Definition
 from .errors import BagError
 
 _HEADER_SIZE = 4  # bytes of CDR encapsulation
-_WIDE_TYPES = {'float64', 'int64', 'uint64'}
 
 
 @lru_cache(maxsize=1)
@@ -137,6 +136,6 @@ def _has_wide_sequence(type_name: str) -> bool:
         if isinstance(item, str):
             if _has_wide_sequence(item):
                 return True
-        elif kind == Nodetype.SEQUENCE and item[0] in _WIDE_TYPES:
+        elif kind == Nodetype.SEQUENCE and item[0] in {'float64', 'int64', 'uint64'}:
             return True
     return False

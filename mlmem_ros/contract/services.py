@@ -79,8 +79,9 @@ SIMULATOR_SERVICES = tuple(
         (
             'set_simulation_state',
             'SetSimulationState',
-            'play, pause or stop; a stopped element is blank when it plays again, whatever is in '
-            'its state file. 102: it could not be reached. To quit, end the process',
+            'play, pause or stop; a stopped element begins anew when it plays again, whatever '
+            'is in its state file, as by `~/reset_simulation`. 102: it could not be reached. To '
+            'quit, end the process',
         ),
         (
             'step_simulation',
@@ -90,8 +91,8 @@ SIMULATOR_SERVICES = tuple(
         (
             'reset_simulation',
             'ResetSimulation',
-            'begin anew with a blank element at tick 0, in the present state; state and time are '
-            'reset together (scope 0, 3 or 255)',
+            'begin anew at tick 0, in the present state, with `initial_content` if that is set, '
+            'else blank; state and time are reset together (scope 0, 3 or 255)',
         ),
     )
 )
@@ -144,11 +145,12 @@ class Type(NamedTuple):
 BOOL, INTEGER, STRING = Type('bool', 1), Type('integer', 2), Type('string', 4)
 DOUBLE, DOUBLE_ARRAY = Type('double', 3), Type('double_array', 8)
 
-_ARGUMENT_TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
-
 REQUEST_ARGUMENTS: dict[str, dict[str, Type]] = {
     **{
-        name: {argument: _ARGUMENT_TYPES[kind] for argument, kind, *_ in row.arguments}
+        name: {
+            argument: {'bool': BOOL, 'int': INTEGER, 'str': STRING}[kind]
+            for argument, kind, *_ in row.arguments
+        }
         for name, row in PROCEDURES.items()
     },
     'write': dict.fromkeys(CONTENT_NAMES, INTEGER),

@@ -23,9 +23,6 @@ from ..bag.errors import BagError
 MAX_BURST_LINES = 10
 """Lines about one subject that may be logged at once."""
 
-LINE_PERIOD_S = 1.0
-"""Seconds after which one more is allowed."""
-
 MAX_LINE_CHARACTERS = 500
 """Characters of a line; longer ones lose their middle."""
 
@@ -104,7 +101,7 @@ class ThrottledLog:
         with self._lock:
             now = threads.monotonic()
             allowed, counted = self._allowed.get(key, (MAX_BURST_LINES, now))
-            allowed = min(MAX_BURST_LINES, allowed + (now - counted) / LINE_PERIOD_S)
+            allowed = min(MAX_BURST_LINES, allowed + now - counted)  # one a second
             if allowed < 1.0:
                 self._allowed[key] = allowed, now
                 self._withheld[key] = self._withheld.get(key, 0) + 1

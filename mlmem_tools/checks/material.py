@@ -112,10 +112,6 @@ def _judge_step(subject: Subject) -> Finding:
     )
 
 
-MIN_REFLECTED_SHARE = 0.2
-"""Fraction of a pulse's energy that propagates in one phase alone from which the wall returns a
-clear echo, even if the carrier itself is just within the other band, where fronts are steeper."""
-
 Window = tuple[float, float]
 """Lowest and highest angular frequency."""
 
@@ -163,7 +159,8 @@ def _judge_carrier(
             text = f'hardly any of the pulse is within {where}: choose a larger sigma'
     elif not inside:
         text = f'{omega:g} is outside {where}: only the edge of the pulse propagates'
-    elif not (_is_near(omega, sigma, alone) and clear >= MIN_REFLECTED_SHARE):
+    # enough for a clear echo, even if the carrier is just within the other band
+    elif not (_is_near(omega, sigma, alone) and clear >= 0.2):
         text = f'{omega:g} also propagates in {other}, so the wall reflects only part of it'
     else:
         verdict = Verdict.PASS

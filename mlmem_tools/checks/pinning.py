@@ -92,13 +92,6 @@ def _judge_release(subject: Subject, kind: str, forward: float, level: int) -> F
     )
 
 
-MIN_PULL_RATIO = -0.1
-"""Pull, relative to the gradient's mean, at which a wall stops. Case II with a weaker gamma: at
--0.07 its inertia still carried it across in all seven steps, at -0.18 in six."""
-
-MIN_COMFORTABLE_PULL = 0.05
-"""Least comfortable force on the way, relative to the gradient's mean."""
-
 PAPER_SOURCE = (
     'as the strain decreases, the gradient in psi enforced by alpha drives the transition wave '
     'to the soft defect pinning site (Fig. 4)'
@@ -169,4 +162,6 @@ def _judge_rigidity(subject: Subject) -> Finding:
 
 def _judge_pull(subject: Subject, pull: float) -> Verdict:
     share = pull / subject.gradient_force if subject.gradient_force > 0.0 else -math.inf
-    return judge_value(share, MIN_PULL_RATIO, MIN_COMFORTABLE_PULL)
+    # Case II with a weaker gamma: its inertia carries a wall across all seven steps at -0.07, and
+    # across six at -0.18
+    return judge_value(share, -0.1, 0.05)

@@ -188,13 +188,6 @@ def build_forward(element: Element, integrator: Integrator | None) -> Forward:
 MAX_WATCHED_CELLS = 1000
 """Cells up to which an element is watched: the derivatives by all of them take memory and time."""
 
-WAVE_NOISE_FACTOR = 5.0
-"""How many times their size waves that were there before the pulse count as noise: they are in the
-band of the echo, which is a twentieth of what is sampled."""
-
-MAX_QUIET_RATIO = 1.1
-"""Departure from rest before a pulse, over the noise, up to which there are no waves."""
-
 ZERO_DRIFT_CELLS = 1e-3
 """Standard deviation of what a transducer reads at rest in cells: its zero may drift."""
 
@@ -338,9 +331,8 @@ class Residuals:
         eta = self._forecasts.forward.specimen.eta
         fades = np.exp(-0.5 * eta * first.dt * every * np.arange(m))
         white = estimate_noise(first)
-        waves = WAVE_NOISE_FACTOR * math.sqrt(
-            max(0.0, first.unrest**2 - (MAX_QUIET_RATIO * white.max()) ** 2)
-        )
+        # waves from before the pulse lie in the echo's band, a twentieth of what is sampled
+        waves = 5.0 * math.sqrt(max(0.0, first.unrest**2 - (1.1 * white.max()) ** 2))
         spread = np.sqrt(white[:, None] ** 2 + (waves * fades) ** 2)
         weights = np.where(np.isfinite(residual), 1.0 / spread, 0.0)
         weights[:, 0] = 1.0 / ZERO_DRIFT_CELLS

@@ -16,12 +16,10 @@ from typing import TYPE_CHECKING, Any
 from mlmem import element_file
 from mlmem_ros.contract.calls import RequestError
 from mlmem_ros.contract.services import load_action_types
-from mlmem_ros.contract.statuses import Status, parse_status
-from mlmem_ros.contract.streams import STREAMS
-from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, KEEP_ALL_QOS, Topic
+from mlmem_ros.contract.streams import STREAMS, Status, parse_status
+from mlmem_ros.contract.topics import DIAGNOSTICS_TOPIC, KEEP_ALL_QOS, STREAM_QOS, Topic
 from mlmem_ros.host.settings import DESCRIPTION
-from mlmem_ros.ros.middleware import RELIABLE_PROFILE
-from mlmem_tools.view.monitor import parse_components, subscribe_topic
+from mlmem_ros.ros.middleware import RELIABLE_PROFILE, SENSOR_DATA_PROFILE, build_qos_profile
 
 from .about import PAGE_PARAMETERS, About
 from .frames import PICTURED_STREAMS, Pictures, pack_frame, thin_echo
@@ -150,7 +148,7 @@ class Live:
             (DIAGNOSTICS_TOPIC, self._on_diagnostics),
             (parameter_events, self._on_parameters),
         ):
-            subscribe_topic(self._client, topic, self._wrap_for_loop(take))
+            _subscribe_topic(self._client, topic, self._wrap_for_loop(take))
         for name, action in load_action_types().items():
             self._client.node.create_subscription(
                 action.Impl.FeedbackMessage,
@@ -170,7 +168,7 @@ class Live:
     def _watch_streams(self, on: bool) -> None:
         if on and not self._streams:
             self._streams = [
-                subscribe_topic(self._client, STREAMS[name], partial(self._pictures.take, name))
+                _subscribe_topic(self._client, STREAMS[name], partial(self._pictures.take, name))
                 for name in PICTURED_STREAMS
             ]
         elif not on:
@@ -210,7 +208,7 @@ class Live:
             self._schedule_meeting()
 
     def _on_diagnostics(self, message: Any) -> None:
-        parts = parse_components(message, self._client.name)
+        parts = _parse_components(message, self._client.name)
         if 'loop' not in parts:
             return
         self._note_message()
@@ -285,3 +283,22 @@ class Live:
         self._latest.pop(kind, None)  # in the order of their latest values
         self._latest[kind] = frame
         self.pages.tell(frame)
+
+
+def _parse_components(message: Any, node: str) -> dict[str, Status]:
+    """Return the status of every component of a node in a DiagnosticArray, by its name."""
+    prefix = f'{node[1:]}: '
+    return {
+        status.name.removeprefix(prefix): parse_status(status)
+        for status in message.status
+        if status.name.startswith(prefix)
+    }
+
+
+def _subscribe_topic(client: MemoryClient, topic: Topic, take: Callable[[Any], None]) -> Any:
+    """Subscribe to a topic of a client's memory node, of a stream to the newest message; `take` is
+    called in the thread that spins the client's node.
+    """
+    name = topic.name if topic.name[0] == '/' else f'{client.name}/{topic.name}'
+    qos = SENSOR_DATA_PROFILE if topic.qos == STREAM_QOS else build_qos_profile(topic.qos)
+    return client.node.create_subscription(topic.kind, name, take, qos)

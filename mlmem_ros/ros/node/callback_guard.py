@@ -42,11 +42,6 @@ REQUEST_ERRORS = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeErro
 """Errors of bad requests to rclpy's own services: a transition that is not available now, a
 parameter of unknown type."""
 
-MIN_BLOCKED_S = 0.09
-"""Seconds that it takes to send at least if rmw_fastrtps drops an answer: a request may come
-before discovery has the client's reader, for which it waits no more than 0.1 s; rclpy warns only.
-"""
-
 RESEND_DELAYS_S = 0.2, 1.0, 4.0
 """Seconds before an answer that was dropped is sent once more; clients ignore a second one."""
 
@@ -212,7 +207,8 @@ class CallbackGuard:
                 begun = time.monotonic()
                 with self._log.guard_errors(name), suppress(InvalidHandle):  # after the node's end
                     send(response, header)
-                if again and time.monotonic() - begun > MIN_BLOCKED_S:
+                # rmw_fastrtps waits 0.1 s for the client's reader, then drops the answer
+                if again and time.monotonic() - begun > 0.09:
                     threading.Timer(again[0], try_send, (response, again[1:])).start()
                     return
                 self.waiting.discard(id(answer))

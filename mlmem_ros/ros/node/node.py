@@ -37,9 +37,6 @@ from .simulator import SimTimePacer, Simulator
 from .starting import Retries, report_preparation
 from .topics import Publishers, Subscriptions
 
-REQUEST_SERVICES = {'send_goal', *(service.name for service in NODE_SERVICES)}
-"""Services whose clients want something of the element, unlike those of its parameters."""
-
 CHECK_PERIOD_S = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
 
@@ -285,7 +282,7 @@ class MemoryNode(CheckedParameters, LifecycleNode):
             self._starting = self._blank = self._held = False
 
     def _begin_anew(self) -> None:
-        """Put a blank element in the place of the present one, whose life ends; inactive."""
+        """Replace the present element by a new one, with `initial_content` or blank; inactive."""
         if self.host.element is not None and not self.host.element.simulated:
             raise Refused('a real element cannot be reset; erase it')
         if self.host.loop is not None:
@@ -310,7 +307,8 @@ class MemoryNode(CheckedParameters, LifecycleNode):
     def client_count(self) -> int:
         """How many clients of its requests are on the ROS graph."""
         names = [self.resolve_service_name(service.srv_name) for service in self.services]
-        asked = [name for name in names if name.rpartition('/')[2] in REQUEST_SERVICES]
+        own = {'send_goal', *(service.name for service in NODE_SERVICES)}  # not of parameters
+        asked = [name for name in names if name.rpartition('/')[2] in own]
         return sum(map(self.count_clients, asked))
 
     def close(self) -> None:

@@ -45,19 +45,12 @@ SIGNAL_PERIOD_S = 0.1
 CLIENT_ABSENCE_S = 0.5
 """Seconds without a client after which none is expected any more."""
 
-LAST_ANSWERS_TIMEOUT_S = 1.0
-"""Longest time in seconds for answering pending requests when the nodes end."""
-
 SPIN_PERIOD_S = 0.01
 """Seconds in which the executor takes what has arrived."""
 
 LEAVE_TIMEOUT_S = 5.0
 """Seconds for leaving the ROS graph. All is saved by then: a middleware that hangs is cut off,
 with a traceback and exit status 1."""
-
-DELIVERY_S = 0.2
-"""Time for the middleware to deliver requests that clients have sent, and their answers, before it
-is shut down."""
 
 NodeOptions = Mapping[str, str]
 """What distinguishes a node from others in its process: its `namespace`, and parameters."""
@@ -210,7 +203,8 @@ def end_nodes(
         list(closers.map(MemoryNode.close, nodes))
     now = time.monotonic()
     expected = waited or any(node.client_count for node in nodes)
-    until, deadline = now + (DELIVERY_S if expected else 0.0), now + LAST_ANSWERS_TIMEOUT_S
+    # the middleware delivers what was sent in 0.2 s; pending requests are answered within 1 s
+    until, deadline = now + (0.2 if expected else 0.0), now + 1.0
     while now < until or (any(node.waiting for node in nodes) and now < deadline):
         executor.turn(SPIN_PERIOD_S)  # refuses what arrives meanwhile
         now = time.monotonic()
