@@ -14,16 +14,6 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-_READ_BYTES = 2**20  # bytes per read
-
-# Without waiting for the writer of a pipe. Windows has neither flag, but text files.
-_READ_AT_ONCE = (
-    os.O_RDONLY
-    | getattr(os, 'O_CLOEXEC', 0)
-    | getattr(os, 'O_NONBLOCK', 0)
-    | getattr(os, 'O_BINARY', 0)
-)
-
 MAX_FILE_BYTES = 2**25
 """Most bytes of a file that is read; the state of 100 000 cells takes a fifth of it."""
 
@@ -186,13 +176,16 @@ def read_text(path: Path, most: int = MAX_FILE_BYTES) -> str:
         ValueError: It is not UTF-8, larger than `most`, or a device, a pipe or the like, which
             may never end; or the path has a NUL character.
     """
-    descriptor = os.open(path, _READ_AT_ONCE)
+    # Do not wait for the writer of a pipe. Windows has neither flag, but text files.
+    optional = ('O_CLOEXEC', 'O_NONBLOCK', 'O_BINARY')
+    flags = sum(getattr(os, name, 0) for name in optional)  # each is a bit of its own
+    descriptor = os.open(path, os.O_RDONLY | flags)
     content = bytearray()
     try:
         mode = os.fstat(descriptor).st_mode
         if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # reading a folder says what it is
             raise ValueError('it is not a regular file')
-        while piece := os.read(descriptor, _READ_BYTES):
+        while piece := os.read(descriptor, 2**20):
             content += piece
             if len(content) > most:
                 raise ValueError(f'it is larger than {most} bytes')

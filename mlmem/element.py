@@ -31,9 +31,6 @@ from .settings import Settings
 PROCEDURE_NAMES = {row.command: name for name, row in PROCEDURES.items()}
 """Names of procedures by their commands."""
 
-RESET_HINT = '; if this remains so without faults, reset replaces the element by a blank one'
-"""Ends the error of a procedure if an end rests in neither phase."""
-
 MAX_IDLE_TICKS = 2**31
 """More ticks than are ever run."""
 
@@ -376,7 +373,9 @@ class MemoryElement(Memory):
     def _describe_remedy(self) -> str:
         """Return what to do about cells that have left their phases, as far as the ends show."""
         stray = None in (self.phase(End.LEFT), self.phase(End.RIGHT))
-        return RESET_HINT if stray and self.simulated and self.procedure != 'reset' else ''
+        if not stray or not self.simulated or self.procedure == 'reset':
+            return ''
+        return '; if this remains so without faults, reset replaces the element by a blank one'
 
     def _finish_procedure(self, success: bool, error: str, result: Result) -> None:
         """End the running procedure, successful or not: release cells, return the strain to zero.

@@ -49,9 +49,6 @@ NAMES = (
 DEFAULT = 'case_2'
 """The default element."""
 
-INSTALLED_FOLDER = Path(__file__).parent / 'elements'
-"""Where setup.py puts the files; a checkout has them in `config/` alone."""
-
 
 class ElementFileError(DecodeError):
     """A file is not that of an element; the message says why."""
@@ -401,7 +398,8 @@ def element_path(source: str) -> str:
 
 @cache
 def _load_shipped(name: str) -> Element:
-    folder = INSTALLED_FOLDER
+    # setup.py puts the files here; a checkout has them in `config/` alone
+    folder = Path(__file__).parent / 'elements'
     if not folder.is_dir():
         folder = Path(__file__).resolve().parent.parent / 'config'
     return read_element_file(folder / f'{name}.yaml')

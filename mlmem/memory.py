@@ -91,15 +91,6 @@ class MemoryStatistics:
         return values
 
 
-SHAKEN_REASON = (
-    'the base shook by more than disturbance.harmless: the wall may have moved since the pulse'
-)
-"""Why a reading is none, whatever was heard."""
-
-MAX_SLOWDOWN = 1.1
-"""Most by which an element may be slower than its calibration."""
-
-
 class Memory(Instrument):
     """An instrument that reads levels.
 
@@ -153,7 +144,11 @@ class Memory(Instrument):
     def _prove_reading(self, reading: Reading) -> Reading:
         """Return a reading, undecodable if the wall may have moved since the pulse."""
         spoilt = self.transducer.shaken and reading.level != UNDECODABLE
-        return make_undecodable(reading, SHAKEN_REASON) if spoilt else reading
+        why = (
+            'the base shook by more than disturbance.harmless: the wall may have moved since the '
+            'pulse'
+        )
+        return make_undecodable(reading, why) if spoilt else reading
 
     def forget(self, reason: str, after: int = 0) -> None:
         """Treat the content as unknown, after so many ticks, because the wall may move.
@@ -210,7 +205,8 @@ class Memory(Instrument):
 
     def passage_time(self, end: End) -> float:
         """Return in which time a pulse of an end comes back from the farthest reflector."""
-        return MAX_SLOWDOWN * self.calibration.longest(end)
+        # an element may be a tenth slower than its calibration
+        return 1.1 * self.calibration.longest(end)
 
     def store_unreadable(self, reason: str) -> Reading:
         """Store why no pulse was fired."""

@@ -32,9 +32,6 @@ from .schema import Description, describe_expected, is_valid_value, make_printab
 MAX_DEPTH = 50
 """Most levels of a document: ours have seven, and a parser may overflow the stack."""
 
-MAX_YAML_VALUES = 2**21
-"""Most values of a YAML document: an element of 100 000 cells has a fifth of them."""
-
 MAX_MESSAGE_CHARS = 300
 """Most characters of a message."""
 
@@ -129,7 +126,8 @@ def parse_yaml(text: str, *, texts: bool = False) -> Any:
                 nodes += sizes.get(event.anchor, 1)
                 if event.anchor in (anchor for anchor, _ in inside):
                     raise _malformed('YAML', 'it holds itself')
-            if len(inside) > MAX_DEPTH or nodes > MAX_YAML_VALUES:
+            # an element of 100 000 cells has a fifth of these values
+            if len(inside) > MAX_DEPTH or nodes > 2**21:
                 what = 'nested too deeply' if len(inside) > MAX_DEPTH else 'too large'
                 raise _malformed('YAML', f'it is {what}')
         single = loader(text)

@@ -11,9 +11,6 @@ from typing import TypeVar
 
 T = TypeVar('T')
 
-SILENT_TIME_S = 2.0
-"""How long work runs before its bar appears."""
-
 
 def track_progress(items: Iterable[T], total: int, description: str) -> Iterator[T]:
     """Yield items and show how far they have got; silently where rich is not installed.
@@ -32,7 +29,8 @@ def track_progress(items: Iterable[T], total: int, description: str) -> Iterator
     start, bar, task = time.monotonic(), None, None
     with contextlib.ExitStack() as stack:
         for done, item in enumerate(items):
-            if bar is None and time.monotonic() - start > SILENT_TIME_S:
+            # no bar for short work
+            if bar is None and time.monotonic() - start > 2.0:
                 bar = stack.enter_context(Progress(console=Console(stderr=True), transient=True))
                 task = bar.add_task(description, total=total)
             if bar is not None and task is not None:

@@ -40,13 +40,10 @@ class Stream(IntEnum):
     K_R = 23
 
 
-_FIRST_SPAWNED = Stream.ALPHA
-"""The first stream of an element: its streams are spawned from its seed in order."""
-
-
 def make_generator(seed: int, stream: Stream) -> np.random.Generator:
     """Return the random numbers of an element's stream."""
-    key = np.random.SeedSequence(seed, spawn_key=(stream - _FIRST_SPAWNED,))
+    # the streams of an element are spawned from its seed in order, from this one on
+    key = np.random.SeedSequence(seed, spawn_key=(stream - Stream.ALPHA,))
     return np.random.Generator(np.random.PCG64(key))
 
 

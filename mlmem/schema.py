@@ -156,10 +156,7 @@ def _format_bound(value: float | None) -> str:
     return '' if value is None else str(value) if isinstance(value, int) else f'{value:g}'
 
 
-_MAX_REPR_CHARS = 80  # characters of a value in a message
-
-
-def short_repr(value: object, most: int = _MAX_REPR_CHARS) -> str:
+def short_repr(value: object, most: int = 80) -> str:
     """Return the `repr` of a value, without its middle if it is long.
 
     The whole `repr` is never built: for a joint name of 5 MB, deeply nested lists or YAML full of

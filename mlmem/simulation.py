@@ -38,9 +38,6 @@ from .progress import track_progress
 TimeFunction = Callable[[Any], ArrayLike]
 """A quantity over time, given a time or an array of times."""
 
-DIFFERENCE_STEP = 1e-3
-"""Step of the differences that give a driven cell's velocity, relative to the integrator's."""
-
 
 @dataclass(frozen=True)
 class WallStart:
@@ -320,7 +317,7 @@ class _InputFunctions:
         """Return displacement and velocity of the driven end, shape (2, m); NaN if free."""
         if self.motion is None:
             return np.full((2, len(times)), np.nan)
-        h = DIFFERENCE_STEP * dt
+        h = 1e-3 * dt  # step of the differences that give the velocity of a driven cell
         before, at, after = (
             _sample_function(self.motion, times + shift) for shift in (-h, 0.0, h)
         )

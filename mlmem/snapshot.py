@@ -34,9 +34,6 @@ from .readers.reading import UNDECODABLE, Reading, Unknown
 from .rejections import ErrorCode
 from .schema import describe_field, make_printable
 
-MAX_STATE_VALUE = 1e12
-"""Largest accepted displacement, velocity or acceleration: far beyond any real one."""
-
 _tick = partial(describe_field, low=0, high=2**62)
 
 
@@ -179,7 +176,8 @@ def restore_snapshot(element: MemoryElement, snapshot: Mapping[str, Any]) -> Non
         'its recent samples': saved.recent.shape == element.transducer.recent.shape,
         'its late samples': saved.late.shape in ((2, 0), (2, element.sensors.delay(saved.faults))),
         'its slow signals': saved.slow is None or saved.slow.shape == (2,),
-        'its state': bool((np.abs(state) <= MAX_STATE_VALUE).all()),
+        # far beyond any real displacement, velocity or acceleration
+        'its state': bool((np.abs(state) <= 1e12).all()),
         'its strain': saved.linkage.commanded == strain
         and math.isclose(saved.V_N, element.design.end_displacement(saved.linkage.strain)),
     }

@@ -246,10 +246,6 @@ def _check_points(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
     return columns
 
 
-MIN_TIME_CONSTANT = 1e-9
-"""Shortest time constant of a lag."""
-
-
 @dataclass(frozen=True)
 class TransmissionState:
     """The state of the transmission.
@@ -320,7 +316,7 @@ class Transmission:
             return np.full_like(commanded, start)
         limits, share = self._compute_limits(commanded, self.state.commanded, dt), None
         if faults.actuator_lag:
-            share = 1.0 - exponential(-dt / max(faults.actuator_lag, MIN_TIME_CONSTANT))
+            share = 1.0 - exponential(-dt / max(faults.actuator_lag, 1e-9))
         return _follow_course(start, commanded, limits, share)
 
     def _compute_limits(self, course: Array, before: float, dt: Array) -> Array:

@@ -17,9 +17,6 @@ T = TypeVar('T')
 Procedure = Generator[int, None, T]
 """Yields the number of ticks after which to resume it; an earlier resumption changes nothing."""
 
-FOLLOWING_ERROR = 0.1
-"""Allowed error of the actuator, as a fraction of its largest strain."""
-
 
 def run(
     instrument: Instrument, procedure: Procedure[T], before: Callable[[], object] | None = None
@@ -70,7 +67,8 @@ def ramp(
     element.actuator.ramp_to(strain, duration, delay)
     while element.actuator.is_moving:
         yield element.count_ticks_to_check(element.actuator.remaining_time)
-    allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
+    # the actuator may be off by a tenth of its largest strain
+    allowed = 0.1 * element.settings.actuator.max_strain
     patience = math.ceil(duration / element.tick)
     while abs((encoder := element.transmission.encoder) - strain) > allowed:
         if patience == 0:

@@ -268,9 +268,6 @@ def load_driver_class(name: str) -> Callable[[Design, Settings, str], Driver]:
 
 T = TypeVar('T')
 
-CALL_TIMEOUT_S = 10.0
-"""Seconds after which a call to a driver times out."""
-
 TIMEOUT_PARTS = 10
 """Waits that make up a time-out: a host that is held up loses one of them, not all."""
 
@@ -290,7 +287,7 @@ class Watchdog(Driver):
         name: str,
         make: Callable[[], Driver],
         seconds: float,
-        patience: float = CALL_TIMEOUT_S,
+        patience: float = 10.0,
     ) -> None:
         """Open a driver by calling `make`; its name is for messages.
 

@@ -115,7 +115,7 @@ class Failure:
         if self.failure == 'ok':
             self._check_repair(faults)
             return dataclasses.replace(
-                faults, **{name: _HEALTHY_VALUES[name] for name in list_fault_fields(self.unit)}
+                faults, **{name: getattr(NO_FAULTS, name) for name in list_fault_fields(self.unit)}
             )
         if (meaning := FAULT_MEANINGS.get((self.unit, self.failure))) is None:
             known = ', '.join(failure for unit, failure in FAULT_MEANINGS if unit == self.unit)
@@ -174,9 +174,6 @@ def list_fault_fields(unit: str) -> list[str]:
             else part if (part := field.name.partition('_')[0]) in END_UNITS else 'actuator'
         )
     ]  # fmt: skip
-
-
-_HEALTHY_VALUES = dataclasses.asdict(NO_FAULTS)
 
 
 def parse_script(text: str) -> tuple[Failure, ...]:

@@ -35,18 +35,6 @@ MAX_RUN_TICKS = 50
 MAX_DISPLACEMENT_CELLS = 1e6
 """Largest possible end displacement in cells."""
 
-MIN_EXCITING_SPEED = 1e-5
-"""Speed of the substrate's end, in cells per time unit, up to which it excites no waves."""
-
-MAX_PHASE_OFFSET = {End.LEFT: 0.1, End.RIGHT: REST_TOLERANCE}
-"""Largest offset of an end from a ground state, as a fraction of their distance, with which it is
-driven about its rest. At the left a strain moves it by 0.06, and a pulse that begins with a jump
-of 0.13 takes a wall at level 0 of `bits_1` or `bits_4` away; the right one follows the substrate,
-whose strain may have an offset that the encoder does not see."""
-
-TICK_TOLERANCE = 1e-6
-"""Tolerance in ticks against rounding of the clock: rather early than late."""
-
 
 class Instrument:
     """Strains an element and listens to its ends, tick by tick.
@@ -93,7 +81,8 @@ class Instrument:
         self.progress = Progress()
         self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
         self._substeps = np.diff(self._times, prepend=0.0)
-        self._excites = MIN_EXCITING_SPEED * self._substeps
+        # a slower end of the substrate, in cells per time unit, excites no waves
+        self._excites = 1e-5 * self._substeps
         self._progress = self._times / self.tick
 
     @property
@@ -147,7 +136,8 @@ class Instrument:
 
     def count_ticks_to_check(self, remaining: float) -> int:
         """Return after how many ticks to check something that takes this long; never too many."""
-        return max(1, math.floor(remaining / self.tick - TICK_TOLERANCE) + 1)
+        # against rounding of the clock: rather a tick early than late
+        return max(1, math.floor(remaining / self.tick - 1e-6) + 1)
 
     def phase(self, end: End) -> int | None:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
@@ -161,7 +151,10 @@ class Instrument:
             Astray: It does not, or a transducer shows it elsewhere.
         """
         rest = self.transducer.rest(end) - end.displacement(self.design, self.transmission.encoder)
-        if find_phase(self.design, rest, MAX_PHASE_OFFSET[end]) is None:
+        # At the left a strain moves the rest by 0.06 of the distance of ground states, and a
+        # pulse that begins with a jump of 0.13 takes a wall away. The right end follows the
+        # substrate, whose strain may have an offset that the encoder does not measure.
+        if find_phase(self.design, rest, 0.1 if end is End.LEFT else REST_TOLERANCE) is None:
             raise Astray(
                 f'the {end} end rests in neither phase, at {rest:.2f} cells: no pulse is fired '
                 'there, which would begin with a jump'

@@ -21,9 +21,6 @@ from ..move_settings import CycleSettings
 from ..physics.jit import compile_kernel
 from ..physics.potential import Array
 
-SMOOTH_PEAK_RATE = 1.5
-"""Peak rate of the smooth ramp x^2 (3 - 2 x), relative to its mean."""
-
 
 @dataclass(frozen=True)
 class Ramp:
@@ -42,7 +39,8 @@ class Ramp:
         cls, start: float, target: float, duration: float, max_rate: float
     ) -> Ramp:
         """Return a move of a given duration, or longer if the rate limit requires it."""
-        least = SMOOTH_PEAK_RATE * abs(target - start) / max_rate
+        # the smooth ramp x^2 (3 - 2 x) has 1.5 times its mean rate at its peak
+        least = 1.5 * abs(target - start) / max_rate
         return cls(start, target, max(duration, least))
 
     @property

@@ -126,17 +126,8 @@ class Reverberation:
         return self._kept[n]
 
 
-AVERAGING_PERIODS = 8.0
-"""Periods of the slowest carrier over which the rest displacement is averaged."""
-
-MOTION_REMAINING = 1e-3
-"""Fraction of the fastest motion left in the difference of samples that measures noise."""
-
 MAX_REST_SAMPLES = 1_000_000
 """Most samples kept of an end."""
-
-MAX_DIFFERENCE_ORDER = 24
-"""Highest order: beyond, samples are too far apart to distinguish motion from noise."""
 
 
 class Held(NamedTuple):
@@ -171,7 +162,8 @@ class Transducer:
         self.set_probes(settings)
         slowest = min(probe.omega_c for probe in self.probes.values())
         dt = driver.dt
-        width = 2.0 * math.pi * AVERAGING_PERIODS / slowest
+        # the rest displacement is averaged over eight periods of the slowest carrier
+        width = 2.0 * math.pi * 8.0 / slowest
         self._difference = _find_difference_order(find_upper_edge(design), dt)
         samples = max(math.ceil(width / dt), self._difference + 1)
         if samples > MAX_REST_SAMPLES:
@@ -403,9 +395,8 @@ def _find_difference_order(omega: float, dt: float) -> int:
     """
     motion = 2.0 * math.sin(min(0.5 * omega * dt, 0.5 * math.pi))
     order = 1
-    while (
-        motion**order > MOTION_REMAINING * _compute_noise_gain(order)
-        and order < MAX_DIFFERENCE_ORDER
-    ):
+    # Take differences until 0.1 % of the fastest motion is left. Beyond order 24, samples are
+    # too far apart to distinguish motion from noise.
+    while motion**order > 1e-3 * _compute_noise_gain(order) and order < 24:
         order += 1
     return order

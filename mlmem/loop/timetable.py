@@ -68,10 +68,6 @@ class SteadyPacer:
         changed.wait(seconds)
 
 
-LATENESS_WEIGHT = 0.002
-"""Weight of the newest tick in the running mean and variance of the lateness."""
-
-
 @dataclass
 class LoopStatistics:
     """How the loop keeps time; all times in seconds.
@@ -96,7 +92,8 @@ class LoopStatistics:
         """Count ticks of equal times, in seconds; a time is at least 0 if the clock jumps back."""
         busy = max(0.0, busy)
         self.ticks += ticks
-        weight = max(1.0 - (1.0 - LATENESS_WEIGHT) ** ticks, ticks / self.ticks)
+        # weight of the newest ticks in the running mean and variance
+        weight = max(1.0 - (1.0 - 0.002) ** ticks, ticks / self.ticks)
         deviation = lateness - self.lateness_mean
         self.lateness_mean += weight * deviation
         spread = self.lateness_variance + weight * deviation * deviation
@@ -121,9 +118,6 @@ made up for."""
 
 WAKE_UP_TIME_S = 2e-4
 """Seconds that the processor takes to come back to deferred ticks, beside these."""
-
-BUSY_TIME_WEIGHT = 0.2
-"""Weight of the newest deferred ticks in the running mean of what one takes."""
 
 MAX_DEFERRED_TICKS = 1000
 """Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
@@ -232,7 +226,7 @@ class Timetable:
 
     def record_duration(self, busy: float) -> None:
         """Learn what a deferred tick has taken that computed something, in seconds."""
-        weight = BUSY_TIME_WEIGHT if self._computing else 1.0
+        weight = 0.2 if self._computing else 1.0  # weight of the newest ticks in the running mean
         self._computing += weight * (busy - self._computing)
 
     def can_sleep(self, deferred: int) -> bool:

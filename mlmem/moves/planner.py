@@ -21,15 +21,9 @@ from ..readers.reading import BLANK, UNDECODABLE, describe_level
 from ..settings import Settings
 from .move import MIN_MARGIN, Move
 
-STRAIN_PENALTY = 1e9
-"""Time units that a strained move seems to take longer where strain is avoided."""
-
-MoveFamily = Callable[[Design, Settings, int, int], Iterator[Move]]
-"""The function `find_moves` of a module of this package."""
-
 
 @cache
-def move_families() -> tuple[MoveFamily, ...]:
+def move_families() -> tuple[Callable[[Design, Settings, int, int], Iterator[Move]], ...]:
     """Return the functions `find_moves` of all modules beside this one, in order of name."""
     package = import_module(__package__)
     names = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
@@ -97,7 +91,8 @@ def find_route(design: Design, settings: Settings, start: int, target: int) -> l
     order = itertools.count()
     ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
     seen = set()
-    penalty = STRAIN_PENALTY if settings.write.method == 'kick' else 0.0
+    # a strained move seems this much longer, in time units, where strain is avoided
+    penalty = 1e9 if settings.write.method == 'kick' else 0.0
     while ways:
         time, _, place, way = heapq.heappop(ways)
         if place == target:

@@ -26,13 +26,6 @@ from .corrections import apply_correction
 from .ends import bring_back
 from .move import MIN_MARGIN, Drive
 
-RINGING_DAMPING_TIMES = 12.0
-"""Damping times until an element that moved fast is quiet enough to be read."""
-
-MIN_CYCLES_PER_LOOK = 8
-"""An erase listens after every cycle at first, then at intervals that grow by an eighth: listening
-takes as long as one cycle or several."""
-
 
 @dataclass(frozen=True)
 class Launch:
@@ -126,7 +119,9 @@ class KinkDrive:
                 if kink:  # launched again: the prediction no longer holds
                     kink = meeting = 0
             late = kink - meeting
-            if late >= 0 and late % max(1, late // MIN_CYCLES_PER_LOOK) == 0:
+            # read after each of the first cycles, then at intervals that grow by an eighth: a
+            # read takes as long as one cycle or several
+            if late >= 0 and late % max(1, late // 8) == 0:
                 reading = yield from element.reader.read(element)
                 if reading.level == BLANK:
                     return reading
@@ -189,7 +184,8 @@ def half_period(design: Design) -> float:
 
 def ringing_time(design: Design) -> float:
     """Return how long an element rings after a fast move; 0 if it never stops."""
-    return RINGING_DAMPING_TIMES / design.eta if design.eta > 0.0 else 0.0
+    # damping times after which the waves of a fast motion do not disturb a read
+    return 12.0 / design.eta if design.eta > 0.0 else 0.0
 
 
 def launch(

@@ -24,9 +24,6 @@ from .values import Array, DesignError
 MIN_FORCES, MAX_FORCES = 8, 4096
 """Numbers of forces of a curve."""
 
-ZERO_SEARCH_PARTS = 8
-"""Parts of an interval in which a zero of the force is looked for."""
-
 
 class Constants(NamedTuple):
     """What the loops take.
@@ -167,7 +164,8 @@ class Curve:
     @cached_property
     def _force_zeros(self) -> list[tuple[float, bool]]:
         """Where the force is zero between the first and the last, and whether it rises there."""
-        D = np.linspace(self.low, self.high, ZERO_SEARCH_PARTS * (len(self.force) - 1) + 1)
+        # look for a zero of the force in eight parts of an interval
+        D = np.linspace(self.low, self.high, 8 * (len(self.force) - 1) + 1)
         high = self.slope(D) > 0.0
         found = []
         for k in np.flatnonzero(high[:-1] != high[1:]):

@@ -114,9 +114,6 @@ definite at maxima of the landscape."""
 FORCE_TOLERANCE = 1e-11
 """Largest residual force per cell."""
 
-MAX_NEWTON_STEP = 0.2
-"""Cap of a Newton step, in lattice constants, so that it stays in its basin."""
-
 
 @dataclass(frozen=True)
 class HeldWalls:
@@ -177,7 +174,8 @@ def hold_walls(
             return HeldWalls(positions, v, coupling + on_site, force)
         step = unheld - force[:, None] * per_force
         largest = np.abs(step).max(axis=1, keepdims=True)
-        v += step * np.minimum(1.0, MAX_NEWTON_STEP / np.maximum(largest, 1e-300))
+        # cap the step, in lattice constants, so that it stays in its basin
+        v += step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))
     raise StateError(
         f'held walls must converge within {iterations} Newton steps; the residual force is '
         f'{left_over:.3g}'

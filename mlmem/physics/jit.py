@@ -52,12 +52,6 @@ ARITHMETIC_VERSION = 'fused 2'
 NUMBA_SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 """How a loop is compiled."""
 
-MAX_CACHE_BYTES = 4 * 2**20
-"""Size that the cache of all loops may have."""
-
-VECTOR_WIDTH_ATTRIBUTE = '"prefer-vector-width"="512"'
-"""Attribute of a function: on many AVX-512 processors LLVM uses half the width by default."""
-
 
 def compile_kernel(function: Function) -> Function:
     """Compile a loop over scalars, arrays, and tuples of them; it releases the GIL and is cached
@@ -137,7 +131,7 @@ def _emit_fma(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
     That is an attribute of this one function; other compiled code of the process is unaffected.
     """
     set.add(
-        builder.function.attributes, VECTOR_WIDTH_ATTRIBUTE
+        builder.function.attributes, '"prefer-vector-width"="512"'
     )  # llvmlite's own `add` rejects this attribute
     return builder.fma(*arguments)
 
@@ -177,7 +171,7 @@ def list_torn_caches() -> list[str]:
     return [cache.files.index_name for cache in LOADED_CACHES if cache.files.has_torn_file()]
 
 
-def check_cache_space(folder: Path, size: int = MAX_CACHE_BYTES) -> None:
+def check_cache_space(folder: Path, size: int = 4 * 2**20) -> None:
     """Write and remove a file as large as a full cache; raise `OSError` if that fails."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder) as file:

@@ -185,10 +185,6 @@ class Scatter:
     offset: float = 0.0
 
 
-MIN_FACTOR = 0.05
-"""Least scattered factor: no stiffness can be below zero."""
-
-
 def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     """Return a random element of a design; the same seed gives the same element.
 
@@ -199,7 +195,8 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     alpha, k_r, s, mass, offset = (make_generator(seed, stream) for stream in streams)
 
     def draw_factors(generator: np.random.Generator, deviation: float, size: int) -> Array:
-        return np.maximum(1.0 + deviation * generator.standard_normal(size), MIN_FACTOR)
+        # no stiffness can be below zero
+        return np.maximum(1.0 + deviation * generator.standard_normal(size), 0.05)
 
     n = design.N
     return Specimen(

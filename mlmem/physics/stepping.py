@@ -21,9 +21,6 @@ from .specimen import Specimen
 STABILITY_MARGIN = 0.95
 """Largest fraction of the stability limit to use."""
 
-MAX_REACH = 1e6
-"""Bound on a cell's |D - origin| if any step is stable."""
-
 
 def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     """Return a bound on the angular frequencies of small waves about any state of an element.
@@ -57,7 +54,7 @@ def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> flo
 
     The farther out, the stiffer the wells. Found by bisection, from below.
     """
-    low, high = _well_reach(specimen), MAX_REACH
+    low, high = _well_reach(specimen), 1e6  # bound on |D - origin| where any step is stable
     while high > low * (1.0 + 1e-3):
         middle = math.sqrt(low * high)
         if dt <= _stability_limit(specimen, integrator, middle):

@@ -34,9 +34,6 @@ from .specimen import Specimen
 
 Complex = NDArray[np.complex128]
 
-STUCK_STIFFNESS = 1e9
-"""Stiffness that stands for a stuck cell."""
-
 
 def wave_frequency(kappa: ArrayLike, k_s: float) -> NDArray[np.float64]:
     """Return the angular frequency of a propagating wave.
@@ -128,7 +125,8 @@ def linearize_cells(made: Specimen, v: Array) -> tuple[Array, Array, Array]:
     element at rest in displacements v: shape (N,) each, as `multiply_matrices` takes them.
     """
     stiffness = np.asarray(made.alpha * made.potential.stiffness(v - made.offsets))
-    stiffness[np.array(made.stuck, dtype=np.int64) - 1] = STUCK_STIFFNESS
+    # stiff enough to stand for a stuck cell
+    stiffness[np.array(made.stuck, dtype=np.int64) - 1] = 1e9
     return stiffness, made.masses, np.append(made.k_r, 1.0)
 
 

@@ -32,13 +32,6 @@ MIN_KICK_MARGIN = 0.7
 """Least level margin of a wall that a kick took to its level; one that stopped on its way has at
 most 0.6."""
 
-MIN_AGREEMENT = 0.2
-"""Least margin at the end that does not name levels: far from it, delays of an element that is not
-yet calibrated differ most."""
-
-MARGIN_TOLERANCE = 0.1
-"""Level margins of a wall at the same place differ by less."""
-
 
 def calibrate(element: Memory) -> Procedure[Result]:
     """Calibrate the reader of an element, and restore the content in any case.
@@ -247,7 +240,7 @@ class KickSearch:
         """Select the best speed once more; return whether it is worth that."""
         margin, self.speed = self._best
         hopeless = margin == NO_MARGIN or self._enough < MIN_KICK_MARGIN
-        self._enough = margin - MARGIN_TOLERANCE
+        self._enough = margin - 0.1  # level margins of a wall at the same place differ by less
         return not hopeless
 
 
@@ -285,7 +278,9 @@ def _level_margin(element: Memory, level: int, reading: Reading) -> tuple[float,
             agreed, _ = measure_agreement(
                 element.design, calibration, probe, end, level, delay, shape
             )
-            right = agreed >= MIN_AGREEMENT
+            # least margin at the end that does not name levels: far from it, delays of an
+            # element that is not yet calibrated differ most
+            right = agreed >= 0.2
         if not right:
             said = f'{describe_level(nearest)}, at {delay:.2f}'
             return NO_MARGIN, f'on the way to level {level} the {end} end hears {said}'

@@ -29,9 +29,6 @@ from .driving import erase
 from .reading import take_settled_reading
 from .writing import restore_content, write
 
-TEST_STRAIN = 0.01
-"""Test strain for the actuator: a third of that which moves a wall."""
-
 STRAIN_TOLERANCE = 0.05
 """Largest error of the strain at the right end, as a fraction of the test strain."""
 
@@ -122,7 +119,8 @@ def _test_actuator(element: Memory) -> Procedure[Tested]:
     As slowly as an erase, so that the end is at rest when it is measured.
     """
     times = element.settings.erase
-    asked = min(TEST_STRAIN, element.settings.actuator.max_strain)
+    # a third of the strain that moves a wall
+    asked = min(0.01, element.settings.actuator.max_strain)
     offset = yield from _measure_strain(element)
     yield from ramp(element, asked, times.ramp)
     yield from wait(element, times.settle)

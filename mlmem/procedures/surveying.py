@@ -29,21 +29,8 @@ from .estimates import QUIET_DAMPING_TIMES, RECORD_TIME
 from .reading import take_settled_reading
 from .writing import restore_content
 
-PULSE_AMPLITUDE_CELLS = 0.01
-"""Amplitude of the pulses in cells: what a cell adds to an echo is still linear in it."""
-
 SURVEY_STRAIN = 0.009
 """Strain that tells of the substrate; no wall is there that it could free."""
-
-
-MAX_WAVE_SIZE_CELLS = 3e-7
-"""Mean size of waves in cells that no fit hears: a third of what it takes for noise at least."""
-
-MAX_NOISE_RATIO = 1.2
-"""Mean departure from rest, over that of white noise, up to which there are no waves in it."""
-
-HARD_LAUNCH = PulseCorrection(peak=1.25, times=0.3, speed=2.0)
-"""For an element whose wall turns back after a launch as set: one in 16 with 1 % of scatter."""
 
 
 class Aim(NamedTuple):
@@ -127,7 +114,8 @@ def survey(element: Memory) -> Procedure[Result]:
 def _launch_wall(element: Memory) -> Procedure[int]:
     """Launch a wall, harder if that fails; return the level meant."""
     known = element.calibration.corrections_by_level(element.settings)
-    for correction in (known[0], HARD_LAUNCH):
+    # the wall of one element in 16 with 1 % of scatter turns back after the launch as set
+    for correction in (known[0], PulseCorrection(peak=1.25, times=0.3, speed=2.0)):
         yield from go_to_level(element, BLANK, 0, corrections=[correction])
         yield from wait_for_decay(element)
         if _is_wall_inside(element):
@@ -175,11 +163,9 @@ def _wait_for_fading(element: Memory) -> Procedure[None]:
     """Wait until no earlier wave is left that a fit would hear, at most as long again."""
     transducer, step = element.transducer, 1.0 / element.design.eta
     for _ in range(round(QUIET_DAMPING_TIMES)):
-        if all(
-            transducer.unrest(end)
-            <= max(MAX_NOISE_RATIO * transducer.noise(end), MAX_WAVE_SIZE_CELLS)
-            for end in End
-        ):
+        # Noise alone has up to 1.2 times its mean departure from rest. Waves of 3e-7 cells are a
+        # third of those that a fit detects.
+        if all(transducer.unrest(end) <= max(1.2 * transducer.noise(end), 3e-7) for end in End):
             return
         yield from wait(element, step)
 
@@ -189,4 +175,5 @@ def make_pulse(design: Design, wall: float, aim: Aim) -> ProbeSettings:
     active = wall and aim.end is End.LEFT
     low, high = pass_band(design.k_s2 if active else design.k_s1)
     carrier = low + aim.carrier * (high - low)
-    return ProbeSettings(omega_c=carrier, A=PULSE_AMPLITUDE_CELLS, sigma=aim.sigma)
+    # in cells: what a cell adds to an echo is still linear in it
+    return ProbeSettings(omega_c=carrier, A=0.01, sigma=aim.sigma)

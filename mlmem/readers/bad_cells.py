@@ -31,19 +31,11 @@ from .reading import BLANK, UNDECODABLE, Reading
 from .register import Content, Forecasts, pin_walls
 from .waveforms import Ends, Listener
 
-MIN_FORECAST_DISTANCE = 0.02
-"""Least distance of the forecast of a level to any other, over the pulse, to be told."""
-
 MAX_FORECAST_DISTANCE = 0.5
 """Most that this distance counts: with few levels forecasts are far apart."""
 
-MAX_LEVELS_BEHIND = 8
-"""Levels behind a wall up to which two others are forecast: beyond, their echo is fainter."""
-
 MAX_CELLS = 1000
 """Cells up to which an element with bad cells is read: a longer one damps the pulse."""
-
-INDISTINCT_REASON = 'cannot be told: it sounds like another level'
 
 
 class HiddenPart(Forecasts):
@@ -99,9 +91,9 @@ class BadCells(Forecasts):
             self.nearest, np.minimum(from_blank, MAX_FORECAST_DISTANCE * pulse)
         )
         alike = {
-            each.number: INDISTINCT_REASON
+            each.number: 'cannot be told: it sounds like another level'
             for each, near in zip(contents, self.nearest, strict=True)
-            if near < MIN_FORECAST_DISTANCE * pulse
+            if near < 0.02 * pulse  # a forecast must differ by 2 % of the pulse from any other
         }
         alike.pop(UNDECODABLE, None)
         self.lost: Mapping[int, str] = dict(sorted({**alike, **lost}.items()))
@@ -175,7 +167,8 @@ def _list_wall_sets(levels: int, reached: int) -> Iterator[tuple[int, ...]]:
     for first, apart in itertools.product(range(reached), (1, 2)):
         if first + apart < reached:
             yield first, first + apart
-        for n in range(first + 1, min(first + MAX_LEVELS_BEHIND, reached - apart)):
+        # beyond eight levels, the echo of a second wall is too faint to matter
+        for n in range(first + 1, min(first + 8, reached - apart)):
             yield first, n, n + apart
 
 

@@ -28,9 +28,6 @@ from ..physics.potential import Array
 from ..settings import ProbeSettings, Settings
 from .echo import Crossings, Shape, earliest_delay
 
-DETECTOR_VERSION = 'carrier 1'
-"""Name of the detector that delays depend on: those of another do not apply."""
-
 SPACING_LEVELS = 3
 """Levels to either side whose spacing counts."""
 
@@ -262,7 +259,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,
         settings.time.integrator,
-        DETECTOR_VERSION,
+        'carrier 1',  # the detector: delays of another one do not apply
     ]
     text = json.dumps(values, sort_keys=True)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -28,14 +28,6 @@ from .reading import Reading
 REST_TOLERANCE = 0.25
 """Largest offset of a rest displacement from a ground state, as a fraction of their distance."""
 
-MAX_AMPLITUDE_RATIO = 1.25
-"""Most that an echo may be louder than calibrated. In healthy elements, with disorder too, it is
-within 3 %; a light cell behind a wall answers with it, and both ends hear the level before."""
-
-MIN_LEVEL_DISTINCTION = 0.1
-"""Least by which an echo must be nearer to its level than to any other, 0 being half-way: it is
-then off by less than 0.45 of their distance, and one taken for the other by at least 0.55."""
-
 MAX_THRESHOLD_FACTOR = 1.4
 """Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
 that the delay may be that of the next level."""
@@ -279,7 +271,10 @@ def _check_amplitude(
         shapes = calibration.table(end).shapes
         if shapes and not echo.floor:
             *_, loud = shapes[said.level]
-            if (ratio := echo.measure_amplitude(until - later[end]) / loud) > MAX_AMPLITUDE_RATIO:
+            # Echoes of healthy elements, with disorder too, are within 3 % of the calibrated
+            # amplitude. A light cell behind a wall echoes with it, and both ends then report the
+            # level before.
+            if (ratio := echo.measure_amplitude(until - later[end]) / loud) > 1.25:
                 text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
                 return make_undecodable(
                     said, f'{text}{said.level}: something else answers with the wall'
@@ -308,7 +303,9 @@ def measure_agreement(
     low, high, _ = shape
     heard = low, delay, high
     nearer, other = table.compare_levels(level, heard, probe)
-    like = other if nearer < MIN_LEVEL_DISTINCTION else None
+    # 0 is half-way between two levels: the echo is off by less than 0.45 of their distance, and
+    # one taken for the other by at least 0.55
+    like = other if nearer < 0.1 else None
     if is_hidden(probe, delay):
         return (1.0 if is_hidden(probe, table.delays[level]) else 0.0), like
     fastest = 2.0 * design.J / fastest_speed(end.k_s(design))

@@ -27,20 +27,16 @@ from ..physics.potential import Array
 from ..physics.waves import group_velocity
 from ..settings import ProbeSettings
 
-FILTER_PERIODS = 1.0
-"""Standard deviation of the Gaussian in carrier periods: of 0.43 of the carrier 0.2 % pass."""
-
-FILTER_REACH = 4.0
-"""Standard deviations at which it is cut off, where it has fallen to 0.03 %."""
-
 
 def compute_weights(probe: ProbeSettings, dt: float) -> Array:
     """Return the weights of the filter for samples dt apart, shape (2n + 1,), symmetric.
 
     They pass the carrier unchanged and remove a constant.
     """
-    sigma = FILTER_PERIODS * 2.0 * math.pi / probe.omega_c
-    n = math.ceil(FILTER_REACH * sigma / dt)
+    # The Gaussian of one carrier period passes 0.2 % of 0.43 of the carrier. It is cut off at
+    # four standard deviations, where it has fallen to 0.03 %.
+    sigma = 2.0 * math.pi / probe.omega_c
+    n = math.ceil(4.0 * sigma / dt)
     t: Array = dt * np.arange(-n, n + 1, dtype=np.float64)
     envelope = exponential(-0.5 * (t / sigma) ** 2)
     wave = cosine(probe.omega_c * t)
@@ -94,7 +90,7 @@ def blanking_time(probe: ProbeSettings) -> float:
 
 def earliest_delay(probe: ProbeSettings) -> float:
     """Return the time up to which a crossing says no more than that it came before."""
-    return blanking_time(probe) + FIRST_SAMPLE_TIME
+    return blanking_time(probe) + 0.6  # the first sample is taken within 0.6 time units
 
 
 def is_hidden(probe: ProbeSettings, delay: float) -> bool:
@@ -104,18 +100,13 @@ def is_hidden(probe: ProbeSettings, delay: float) -> bool:
 
 def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
     """Return the longest time of an echo: there and back over the whole element, plus its tail."""
-    speed = max(MIN_GROUP_VELOCITY, float(group_velocity(probe.omega_c, end.k_s(design))))
+    # least group velocity, in cells per time unit, that the listening time allows for
+    speed = max(0.15, float(group_velocity(probe.omega_c, end.k_s(design))))
     return pulse_duration(probe) + 2.0 * design.N / speed + ECHO_TAIL_TIME
 
 
-FIRST_SAMPLE_TIME = 0.6
-"""Time units after listening begins in which the first sample is taken."""
-
 ECHO_TAIL_TIME = 150.0
 """Time units that a read listens after the first crossing, for the echo's peak."""
-
-MIN_GROUP_VELOCITY = 0.15
-"""Least group velocity, in cells per time unit, that the listening time allows for."""
 
 THRESHOLD_SHARES = (0.8, 1.25)
 """Shares of the threshold at which an echo is timed as well. One from afar rises in bumps, and may

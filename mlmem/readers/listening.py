@@ -25,26 +25,6 @@ if TYPE_CHECKING:
     from ..memory import Memory
     from .register import Forecasts
 
-NOISE_SHARE = 2.0
-"""Ratio of the bound on waves to sensor noise up to which it may be noise alone: the greatest mean
-of a tick is that much above the mean of all."""
-
-NEGLIGIBLE_NOISE = 0.01
-"""Negligible noise, as a fraction of the threshold."""
-
-MIN_VIBRATION_TIME = 500.0
-"""Least time for measuring hum: a third of waves with lifetime 2 / eta remains then."""
-
-NEGLIGIBLE_VIBRATION = 0.3
-"""Negligible hum, as a fraction of the threshold at the last echo, which it raises by 4 %."""
-
-SWING_DAMPING_TIMES = 10.0
-"""Time for which a wall swings once substrate and ends stand still, times eta: a swing of half a
-cell, which makes an echo 1.5 times as loud, is then below 4e-3 cells."""
-
-MAX_DECAY_RATIO = 0.7
-"""Largest ratio of hum to the previous one that decaying waves explain."""
-
 
 def wait_for_decay(element: Instrument) -> Procedure[None]:
     """Wait until the strain stands still and nothing audible to an echo detector is on its way.
@@ -133,7 +113,8 @@ def _estimate_fading(element: Instrument) -> tuple[int, End, float]:
         limit = probe.v_th * math.exp(-faster * element.passage_time(end))
         limit *= element.settings.read.quiet
         if each.returns.bound > limit:
-            limit = max(limit, NOISE_SHARE * each.gain * transducer.noise(end))
+            # the greatest mean of a tick is twice the mean of all where there is noise alone
+            limit = max(limit, 2.0 * each.gain * transducer.noise(end))
         ticks = math.ceil(each.count_fading_samples(limit) / element.steps_per_tick)
         longest = max(longest, (ticks, end, limit), key=lambda each: each[0])
     return longest
@@ -146,7 +127,7 @@ def noise_floor(element: Instrument, end: End) -> float:
     """
     transducer = element.transducer
     noise = transducer.reverberation[end].gain * transducer.noise(end)
-    if noise < NEGLIGIBLE_NOISE * transducer.probes[end].v_th:
+    if noise < 0.01 * transducer.probes[end].v_th:
         return 0.0
     return element.settings.read.noise_factor * noise
 
@@ -165,13 +146,14 @@ def measure_vibration(element: Instrument, wanted: Iterable[End]) -> Procedure[d
         loudest, done = {}, True
         for end, detector in detectors.items():
             longest = element.passage_time(end)
-            span = max(MIN_VIBRATION_TIME, longest)
+            # a third of waves with lifetime 2 / eta remains after 500 time units
+            span = max(500.0, longest)
             loud, before = (factor * detector.loudest(span, ago) for ago in (0.0, span))
-            faint = NEGLIGIBLE_VIBRATION * float(
-                detection_threshold(detector.probe, np.array(longest))
-            )
+            # a vibration of 0.3 of the threshold at the last echo raises it by 4 %
+            faint = 0.3 * float(detection_threshold(detector.probe, np.array(longest)))
             passed = detector.time >= span and loud <= faint
-            done &= passed or (detector.time >= 2.0 * span and loud > MAX_DECAY_RATIO * before)
+            # decaying waves explain a ratio of up to 0.7 to the previous vibration
+            done &= passed or (detector.time >= 2.0 * span and loud > 0.7 * before)
             loudest[end] = loud
         if done:
             element.transducer.release()
@@ -256,15 +238,9 @@ def swinging_time(element: Instrument) -> float:
         return 0.0
     if not element.base.still:  # it was heard as often as may be
         return 0.0
-    return (
-        SWING_DAMPING_TIMES / element.design.eta
-        - (element.ticks - element.last_moved) * element.tick
-    )
-
-
-UNDISTURBED_DAMPING_TIMES = 20.0
-"""Time since the last drive, strain or shock after which nothing runs or swings, times eta: waves
-have 5e-5 of their amplitude then."""
+    # A wall swings by half a cell once substrate and ends stand still, which makes an echo 1.5
+    # times as large. After ten damping times the swing is below 4e-3 cells.
+    return 10.0 / element.design.eta - (element.ticks - element.last_moved) * element.tick
 
 
 def record_waveforms(
@@ -324,4 +300,5 @@ def is_undisturbed(element: Memory) -> bool:
     since = min(each.returns.since for each in element.transducer.reverberation.values())
     moved = (element.ticks - element.last_moved) * element.tick
     quiet = min(since * element.driver.dt, moved) * element.design.eta
-    return element.base.still and quiet > UNDISTURBED_DAMPING_TIMES
+    # waves have 5e-5 of their amplitude after 20 damping times
+    return element.base.still and quiet > 20.0

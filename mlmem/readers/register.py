@@ -45,15 +45,9 @@ MAX_RESIDUAL_RATIO = 0.3
 """What may be left of a waveform when its forecast is taken off, relative to the distance of that
 forecast from any other: what explains half of the distance could be another word."""
 
-MAX_NOISE_GROWTH = 2.0
-"""Ratio up to which the noise during a read may exceed that before it."""
-
 MAX_OFF_LEVEL_STATES, OFF_LEVEL_SHARE = 96, 0.6
 """Walls that rest elsewhere of which a waveform is forecast; and what may be left at a word,
 relative to the least that the nearest word leaves of any of these: others leave a quarter less."""
-
-MAX_NEWTON_STEPS = 40
-"""Newton steps in which a wall that is held comes to rest: others slide to a level."""
 
 BATCH_ROWS = 256
 """Forecasts that are compared with all others at a time."""
@@ -113,7 +107,8 @@ def find_off_level_states(made: Specimen, code: Code) -> Iterator[Array]:
         if at and random.integers(2):
             at.remove(min(at, key=lambda each: abs(each - place)))
         with contextlib.suppress(StateError):  # nothing holds it there
-            v = find_pinned_walls(made, [*at, place], iterations=MAX_NEWTON_STEPS)
+            # a wall that is held comes to rest in 40 Newton steps; others slide to a level
+            v = find_pinned_walls(made, [*at, place], iterations=40)
             levels = find_wall_levels(design, v)
             if levels is None or not code.is_valid_word(levels):
                 yield v
@@ -222,7 +217,8 @@ class Forecasts:
     @cached_property
     def quiet(self) -> float:
         """Noise (`Listener.noise`) up to which every content can be told from all others."""
-        return MAX_RESIDUAL_RATIO * MAX_RESIDUAL_RATIO * self.least * self.least / MAX_NOISE_GROWTH
+        # the noise during a read may be twice that before it
+        return MAX_RESIDUAL_RATIO * MAX_RESIDUAL_RATIO * self.least * self.least / 2.0
 
     def match(self, part: Array, phase: int) -> Match:
         """Return the nearest content to a part with a phase at the left end."""

@@ -29,12 +29,6 @@ BAND_HALF_WIDTH = 4.0
 """Half of the band that is compared, over 1 / sigma of the pulse: all of its spectrum. Slow waves
 that are left of a kick lie outside."""
 
-FADE_LENGTH = 4.0
-"""Length over which the recording is faded in and out, over sigma."""
-
-FORECAST_HALF_WIDTH = 5.0
-"""Half of the band that is forecast, over 1 / sigma: what is faded has a wider one."""
-
 PERIOD_RATIO, DECAY_EXPONENT = 1.4, 6.0
 """Period of the forecast, over the time of listening, and by which exponent it decays in that:
 what would come after it is added to what comes before, by less than a thousandth."""
@@ -69,7 +63,8 @@ class Listener:
             for side in (-1.0, 1.0)
         )
         t = dt * np.arange(1.0, n + 1.0)
-        edge = np.minimum(t, span + dt - t) / min(FADE_LENGTH * probe.sigma, 0.5 * span)
+        # fade in and out over 4 sigma
+        edge = np.minimum(t, span + dt - t) / min(4.0 * probe.sigma, 0.5 * span)
         window = 0.5 * (1.0 - np.cos(math.pi * np.minimum(1.0, edge))) * math.sqrt(2.0 * dt / n)
         phase = 2.0 * math.pi / span * np.outer(t, np.arange(max(1, low), high + 1))
         basis = np.concatenate((np.cos(phase), np.sin(phase)), axis=1) * window[:, None]
@@ -111,8 +106,9 @@ class Ends:
         steps = steps_per_tick(made, time)
         dt, n = time.tick / steps, listener.ticks * steps
         period = PERIOD_RATIO * n * dt
+        # 5 / sigma: a faded recording has a wider band than the one that is compared
         low, high = (
-            (probe.omega_c + side * FORECAST_HALF_WIDTH / probe.sigma) * period / (2.0 * math.pi)
+            (probe.omega_c + side * 5.0 / probe.sigma) * period / (2.0 * math.pi)
             for side in (-1.0, 1.0)
         )
         lines = np.arange(max(1, math.floor(low)), math.ceil(high) + 1)

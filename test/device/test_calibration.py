@@ -37,7 +37,8 @@ from mlmem.moves.corrections import (
 from mlmem.parsing import DecodeError, decode_value
 from mlmem.physics import CASE_II, Scatter, Specimen, StateError, find_level, scattered
 from mlmem.physics.equilibrium import find_pinned_wall
-from mlmem.procedures import calibrating, listening
+from mlmem.procedures import calibrating
+from mlmem.readers import listening
 from mlmem.settings import ProbeSettings, ReadSettings, TimeSettings
 from mlmem_ros.host import state_file
 from mlmem_ros.host.design_check import Verdict
